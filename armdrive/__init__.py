@@ -1,0 +1,1 @@
+"""Drive Mini-mover-style robot arms."""

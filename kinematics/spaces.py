@@ -1,0 +1,174 @@
+"""The three spaces of an arm as three types: task (`Pose`), joint (`Joints`), motor (`Motors`).
+
+Units: mm, rad and whole motor steps. Degrees appear only in `Pose.of`, `Joints.of` and the
+properties named `_deg`, which are edges where a person reads or types.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, fields
+from typing import overload
+
+from kinematics.errors import BadNumber, KinematicsError, finite
+
+JOINT_NAMES = ("base", "shoulder", "elbow", "wrist_pitch", "wrist_roll")
+"""Joints of the Mini-mover's build, from the table to the hand."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pose:
+    """Where the finger tips are and how the hand points: the task space of a five-axis arm.
+
+    x, y, z in mm from the point of the table under the base axis, z up. Pitch is the elevation
+    of the hand above the horizontal, seen in the vertical plane through the base axis and the
+    tip, outwards: -pi/2 points at the table. Roll is about the hand's own axis, in the hand's
+    frame. Raises `BadNumber` for anything that is not a finite number.
+    """
+
+    x_mm: float
+    y_mm: float
+    z_mm: float
+    pitch_rad: float
+    roll_rad: float = 0.0
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            object.__setattr__(self, field.name, finite(field.name, getattr(self, field.name)))
+
+    @classmethod
+    def of(
+        cls, *, x_mm: float, y_mm: float, z_mm: float, pitch_deg: float, roll_deg: float = 0.0
+    ) -> Pose:
+        """Make a pose from mm and degrees."""
+        return cls(
+            x_mm,
+            y_mm,
+            z_mm,
+            math.radians(finite("pitch_deg", pitch_deg)),
+            math.radians(finite("roll_deg", roll_deg)),
+        )
+
+    @property
+    def pitch_deg(self) -> float:
+        """Pitch in degrees, for people."""
+        return math.degrees(self.pitch_rad)
+
+    @property
+    def roll_deg(self) -> float:
+        """Roll in degrees, for people."""
+        return math.degrees(self.roll_rad)
+
+    def __str__(self) -> str:
+        return (
+            f"x {_plain(self.x_mm, 1)}, y {_plain(self.y_mm, 1)}, z {_plain(self.z_mm, 1)} mm, "
+            f"pitch {_plain(self.pitch_deg, 1)}°, roll {_plain(self.roll_deg, 1)}°"
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Joints:
+    """Joint angles in rad, relative, in the order of the arm's joints (`names`).
+
+    Of the Mini-mover's build: base; shoulder, the elevation of the upper arm, up positive;
+    elbow, forearm elevation minus upper-arm elevation; wrist pitch, hand elevation minus forearm
+    elevation; wrist roll. Iterates over the angles.
+    """
+
+    angles_rad: tuple[float, ...]
+    names: tuple[str, ...] = JOINT_NAMES
+
+    def __post_init__(self) -> None:
+        if len(self.angles_rad) != len(self.names):
+            raise KinematicsError(
+                f"{len(self.names)} joint angles are needed ({', '.join(self.names)}), "
+                f"not {len(self.angles_rad)}"
+            )
+        angles = tuple(
+            finite(f"{name}_rad", angle)
+            for name, angle in zip(self.names, self.angles_rad, strict=True)
+        )
+        object.__setattr__(self, "angles_rad", angles)
+
+    @classmethod
+    def of(cls, *angles_deg: float, names: tuple[str, ...] = JOINT_NAMES) -> Joints:
+        """Make joint angles from degrees, in the order of the joints."""
+        return cls(tuple(math.radians(finite("angle_deg", angle)) for angle in angles_deg), names)
+
+    @property
+    def deg(self) -> dict[str, float]:
+        """Angles in degrees by joint name, for people."""
+        return {
+            name: math.degrees(angle)
+            for name, angle in zip(self.names, self.angles_rad, strict=True)
+        }
+
+    def replace(self, **angles_rad: float) -> Joints:
+        """Return these joints with the named ones at new angles in rad."""
+        unknown = angles_rad.keys() - set(self.names)
+        if unknown:
+            raise KinematicsError(
+                f"no joint is named {min(unknown)!r}; this arm has {', '.join(self.names)}"
+            )
+        return Joints(
+            tuple(
+                angles_rad.get(name, angle)
+                for name, angle in zip(self.names, self.angles_rad, strict=True)
+            ),
+            self.names,
+        )
+
+    def __iter__(self) -> Iterator[float]:
+        return iter(self.angles_rad)
+
+    def __len__(self) -> int:
+        return len(self.angles_rad)
+
+    def __getitem__(self, joint: int | str) -> float:
+        return self.angles_rad[self.names.index(joint) if isinstance(joint, str) else joint]
+
+    def __str__(self) -> str:
+        return ", ".join(f"{name} {_plain(angle, 1)}°" for name, angle in self.deg.items())
+
+
+class Motors(tuple[int, ...]):
+    """Whole motor steps, one a motor: an absolute position, or the difference of two.
+
+    `a - b` is the relative move from b to a; `a + d` is where that move ends.
+    """
+
+    __slots__ = ()
+
+    def __new__(cls, steps: Iterable[int] = ()) -> Motors:
+        """Make motor steps; raises `BadNumber` for anything but whole numbers."""
+        made = super().__new__(cls, steps)
+        for index, count in enumerate(made):
+            if type(count) is not int:
+                raise BadNumber(f"motor {index + 1} steps", count)
+        return made
+
+    def __sub__(self, other: Motors) -> Motors:
+        return Motors(a - b for a, b in zip(self, other, strict=True))
+
+    def __add__(self, other: tuple[int, ...]) -> Motors:  # type: ignore[override]
+        return Motors(a + b for a, b in zip(self, other, strict=True))
+
+    @overload  # type: ignore[override]
+    def __getitem__(self, index: int) -> int: ...
+    @overload
+    def __getitem__(self, index: slice) -> Motors: ...
+    def __getitem__(self, index: int | slice) -> int | Motors:
+        """Return one motor's steps, or some motors'."""
+        picked = super().__getitem__(index)
+        return Motors(picked) if isinstance(picked, tuple) else picked
+
+    @property
+    def largest(self) -> int:
+        """The largest count of any motor, without its sign; 0 where nothing moves."""
+        return max((abs(count) for count in self), default=0)
+
+
+def _plain(value: float, digits: int) -> str:
+    """Format without the minus sign of a rounded zero."""
+    return f"{round(value, digits) + 0.0:.{digits}f}"

@@ -1,0 +1,1 @@
+"""The desk: a terminal screen that jogs an arm."""
