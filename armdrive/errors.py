@@ -1,0 +1,124 @@
+"""Every error that a person can meet, with the number that the command line ends with.
+
+    ArmError                      1   root: something is wrong, and the sentence says what to do
+    +-- Refused                   3   nothing was sent, nothing moved
+    |   +-- BadRequest            2   a word or number of the call itself is wrong
+    |   +-- NotReferenced         3   planned motion needs a position that can be trusted
+    |   +-- OperatorNeeded        3   a person has to look at the arm first
+    |   +-- WrongState            3   not allowed in the present state of the arm
+    |   +-- OutOfBounds           3   a limit or a guard would be passed
+    |   +-- ArmInUse              4   another program holds the arm
+    +-- Stopped                   5   a motion ended early because somebody stopped it
+    |   +-- PendantStop           5   the STOP key of the pendant
+    +-- DeviceFault               6   the controller said no, or something else than expected
+    |   +-- NoAnswer              6   the deadline passed without an answer
+    |   +-- PositionMismatch      6   the read-back differs from what was commanded
+    +-- LinkError                 4
+    |   +-- PortUnavailable       4   the port cannot be opened
+    |   +-- LinkLost              4   the wire broke
+    +-- ArmFileError              2   an arm file that cannot be used
+    +-- StateFileError            1   a state file that cannot be used
+
+A goal that cannot be reached is kinematics' own `Unreachable`, and ends with 3.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+
+class ArmError(Exception):
+    """Root of armdrive's errors. The message says what was wrong and what to do."""
+
+    exit_code: ClassVar[int] = 1
+
+
+class Refused(ArmError):
+    """The call was refused before anything was sent: nothing moved."""
+
+    exit_code = 3
+
+
+class BadRequest(Refused, ValueError):
+    """A name or a number in the call is wrong."""
+
+    exit_code = 2
+
+
+class NotReferenced(Refused):
+    """Planned motion needs a trusted position; `home` gives one."""
+
+
+class OperatorNeeded(Refused):
+    """The arm has no switches: a person must confirm its posture before it has a reference."""
+
+
+class WrongState(Refused):
+    """The call is not allowed in the state that the arm is in."""
+
+
+class OutOfBounds(Refused):
+    """Some point of the motion would pass a joint limit or a guard.
+
+    `name` is the joint or guard, `value` and `bound` are in the unit that the message names.
+    """
+
+    def __init__(self, message: str, *, name: str, value: float, bound: float) -> None:
+        self.name = name
+        self.value = value
+        self.bound = bound
+        super().__init__(message)
+
+
+class ArmInUse(Refused):
+    """Another program holds the arm."""
+
+    exit_code = 4
+
+
+class Stopped(ArmError):
+    """A motion ended early because somebody stopped it."""
+
+    exit_code = 5
+
+
+class PendantStop(Stopped):
+    """The STOP key of the arm's own pendant was pressed."""
+
+
+class DeviceFault(ArmError):
+    """The controller answered something else than it should have."""
+
+    exit_code = 6
+
+
+class NoAnswer(DeviceFault):
+    """The controller did not answer before the deadline that was computed for it."""
+
+
+class PositionMismatch(DeviceFault):
+    """The controller's registers are not where the acknowledged motion should have left them."""
+
+
+class LinkError(ArmError):
+    """Something is wrong with the wire."""
+
+    exit_code = 4
+
+
+class PortUnavailable(LinkError):
+    """The port cannot be opened."""
+
+
+class LinkLost(LinkError):
+    """The wire broke: cable pulled, adapter gone, simulated device ended."""
+
+
+class ArmFileError(ArmError):
+    """An arm file that cannot be used; the message names the key."""
+
+    exit_code = 2
+
+
+class StateFileError(ArmError):
+    """A saved state that cannot be used; the message says why."""

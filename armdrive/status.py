@@ -1,0 +1,104 @@
+"""What is known about an arm at one moment: a frozen snapshot that any thread may read."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from kinematics.spaces import Joints, Motors, Pose
+
+
+class State(Enum):
+    """PLCopen's states of an axis group."""
+
+    DISCONNECTED = "disconnected"
+    DISABLED = "disabled"
+    STANDBY = "standby"
+    HOMING = "homing"
+    MOVING = "moving"
+    STOPPING = "stopping"
+    ERROR_STOP = "error-stop"
+
+
+class Trust(Enum):
+    """Whether the position can be believed; orthogonal to the state."""
+
+    UNKNOWN = "unknown"
+    RESTORED = "restored"
+    REFERENCED = "referenced"
+    SUSPECT = "suspect"
+
+
+class Current(Enum):
+    """Whether the motors hold the arm up."""
+
+    HELD = "held"
+    OFF = "off"
+    UNKNOWN = "unknown"
+
+
+@dataclass(frozen=True, slots=True)
+class Status:
+    """One moment of an arm.
+
+    `commanded` is where the arm was last told to be, `acknowledged` where the controller said
+    it has been, `read_back` what the controller's registers last showed: three fields, since
+    they can differ. All are motor steps in the arm's model; None before anything is known.
+    `joints`, `pose` and `gripper_mm` follow from `acknowledged` and are None while the trust is
+    unknown. `stop_time_s` and `stop_distance_mm` bound, for the worst case, how long and how far
+    the finger tips go on after a stop is asked for at this moment.
+    """
+
+    arm: str
+    title: str
+    link: str
+    dialect: str
+    simulated: bool
+    state: State
+    trust: Trust
+    trust_reason: str
+    current: Current
+    joints: Joints | None = None
+    pose: Pose | None = None
+    gripper_mm: float | None = None
+    gripping: bool | None = None
+    commanded: Motors | None = None
+    acknowledged: Motors | None = None
+    read_back: Motors | None = None
+    inputs: int | None = None
+    outputs: int | None = None
+    stop_time_s: float = 0.0
+    stop_distance_mm: float = 0.0
+    last_sent: str = ""
+    last_answer: str = ""
+    notice: str = ""
+    error: str = ""
+    time_s: float = 0.0
+
+    @property
+    def which(self) -> str:
+        """Say in words which arm this is, and whether it is real."""
+        kind = "SIMULATED" if self.simulated else "REAL"
+        return f"{self.arm} ({self.title}), {kind}, {self.link}"
+
+    def __str__(self) -> str:
+        lines = [
+            self.which,
+            f"state {self.state.value}, position {self.trust.value}: {self.trust_reason}",
+        ]
+        if self.joints is not None and self.pose is not None:
+            lines += [f"joints {self.joints}", f"tip {self.pose}"]
+        if self.gripper_mm is not None:
+            grip = ", gripping" if self.gripping else ""
+            lines.append(f"gripper {self.gripper_mm:.1f} mm{grip}")
+        if self.acknowledged is not None:
+            lines.append(f"motors {', '.join(map(str, self.acknowledged))}")
+        lines.append(
+            f"motor current {self.current.value}; a stop takes at most {self.stop_time_s:.2f} s "
+            f"and {self.stop_distance_mm:.0f} mm"
+        )
+        lines += [f"{word}: {text}" for word, text in self._remarks() if text]
+        return "\n".join(lines)
+
+    def _remarks(self) -> tuple[tuple[str, str], ...]:
+        return (("notice", self.notice), ("error", self.error))
