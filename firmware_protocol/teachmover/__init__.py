@@ -1,0 +1,56 @@
+"""The TeachMover dialect: the host's end, the arm's end, and what they say to each other."""
+
+from firmware_protocol.teachmover.device import Device, Ignored, Malformed, Request
+from firmware_protocol.teachmover.host import MAX_ROWS, Completed, Event, Garbled, Host, Stray
+from firmware_protocol.teachmover.messages import (
+    ATTENTION,
+    Arm,
+    Close,
+    Command,
+    Delay,
+    Key,
+    QDump,
+    QWrite,
+    Read,
+    Registers,
+    Reply,
+    Reset,
+    Run,
+    Set,
+    Status,
+    Step,
+    attention_character,
+)
+from firmware_protocol.teachmover.program import SPEED_MAX, ProgramRow
+
+__all__ = [
+    "ATTENTION",
+    "MAX_ROWS",
+    "SPEED_MAX",
+    "Arm",
+    "Close",
+    "Command",
+    "Completed",
+    "Delay",
+    "Device",
+    "Event",
+    "Garbled",
+    "Host",
+    "Ignored",
+    "Key",
+    "Malformed",
+    "ProgramRow",
+    "QDump",
+    "QWrite",
+    "Read",
+    "Registers",
+    "Reply",
+    "Request",
+    "Reset",
+    "Run",
+    "Set",
+    "Status",
+    "Step",
+    "Stray",
+    "attention_character",
+]

@@ -1,0 +1,257 @@
+"""What a TeachMover and its host say to each other, as values checked when they are built.
+
+Motor counts are half-steps, relative in `Step`, the arm's registers in `Registers`. Everything
+here raises `BadField` (a `LocalProtocolError`) that names the field, the value and the range.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import ClassVar, TypeAlias
+
+from firmware_protocol.errors import BadField, RemoteProtocolError, whole
+from firmware_protocol.teachmover.program import (
+    MOTORS,
+    SPEED_MAX,
+    WORD_MAX,
+    ProgramRow,
+    six_steps,
+)
+
+ATTENTION = "@"
+"""The character that a command starts with, until `Arm` changes it."""
+REGISTER_NUMBERS = 7
+_BYTE_MAX = 255
+
+
+def attention_character(value: object, field: str = "attention") -> str:
+    """Return a character that may start commands, or raise `BadField`.
+
+    Letters, digits, comma, minus and space are refused: a command is made of them.
+    """
+    fits = isinstance(value, str) and len(value) == 1 and "!" <= value <= "~"
+    if not (fits and isinstance(value, str)) or value.isalnum() or value in ",-":
+        raise BadField(field, value, "one printable ASCII sign, no letter, digit, comma or minus")
+    return value
+
+
+class Status(IntEnum):
+    """The line that answers every command."""
+
+    FAILED = 0
+    """Failed, or not understood."""
+    DONE = 1
+    STOPPED = 2
+    """The STOP key of the pendant was pressed."""
+
+
+class Key(IntEnum):
+    """The pendant's keys, as `Registers` names the last one pressed."""
+
+    NONE = 0
+    TRAIN = 1
+    PAUSE = 2
+    GRIP = 3
+    OUT = 4
+    FREE = 5
+    MOVE = 6
+    STOP = 7
+    STEP = 8
+    POINT = 9
+    JUMP = 10
+    CLEAR = 11
+    ZERO = 12
+    SPEED = 13
+    RUN = 14
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """Move all six motors together by relative half-steps; the answer comes at the motion's end.
+
+    `speed` is 0 (slowest) to 245 and holds for the motor with the most steps. `output`, where
+    given, is written to the output byte.
+    """
+
+    name: ClassVar[str] = "STEP"
+    speed: int
+    steps: tuple[int, ...]
+    output: int | None = None
+
+    def __post_init__(self) -> None:
+        whole("speed", self.speed, 0, SPEED_MAX)
+        object.__setattr__(self, "steps", six_steps("steps", self.steps))
+        if self.output is not None:
+            whole("output", self.output, 0, _BYTE_MAX)
+
+    @property
+    def arguments(self) -> tuple[int, ...]:
+        """The numbers behind the command's name."""
+        return (self.speed, *self.steps, *(() if self.output is None else (self.output,)))
+
+
+@dataclass(frozen=True, slots=True)
+class _Plain:
+    """A command without arguments."""
+
+    @property
+    def arguments(self) -> tuple[int | str, ...]:
+        """The numbers behind the command's name: none."""
+        return ()
+
+
+@dataclass(frozen=True, slots=True)
+class Read(_Plain):
+    """Ask for the position registers, the last key and the inputs."""
+
+    name: ClassVar[str] = "READ"
+
+
+@dataclass(frozen=True, slots=True)
+class Reset(_Plain):
+    """Zero the position registers **and switch the motor current off**: the arm can sag."""
+
+    name: ClassVar[str] = "RESET"
+
+
+@dataclass(frozen=True, slots=True)
+class Run(_Plain):
+    """Run the program in the arm's memory."""
+
+    name: ClassVar[str] = "RUN"
+
+
+@dataclass(frozen=True, slots=True)
+class QDump(_Plain):
+    """Ask for the program in the arm's memory."""
+
+    name: ClassVar[str] = "QDUMP"
+
+
+@dataclass(frozen=True, slots=True)
+class _AtSpeed:
+    """A command whose one argument is a speed, 0 to 245, that may be left out.
+
+    That the arm takes a speed here is known only from a public program that sends one.
+    """
+
+    speed: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.speed is not None:
+            whole("speed", self.speed, 0, SPEED_MAX)
+
+    @property
+    def arguments(self) -> tuple[int, ...]:
+        """The numbers behind the command's name."""
+        return () if self.speed is None else (self.speed,)
+
+
+@dataclass(frozen=True, slots=True)
+class Close(_AtSpeed):
+    """Close the gripper until its switch trips; slow, and nothing stops it from the host."""
+
+    name: ClassVar[str] = "CLOSE"
+
+
+@dataclass(frozen=True, slots=True)
+class Set(_AtSpeed):
+    """Hand control to the pendant; the answer comes when the pendant gives it back."""
+
+    name: ClassVar[str] = "SET"
+
+
+@dataclass(frozen=True, slots=True)
+class QWrite:
+    """Write one row of the program in the arm's memory."""
+
+    name: ClassVar[str] = "QWRITE"
+    row: ProgramRow
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.row, ProgramRow):
+            raise BadField("row", self.row, "a ProgramRow")
+
+    @property
+    def arguments(self) -> tuple[int, ...]:
+        """The numbers behind the command's name."""
+        return self.row.words
+
+
+@dataclass(frozen=True, slots=True)
+class Arm:
+    """Make commands start with another character from now on."""
+
+    name: ClassVar[str] = "ARM"
+    attention: str
+
+    def __post_init__(self) -> None:
+        attention_character(self.attention)
+
+    @property
+    def arguments(self) -> tuple[str, ...]:
+        """What stands behind the command's name."""
+        return (self.attention,)
+
+
+@dataclass(frozen=True, slots=True)
+class Delay:
+    """Make the arm pause between the characters that it sends; the unit is unverified.
+
+    So is the largest count: 16 bit are admitted here.
+    """
+
+    name: ClassVar[str] = "DELAY"
+    count: int
+
+    def __post_init__(self) -> None:
+        whole("count", self.count, 0, WORD_MAX)
+
+    @property
+    def arguments(self) -> tuple[int, ...]:
+        """The numbers behind the command's name."""
+        return (self.count,)
+
+
+@dataclass(frozen=True, slots=True)
+class Registers:
+    """The six position registers in half-steps, the last key pressed and the input byte.
+
+    A key that has no name stays a number, 0 to 255.
+    """
+
+    positions: tuple[int, ...]
+    key: Key | int = Key.NONE
+    inputs: int = 0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "positions", six_steps("positions", self.positions))
+        key = whole("key", self.key, 0, _BYTE_MAX)
+        object.__setattr__(self, "key", Key(key) if key <= Key.RUN else key)
+        whole("inputs", self.inputs, 0, _BYTE_MAX)
+
+    @classmethod
+    def from_numbers(cls, numbers: Sequence[int]) -> Registers:
+        """Read the seven numbers of a register line; raises `RemoteProtocolError`."""
+        if len(numbers) != REGISTER_NUMBERS:
+            raise RemoteProtocolError(
+                f"a register line has {REGISTER_NUMBERS} numbers, not {len(numbers)}"
+            )
+        word = numbers[MOTORS]
+        if not 0 <= word <= WORD_MAX:
+            raise RemoteProtocolError(f"{word} does not hold a key and an input byte")
+        try:
+            return cls(tuple(numbers[:MOTORS]), word >> 8, word & 0xFF)
+        except BadField as error:
+            raise RemoteProtocolError(str(error)) from None
+
+    @property
+    def numbers(self) -> tuple[int, ...]:
+        """The seven numbers of the register line."""
+        return (*self.positions, self.key << 8 | self.inputs)
+
+
+Command: TypeAlias = Step | Read | Close | Reset | Set | Run | QDump | QWrite | Arm | Delay
+Reply: TypeAlias = Status | Registers | ProgramRow
