@@ -5,9 +5,19 @@ KinematicsError            root of the room
 +-- JointLimit             a joint angle outside its range
 +-- Unreachable            a pose no posture can reach (see nearest.py)
 +-- PathBroken             a straight line leaves the reach, or changes posture, on its way
++-- SingularTransmission   motors that cannot tell the joints apart
++-- UnknownPreset          no preset arm has that key
 """
 
 from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from enum import Enum
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from kinematics.spaces import Pose
 
 
 class KinematicsError(ValueError):
@@ -21,6 +31,106 @@ class BadNumber(KinematicsError):
         self.name = name
         self.value = value
         super().__init__(f"{name} must be a finite number, not {value!r}")
+
+
+class JointLimit(KinematicsError):
+    """A joint angle outside its range; angles in rad."""
+
+    def __init__(self, joint: str, value_rad: float, bound_rad: float) -> None:
+        self.joint = joint
+        self.value_rad = value_rad
+        self.bound_rad = bound_rad
+        self.excess_rad = abs(value_rad - bound_rad)
+        super().__init__(limit_sentence(joint, value_rad, bound_rad))
+
+
+class Constraint(Enum):
+    """What keeps a pose out of reach."""
+
+    TOO_FAR = "too far"
+    TOO_NEAR = "too near"
+    JOINT_LIMIT = "joint limit"
+
+
+class Unreachable(KinematicsError):
+    """A pose that no posture within the limits reaches.
+
+    `value`, `bound` and `excess` are in `unit` ("mm" for the distance of the wrist from the
+    shoulder axis, "rad" for a joint's angle); `joint` is None unless a joint limit is the reason.
+    `nearest` is a pose that can be reached: the nearest one of this pitch and roll, or, where
+    none holds them, of the nearest pitch or roll that can be held.
+    """
+
+    def __init__(
+        self,
+        reason: str,
+        *,
+        constraint: Constraint,
+        joint: str | None,
+        value: float,
+        bound: float,
+        unit: str,
+        goal: Pose,
+        nearest: Pose,
+    ) -> None:
+        self.constraint = constraint
+        self.joint = joint
+        self.value = value
+        self.bound = bound
+        self.excess = abs(value - bound)
+        self.unit = unit
+        self.goal = goal
+        self.nearest = nearest
+        held = " with this pitch" if nearest.pitch_rad == goal.pitch_rad else ""
+        super().__init__(
+            f"{goal} is out of reach: {reason}; nearest pose that can be reached{held}: {nearest}"
+        )
+
+
+class PathBroken(KinematicsError):
+    """A straight line that cannot be followed in one posture.
+
+    `fraction` (0 to 1) says how far along the line it breaks, `point` is the line's pose there.
+    """
+
+    def __init__(self, fraction: float, point: Pose, reason: str) -> None:
+        self.fraction = fraction
+        self.point = point
+        self.reason = reason
+        super().__init__(
+            f"the straight line breaks at {fraction:.0%} of its length, at {point}: {reason}; "
+            "use a joint motion, or a line that keeps clear of this point"
+        )
+
+
+class SingularTransmission(KinematicsError):
+    """Motors whose readings do not determine the joints; `motor` is the row that adds nothing."""
+
+    def __init__(self, motor: str) -> None:
+        self.motor = motor
+        super().__init__(
+            f"motor {motor!r} tells nothing that the other motors do not tell already, so joint "
+            "angles cannot be computed from steps; check what it sees and its steps per unit"
+        )
+
+
+class UnknownPreset(KinematicsError):
+    """No preset arm has this key; `nearest` is the likeliest meant one, or None."""
+
+    def __init__(self, key: str, keys: Iterable[str], nearest: str | None) -> None:
+        self.key = key
+        self.nearest = nearest
+        hint = f"; did you mean {nearest!r}?" if nearest else ""
+        super().__init__(f"no preset arm is named {key!r}{hint} (there are {', '.join(keys)})")
+
+
+def limit_sentence(joint: str, value_rad: float, bound_rad: float) -> str:
+    """Say in degrees by how much a joint would pass its limit."""
+    value_deg, bound_deg = math.degrees(value_rad), math.degrees(bound_rad)
+    return (
+        f"the {joint.replace('_', ' ')} would have to be at {value_deg:.1f}°, "
+        f"{abs(value_deg - bound_deg):.1f}° beyond its limit of {bound_deg:.1f}°"
+    )
 
 
 def finite(name: str, value: object) -> float:

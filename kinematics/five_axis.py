@@ -1,0 +1,237 @@
+"""An arm of the Mini-mover's build: forward and inverse kinematics with limits and branches.
+
+Units: mm and rad. Joint angles are relative (facts of the build: base; shoulder = elevation of
+the upper arm; elbow = forearm minus upper arm; wrist pitch = hand minus forearm; wrist roll).
+In the arm's plane, with the shoulder s, elbow e and wrist w,
+r = a2 cos s + a3 cos(s+e) + a4 cos(s+e+w), z = H + the same of sines, pitch = s+e+w.
+
+The pitch of the task space is seen in the vertical plane through base axis and tip, outwards. A
+posture whose tip is behind the base axis (r < 0, "base back") therefore has the task pitch
+pi - (s+e+w), and its roll is the wrist's plus pi, because the hand's roll reference turns over
+with the base: the pose is the one of the front posture that holds the hand in the same way.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+from enum import Enum
+
+from kinematics import closed_form
+from kinematics.closed_form import Angles, Lengths
+from kinematics.errors import JointLimit, KinematicsError, finite
+from kinematics.limits import LIMIT_TOLERANCE_RAD, JointRange, LimitViolation, turn_into, wrap
+from kinematics.refusal import refusal
+from kinematics.spaces import JOINT_NAMES, Joints, Pose
+
+
+class Base(Enum):
+    """Whether the base faces the tip or has its back to it."""
+
+    FRONT = "front"
+    BACK = "back"
+
+
+class Elbow(Enum):
+    """Which side of the line from shoulder to wrist the elbow is on, seen outwards."""
+
+    UP = "up"
+    DOWN = "down"
+
+
+class RollFrame(Enum):
+    """What a goal's roll is measured against: wrist roll = roll + value * base angle."""
+
+    HAND = 0
+    TABLE = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Branch:
+    """One posture that holds the hand at a pose, and the limits it would break."""
+
+    joints: Joints
+    base: Base
+    elbow: Elbow
+    violations: tuple[LimitViolation, ...]
+    base_free: bool = False
+    """True where the tip is on the base axis: any base angle serves, the seed's was taken."""
+
+    @property
+    def within_limits(self) -> bool:
+        """Whether the arm can take this posture."""
+        return not self.violations
+
+    @property
+    def excess_rad(self) -> float:
+        """The largest excess over a limit, 0 within the limits."""
+        return max((violation.excess_rad for violation in self.violations), default=0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class FiveAxisArm:
+    """Lengths in mm and joint ranges in rad of an arm of the Mini-mover's build.
+
+    `base_height_mm` is the shoulder axis above the table, `hand_mm` the finger tips beyond the
+    wrist. Raises `BadNumber` and `KinematicsError` for lengths or ranges that make no arm.
+    """
+
+    base_height_mm: float
+    upper_arm_mm: float
+    forearm_mm: float
+    hand_mm: float
+    limits: tuple[JointRange, ...]
+
+    def __post_init__(self) -> None:
+        for field in fields(self)[:4]:
+            object.__setattr__(self, field.name, finite(field.name, getattr(self, field.name)))
+        if self.upper_arm_mm <= 0.0 or self.forearm_mm <= 0.0 or self.hand_mm < 0.0:
+            raise KinematicsError(
+                "upper arm and forearm must be longer than 0 mm, the hand not less"
+            )
+        if len(self.limits) != len(JOINT_NAMES):
+            raise KinematicsError(
+                f"a range is needed for each of {', '.join(JOINT_NAMES)}; "
+                f"{len(self.limits)} were given"
+            )
+
+    @property
+    def lengths(self) -> Lengths:
+        """Base height, upper arm, forearm and hand in mm."""
+        return self.base_height_mm, self.upper_arm_mm, self.forearm_mm, self.hand_mm
+
+    def fk(self, joints: Joints, roll_frame: RollFrame = RollFrame.HAND) -> Pose:
+        """Return the pose of a posture; pitch and roll within (-pi, pi].
+
+        A wrist roll of more than half a turn is therefore reported as the same direction nearer
+        to zero; `ik` with the posture as its seed finds the turn again.
+        """
+        angles = _angles(joints)
+        x, y, z, pitch, roll = closed_form.forward(angles, self.lengths)
+        if roll_frame is RollFrame.TABLE:
+            roll = angles[4] - angles[0]  # the same from the front and from the back
+        return Pose(x, y, z, wrap(pitch), wrap(roll))
+
+    def points(self, joints: Joints) -> tuple[tuple[float, float, float], ...]:
+        """Return base (on the table), shoulder, elbow, wrist and tip as (x, y, z) in mm."""
+        base, shoulder, elbow, wrist, _ = _angles(joints)
+        cos_base, sin_base = math.cos(base), math.sin(base)
+        r, z = 0.0, self.base_height_mm
+        found = [(0.0, 0.0, 0.0), (0.0, 0.0, z)]
+        links = ((self.upper_arm_mm, shoulder), (self.forearm_mm, shoulder + elbow))
+        for length, elevation in (*links, (self.hand_mm, shoulder + elbow + wrist)):
+            r += length * math.cos(elevation)
+            z += length * math.sin(elevation)
+            found.append((r * cos_base, r * sin_base, z))
+        return tuple(found)
+
+    def violations(self, joints: Joints) -> tuple[LimitViolation, ...]:
+        """Return the limits that a posture breaks."""
+        return _violations(_angles(joints), self.limits)
+
+    def check(self, joints: Joints) -> None:
+        """Raise `JointLimit` for the joint that passes its limit furthest, if any does."""
+        broken = self.violations(joints)
+        if broken:
+            worst = max(broken, key=lambda violation: violation.excess_rad)
+            raise JointLimit(worst.joint, worst.value_rad, worst.bound_rad)
+
+    def branches(
+        self, pose: Pose, seed: Joints | None = None, roll_frame: RollFrame = RollFrame.HAND
+    ) -> tuple[Branch, ...]:
+        """Return every posture for a pose: base front and back, elbow up and down.
+
+        Four; two where the tip is on the base axis (the base is then free and taken from the
+        seed, and the pitch counts with the base in front); none where upper arm and forearm
+        cannot span the distance. Postures beyond the limits are included and say so. Each angle
+        is of the turn nearest to the seed (the zero posture by default) that the limits allow.
+        """
+        near = _seed(seed, self.limits)
+        goal = (pose.x_mm, pose.y_mm, pose.z_mm, pose.pitch_rad, pose.roll_rad)
+        found = closed_form.inverse(goal, self.lengths, float(roll_frame.value), near)
+        base_free = math.hypot(pose.x_mm, pose.y_mm) <= closed_form.AXIS_MM
+        return tuple(
+            self._branch(back, down, _turned(angles, self.limits, near), base_free)
+            for back, down, angles in found
+        )
+
+    def solve(
+        self, pose: Pose, seed: Joints | None = None, roll_frame: RollFrame = RollFrame.HAND
+    ) -> Joints | None:
+        """Return the posture within limits nearest to the seed, or None: `ik` without reasons.
+
+        Nearest is by the sum of the squares of the joints' changes.
+        """
+        near = _seed(seed, self.limits)
+        goal = (pose.x_mm, pose.y_mm, pose.z_mm, pose.pitch_rad, pose.roll_rad)
+        best: Angles | None = None
+        least = math.inf
+        for _, _, angles in closed_form.inverse(goal, self.lengths, float(roll_frame.value), near):
+            turned = _turned(angles, self.limits, near)
+            if _within(turned, self.limits):
+                change = sum((a - b) ** 2 for a, b in zip(turned, near, strict=True))
+                if change < least:
+                    best, least = turned, change
+        return None if best is None else Joints(best)
+
+    def ik(
+        self, pose: Pose, seed: Joints | None = None, roll_frame: RollFrame = RollFrame.HAND
+    ) -> Joints:
+        """Return the posture within the limits nearest to the seed (as `solve` measures it).
+
+        Raises `Unreachable`, which says which constraint fails, by how much, and the nearest
+        pose that can be reached. A wrist roll of more than half a turn is found where the seed
+        is nearer to it. An angle less than 1e-7 rad beyond a limit becomes the limit.
+        """
+        joints = self.solve(pose, seed, roll_frame)
+        if joints is None:
+            raise refusal(self, pose, seed, roll_frame)
+        return joints
+
+    def _branch(self, back: bool, down: bool, angles: Angles, base_free: bool) -> Branch:
+        return Branch(
+            Joints(angles),
+            Base.BACK if back else Base.FRONT,
+            Elbow.DOWN if down else Elbow.UP,
+            _violations(angles, self.limits),
+            base_free,
+        )
+
+
+def _angles(joints: Joints) -> Angles:
+    """Return the five angles, or say that these are not this build's joints."""
+    if len(joints) != len(JOINT_NAMES):
+        raise KinematicsError(f"this arm has {len(JOINT_NAMES)} joints, not {len(joints)}")
+    base, shoulder, elbow, wrist, roll = joints.angles_rad
+    return base, shoulder, elbow, wrist, roll
+
+
+def _seed(seed: Joints | None, limits: tuple[JointRange, ...]) -> Angles:
+    """Return the seed's angles, its base within its limits: a free base must be one to take."""
+    if seed is None:
+        return limits[0].clamp(0.0), 0.0, 0.0, 0.0, 0.0
+    base, *others = _angles(seed)
+    return (limits[0].clamp(base), *others)  # type: ignore[return-value]
+
+
+def _turned(angles: Angles, limits: tuple[JointRange, ...], near: Angles) -> Angles:
+    b, s, e, w, r = (
+        turn_into(angle, bounds.low_rad, bounds.high_rad, seed)
+        for angle, bounds, seed in zip(angles, limits, near, strict=True)
+    )
+    return b, s, e, w, r
+
+
+def _within(angles: Angles, limits: tuple[JointRange, ...]) -> bool:
+    return all(
+        bounds.low_rad <= angle <= bounds.high_rad
+        for angle, bounds in zip(angles, limits, strict=True)
+    )
+
+
+def _violations(angles: Angles, limits: tuple[JointRange, ...]) -> tuple[LimitViolation, ...]:
+    return tuple(
+        LimitViolation(name, angle, bounds.clamp(angle))
+        for name, angle, bounds in zip(JOINT_NAMES, angles, limits, strict=True)
+        if abs(angle - bounds.clamp(angle)) > LIMIT_TOLERANCE_RAD
+    )

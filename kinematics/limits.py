@@ -1,0 +1,84 @@
+"""Ranges of joint angles, and which turn of an angle lies within a range.
+
+All angles in rad.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from kinematics.errors import KinematicsError, finite
+
+LIMIT_TOLERANCE_RAD = 1e-7
+"""How far beyond a limit an angle may lie and still be taken for the limit itself.
+
+Next to the stretched arm the rounding of a pose shows as some 5e-8 rad of the elbow (the square
+root of the floating-point precision), so a tighter tolerance would refuse a posture's own pose.
+On an arm of 450 mm it is worth 5e-5 mm, thousands of times less than one motor step.
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class JointRange:
+    """Angles that a joint can take, both ends included, in rad."""
+
+    low_rad: float
+    high_rad: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "low_rad", finite("low_rad", self.low_rad))
+        object.__setattr__(self, "high_rad", finite("high_rad", self.high_rad))
+        if self.low_rad > self.high_rad:
+            raise KinematicsError(
+                f"a joint's low limit ({math.degrees(self.low_rad):.1f}°) must not lie above its "
+                f"high limit ({math.degrees(self.high_rad):.1f}°)"
+            )
+
+    @classmethod
+    def of(cls, low_deg: float, high_deg: float) -> JointRange:
+        """Make a range from degrees."""
+        return cls(
+            math.radians(finite("low_deg", low_deg)), math.radians(finite("high_deg", high_deg))
+        )
+
+    def clamp(self, angle_rad: float) -> float:
+        """Return the angle of the range nearest to this one."""
+        return min(max(angle_rad, self.low_rad), self.high_rad)
+
+
+@dataclass(frozen=True, slots=True)
+class LimitViolation:
+    """A joint beyond one of its limits: the angle it would need, and the limit, in rad."""
+
+    joint: str
+    value_rad: float
+    bound_rad: float
+
+    @property
+    def excess_rad(self) -> float:
+        """How far beyond the limit."""
+        return abs(self.value_rad - self.bound_rad)
+
+
+def wrap(angle: float) -> float:
+    """Return the same direction within (-pi, pi]."""
+    turned = math.remainder(angle, math.tau)
+    return turned if turned > -math.pi else math.pi
+
+
+def turn_into(angle: float, low: float, high: float, seed: float) -> float:
+    """Return the turn of `angle` (by whole circles) that a joint of this range should take.
+
+    Of the turns within the range, the one nearest to `seed`; if none is within it, the one that
+    misses it least. An angle within the tolerance of a limit becomes the limit.
+    """
+    near = angle + round((seed - angle) / math.tau) * math.tau
+    floor, ceiling = low - LIMIT_TOLERANCE_RAD, high + LIMIT_TOLERANCE_RAD
+    if floor <= near <= ceiling:
+        return min(max(near, low), high)
+    first = angle + math.ceil((floor - angle) / math.tau) * math.tau
+    last = angle + math.floor((ceiling - angle) / math.tau) * math.tau
+    if first <= ceiling:  # some turns are within the range, all on one side of the seed
+        return min(max(first if near < low else last, low), high)
+    return last if low - last <= first - high else first
