@@ -75,7 +75,8 @@ class LineSplitter:
         if len(self._partial) + len(piece) <= self._max_length:
             self._partial += piece
             return
-        start = (bytes(self._partial) + piece[:SHOWN_BYTES])[:SHOWN_BYTES]
+        shown = min(SHOWN_BYTES, self._max_length)  # bytes that are here whatever the chunks
+        start = (bytes(self._partial) + piece[:shown])[:shown]
         self._partial.clear()
         self._dropping = True
         self._put(Dropped(start, f"a line of more than {self._max_length} bytes"))

@@ -1,0 +1,100 @@
+"""Lines out of bytes: any chunks, bounded memory, every loss reported once."""
+
+from itertools import pairwise
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firmware_protocol.lines import SHOWN_BYTES, Dropped, LineSplitter
+
+
+def drained(splitter: LineSplitter) -> list[bytes | Dropped]:
+    found = []
+    while (line := splitter.next_line()) is not None:
+        found.append(line)
+    return found
+
+
+def chunks_of(data: bytes, cuts: list[int]) -> list[bytes]:
+    at = sorted({min(cut, len(data)) for cut in cuts} | {0, len(data)})
+    return [data[a:b] for a, b in pairwise(at)]
+
+
+def test_a_line_appears_when_its_terminator_does():
+    splitter = LineSplitter(b"\r")
+    splitter.feed(b"one")
+    assert splitter.next_line() is None
+    assert splitter.partial == b"one"
+    splitter.feed(b"\rtw")
+    assert drained(splitter) == [b"one"]
+    assert splitter.partial == b"tw"
+
+
+def test_any_byte_of_the_set_ends_a_line_and_empty_lines_are_skipped():
+    splitter = LineSplitter(b"\r\n")
+    splitter.feed(b"a\r\nb\n\n\rc\r")
+    assert drained(splitter) == [b"a", b"b", b"c"]
+
+
+def test_terminators_that_mean_something_in_a_pattern_are_only_themselves():
+    splitter = LineSplitter(b"^]-")
+    splitter.feed(b"a^b]c-d\\e^")
+    assert drained(splitter) == [b"a", b"b", b"c", b"d\\e"]
+
+
+def test_a_line_of_the_greatest_length_passes_and_one_byte_more_does_not():
+    splitter = LineSplitter(b"\r", max_length=5)
+    splitter.feed(b"12345\r123456\rok\r")
+    assert drained(splitter) == [b"12345", Dropped(b"12345", "a line of more than 5 bytes"), b"ok"]
+
+
+def test_an_endless_line_is_reported_once_and_at_once_and_takes_no_memory():
+    splitter = LineSplitter(b"\r", max_length=100)
+    for _ in range(1000):
+        splitter.feed(b"x" * 77)
+        assert splitter.buffered <= 100 + SHOWN_BYTES
+    assert [type(line) for line in drained(splitter)] == [Dropped]
+    splitter.feed(b"tail\rgood\r")
+    assert drained(splitter) == [b"good"]
+
+
+def test_a_flood_of_lines_is_bounded_and_says_where_it_lost_some():
+    splitter = LineSplitter(b"\r", max_length=10, max_lines=4)
+    splitter.feed(b"".join(b"%d\r" % n for n in range(1000)))
+    assert splitter.buffered <= 4 * SHOWN_BYTES
+    lost = Dropped(b"3", "4 lines were waiting: from here on they are lost")
+    assert drained(splitter) == [b"0", b"1", b"2", lost]
+    splitter.feed(b"after\r")
+    assert drained(splitter) == [b"after"]
+
+
+def test_discarding_makes_the_next_byte_begin_a_line():
+    splitter = LineSplitter(b"\r", max_length=8)
+    for junk in (b"waiting\rpart", b"far too long for a line"):
+        splitter.feed(junk)
+        splitter.discard()
+        assert splitter.buffered == 0
+        splitter.feed(b"new\r")
+        assert drained(splitter) == [b"new"]
+
+
+@given(
+    st.lists(st.binary(max_size=30), max_size=12).map(b"\r".join),
+    st.lists(st.integers(0, 400), max_size=12),
+)
+def test_the_chunks_make_no_difference(data: bytes, cuts: list[int]):
+    whole, split, bytewise = (LineSplitter(b"\r\n", max_length=20, max_lines=8) for _ in range(3))
+    whole.feed(data)
+    for chunk in chunks_of(data, cuts):
+        split.feed(chunk)
+    for byte in data:
+        bytewise.feed(bytes([byte]))
+    assert whole.partial == split.partial == bytewise.partial
+    assert drained(whole) == drained(split) == drained(bytewise)
+
+
+@given(st.lists(st.binary(min_size=1, max_size=20).filter(lambda b: b"\r" not in b), max_size=20))
+def test_lines_within_the_bounds_come_out_as_they_went_in(lines: list[bytes]):
+    splitter = LineSplitter(b"\r", max_length=20)
+    splitter.feed(b"".join(line + b"\r" for line in lines))
+    assert drained(splitter) == lines

@@ -1,0 +1,109 @@
+"""TeachMover messages are checked when built, and name what does not fit."""
+
+import pytest
+
+from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError
+from firmware_protocol.teachmover import (
+    Arm,
+    Close,
+    Delay,
+    Key,
+    ProgramRow,
+    QWrite,
+    Read,
+    Registers,
+    Run,
+    Set,
+    Step,
+)
+
+ZERO = (0,) * 6
+
+REFUSED = [
+    (lambda: Step(246, ZERO), "speed", 246, "0 to 245"),
+    (lambda: Step(-1, ZERO), "speed", -1, "0 to 245"),
+    (lambda: Step(True, ZERO), "speed", True, "0 to 245"),
+    (lambda: Step(2.0, ZERO), "speed", 2.0, "whole number"),
+    (lambda: Step("9", ZERO), "speed", "9", "whole number"),
+    (lambda: Step(0, (0,) * 5), "steps", (0,) * 5, "6 counts"),
+    (lambda: Step(0, "123456"), "steps", "123456", "6 counts"),
+    (lambda: Step(0, (0, 0, 32768, 0, 0, 0)), "steps[2]", 32768, "-32768 to 32767"),
+    (lambda: Step(0, (0, 0, 0, 0, 0, -32769)), "steps[5]", -32769, "-32768 to 32767"),
+    (lambda: Step(0, (0.5, 0, 0, 0, 0, 0)), "steps[0]", 0.5, "whole number"),
+    (lambda: Step(0, ZERO, 256), "output", 256, "0 to 255"),
+    (lambda: Step(0, ZERO, -1), "output", -1, "0 to 255"),
+    (lambda: Close(246), "speed", 246, "0 to 245"),
+    (lambda: Set(-1), "speed", -1, "0 to 245"),
+    (lambda: Delay(-1), "count", -1, "0 to 65535"),
+    (lambda: QWrite((1, 2, 3)), "row", (1, 2, 3), "ProgramRow"),
+    (lambda: Registers((0,) * 7), "positions", (0,) * 7, "6 counts"),
+    (lambda: Registers(ZERO, 256), "key", 256, "0 to 255"),
+    (lambda: Registers(ZERO, Key.NONE, 256), "inputs", 256, "0 to 255"),
+    (lambda: ProgramRow(-1, 0, ZERO), "number", -1, "0 to 65535"),
+    (lambda: ProgramRow(1, 256, ZERO), "speed", 256, "0 to 255"),
+    (lambda: ProgramRow(1, 0, ZERO, 256), "kind", 256, "0 to 255"),
+    (lambda: ProgramRow.move(1, 246, ZERO), "speed", 246, "0 to 245"),
+    (lambda: ProgramRow(1, 0, (0, 0, 0, 40000, 0, 0)), "positions[3]", 40000, "to 32767"),
+    *(
+        (lambda bad=bad: Arm(bad), "attention", bad, "no letter, digit, comma or minus")
+        for bad in ("", "a", "Z", "7", ",", "-", " ", "\r", "\x7f", "é", "@@", None, 64)
+    ),
+]
+
+
+@pytest.mark.parametrize(("build", "field", "value", "allowed"), REFUSED)
+def test_what_does_not_fit_is_refused_by_name_value_and_range(build, field, value, allowed):
+    with pytest.raises(BadField) as caught:
+        build()
+    error = caught.value
+    assert isinstance(error, LocalProtocolError)
+    assert (error.field, error.value) == (field, value)
+    assert allowed in error.allowed
+    assert str(error) == f"{field} must be {error.allowed}, not {value!r}"
+
+
+def test_the_extremes_are_admitted():
+    assert Step(245, (-32768, 32767, 0, 0, 0, 0), 255).arguments == (
+        *(245, -32768, 32767, 0, 0, 0, 0),
+        255,
+    )
+    assert Delay(65535).arguments == (65535,)
+    assert [Arm(sign).attention for sign in "@!#~/"] == list("@!#~/")
+
+
+def test_messages_are_values():
+    assert Read() == Read()
+    assert Read() != Run()
+    assert len({Close(), Close(), Set(), Step(1, ZERO), Step(1, ZERO)}) == 3
+    with pytest.raises(AttributeError):
+        Step(1, ZERO).speed = 2
+
+
+def test_registers_hold_the_last_key_and_the_inputs_in_one_number():
+    registers = Registers.from_numbers((1, -2, 3, -4, 5, -6, 7 * 256 + 65))
+    assert registers == Registers((1, -2, 3, -4, 5, -6), Key.STOP, 65)
+    assert registers.key is Key.STOP
+    assert registers.numbers == (1, -2, 3, -4, 5, -6, 1857)
+
+
+@pytest.mark.parametrize("key", range(256))
+def test_a_key_without_a_name_stays_a_number(key):
+    registers = Registers.from_numbers((*ZERO, key * 256))
+    assert registers.key == key
+    assert isinstance(registers.key, Key) == (key <= 14)
+    assert Registers.from_numbers(registers.numbers) == registers
+
+
+@pytest.mark.parametrize(
+    "numbers",
+    [ZERO, (*ZERO, 0, 0), (*ZERO, -1), (*ZERO, 65536), (32768, 0, 0, 0, 0, 0, 0)],
+)
+def test_numbers_that_are_no_registers_are_the_other_sides_fault(numbers):
+    with pytest.raises(RemoteProtocolError):
+        Registers.from_numbers(numbers)
+
+
+def test_the_keys_are_the_pendants():
+    names = "NONE TRAIN PAUSE GRIP OUT FREE MOVE STOP STEP POINT JUMP CLEAR ZERO SPEED RUN"
+    assert [key.name for key in Key] == names.split()
+    assert [int(key) for key in Key] == list(range(15))
