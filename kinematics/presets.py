@@ -1,0 +1,188 @@
+"""Arms of the Mini-mover's build as data: lengths, limits, speeds, transmission, guards.
+
+Units: mm, rad, motor half-steps, N. Where sources disagree, the value here is a default that an
+arm file or a calibration overrides.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from kinematics.errors import UnknownPreset
+from kinematics.five_axis import FiveAxisArm
+from kinematics.guards import Guards
+from kinematics.limits import JointRange
+from kinematics.spaces import Pose
+from kinematics.transmission import MotorSpec, Transmission
+
+POUND_FORCE_N = 4.448
+MM_PER_INCH = 25.4
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """The posture from which an arm without switches counts its steps."""
+
+    pose: Pose
+    opening_mm: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class ArmPreset:
+    """What is known of one kind of arm before anybody has measured a particular one.
+
+    `transmission` and `reference` are None where nothing is published. Joint speeds are in the
+    order of the joints, at full load and without load. `grip_steps_per_n` is how many steps of
+    closing add one newton once the fingers touch. `verified` says that programs which drive this
+    arm publish the numbers; where it is False, the preset is a template, and Cartesian motion is
+    to be refused until its owner has filled in the numbers. `notes` says where they come from.
+    """
+
+    key: str
+    title: str
+    arm: FiveAxisArm
+    transmission: Transmission | None
+    joint_speeds_rad_s: tuple[float, ...]
+    no_load_speeds_rad_s: tuple[float, ...]
+    gripper_range_mm: tuple[float, float]
+    gripper_speed_mm_s: float
+    grip_steps_per_n: float | None
+    reference: Reference | None
+    guards: Guards
+    verified: bool
+    notes: str
+
+
+def cable_transmission(
+    base: float, shoulder: float, elbow: float, wrist: float, gripper: float
+) -> Transmission:
+    """Return the Mini-mover's cable mechanics for these steps per rad (gripper: per mm).
+
+    Each motor sees absolute link angles: shoulder forward and elbow down are positive, the two
+    wrist motors share pitch and roll as sum and difference, and the gripper's motor follows the
+    elbow's step for step.
+    """
+    return Transmission(
+        (
+            MotorSpec("base", base, (1.0, 0.0, 0.0, 0.0, 0.0, 0.0)),
+            MotorSpec("shoulder", shoulder, (0.0, -1.0, 0.0, 0.0, 0.0, 0.0)),
+            MotorSpec("elbow", elbow, (0.0, -1.0, -1.0, 0.0, 0.0, 0.0)),
+            MotorSpec("right wrist", wrist, (0.0, -1.0, -1.0, -1.0, -1.0, 0.0)),
+            MotorSpec("left wrist", wrist, (0.0, -1.0, -1.0, -1.0, 1.0, 0.0)),
+            MotorSpec("gripper", gripper, (0.0, 0.0, 0.0, 0.0, 0.0, 1.0), follows=((2, 1),)),
+        )
+    )
+
+
+_LIMITS = (
+    JointRange.of(-90, 90),
+    JointRange.of(-35, 144),
+    JointRange.of(-149, 0),
+    JointRange.of(-90, 90),
+    JointRange.of(-360, 360),
+)
+_FULL_LOAD = (0.37, 0.15, 0.23, 1.31, 1.31)
+_NO_LOAD = (0.42, 0.36, 0.82, 2.02, 2.02)
+_OPENING = (0.0, 76.0)
+_GRIPPER_SPEED = 20.0
+_GRIP_STEPS_PER_N = 32.0 / POUND_FORCE_N
+_HALF_STEPS = cable_transmission(
+    base=7072 / math.tau,
+    shoulder=7072 / math.tau,
+    elbow=4158 / math.tau,
+    wrist=1536 / math.tau,
+    gripper=371 / MM_PER_INCH,
+)
+_ON_THE_TABLE = Reference(Pose.of(x_mm=127.0, y_mm=0.0, z_mm=0.0, pitch_deg=-90.0))
+
+_TEACHMOVER = ArmPreset(
+    key="teachmover",
+    title="Microbot TeachMover",
+    arm=FiveAxisArm(193.7, 177.8, 177.8, 96.5, _LIMITS),
+    transmission=_HALF_STEPS,
+    joint_speeds_rad_s=_FULL_LOAD,
+    no_load_speeds_rad_s=_NO_LOAD,
+    gripper_range_mm=_OPENING,
+    gripper_speed_mm_s=_GRIPPER_SPEED,
+    grip_steps_per_n=_GRIP_STEPS_PER_N,
+    reference=_ON_THE_TABLE,
+    guards=Guards(),
+    verified=True,
+    notes="Lengths, guards and steps per turn from public TeachMover programs, limits and speeds "
+    "from its papers. Published steps per radian of elbow and wrist contradict the per-turn "
+    "figures, which are used. Programs disagree on the signs of base and roll: calibrate them.",
+)
+
+_MINIMOVER = ArmPreset(
+    key="minimover5",
+    title="Microbot Mini-mover 5",
+    arm=FiveAxisArm(195.0, 177.8, 177.8, 96.5, _LIMITS),
+    transmission=_HALF_STEPS,
+    joint_speeds_rad_s=_FULL_LOAD,
+    no_load_speeds_rad_s=_NO_LOAD,
+    gripper_range_mm=_OPENING,
+    gripper_speed_mm_s=_GRIPPER_SPEED,
+    grip_steps_per_n=_GRIP_STEPS_PER_N,
+    reference=_ON_THE_TABLE,
+    guards=Guards(),
+    verified=True,
+    notes="Lengths from McKerrow, chapter 4, section 16 (Microbot's own papers give a base height "
+    "of 193.7 mm). Steps, limits, speeds and guards are the TeachMover's, of the same mechanics.",
+)
+
+_ALPHA2 = ArmPreset(
+    key="alpha2",
+    title="Microbot Alpha II",
+    arm=FiveAxisArm(215.0, 177.8, 177.8, 129.5, _LIMITS),
+    transmission=None,
+    joint_speeds_rad_s=_FULL_LOAD,
+    no_load_speeds_rad_s=_NO_LOAD,
+    gripper_range_mm=_OPENING,
+    gripper_speed_mm_s=_GRIPPER_SPEED,
+    grip_steps_per_n=None,
+    reference=None,
+    guards=Guards(outer_radius_mm=None),
+    verified=False,
+    notes="Lengths from McKerrow's link table. No steps per turn and no reference posture are "
+    "published; limits, speeds and guards are the TeachMover's, as a start, without its outer "
+    "radius, which is shorter than this arm's reach.",
+)
+
+_ROBKO01 = ArmPreset(
+    key="robko01",
+    title="Robko 01",
+    arm=FiveAxisArm(190.0, 178.0, 178.0, 92.0, _LIMITS),
+    transmission=cable_transmission(
+        base=1222.7, shoulder=1161.4, elbow=680.1, wrist=244.7, gripper=27.0
+    ).with_signs(motors=(1, 1, -1, 1, 1, 1)),
+    joint_speeds_rad_s=_FULL_LOAD,
+    no_load_speeds_rad_s=_NO_LOAD,
+    gripper_range_mm=_OPENING,
+    gripper_speed_mm_s=_GRIPPER_SPEED,
+    grip_steps_per_n=None,
+    reference=None,
+    guards=Guards(),
+    verified=True,
+    notes="Lengths and steps per radian from the arm's own Python software; its elbow counts "
+    "backward as positive. The unit of its gripper figure (27.0) is taken as steps per mm, and "
+    "limits, speeds, guards and the gripper's elbow coupling as the TeachMover's: check them. No "
+    "reference posture is published: declare one.",
+)
+
+PRESETS: Mapping[str, ArmPreset] = MappingProxyType(
+    {preset.key: preset for preset in (_MINIMOVER, _TEACHMOVER, _ALPHA2, _ROBKO01)}
+)
+"""The arms this room knows by name."""
+
+
+def preset(key: str) -> ArmPreset:
+    """Return the preset of this key, or raise `UnknownPreset` that suggests the nearest one."""
+    found = PRESETS.get(key)
+    if found is None:
+        close = difflib.get_close_matches(str(key).lower(), PRESETS, n=1, cutoff=0.4)
+        raise UnknownPreset(key, PRESETS, close[0] if close else None)
+    return found

@@ -1,0 +1,188 @@
+"""Joint angles and gripper opening to whole motor steps and back, as data.
+
+Units: rad, mm (the gripper's opening) and motor steps. A motor sees a sum of joint angles (the
+cables of a Mini-mover pass over the joints before theirs, so its motors see absolute link
+angles), multiplies it by its steps per unit, and adds an offset. It may also follow other motors
+step for step: the gripper's cable runs over the elbow, so each elbow step is added to the
+gripper's motor as it is, and the fingers stand exactly still while the elbow moves.
+
+Exact values are rounded once, to the nearest whole step, halves upwards (towards the positive
+end): the same rule on both sides of zero, so that shifting a zero by whole steps shifts every
+target by the same steps.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+from kinematics.errors import KinematicsError, SingularTransmission, finite
+from kinematics.linear import DependentRow, Matrix, inverse, times
+from kinematics.spaces import JOINT_NAMES, Joints, Motors
+
+
+@dataclass(frozen=True, slots=True)
+class MotorSpec:
+    """What one motor sees of the joints, and what it adds for other motors.
+
+    `steps_per_unit` is per rad, or per mm for the gripper's motor; `sees` holds one coefficient
+    for each joint and, where the arm's gripper has a motor, a last one for the opening. `follows`
+    lists (index of an earlier motor, whole ratio): that many of its own steps for each of theirs.
+    """
+
+    name: str
+    steps_per_unit: float
+    sees: tuple[float, ...]
+    offset_steps: float = 0.0
+    follows: tuple[tuple[int, int], ...] = ()
+
+    def __post_init__(self) -> None:
+        per_unit = finite(f"{self.name} steps_per_unit", self.steps_per_unit)
+        object.__setattr__(self, "steps_per_unit", per_unit)
+        sees = tuple(finite(f"what {self.name} sees", share) for share in self.sees)
+        object.__setattr__(self, "sees", sees)
+        offset = finite(f"{self.name} offset_steps", self.offset_steps)
+        object.__setattr__(self, "offset_steps", offset)
+        if not all(type(ratio) is int for _, ratio in self.follows):
+            raise KinematicsError(f"motor {self.name!r} can follow only in whole ratios of steps")
+
+
+@dataclass(frozen=True, slots=True)
+class Transmission:
+    """All motors of an arm, as many as it has joints, plus one where the gripper has a motor.
+
+    `matrix` gives steps per unit of each joint (and the opening), couplings included; `inverse`
+    its inverse. Raises `SingularTransmission` where the motors do not determine the joints.
+    """
+
+    motors: tuple[MotorSpec, ...]
+    joint_names: tuple[str, ...] = JOINT_NAMES
+    matrix: Matrix = field(init=False, repr=False, compare=False)
+    inverse: Matrix = field(init=False, repr=False, compare=False)
+    _own: Matrix = field(init=False, repr=False, compare=False)
+    _own_inverse: Matrix = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        _check_shape(self.motors, len(self.joint_names))
+        own = tuple(
+            tuple(motor.steps_per_unit * share for share in motor.sees) for motor in self.motors
+        )
+        full: list[tuple[float, ...]] = []
+        for motor, row in zip(self.motors, own, strict=True):
+            for earlier, ratio in motor.follows:
+                row = tuple(a + ratio * b for a, b in zip(row, full[earlier], strict=True))
+            full.append(row)
+        try:
+            own_inverse, full_inverse = inverse(own), inverse(tuple(full))
+        except DependentRow as dependent:
+            raise SingularTransmission(self.motors[dependent.row].name) from None
+        object.__setattr__(self, "matrix", tuple(full))
+        object.__setattr__(self, "inverse", full_inverse)
+        object.__setattr__(self, "_own", own)
+        object.__setattr__(self, "_own_inverse", own_inverse)
+
+    @property
+    def has_gripper(self) -> bool:
+        """Whether the last motor drives the gripper."""
+        return len(self.motors) > len(self.joint_names)
+
+    def to_motors(self, joints: Joints, opening_mm: float = 0.0) -> Motors:
+        """Return absolute motor steps, rounded once; the opening is unused without its motor."""
+        steps: list[int] = []
+        for motor, own in zip(self.motors, self._own_steps(joints, opening_mm), strict=True):
+            followed = sum(ratio * steps[earlier] for earlier, ratio in motor.follows)
+            steps.append(math.floor(own + 0.5) + followed)
+        return Motors(steps)
+
+    def to_exact(self, joints: Joints, opening_mm: float = 0.0) -> tuple[float, ...]:
+        """Return absolute motor steps, unrounded."""
+        steps: list[float] = []
+        for motor, own in zip(self.motors, self._own_steps(joints, opening_mm), strict=True):
+            steps.append(own + sum(ratio * steps[earlier] for earlier, ratio in motor.follows))
+        return tuple(steps)
+
+    def to_joints(self, motors: Sequence[int]) -> tuple[Joints, float]:
+        """Return joint angles and gripper opening in mm; 0 where the gripper has no motor."""
+        if len(motors) != len(self.motors):
+            raise KinematicsError(f"{len(self.motors)} motors were expected, not {len(motors)}")
+        own = tuple(
+            steps
+            - sum(ratio * motors[earlier] for earlier, ratio in motor.follows)
+            - motor.offset_steps
+            for motor, steps in zip(self.motors, motors, strict=True)
+        )
+        values = times(self._own_inverse, own)
+        count = len(self.joint_names)
+        return Joints(values[:count], self.joint_names), values[count] if self.has_gripper else 0.0
+
+    def motor_rates(
+        self, joint_rates_rad_s: Sequence[float], gripper_mm_s: float = 0.0
+    ) -> tuple[float, ...]:
+        """Return steps per second of each motor for these rates, couplings included."""
+        return times(self.matrix, self._coordinates(joint_rates_rad_s, gripper_mm_s))
+
+    def with_signs(
+        self, motors: Sequence[int] = (), coordinates: Sequence[int] = ()
+    ) -> Transmission:
+        """Return this transmission with some directions turned over, as calibration finds them.
+
+        `motors` holds 1 or -1 for each motor: -1 where it counts the other way. `coordinates`
+        holds 1 or -1 for each joint (and the opening): -1 where the joint's positive direction
+        is the other one. Left out, all stay.
+        """
+        turns = _signs(motors, len(self.motors), "motor")
+        axes = _signs(coordinates, len(self.motors), "joint")
+        return replace(
+            self,
+            motors=tuple(
+                replace(
+                    motor,
+                    steps_per_unit=turn * motor.steps_per_unit,
+                    sees=tuple(axis * share for axis, share in zip(axes, motor.sees, strict=True)),
+                    offset_steps=turn * motor.offset_steps,
+                    follows=tuple(
+                        (earlier, turn * turns[earlier] * ratio) for earlier, ratio in motor.follows
+                    ),
+                )
+                for motor, turn in zip(self.motors, turns, strict=True)
+            ),
+        )
+
+    def _own_steps(self, joints: Joints, opening_mm: float) -> tuple[float, ...]:
+        """Return what each motor sees by itself, offset included, without what it follows."""
+        seen = times(self._own, self._coordinates(joints.angles_rad, opening_mm))
+        return tuple(a + motor.offset_steps for a, motor in zip(seen, self.motors, strict=True))
+
+    def _coordinates(self, joints: Sequence[float], opening: float) -> tuple[float, ...]:
+        if len(joints) != len(self.joint_names):
+            raise KinematicsError(
+                f"{len(self.joint_names)} joints were expected, not {len(joints)}"
+            )
+        if not self.has_gripper:
+            return tuple(joints)
+        return (*joints, finite("gripper opening", opening))
+
+
+def _check_shape(motors: tuple[MotorSpec, ...], joint_count: int) -> None:
+    """Raise unless the motors and what they see make a square matrix and follow backwards."""
+    if len(motors) not in {joint_count, joint_count + 1}:
+        raise KinematicsError(
+            f"{joint_count} joints need {joint_count} motors, or one more for the gripper, "
+            f"not {len(motors)}"
+        )
+    for index, motor in enumerate(motors):
+        if len(motor.sees) != len(motors):
+            raise KinematicsError(
+                f"motor {motor.name!r} must see {len(motors)} values, not {len(motor.sees)}"
+            )
+        if not all(0 <= earlier < index for earlier, _ in motor.follows):
+            raise KinematicsError(f"motor {motor.name!r} can follow only motors listed before it")
+
+
+def _signs(signs: Sequence[int], count: int, what: str) -> tuple[int, ...]:
+    if not signs:
+        return (1,) * count
+    if len(signs) != count or not all(sign in {1, -1} for sign in signs):
+        raise KinematicsError(f"{count} {what} signs are needed, each 1 or -1, not {signs!r}")
+    return tuple(signs)
