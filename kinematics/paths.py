@@ -1,0 +1,193 @@
+"""Paths between postures: straight in the joints, or straight in x, y, z, pitch and roll.
+
+Units: mm and rad. A straight line is solved on one branch of the inverse kinematics and cut into
+joint motions short enough that the tip stays within a tolerance of the line.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+from kinematics.errors import KinematicsError, PathBroken, finite
+from kinematics.five_axis import FiveAxisArm
+from kinematics.guards import Guards, GuardViolation
+from kinematics.line import Line, line_from
+from kinematics.spaces import Joints, Pose
+
+Point = tuple[float, ...]
+
+LINE_TOLERANCE_MM = 0.5
+"""How far the tip may leave a straight line by default: less than two steps of a TeachMover."""
+
+MARGIN = 0.75
+"""Share of the tolerance allowed at the points looked at, so that it holds between them too.
+
+Between two waypoints the deviation is close to a parabola that is zero at both ends; the points
+at a quarter, a half and three quarters find its top, and the margin covers what is not parabola.
+"""
+
+LARGEST_BASE_TURN_RAD = 0.5
+"""The furthest that the base may turn between two waypoints of a line."""
+
+SHORTEST_CUT = 2.0**-16
+"""The smallest share of a line between two waypoints: where that is not enough, it breaks."""
+
+
+@dataclass(frozen=True, slots=True)
+class JointPath:
+    """A motion in which every joint turns in proportion, from one posture to another."""
+
+    start: Joints
+    goal: Joints
+
+    def at(self, fraction: float) -> Joints:
+        """Return the posture at a fraction (0 to 1) of the way; the ends are exact."""
+        if fraction >= 1.0:
+            return self.goal
+        return Joints(
+            tuple(a + fraction * (b - a) for a, b in zip(self.start, self.goal, strict=True)),
+            self.start.names,
+        )
+
+    @property
+    def changes_rad(self) -> tuple[float, ...]:
+        """How far each joint turns."""
+        return tuple(b - a for a, b in zip(self.start, self.goal, strict=True))
+
+
+def joint_path(start: Joints, goal: Joints) -> JointPath:
+    """Return the joint motion between two postures; ranges are convex, so checking ends is enough.
+
+    Guards are another matter: see `first_violation`.
+    """
+    return JointPath(start, goal)
+
+
+def line_path(
+    arm: FiveAxisArm, start: Joints, goal: Pose, tolerance_mm: float = LINE_TOLERANCE_MM
+) -> tuple[Joints, ...]:
+    """Return waypoints, the start included, of a straight line from a posture to a pose.
+
+    Straight in x, y, z, pitch and roll: pitch takes the shorter way round, and so does roll
+    unless the wrist's range forbids it. All waypoints are on the start's branch. With the joints
+    turning in proportion between waypoints, the tip is never further than `tolerance_mm` from
+    the point of the line at the same fraction; pitch and roll, being sums of joint angles, are
+    exact. Raises `PathBroken` where the reach, a limit, or the branch ends. A joint that starts
+    beyond its limit may come back, but not go further.
+    """
+    tolerance = _positive("tolerance_mm", tolerance_mm) * MARGIN
+    line = line_from(arm, start, goal)
+    waypoints = [start]
+    fraction = 0.0
+    ahead = [1.0]
+    while ahead:
+        target = ahead[-1]
+        reached = _step(line, fraction, waypoints[-1], target, tolerance)
+        if isinstance(reached, Joints):
+            waypoints.append(reached)
+            fraction = ahead.pop()
+        elif target - fraction <= SHORTEST_CUT:
+            raise reached
+        else:
+            ahead.append((fraction + target) / 2.0)
+    return tuple(waypoints)
+
+
+def _step(
+    line: Line, fraction: float, before: Joints, target: float, tolerance: float
+) -> Joints | PathBroken:
+    """Return the posture at `target` if one joint motion may lead there, else why not."""
+    try:
+        reached = line.solve(target, before)
+    except PathBroken as broken:
+        return broken
+    turn = abs(reached[0] - before[0])
+    if turn > LARGEST_BASE_TURN_RAD:
+        return PathBroken(
+            target,
+            line.pose(target),
+            f"the base would have to turn by {math.degrees(turn):.0f}° at once, because the line "
+            "meets the base axis",
+        )
+    path = JointPath(before, reached)
+    for share in (0.25, 0.5, 0.75):
+        tip = line.arm.points(path.at(share))[-1]
+        missed = math.dist(tip, line.tip(fraction + share * (target - fraction)))
+        if missed > tolerance:
+            return PathBroken(
+                target, line.pose(target), f"the tip would leave the line by {missed:.2f} mm"
+            )
+    return reached
+
+
+def deviation_mm(
+    arm: FiveAxisArm, waypoints: Sequence[Joints], goal: Pose, samples: int = 16
+) -> float:
+    """Return the largest distance of the tip from the straight line to `goal`, in mm.
+
+    The joints turn in proportion between waypoints; each such motion is looked at `samples` times.
+    """
+    first = arm.fk(waypoints[0])
+    origin = first.x_mm, first.y_mm, first.z_mm
+    end = goal.x_mm, goal.y_mm, goal.z_mm
+    worst = 0.0
+    for a, b in pairwise(waypoints):
+        for index in range(samples + 1):
+            tip = arm.points(JointPath(a, b).at(index / samples))[-1]
+            worst = max(worst, _off_segment(tip, origin, end))
+    return worst
+
+
+def first_violation(
+    arm: FiveAxisArm, guards: Guards, waypoints: Sequence[Joints], step_mm: float = 2.0
+) -> tuple[float, GuardViolation] | None:
+    """Return where a path of joint motions first breaks a guard, or None.
+
+    The path is looked at so often that no point of the arm travels more than `step_mm` between.
+    The fraction (0 to 1) of the answer is the share of that bound of the travel, over the whole
+    path, that lies before it.
+    """
+    step = _positive("step_mm", step_mm)
+    paths = [JointPath(a, b) for a, b in pairwise(waypoints)]
+    travels = [_travel_bound(arm, path) for path in paths]
+    total = sum(travels)
+    broken = guards.violation(arm, waypoints[0]) if waypoints else None
+    if broken:
+        return 0.0, broken
+    done = 0.0
+    for path, travel in zip(paths, travels, strict=True):
+        count = math.ceil(travel / step)
+        for part in range(1, count + 1):
+            broken = guards.violation(arm, path.at(part / count))
+            if broken:
+                return (done + travel * part / count) / total, broken
+        done += travel
+    return None
+
+
+def _travel_bound(arm: FiveAxisArm, path: JointPath) -> float:
+    """Return a distance in mm that no point of the arm exceeds on this motion."""
+    base, shoulder, elbow, wrist, _ = (abs(change) for change in path.changes_rad)
+    _, upper, fore, hand = arm.lengths
+    return (base + shoulder) * (upper + fore + hand) + elbow * (fore + hand) + wrist * hand
+
+
+def _off_segment(point: Point, start: Point, end: Point) -> float:
+    """Return the distance in mm of a point from the straight segment between two others."""
+    along = tuple(b - a for a, b in zip(start, end, strict=True))
+    length = sum(part * part for part in along)
+    if length == 0.0:
+        return math.dist(point, start)
+    share = sum(d * (p - a) for d, p, a in zip(along, point, start, strict=True)) / length
+    share = min(max(share, 0.0), 1.0)
+    return math.dist(point, tuple(a + share * d for a, d in zip(start, along, strict=True)))
+
+
+def _positive(name: str, value: float) -> float:
+    number = finite(name, value)
+    if number <= 0.0:
+        raise KinematicsError(f"{name} must be more than 0, not {number}")
+    return number
