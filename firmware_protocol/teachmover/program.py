@@ -22,9 +22,9 @@ WORD_MAX = (1 << 16) - 1
 _BYTE_MAX = 255
 
 
-def six_steps(field: str, steps: Sequence[int]) -> tuple[int, ...]:
+def six_steps(field: str, steps: object) -> tuple[int, ...]:
     """Return six counts of half-steps in signed 16 bit, or raise `BadField` naming the one."""
-    if isinstance(steps, str | bytes) or len(steps) != MOTORS:
+    if not isinstance(steps, tuple | list) or len(steps) != MOTORS:
         raise BadField(field, steps, f"{MOTORS} counts of half-steps, one a motor")
     return tuple(
         whole(f"{field}[{index}]", count, STEPS_MIN, STEPS_MAX) for index, count in enumerate(steps)

@@ -43,7 +43,7 @@ ABBREVIATED = 3
 _INTEGER = re.compile(rb"-?[0-9]{1,5}")
 _COMMAND = re.compile(rb"([A-Z]+)(.*)", re.DOTALL)
 _COMMA = re.compile(rb" *, *")
-_COMMA_OR_SPACE = re.compile(rb" *, *| +")
+_SPACES = re.compile(rb" *, *| +")
 _STATUS_LINES = {b"%d" % status: status for status in Status}
 
 
@@ -73,11 +73,11 @@ def decode_reply(line: bytes) -> Reply:
     body = line.strip(PADDING)
     fields = _fields(body, _COMMA)
     if len(fields) == 1:
-        loose = _fields(body, _COMMA_OR_SPACE)
+        loose = _fields(body, _SPACES)
         return _row(loose) if len(loose) == ROW_WORDS else _status(fields[0].lstrip(NOISE))
-    if len(fields) == REGISTER_NUMBERS and not any(b" " in field for field in fields):
+    if len(fields) == REGISTER_NUMBERS:
         return Registers.from_numbers(_integers(fields))
-    return _row(_fields(body, _COMMA_OR_SPACE))
+    return _row(fields)
 
 
 def decode_command(body: bytes) -> Command:
@@ -96,7 +96,7 @@ def decode_command(body: bytes) -> Command:
         raise RemoteProtocolError(f"no command is named {word[:16]}")
     try:
         return _READERS[name](_fields(found[2].strip(PADDING), _COMMA))
-    except LocalProtocolError as error:  # a field out of range, and not we have chosen it
+    except LocalProtocolError as error:  # a field out of range, but it was not we who chose it
         raise RemoteProtocolError(f"{name}: {error}") from None
 
 

@@ -153,6 +153,11 @@ def test_an_endless_line_is_told_once_and_takes_no_memory(start, kind):
     assert device.next_event() == Run()
 
 
+def test_the_beginning_of_an_over_long_line_is_no_command():
+    device = given(b"@RUN" + b" " * 300)
+    assert isinstance(device.next_event(), Malformed)
+
+
 def test_after_a_loss_of_power_nothing_is_owed():
     device = given(b"@READ", b"@RUN")
     device.next_event()

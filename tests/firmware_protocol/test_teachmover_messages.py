@@ -26,6 +26,7 @@ REFUSED = [
     (lambda: Step(2.0, ZERO), "speed", 2.0, "whole number"),
     (lambda: Step("9", ZERO), "speed", "9", "whole number"),
     (lambda: Step(0, (0,) * 5), "steps", (0,) * 5, "6 counts"),
+    (lambda: Step(0, None), "steps", None, "6 counts"),
     (lambda: Step(0, "123456"), "steps", "123456", "6 counts"),
     (lambda: Step(0, (0, 0, 32768, 0, 0, 0)), "steps[2]", 32768, "-32768 to 32767"),
     (lambda: Step(0, (0, 0, 0, 0, 0, -32769)), "steps[5]", -32769, "-32768 to 32767"),
