@@ -24,7 +24,10 @@ A goal that cannot be reached is kinematics' own `Unreachable`, and ends with 3.
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
+
+if TYPE_CHECKING:
+    from kinematics.spaces import Pose
 
 
 class ArmError(Exception):
@@ -60,11 +63,21 @@ class WrongState(Refused):
 class OutOfBounds(Refused):
     """Some point of the motion would pass a joint limit or a guard.
 
-    `name` is the joint or guard, `value` and `bound` are in the unit that the message names.
+    `name` is the joint or guard, `value` and `bound` are in the unit that the message names, and
+    `nearest` is the nearest pose that is allowed, where the goal itself was at fault.
     """
 
-    def __init__(self, message: str, *, name: str, value: float, bound: float) -> None:
+    def __init__(
+        self,
+        message: str,
+        *,
+        name: str,
+        value: float,
+        bound: float,
+        nearest: Pose | None = None,
+    ) -> None:
         self.name = name
+        self.nearest = nearest
         self.value = value
         self.bound = bound
         super().__init__(message)

@@ -73,6 +73,7 @@ class Unreachable(KinematicsError):
         goal: Pose,
         nearest: Pose,
     ) -> None:
+        self.reason = reason
         self.constraint = constraint
         self.joint = joint
         self.value = value
@@ -84,6 +85,19 @@ class Unreachable(KinematicsError):
         held = " with this pitch" if nearest.pitch_rad == goal.pitch_rad else ""
         super().__init__(
             f"{goal} is out of reach: {reason}; nearest pose that can be reached{held}: {nearest}"
+        )
+
+    def instead(self, nearest: Pose) -> Unreachable:
+        """Return the same refusal with another nearest pose, one that guards allow as well."""
+        return Unreachable(
+            self.reason,
+            constraint=self.constraint,
+            joint=self.joint,
+            value=self.value,
+            bound=self.bound,
+            unit=self.unit,
+            goal=self.goal,
+            nearest=nearest,
         )
 
 

@@ -8,6 +8,10 @@ from typing import Protocol
 class SimDevice(Protocol):
     """The device side of a dialect together with the physical arm that it moves."""
 
+    @property
+    def byte_gap_s(self) -> float:
+        """How long the device pauses after each byte that it sends, beyond the baud rate's time."""
+
     def receive(self, data: bytes, now_s: float) -> None:
         """Take bytes that have arrived at the device by now."""
 

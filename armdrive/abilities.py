@@ -1,0 +1,47 @@
+"""What a dialect's device can do, as one value: the driver chooses its strategy from it alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+
+class Abort(Enum):
+    """How a motion that has begun can be ended from the host."""
+
+    NONE = "a motion runs to its end: its length is the stopping distance"
+    RAMP = "the device ramps down when asked"
+
+
+class Switching(Enum):
+    """What the host can do to the motor current."""
+
+    NONE = "motors are always on"
+    DROPS = "the host can switch the current off; the next motion brings it back"
+    BOTH = "the host switches the current on and off"
+
+
+@dataclass(frozen=True, slots=True)
+class Abilities:
+    """A row of the table of dialects (dialects.py).
+
+    `jog_burst_s` and `planned_burst_s` are the longest motion sent at once, by default; an arm
+    file accepts longer planned bursts with `motion.planned_burst_s`. `register_bits` is the width
+    at which position registers wrap.
+    """
+
+    motors: int
+    coordinated: bool
+    abort: Abort
+    queued_segments: int
+    speed_mode_with_watchdog: bool
+    reports_while_moving: bool
+    own_homing: bool
+    resets_on_open: bool
+    check_bytes: bool
+    current: Switching
+    grip_switch: bool
+    pendant: bool
+    jog_burst_s: float
+    planned_burst_s: float
+    register_bits: int

@@ -1,0 +1,250 @@
+"""The arm file: everything that is particular to one physical arm, one number in one place.
+
+TOML. `model` names a preset of kinematics; every other key corrects it or describes the wiring.
+A file without corrections is two lines long. Unknown keys are refused with the nearest known one.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
+from typing import Any
+
+from armdrive.controllers.teachmover import TeachMoverSettings
+from armdrive.dialects import dialect
+from armdrive.errors import ArmFileError
+from armdrive.sections import number, read_section, refuse_unknown, require_table
+from kinematics import ArmPreset, JointRange, KinematicsError, Pose, preset
+from kinematics.spaces import JOINT_NAMES
+
+
+@dataclass(frozen=True, slots=True)
+class Connection:
+    """Which wire leads to the arm. A TeachMover's port is opened with DTR and RTS off."""
+
+    dialect: str = "teachmover"
+    port: str = ""
+    baud: int = 9600
+    raise_dtr: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class MotionSettings:
+    """How the arm is moved.
+
+    Bursts are the longest motions sent at once, which on a device that cannot abort are the
+    stopping time; setting `planned_burst_s` accepts longer ones for planned motion, for good.
+    `unreferenced_speed` caps jogging while the position is not known.
+    """
+
+    jog_burst_s: float = 0.15
+    planned_burst_s: float = 0.15
+    line_tolerance_mm: float = 0.5
+    tip_speed_mm_s: float = 100.0
+    unreferenced_speed: float = 0.25
+    idle_poll_s: float = 1.0
+
+    def __post_init__(self) -> None:
+        for name, (low, high) in _MOTION_BOUNDS.items():
+            value = getattr(self, name)
+            if not low <= value <= high:
+                raise ArmFileError(f"motion.{name} must be from {low:g} to {high:g}, not {value:g}")
+
+
+_MOTION_BOUNDS = {
+    "jog_burst_s": (0.02, 0.5),
+    "planned_burst_s": (0.02, 10.0),
+    "line_tolerance_mm": (0.05, 10.0),
+    "tip_speed_mm_s": (1.0, 1000.0),
+    "unreferenced_speed": (0.01, 1.0),
+    "idle_poll_s": (0.0, 60.0),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class GripperSettings:
+    """The gripper: `trip_force_n` is the force at which its switch closes (unverified)."""
+
+    trip_force_n: float = 2.2
+    max_force_n: float = 35.0
+    approach_steps: int = 16
+
+
+@dataclass(frozen=True, slots=True)
+class PostureSettings:
+    """A posture that a person can find again, in mm and degrees."""
+
+    x_mm: float
+    y_mm: float
+    z_mm: float
+    pitch_deg: float
+    roll_deg: float = 0.0
+
+    def pose(self) -> Pose:
+        """Return it as a pose."""
+        return Pose.of(**{each.name: getattr(self, each.name) for each in fields(self)})
+
+
+@dataclass(frozen=True, slots=True)
+class ArmConfig:
+    """One physical arm, ready to be driven: its model with every correction applied."""
+
+    name: str
+    title: str
+    model: ArmPreset
+    connection: Connection = field(default_factory=Connection)
+    motion: MotionSettings = field(default_factory=MotionSettings)
+    gripper: GripperSettings = field(default_factory=GripperSettings)
+    teachmover: TeachMoverSettings = field(default_factory=TeachMoverSettings)
+    park: Pose | None = None
+
+    @property
+    def calibration(self) -> str:
+        """A fingerprint of the numbers that give steps their meaning.
+
+        A saved position is worth nothing under another model or transmission.
+        """
+        meaning = repr((self.model.arm, self.model.transmission, self.model.reference))
+        return hashlib.sha256(meaning.encode()).hexdigest()[:16]
+
+
+def config_of_preset(key: str, *, name: str, connection: Connection) -> ArmConfig:
+    """Return an arm as it leaves the factory, on the given wire."""
+    model = preset(key)
+    burst_s = dialect(connection.dialect).abilities.planned_burst_s
+    return ArmConfig(name, model.title, model, connection, MotionSettings(planned_burst_s=burst_s))
+
+
+def load_arm_file(path: Path) -> ArmConfig:
+    """Read an arm file. Raises `ArmFileError` that names the file, the key and the mend."""
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ArmFileError(f"the arm file {path} cannot be read: {error.strerror}") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ArmFileError(f"the arm file {path} is not valid TOML: {error}") from None
+    try:
+        return parse_arm_file(table, name=path.stem)
+    except (ArmFileError, KinematicsError) as error:
+        raise ArmFileError(f"{path}: {error}") from None
+
+
+def parse_arm_file(table: Mapping[str, Any], *, name: str) -> ArmConfig:
+    """Turn a parsed TOML document into an arm."""
+    refuse_unknown(table, list(_TOP_KEYS), "")
+    if not isinstance(table.get("model"), str):
+        raise ArmFileError('the key model is missing, for example model = "teachmover"')
+    model = _corrected(preset(table["model"]), table)
+    connection = read_section(Connection, table.get("connection", {}), "connection")
+    dialect(connection.dialect)
+    park = table.get("park")
+    return ArmConfig(
+        name=name,
+        title=str(table.get("title", model.title)),
+        model=model,
+        connection=connection,
+        motion=read_section(MotionSettings, table.get("motion", {}), "motion"),
+        gripper=read_section(GripperSettings, table.get("gripper", {}), "gripper"),
+        teachmover=read_section(TeachMoverSettings, table.get("teachmover", {}), "teachmover"),
+        park=read_section(PostureSettings, park, "park").pose() if park is not None else None,
+    )
+
+
+_TOP_KEYS = (
+    "model", "title", "connection", "motion", "gripper", "teachmover", "park", "reference",
+    "lengths", "limits_deg", "speeds_deg_s", "steps_per_turn", "signs", "guards",
+)  # fmt: skip
+
+
+def _corrected(model: ArmPreset, table: Mapping[str, Any]) -> ArmPreset:
+    """Apply an arm file's corrections to its preset."""
+    arm = model.arm
+    lengths = require_table(table.get("lengths", {}), "lengths")
+    refuse_unknown(lengths, list(_LENGTHS), "lengths")
+    changed: dict[str, Any] = {key: number(v, f"lengths.{key}") for key, v in lengths.items()}
+    arm = replace(arm, limits=_limits(arm.limits, table.get("limits_deg", {})), **changed)
+    model = replace(
+        model,
+        arm=arm,
+        joint_speeds_rad_s=_speeds(model.joint_speeds_rad_s, table.get("speeds_deg_s", {})),
+        guards=_replaced(model.guards, table.get("guards", {}), "guards"),
+        transmission=_transmission(model, table),
+    )
+    if "reference" in table and model.reference is not None:
+        pose = read_section(PostureSettings, table["reference"], "reference").pose()
+        model = replace(model, reference=replace(model.reference, pose=pose))
+    return model
+
+
+_LENGTHS = ("base_height_mm", "upper_arm_mm", "forearm_mm", "hand_mm")
+
+
+def _joint_table(table: object, where: str) -> Mapping[str, Any]:
+    entries = require_table(table, where)
+    refuse_unknown(entries, list(JOINT_NAMES), where)
+    return entries
+
+
+def _limits(limits: tuple[JointRange, ...], table: object) -> tuple[JointRange, ...]:
+    entries = _joint_table(table, "limits_deg")
+    return tuple(
+        _range(entries[joint], f"limits_deg.{joint}") if joint in entries else known
+        for joint, known in zip(JOINT_NAMES, limits, strict=True)
+    )
+
+
+def _range(value: object, where: str) -> JointRange:
+    if not isinstance(value, list) or len(value) != 2:
+        raise ArmFileError(f"{where} must be a pair of degrees, for example [-90, 90]")
+    low, high = (number(one, where) for one in value)
+    if low >= high:
+        raise ArmFileError(f"{where}: the first number must be below the second")
+    return JointRange(math.radians(low), math.radians(high))
+
+
+def _speeds(speeds: tuple[float, ...], table: object) -> tuple[float, ...]:
+    entries = _joint_table(table, "speeds_deg_s")
+    for joint, value in entries.items():
+        if number(value, f"speeds_deg_s.{joint}") <= 0.0:
+            raise ArmFileError(f"speeds_deg_s.{joint} must be above 0")
+    return tuple(
+        math.radians(entries[joint]) if joint in entries else known
+        for joint, known in zip(JOINT_NAMES, speeds, strict=True)
+    )
+
+
+def _replaced(value: Any, table: object, where: str) -> Any:
+    """Replace the number fields of a frozen dataclass by those of a table."""
+    entries = require_table(table, where)
+    refuse_unknown(entries, [each.name for each in fields(value)], where)
+    return replace(value, **{key: number(new, f"{where}.{key}") for key, new in entries.items()})
+
+
+def _transmission(model: ArmPreset, table: Mapping[str, Any]) -> Any:
+    """Apply `steps_per_turn` and `signs`, both by motor name, to the preset's transmission."""
+    transmission = model.transmission
+    turns = require_table(table.get("steps_per_turn", {}), "steps_per_turn")
+    signs = require_table(table.get("signs", {}), "signs")
+    if transmission is None:
+        if turns or signs:
+            raise ArmFileError(f"no motors are known of the {model.title}: nothing to correct")
+        return None
+    names = [motor.name for motor in transmission.motors]
+    refuse_unknown(turns, names, "steps_per_turn")
+    refuse_unknown(signs, names, "signs")
+    motors = []
+    for motor in transmission.motors:
+        if motor.name in turns:
+            steps = number(turns[motor.name], f"steps_per_turn.{motor.name}")
+            per_unit = abs(steps) / math.tau
+            motor = replace(motor, steps_per_unit=math.copysign(per_unit, motor.steps_per_unit))
+        if motor.name in signs:
+            if signs[motor.name] not in (1, -1):
+                raise ArmFileError(f"signs.{motor.name} must be 1 or -1: 1 keeps the preset's way")
+            motor = replace(motor, steps_per_unit=motor.steps_per_unit * signs[motor.name])
+        motors.append(motor)
+    return replace(transmission, motors=tuple(motors))

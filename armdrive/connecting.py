@@ -1,0 +1,186 @@
+"""From what a person calls an arm to a connected `Arm`: names, arm files, ports, simulated twins."""
+
+from __future__ import annotations
+
+import difflib
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from armdrive import places
+from armdrive.armfile import ArmConfig, Connection, config_of_preset, load_arm_file
+from armdrive.arm import Arm
+from armdrive.dialects import DIALECTS, dialect
+from armdrive.errors import ArmFileError, BadRequest, PortUnavailable
+from armdrive.holder import hold
+from armdrive.pace import Pace, RealPace, SimulatedPace
+from armdrive.posture import Operator
+from armdrive.record import FileRecorder, NoRecorder, Recorder
+
+if TYPE_CHECKING:
+    from armdrive.sim.twin import Twin
+
+SIM = "sim:"
+SIM_PLANNED_BURST_S = 0.5
+"""A simulated arm harms nobody: its planned bursts are longer than an unconfigured real arm's."""
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """What is to be connected: an arm, and whether its simulated twin stands in for it."""
+
+    config: ArmConfig
+    simulated: bool
+
+
+def find(name: str, *, dialect_name: str | None = None, baud: int | None = None) -> Target:
+    """Turn a name into an arm: `sim:DIALECT`, an arm file's name or path, or a port.
+
+    A port needs a dialect, since nothing is sent to find it out. Raises `BadRequest` or
+    `ArmFileError` with what is known.
+    """
+    forced = os.environ.get("ARMDRIVE_FORCE_SIM", "") not in ("", "0")
+    if name.startswith(SIM):
+        return Target(simulated_config(name.removeprefix(SIM)), simulated=True)
+    path = _arm_file(name)
+    if path is not None:
+        return Target(load_arm_file(path), simulated=forced)
+    if not _looks_like_port(name):
+        raise ArmFileError(_unknown(name))
+    if dialect_name is None:
+        raise BadRequest(
+            f"which dialect does the arm on {name} speak? Give dialect= (or --dialect), one of "
+            f"{', '.join(DIALECTS)}; nothing is sent to find out"
+        )
+    row = dialect(dialect_name)
+    wire = Connection(dialect=row.name, port=name, baud=baud or row.baud)
+    return Target(config_of_preset(row.preset, name=name, connection=wire), simulated=forced)
+
+
+def simulated_config(name: str) -> ArmConfig:
+    """Return the arm that speaks a dialect, as a simulated one."""
+    row = dialect(name)
+    wire = Connection(dialect=row.name, port="", baud=row.baud)
+    config = config_of_preset(row.preset, name=f"{SIM}{row.name}", connection=wire)
+    return replace(config, motion=replace(config.motion, planned_burst_s=SIM_PLANNED_BURST_S))
+
+
+def connect(
+    target: str,
+    *,
+    dialect: str | None = None,
+    baud: int | None = None,
+    pace: str | float | None = None,
+    allow_restored: bool = False,
+    operator: Operator | None = None,
+    twin: Twin | None = None,
+) -> Arm:
+    """Connect as `Arm.connect` says."""
+    found = find(target, dialect_name=dialect, baud=baud)
+    if found.simulated:
+        return connect_simulated(
+            found.config, twin=twin, pace=pace, operator=operator, allow_restored=allow_restored
+        )
+    if pace not in (None, "real", 1.0):
+        raise BadRequest("a real arm knows one pace: real time")
+    return connect_real(found.config, allow_restored=allow_restored, operator=operator)
+
+
+def connect_simulated(
+    config: ArmConfig,
+    *,
+    twin: Twin | None = None,
+    pace: str | float | None = None,
+    operator: Operator | None = None,
+    recorder: Recorder | None = None,
+    allow_restored: bool = False,
+) -> Arm:
+    """Connect to a simulated twin in this process, on simulated time unless `pace` says real."""
+    from armdrive.sim.twin import make_twin
+
+    twin = twin or make_twin(config)
+    arm = Arm(
+        config,
+        twin.link,
+        _pace(pace),
+        simulated=True,
+        recorder=recorder or NoRecorder(),
+        operator=operator or twin.operator,
+        allow_restored=allow_restored,
+    )
+    arm.twin = twin
+    return arm
+
+
+def connect_real(
+    config: ArmConfig, *, allow_restored: bool = False, operator: Operator | None = None
+) -> Arm:
+    """Open the arm's port and connect; one program holds an arm at a time."""
+    from armdrive.transports.serial_port import SerialLink
+
+    wire = config.connection
+    if not wire.port:
+        raise PortUnavailable(
+            f'the arm file of {config.name} names no port: write port = "/dev/ttyUSB0", say, '
+            "under [connection]"
+        )
+    holding = hold(config.name, wire.port)
+    try:
+        link = SerialLink(wire.port, wire.baud, raise_dtr=wire.raise_dtr)
+        arm = Arm(
+            config,
+            link,
+            RealPace(),
+            simulated=False,
+            recorder=FileRecorder(state_file(config.name)),
+            allow_restored=allow_restored,
+            operator=operator,
+        )
+    except BaseException:
+        holding.release()
+        raise
+    holding.serve(arm)
+    arm.on_close(holding.release)
+    return arm
+
+
+def state_file(arm: str) -> Path:
+    """Return the file in which an arm's position is remembered."""
+    return places.states() / f"{places.file_name(arm)}.json"
+
+
+def _pace(pace: str | float | None) -> Pace:
+    if pace in (None, "simulated"):
+        return SimulatedPace()
+    if pace == "real":
+        return RealPace()
+    if isinstance(pace, int | float) and pace > 0:
+        return RealPace(speed=float(pace))
+    raise BadRequest(f'pace is "simulated", "real" or a factor of real time, not {pace!r}')
+
+
+def _arm_file(name: str) -> Path | None:
+    if name.endswith(".toml"):
+        return Path(name)
+    path = places.arm_files() / f"{places.file_name(name)}.toml"
+    return path if path.is_file() else None
+
+
+def _looks_like_port(name: str) -> bool:
+    return "/" in name or "\\" in name or "://" in name or name.upper().startswith("COM")
+
+
+def _unknown(name: str) -> str:
+    folder = places.arm_files()
+    known = [*(path.stem for path in sorted(folder.glob("*.toml"))),
+             *(f"{SIM}{each}" for each in DIALECTS)]
+    near = difflib.get_close_matches(name, known, n=1)
+    hint = f"; did you mean {near[0]!r}?" if near else ""
+    return (
+        f"no arm is called {name!r}: known are {', '.join(known)}{hint}. Arm files are looked for "
+        f"in {folder}; a port is written in full, for example /dev/ttyUSB0"
+    )
+
+

@@ -1,0 +1,250 @@
+"""All that is known of one arm, and the only place where it changes.
+
+The engine's flows (armdrive/flows) are its only writers; everybody else reads the frozen
+`Status` it makes. Positions are motor steps of the model: registers plus the reference offset.
+A reference is that offset: nothing here ever asks the controller to zero its registers.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from armdrive.armfile import ArmConfig
+from armdrive.controllers.requests import Controller, Registers
+from armdrive.errors import Refused
+from armdrive.intents import Jog
+from armdrive.record import NoRecorder, Record, Recorder
+from armdrive.states import Event, after
+from armdrive.status import Current, State, Status, Trust
+from armdrive.stopping import StopBound, stop_bound
+from armdrive.trust import FIRST_BELIEF, Belief, Evidence, require_reference
+from kinematics import Joints, Motors, Transmission
+
+
+@dataclass(frozen=True, slots=True)
+class Coordinates:
+    """Where the arm is meant to be, before rounding to steps: joints and gripper opening."""
+
+    joints: Joints
+    opening_mm: float
+
+    def towards(self, other: Coordinates, fraction: float) -> Coordinates:
+        """Return the point at a fraction of the straight way in joint space."""
+        if fraction >= 1.0:
+            return other
+        angles = (a + (b - a) * fraction for a, b in zip(self.joints, other.joints, strict=True))
+        opening_mm = self.opening_mm + (other.opening_mm - self.opening_mm) * fraction
+        return Coordinates(Joints(tuple(angles), self.joints.names), opening_mm)
+
+
+@dataclass(frozen=True, slots=True)
+class Hold:
+    """A jog that somebody holds, until when, and how fast."""
+
+    jog: Jog
+    speed: float
+    until_s: float
+
+
+class Core:
+    """One arm's state. Touched under the pace's lock, by the engine's flows."""
+
+    def __init__(
+        self, config: ArmConfig, controller: Controller, recorder: Recorder | None = None
+    ) -> None:
+        if config.model.transmission is None:
+            raise Refused(
+                f"no motor steps are known of the {config.model.title}: give steps_per_turn in "
+                "an arm file of a model that has motors"
+            )
+        self.config = config
+        self.controller = controller
+        self.transmission: Transmission = config.model.transmission
+        self.recorder: Recorder = recorder or NoRecorder()
+        self.allow_restored = False
+        self.state = State.DISCONNECTED
+        self.belief: Belief = FIRST_BELIEF
+        self.current = Current.UNKNOWN
+        still = Motors([0] * controller.abilities.motors)
+        self.offset = still
+        self.commanded = still
+        self.acknowledged = still
+        self.read_back: Motors | None = None
+        self.coordinates = self.coordinates_of(still)
+        self.inputs: int | None = None
+        self.outputs: int | None = None
+        self.gripping: bool | None = None
+        self.grip_force_n = 0.0
+        self.hold: Hold | None = None
+        self.nudges: list[tuple[Jog, float]] = []
+        self.notice = ""
+        self.error = ""
+        self.still_since_s = 0.0
+        self._marked = False
+        self._saved: Record | None = None
+
+    # -- what happens -------------------------------------------------------------------------
+
+    def happen(self, event: Event) -> None:
+        """Follow the table of states; raises `WrongState` where it has no such row."""
+        self.state = after(self.state, event)
+
+    def settle(self) -> None:
+        """End a motion, unless a fault or a loss has taken the state elsewhere meanwhile."""
+        if self.state in (State.MOVING, State.HOMING, State.STOPPING):
+            self.happen(Event.DONE)
+
+    def fault(self, message: str) -> None:
+        """Latch error-stop and say why."""
+        self.error = message
+        if self.state is not State.DISCONNECTED:
+            self.happen(Event.FAULT)
+
+    def learn(self, evidence: Evidence, now_s: float, detail: str = "") -> None:
+        """Weigh evidence about the position."""
+        self.belief = self.belief.after(evidence, now_s, detail)
+
+    def require_reference(self) -> None:
+        """Raise `NotReferenced` unless planned motion may go on."""
+        require_reference(self.belief, allow_restored=self.allow_restored)
+
+    @property
+    def position_known(self) -> bool:
+        """Tell whether limits and Cartesian coordinates mean anything."""
+        return self.belief.trust is Trust.REFERENCED or (
+            self.belief.trust is Trust.RESTORED and self.allow_restored
+        )
+
+    # -- where the arm is ---------------------------------------------------------------------
+
+    def goes_to(self, target: Motors) -> None:
+        """Note a motion that is about to be sent."""
+        self.commanded = target
+        self.current = Current.HELD
+
+    def arrived(self, coordinates: Coordinates | None) -> None:
+        """Note that the motion was acknowledged, and which unrounded point it stands for."""
+        self.acknowledged = self.commanded
+        self.coordinates = coordinates or self.coordinates_of(self.acknowledged)
+
+    def compare(self, registers: Registers) -> Motors:
+        """Take a read-back; return its difference from the acknowledged position, in steps."""
+        self.inputs, self.gripping = registers.inputs, registers.gripping
+        expected = self.acknowledged - self.offset
+        counts = self.controller.unwrap(registers.positions, expected)
+        self.read_back = counts + self.offset
+        return self.read_back - self.acknowledged
+
+    def believe_registers(self) -> None:
+        """Take the read-back for the position: the motors are there, whatever was commanded."""
+        if self.read_back is not None and self.read_back != self.acknowledged:
+            self.commanded = self.acknowledged = self.read_back
+            self.coordinates = self.coordinates_of(self.acknowledged)
+
+    def refer(self, registers: Motors, there: Coordinates) -> None:
+        """Make the present registers mean a known posture."""
+        position = self.transmission.to_motors(there.joints, there.opening_mm)
+        self.offset = position - registers
+        self.commanded = self.acknowledged = self.read_back = position
+        self.coordinates = there
+
+    def restore(self, record: Record, registers: Motors) -> bool:
+        """Take up a recorded reference; False where the registers no longer agree with it."""
+        self.offset = Motors(record.offset)
+        counts = self.controller.unwrap(registers, Motors(record.registers))
+        self.commanded = self.acknowledged = self.read_back = counts + self.offset
+        same = counts == Motors(record.registers)
+        names = self.coordinates.joints.names
+        if same and len(record.coordinates) == len(names) + 1:
+            *angles, opening_mm = record.coordinates
+            self.coordinates = Coordinates(Joints(tuple(angles), names), opening_mm)
+        else:
+            self.coordinates = self.coordinates_of(self.acknowledged)
+        return same
+
+    def coordinates_of(self, position: Motors) -> Coordinates:
+        """Return the point that whole motor steps stand for."""
+        joints, opening_mm = self.transmission.to_joints(position)
+        return Coordinates(joints, opening_mm)
+
+    # -- what is remembered -------------------------------------------------------------------
+
+    def mark_leaving(self) -> None:
+        """Write the mark of motion, once, before the arm leaves stand-still."""
+        if not self._marked:
+            self._marked = True
+            self._save()
+
+    def mark_still(self) -> None:
+        """Write the position of an arm that stands, and take the mark away."""
+        self._marked = False
+        self._save()
+
+    def mark_lost(self) -> None:
+        """Write what is believed after the wire broke; a mark of motion stays."""
+        self._save()
+
+    @property
+    def marked(self) -> bool:
+        """Tell whether the mark of motion stands in the record."""
+        return self._marked
+
+    def _save(self) -> None:
+        coordinates = (*self.coordinates.joints, self.coordinates.opening_mm)
+        record = Record(
+            arm=self.config.name,
+            calibration=self.config.calibration,
+            offset=self.offset,
+            registers=self.acknowledged - self.offset,
+            coordinates=coordinates,
+            trust=self.belief.trust.value,
+            reason=self.belief.reason,
+            in_motion=self._marked,
+        )
+        if record != self._saved:
+            self.recorder.save(record)
+            self._saved = record
+
+    # -- what is shown ------------------------------------------------------------------------
+
+    def stop_bound(self) -> StopBound:
+        """Return how long and how far the tip goes on if a stop is asked for now."""
+        joints = self.coordinates.joints if self.belief.trust is not Trust.UNKNOWN else None
+        planned = self.state is State.MOVING and self.hold is None and not self.nudges
+        burst_s = self.config.motion.planned_burst_s if planned else self.config.motion.jog_burst_s
+        return stop_bound(self.config, self.controller, joints, burst_s)
+
+    def status(
+        self, *, link: str, simulated: bool, now_s: float, last_sent: str, last_answer: str
+    ) -> Status:
+        """Return a frozen picture of this moment."""
+        known = self.belief.trust is not Trust.UNKNOWN
+        joints, opening_mm = self.transmission.to_joints(self.acknowledged)
+        bound = self.stop_bound()
+        return Status(
+            arm=self.config.name,
+            title=self.config.title,
+            link=link,
+            dialect=self.config.connection.dialect,
+            simulated=simulated,
+            state=self.state,
+            trust=self.belief.trust,
+            trust_reason=self.belief.reason,
+            current=self.current,
+            joints=joints if known else None,
+            pose=self.config.model.arm.fk(joints) if known else None,
+            gripper_mm=opening_mm if known else None,
+            gripping=self.gripping,
+            commanded=self.commanded,
+            acknowledged=self.acknowledged,
+            read_back=self.read_back,
+            inputs=self.inputs,
+            outputs=self.outputs,
+            stop_time_s=bound.time_s,
+            stop_distance_mm=bound.distance_mm,
+            last_sent=last_sent,
+            last_answer=last_answer,
+            notice=self.notice,
+            error=self.error,
+            time_s=now_s,
+        )

@@ -1,0 +1,83 @@
+"""The table of dialects: what each device can do, and the makers of its two ends.
+
+The driver chooses its strategies from `abilities` alone; no other file asks which dialect it is.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+from armdrive.abilities import Abilities, Abort, Switching
+from armdrive.errors import BadRequest
+
+if TYPE_CHECKING:
+    from armdrive.armfile import ArmConfig
+    from armdrive.controllers.requests import Controller
+
+
+@dataclass(frozen=True, slots=True)
+class Dialect:
+    """One row: `preset` is the arm that speaks it where no arm file says otherwise."""
+
+    name: str
+    title: str
+    preset: str
+    baud: int
+    quick_stop: str
+    abilities: Abilities
+    controller: Callable[[ArmConfig], Controller]
+
+
+def _teachmover(config: ArmConfig) -> Controller:
+    from armdrive.controllers.teachmover import TeachMoverController
+
+    return TeachMoverController(
+        DIALECTS["teachmover"].abilities, config.teachmover, config.connection.baud
+    )
+
+
+DIALECTS: Mapping[str, Dialect] = MappingProxyType(
+    {
+        "teachmover": Dialect(
+            name="teachmover",
+            title="TeachMover",
+            preset="teachmover",
+            baud=9600,
+            quick_stop="The STOP key of the pendant is the quicker stop: it ends a burst at once.",
+            abilities=Abilities(
+                motors=6,
+                coordinated=True,
+                abort=Abort.NONE,
+                queued_segments=0,
+                speed_mode_with_watchdog=False,
+                reports_while_moving=False,
+                own_homing=False,
+                resets_on_open=False,
+                check_bytes=False,
+                current=Switching.DROPS,
+                grip_switch=True,
+                pendant=True,
+                jog_burst_s=0.15,
+                planned_burst_s=0.15,
+                register_bits=16,
+            ),
+            controller=_teachmover,
+        ),
+    }
+)
+
+
+def dialect(name: str) -> Dialect:
+    """Return a row of the table; raises `BadRequest` that suggests the nearest name."""
+    try:
+        return DIALECTS[name]
+    except KeyError:
+        near = difflib.get_close_matches(name, DIALECTS, n=1)
+        hint = f"; did you mean {near[0]!r}?" if near else ""
+        raise BadRequest(
+            f"no dialect is named {name!r}; known are {', '.join(DIALECTS)}{hint}"
+        ) from None

@@ -1,0 +1,244 @@
+"""The engine: one exchange on the wire at a time, one flow of work at a time, no clock of its own.
+
+`advance(now_s)` does all that is due by now and returns when it wants to be called next. A flow
+is a generator: it yields what it waits for (`Ask` an answer, or `Until` a time) and is resumed
+with the reply. Faults of the wire are thrown into the flow where it waits, so that it can say what
+they mean for the arm. Whoever calls `advance` is the only one that touches the wire.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Generator
+from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
+
+from armdrive.controllers.requests import Controller, Oddity, Reply, Request, Sent
+from armdrive.errors import ArmError, LinkLost, NoAnswer
+from armdrive.transports.link import Link
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, slots=True)
+class Ask:
+    """Wait for the answer to a request."""
+
+    request: Request
+
+
+@dataclass(frozen=True, slots=True)
+class Until:
+    """Wait until a time, or until somebody asks for a stop."""
+
+    time_s: float
+
+
+Flow = Generator[Ask | Until, Any, T]
+"""Work in progress; an `Ask` is answered with a `Reply`, an `Until` with the time."""
+
+
+class Task(Generic[T]):
+    """A flow that was handed to the engine, and what became of it."""
+
+    def __init__(self, flow: Flow[T]) -> None:
+        self.flow = flow
+        self.started = False
+        self.done = False
+        self.value: T | None = None
+        self.error: BaseException | None = None
+
+    def result(self) -> T:
+        """Return what the flow returned, or raise what it raised."""
+        if self.error is not None:
+            raise self.error
+        return self.value  # type: ignore[return-value]
+
+
+class Engine:
+    """Carries bytes between one link and one controller, and runs flows over them."""
+
+    def __init__(
+        self,
+        link: Link,
+        controller: Controller,
+        *,
+        idle: Callable[[float], tuple[float, Flow[Any] | None]],
+        stopping: Callable[[], None],
+        lost: Callable[[LinkLost], None],
+    ) -> None:
+        """Take a link and a controller, and three calls.
+
+        `idle(now)` gives work for quiet times and when to ask again; `stopping` hears that a
+        stop was asked for while something is at work, `lost` that the wire broke.
+        """
+        self.link = link
+        self.controller = controller
+        self.now_s = 0.0
+        self.stop_asked = False
+        self.last_sent = ""
+        self.last_answer = ""
+        self.requests_sent = 0
+        self._idle = idle
+        self._stopping = stopping
+        self._lost = lost
+        self._task: Task[Any] | None = None
+        self._next: Task[Any] | None = None
+        self._wait: Ask | Until | None = None
+        self._sent: Sent | None = None
+        self._sent_at_s = 0.0
+        self._broken: LinkLost | None = None
+
+    @property
+    def busy(self) -> bool:
+        """Tell whether a flow is at work."""
+        return self._task is not None or self._next is not None
+
+    @property
+    def broken(self) -> LinkLost | None:
+        """The loss of the wire, once it has happened."""
+        return self._broken
+
+    def start(self, flow: Flow[T]) -> Task[T]:
+        """Hand over a flow; it begins at an `advance`, when what is at work has ended."""
+        task = Task(flow)
+        if self._broken is not None:
+            self._fail(task, self._broken)
+        else:
+            self._next = task
+        return task
+
+    def advance(self, now_s: float) -> float:
+        """Do what is due by now; return when to call again, on the same clock."""
+        self.now_s = now_s
+        if self._broken is not None:
+            return math.inf
+        if self.stop_asked and self._task is not None:
+            self._stopping()
+        try:
+            self._listen()
+            self._run()
+        except LinkLost as lost:
+            self._break(lost)
+            return math.inf
+        return self._next_s()
+
+    def _listen(self) -> None:
+        data = self.link.read(self.now_s)
+        if data:
+            self.controller.receive(data)
+        while (event := self.controller.next_event()) is not None:
+            self._hear(event)
+        if self._sent is not None and self.now_s >= self._sent_at_s + self._sent.patience_s:
+            self._give_up()
+
+    def _hear(self, event: Reply | Oddity) -> None:
+        if isinstance(event, Oddity):
+            self.last_answer = event.text
+            return
+        sent, self._sent = self._sent, None
+        if sent is None:
+            self.last_answer = f"unexpected: {event}"
+            return
+        self.controller.answered(sent, self.now_s - self._sent_at_s)
+        self.last_answer = str(event)
+        self._resume(event)
+
+    def _give_up(self) -> None:
+        sent, self._sent = self._sent, None
+        self.controller.forget()
+        if sent is not None:
+            self._resume(
+                NoAnswer(
+                    f"no answer to `{sent.text}` within {sent.patience_s:.1f} s on "
+                    f"{self.link.description}. Check that the arm is switched on and its cable "
+                    "plugged in, then reset"
+                )
+            )
+
+    def _run(self) -> None:
+        """Let flows take steps until the present one waits for something that is not there yet."""
+        while self._sent is None:
+            if self._task is None and not self._begin():
+                return
+            if isinstance(self._wait, Until):
+                if self._wait.time_s > self.now_s and not self.stop_asked:
+                    return
+                self._resume(self.now_s)
+            elif isinstance(self._wait, Ask):
+                self._send(self._wait.request)
+
+    def _begin(self) -> bool:
+        task, self._next = self._next, None
+        if task is None:
+            _, flow = self._idle(self.now_s)
+            if flow is None:
+                self.stop_asked = False  # nothing moves: there is nothing left to stop
+                return False
+            task = Task(flow)
+        self._task, self._wait = task, Until(-math.inf)
+        return True
+
+    def _send(self, request: Request) -> None:
+        sent = self.controller.encode(request)
+        self._sent, self._sent_at_s = sent, self.now_s
+        self.last_sent = sent.text
+        self.requests_sent += 1
+        self.link.write(sent.data, self.now_s)
+
+    def _resume(self, outcome: Reply | float | ArmError) -> None:
+        task = self._task
+        if task is None:
+            return
+        self._wait = None
+        try:
+            if isinstance(outcome, ArmError):
+                self._wait = task.flow.throw(outcome)
+            else:
+                value = outcome if task.started else None
+                task.started = True
+                self._wait = task.flow.send(value)
+        except StopIteration as end:
+            task.value = end.value
+            self._finish(task)
+        except LinkLost:
+            raise
+        except Exception as error:  # the flow's own end: its waiter hears of it
+            task.error = error
+            self._finish(task)
+        except BaseException as error:  # Ctrl-C in simulated time: the flow is dead
+            task.error = error
+            self._finish(task)
+            raise
+
+    def _finish(self, task: Task[Any]) -> None:
+        self._task, self._wait = None, None
+        self.stop_asked = self.stop_asked and self._next is not None
+        task.done = True
+
+    def _fail(self, task: Task[Any], error: ArmError) -> None:
+        task.flow.close()
+        task.error, task.done = error, True
+
+    def _break(self, lost: LinkLost) -> None:
+        self._broken = lost
+        self._sent = None
+        task = self._task
+        if task is not None:
+            try:
+                task.flow.throw(lost)
+            except BaseException as error:
+                task.error = error if isinstance(error, ArmError) else lost
+            self._finish(task)
+        if self._next is not None:
+            self._fail(self._next, lost)
+            self._next = None
+        self._lost(lost)
+
+    def _next_s(self) -> float:
+        if self._sent is not None:
+            return min(self.link.next_s(), self._sent_at_s + self._sent.patience_s)
+        if isinstance(self._wait, Until):
+            return min(self._wait.time_s, self.link.next_s())
+        wake_s, _ = self._idle(self.now_s)
+        return min(wake_s, self.link.next_s())

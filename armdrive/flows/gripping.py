@@ -1,0 +1,117 @@
+"""Grasping by short closing bursts, with the grip switch read between them.
+
+The controller's own closing command cannot be aborted and takes seconds; short bursts can be
+stopped after each. The fingers close in coarse steps until the switch trips, open until it lets
+go, and close again in fine steps: the opening at which it trips tells the object's width. Behind
+the switch, a stated number of steps adds a stated force.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from armdrive.core import Coordinates
+from armdrive.engine import Flow
+from armdrive.errors import Refused, Stopped
+from armdrive.flows.motion import paced_move
+from armdrive.states import Event
+
+if TYPE_CHECKING:
+    from armdrive.core import Core
+    from armdrive.flows.exchange import Wire
+    from armdrive.planning import Speeds
+
+FINE_STEPS = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Grasped:
+    """What the fingers found: a width in mm, 0 where they met each other, and the force in N."""
+
+    width_mm: float
+    force_n: float
+
+    @property
+    def holding(self) -> bool:
+        """Whether there is something between the fingers."""
+        return self.width_mm > NOTHING_MM
+
+
+NOTHING_MM = 1.0
+"""An opening this small when the switch trips means that the fingers met each other."""
+
+
+def grasp(wire: Wire, speeds: Speeds, force_n: float) -> Flow[Grasped]:
+    """Close on whatever is there and press with about `force_n`."""
+    core = wire.core
+    settings = core.config.gripper
+    if not 0.0 <= force_n <= settings.max_force_n:
+        raise Refused(f"the gripper presses with 0 to {settings.max_force_n:g} N, not {force_n:g}")
+    steps_per_n = core.config.model.grip_steps_per_n
+    if steps_per_n is None:
+        raise Refused("no grip force is known of this arm: use gripper.close() with a width")
+    depth_mm = settings.trip_force_n * steps_per_n / steps_per_mm(core)
+    core.happen(Event.MOVE)
+    try:
+        yield from wire.verify()
+        yield from _close_until_grip(wire, speeds, settings.approach_steps, depth_mm)
+        yield from _open_until_free(wire, speeds)
+        yield from _close_until_grip(wire, speeds, FINE_STEPS, depth_mm)
+        width_mm = max(core.coordinates.opening_mm + depth_mm, 0.0)
+        extra_n = max(force_n - settings.trip_force_n, 0.0)
+        yield from _slide(wire, speeds, -round(extra_n * steps_per_n))
+        yield from wire.verify()
+    finally:
+        core.settle()
+        core.still_since_s = wire.now_s
+    found = Grasped(width_mm if width_mm > NOTHING_MM else 0.0, extra_n + settings.trip_force_n)
+    core.grip_force_n = found.force_n
+    return found
+
+
+def _close_until_grip(wire: Wire, speeds: Speeds, steps: int, depth_mm: float) -> Flow[None]:
+    """Close in bursts of `steps` until the switch trips, `depth_mm` of cable behind the touch."""
+    core = wire.core
+    behind_mm = depth_mm + 2.0 * core.config.gripper.approach_steps / steps_per_mm(core)
+    while not core.gripping:
+        _raise_if_stopped(wire)
+        if core.coordinates.opening_mm < -behind_mm:
+            raise Refused(
+                "the gripper is closed and its switch did not trip: check teachmover.grip_bit and "
+                "gripper.trip_force_n in the arm file"
+            )
+        yield from _slide(wire, speeds, -steps)
+        yield from wire.verify()
+
+
+def _open_until_free(wire: Wire, speeds: Speeds) -> Flow[None]:
+    """Open in fine bursts until the switch lets go."""
+    while wire.core.gripping:
+        _raise_if_stopped(wire)
+        yield from _slide(wire, speeds, FINE_STEPS)
+        yield from wire.verify()
+
+
+def _slide(wire: Wire, speeds: Speeds, steps: int) -> Flow[None]:
+    """Move the fingers by motor steps; positive opens."""
+    if steps == 0:
+        return
+    core = wire.core
+    here = core.coordinates
+    there = Coordinates(here.joints, here.opening_mm + steps / steps_per_mm(core))
+    target = core.transmission.to_motors(there.joints, there.opening_mm)
+    yield from paced_move(wire, target, speeds.duration_s(here, there, 1.0), there)
+
+
+def _raise_if_stopped(wire: Wire) -> None:
+    if wire.stopping:
+        raise Stopped("the grasp was stopped; the fingers stay where they are")
+
+
+def steps_per_mm(core: Core) -> float:
+    """Return the gripper motor's steps for each mm of opening, without their sign."""
+    joints = core.coordinates.joints
+    closed = core.transmission.to_exact(joints, 0.0)
+    opened = core.transmission.to_exact(joints, 1.0)
+    return max(abs(b - a) for a, b in zip(closed, opened, strict=True))

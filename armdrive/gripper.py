@@ -1,0 +1,71 @@
+"""The gripper of an arm, as a program sees it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from armdrive.core import Coordinates
+from armdrive.errors import Refused
+from armdrive.flows.gripping import Grasped, grasp
+from armdrive.flows.motion import Moved
+from armdrive.planning import speed_fraction
+from kinematics.errors import finite
+
+if TYPE_CHECKING:
+    from armdrive.arm import Arm
+
+GRASP_PATIENCE_S = 120.0
+"""A grasp that takes longer is given up."""
+
+
+class Gripper:
+    """The fingers of an arm."""
+
+    def __init__(self, arm: Arm) -> None:
+        self._arm = arm
+
+    @property
+    def opening_mm(self) -> float:
+        """The opening that the motors stand at; less than an object's width while it is held."""
+        return self._arm.status.gripper_mm or 0.0
+
+    @property
+    def force_n(self) -> float:
+        """The force of the last grasp, from the steps behind the touch; 0 when let go."""
+        return self._arm.core.grip_force_n
+
+    def open(self, opening_mm: float | None = None, *, speed: float = 1.0) -> Moved:
+        """Open to a width in mm, or all the way."""
+        widest = self._arm.model.gripper_range_mm[1]
+        return self.move(widest if opening_mm is None else opening_mm, speed=speed)
+
+    def close(self, opening_mm: float = 0.0, *, speed: float = 1.0) -> Moved:
+        """Close to a width in mm without feeling for an object; see `grasp`."""
+        return self.move(opening_mm, speed=speed)
+
+    def move(self, opening_mm: float, *, speed: float = 1.0) -> Moved:
+        """Bring the fingers to an opening in mm."""
+        wanted = finite("opening_mm", opening_mm)
+        moved = self._arm.run_plan(
+            lambda here: Coordinates(here.joints, wanted), speed_fraction(speed)
+        )
+        self._arm.core.grip_force_n = 0.0
+        return moved
+
+    def grasp(self, *, force_n: float = 8.9) -> float:
+        """Close on whatever is between the fingers; return its width in mm, 0.0 for nothing.
+
+        `force_n` (about 2 lb by default) is pressed after the grip switch has tripped.
+        """
+        return self.feel(force_n=force_n).width_mm
+
+    def feel(self, *, force_n: float = 8.9) -> Grasped:
+        """Like `grasp`, and also tell the force."""
+        arm = self._arm
+        if not arm.abilities.grip_switch:
+            raise Refused("this arm has no grip switch: use gripper.close() with a width")
+        force = finite("force_n", force_n)
+        with arm.pace.lock:
+            arm.core.require_reference()
+            task = arm.submit(grasp(arm.wire, arm.speeds, force))
+        return arm.finish(task, GRASP_PATIENCE_S)

@@ -1,0 +1,149 @@
+"""Who calls the engine, and by which clock: a thread in real time, or whoever waits.
+
+`RealPace` runs one thread that sleeps on the wire until the engine's next deadline.
+`SimulatedPace` has no thread: a call that waits drives the engine and jumps from deadline to
+deadline, so that a script runs as fast as the computer can.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Callable
+from typing import Protocol
+
+from armdrive.engine import Engine
+from armdrive.errors import ArmError
+
+LONGEST_SLEEP_S = 0.25
+"""The real-time thread looks around at least this often."""
+
+
+class Pace(Protocol):
+    """Drives an engine through time. Hold `lock` while touching what the engine owns."""
+
+    lock: threading.RLock
+
+    def now_s(self) -> float:
+        """Return the arm's own time in seconds, from an arbitrary start."""
+
+    def start(self, engine: Engine) -> None:
+        """Begin to drive an engine."""
+
+    def wait(self, done: Callable[[], bool], timeout_s: float) -> bool:
+        """Let time pass until `done()`; False when the time is over first."""
+
+    def wake(self) -> None:
+        """Have the engine look at what was asked of it, from any thread."""
+
+    def close(self) -> None:
+        """Stop driving."""
+
+
+class SimulatedPace:
+    """Time that passes only while somebody waits, as fast as the engine gets through it."""
+
+    def __init__(self) -> None:
+        self.lock = threading.RLock()
+        self._now_s = 0.0
+        self._engine: Engine | None = None
+
+    def now_s(self) -> float:
+        """Return the simulated time."""
+        return self._now_s
+
+    def start(self, engine: Engine) -> None:
+        """Begin to drive an engine."""
+        self._engine = engine
+
+    def wait(self, done: Callable[[], bool], timeout_s: float) -> bool:
+        """Jump from deadline to deadline until `done()` or the time is over."""
+        end_s = self._now_s + timeout_s
+        while not done():
+            with self.lock:
+                if self._engine is None:
+                    return False
+                next_s = self._engine.advance(self._now_s)
+                if done():
+                    break
+                if self._now_s >= end_s:
+                    return False
+                if math.isinf(next_s) and math.isinf(end_s):
+                    raise ArmError("the simulated arm has nothing left to do, and the wait no end")
+                self._now_s = max(self._now_s, min(next_s, end_s))
+        return True
+
+    def wake(self) -> None:
+        """Nothing sleeps on simulated time."""
+
+    def close(self) -> None:
+        """Let go of the engine."""
+        self._engine = None
+
+
+class RealPace:
+    """A thread that advances the engine by the monotonic clock and sleeps on the wire between."""
+
+    def __init__(self, *, speed: float = 1.0) -> None:
+        """`speed` makes an in-process simulated arm's clock run that much faster than real."""
+        self.lock = threading.RLock()
+        self._speed = speed
+        self._start_s = time.monotonic()
+        self._turn = threading.Condition(self.lock)
+        self._engine: Engine | None = None
+        self._thread: threading.Thread | None = None
+        self._failure: BaseException | None = None
+
+    def now_s(self) -> float:
+        """Return the monotonic time since the start, times the speed."""
+        return (time.monotonic() - self._start_s) * self._speed
+
+    def start(self, engine: Engine) -> None:
+        """Begin to drive an engine in a thread of its own."""
+        self._engine = engine
+        self._thread = threading.Thread(target=self._drive, name="armdrive", daemon=True)
+        self._thread.start()
+
+    def wait(self, done: Callable[[], bool], timeout_s: float) -> bool:
+        """Sleep until `done()` or the time is over."""
+        end_s = self.now_s() + timeout_s
+        with self._turn:
+            while not done():
+                if self._failure is not None:
+                    raise ArmError(f"the engine's thread ended: {self._failure}")
+                left_s = (end_s - self.now_s()) / self._speed
+                if left_s <= 0.0:
+                    return False
+                # a bounded sleep, so that Ctrl-C is seen on every system
+                self._turn.wait(min(left_s, LONGEST_SLEEP_S))
+        return True
+
+    def wake(self) -> None:
+        """End the thread's sleep on the wire."""
+        engine = self._engine
+        if engine is not None:
+            engine.link.wake()
+
+    def close(self) -> None:
+        """End the thread; what the device is doing by then is bounded by its last burst."""
+        engine, self._engine = self._engine, None
+        if engine is not None:
+            engine.link.wake()
+        thread, self._thread = self._thread, None
+        if thread is not None and thread is not threading.current_thread():
+            thread.join(timeout=2.0)
+
+    def _drive(self) -> None:
+        try:
+            while (engine := self._engine) is not None:
+                with self._turn:
+                    next_s = engine.advance(self.now_s())
+                    self._turn.notify_all()
+                pause_s = min((next_s - self.now_s()) / self._speed, LONGEST_SLEEP_S)
+                if pause_s > 0.0:
+                    engine.link.wait(pause_s)
+        except BaseException as failure:
+            with self._turn:
+                self._failure = failure
+                self._turn.notify_all()

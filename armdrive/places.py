@@ -1,0 +1,36 @@
+"""Where arm files and remembered states live on this computer.
+
+`ARMDRIVE_HOME` in the environment moves both into one folder, for tests and for shared computers.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+
+
+def arm_files() -> Path:
+    """Return the folder of arm files."""
+    return _folder("config") / "arms"
+
+
+def states() -> Path:
+    """Return the folder of remembered positions, simulated worlds, locks and sockets."""
+    return _folder("state")
+
+
+def file_name(arm: str) -> str:
+    """Return a file name for an arm, whatever characters its name or port has."""
+    return re.sub(r"[^A-Za-z0-9._-]+", "_", arm).strip("._") or "arm"
+
+
+def _folder(kind: str) -> Path:
+    home = os.environ.get("ARMDRIVE_HOME")
+    if home:
+        return Path(home) / kind
+    import platformdirs
+
+    if kind == "config":
+        return platformdirs.user_config_path("armdrive", appauthor=False)
+    return platformdirs.user_state_path("armdrive", appauthor=False)

@@ -1,0 +1,228 @@
+"""From a goal to a plan: corner points in joint space, how long each leg takes, and its audit.
+
+A plan is audited whole before its first byte is sent: every joint limit at every corner (a leg is
+straight in joint space, so its ends are its worst points) and every guard along the way, at most
+2 mm of tip travel apart. A start that is itself beyond a bound is not held against the plan as
+long as the plan never goes further beyond it: there must be a way out.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from armdrive.core import Coordinates
+from armdrive.errors import BadRequest, OutOfBounds
+from kinematics import (
+    GuardViolation,
+    JointPath,
+    Joints,
+    LimitViolation,
+    Pose,
+    Unreachable,
+    first_violation,
+    line_path,
+    nearest_allowed,
+)
+from kinematics.errors import finite
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from armdrive.armfile import ArmConfig
+    from kinematics import Transmission
+
+
+@dataclass(frozen=True, slots=True)
+class Leg:
+    """A motion that is straight in joint space, and how long it takes at the speed asked for."""
+
+    start: Coordinates
+    end: Coordinates
+    duration_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """Legs end to end. Nothing in it has been rounded yet."""
+
+    start: Coordinates
+    legs: tuple[Leg, ...]
+
+    @property
+    def end(self) -> Coordinates:
+        """Where the plan leads."""
+        return self.legs[-1].end if self.legs else self.start
+
+    @property
+    def duration_s(self) -> float:
+        """How long it takes, without the time that the wire needs between bursts."""
+        return math.fsum(leg.duration_s for leg in self.legs)
+
+
+@dataclass(frozen=True, slots=True)
+class Speeds:
+    """The limits that time is computed from: joints in rad/s, gripper in mm/s, motors in Hz."""
+
+    joints_rad_s: tuple[float, ...]
+    gripper_mm_s: float
+    motor_hz: float
+    transmission: Transmission
+
+    def duration_s(self, start: Coordinates, end: Coordinates, fraction: float) -> float:
+        """Return the least time in which no joint and no motor is faster than its limit."""
+        turns = [
+            abs(b - a) / limit
+            for a, b, limit in zip(start.joints, end.joints, self.joints_rad_s, strict=True)
+        ]
+        slide = abs(end.opening_mm - start.opening_mm) / self.gripper_mm_s
+        before = self.transmission.to_exact(start.joints, start.opening_mm)
+        behind = self.transmission.to_exact(end.joints, end.opening_mm)
+        busiest = max(abs(b - a) for a, b in zip(before, behind, strict=True))
+        return max(*turns, slide, busiest / self.motor_hz) / fraction
+
+
+def speed_fraction(speed: float) -> float:
+    """Check the `speed=` of a public call: a fraction of the limits, above 0 and up to 1."""
+    fraction = finite("speed", speed)
+    if not 0.0 < fraction <= 1.0:
+        raise BadRequest(f"speed is a fraction of the limits, above 0 and up to 1, not {speed!r}")
+    return fraction
+
+
+def named_joints(start: Joints, named_deg: Mapping[str, float]) -> Joints:
+    """Return `start` with the joints that the caller named, as `shoulder_deg=40`, replaced."""
+    known = {f"{name}_deg": name for name in start.names}
+    changed = {}
+    for word, value in named_deg.items():
+        if word not in known:
+            raise BadRequest(f"no joint is called {word!r}; known are {', '.join(known)}")
+        changed[known[word]] = math.radians(finite(word, value))
+    return start.replace(**changed)
+
+
+def plan_joints(
+    config: ArmConfig, speeds: Speeds, start: Coordinates, end: Coordinates, fraction: float
+) -> Plan:
+    """Plan a motion straight in joint space, and audit it."""
+    return _plan(config, speeds, start, [start, end], fraction)
+
+
+def plan_line(
+    config: ArmConfig, speeds: Speeds, start: Coordinates, goal: Pose, fraction: float
+) -> Plan:
+    """Plan a motion straight in x, y, z, pitch and roll, in one posture, and audit it.
+
+    Between corners the tip leaves the line by at most `motion.line_tolerance_mm`.
+    """
+    posture_for(config, goal, start.joints)
+    joints = line_path(
+        config.model.arm, start.joints, goal, tolerance_mm=config.motion.line_tolerance_mm
+    )
+    corners = [start, *(Coordinates(each, start.opening_mm) for each in joints[1:])]
+    return _plan(config, speeds, start, corners, fraction)
+
+
+def _plan(
+    config: ArmConfig,
+    speeds: Speeds,
+    start: Coordinates,
+    corners: list[Coordinates],
+    fraction: float,
+) -> Plan:
+    audit(config, [corner.joints for corner in corners])
+    _audit_opening(config, start.opening_mm, corners[-1].opening_mm)
+    legs = tuple(
+        Leg(a, b, speeds.duration_s(a, b, fraction)) for a, b in pairwise(corners) if a != b
+    )
+    return Plan(start, legs)
+
+
+def audit(config: ArmConfig, corners: list[Joints]) -> None:
+    """Raise `OutOfBounds` for the first limit or guard that a joint path would pass."""
+    arm = config.model.arm
+    excused = {each.joint: each.excess_rad for each in arm.violations(corners[0])}
+    for corner in corners[1:]:
+        for violation in arm.violations(corner):
+            if violation.excess_rad > excused.get(violation.joint, 0.0) + SLACK_RAD:
+                raise limit_error(violation)
+    _audit_guards(config, corners)
+
+
+def _audit_guards(config: ArmConfig, corners: list[Joints]) -> None:
+    arm, guards = config.model.arm, config.model.guards
+    if not guards.violations(arm, corners[0]):
+        found = first_violation(arm, guards, corners)
+        if found is not None:
+            raise guard_error(found[1], found[0])
+        return
+    # the start is beyond a guard: no point may be deeper than the one before it, until all is well
+    depth_mm = guards.depth_mm(arm, corners[0])
+    for a, b in pairwise(corners):
+        path = JointPath(a, b)
+        for index in range(1, ESCAPE_SAMPLES + 1):
+            broken = guards.violation(arm, path.at(index / ESCAPE_SAMPLES))
+            if broken is not None and broken.excess_mm > depth_mm + SLACK_MM:
+                raise guard_error(broken, index / ESCAPE_SAMPLES)
+            depth_mm = broken.excess_mm if broken is not None else 0.0
+
+
+def posture_for(config: ArmConfig, goal: Pose, seed: Joints) -> Joints:
+    """Return the allowed posture for a pose that is nearest to the seed.
+
+    Raises `Unreachable` or `OutOfBounds`; both name the nearest pose that is in reach and
+    outside every guard.
+    """
+    arm, guards = config.model.arm, config.model.guards
+    try:
+        joints = arm.ik(goal, seed)
+    except Unreachable as refusal:
+        allowed = nearest_allowed(arm, guards, goal, seed)
+        raise refusal.instead(allowed) if allowed is not None else refusal from None
+    broken = guards.violation(arm, joints)
+    if broken is None or guards.violations(arm, seed):
+        return joints  # a start beyond a guard may have a way out: the audit looks at all of it
+    raise guard_error(broken, 1.0, nearest_allowed(arm, guards, goal, seed))
+
+
+def limit_error(violation: LimitViolation) -> OutOfBounds:
+    """Put a joint limit into words."""
+    value, bound = math.degrees(violation.value_rad), math.degrees(violation.bound_rad)
+    return OutOfBounds(
+        f"the {violation.joint} would turn to {value:.1f}°, {abs(value - bound):.1f}° beyond its "
+        f"limit of {bound:.1f}°; nothing was moved",
+        name=violation.joint,
+        value=value,
+        bound=bound,
+    )
+
+
+def guard_error(guard: GuardViolation, share: float, nearest: Pose | None = None) -> OutOfBounds:
+    """Put a guard into words."""
+    where = "at the goal" if share >= 1.0 else f"{share:.0%} of the way to the goal"
+    instead = f"; nearest pose that is allowed: {nearest}" if nearest is not None else ""
+    return OutOfBounds(
+        f"{guard.sentence}, {where}; nothing was moved{instead}",
+        name=guard.guard,
+        value=guard.value_mm,
+        bound=guard.bound_mm,
+        nearest=nearest,
+    )
+
+
+SLACK_RAD = 1e-9
+SLACK_MM = 1e-6
+ESCAPE_SAMPLES = 64
+
+
+def _audit_opening(config: ArmConfig, start_mm: float, end_mm: float) -> None:
+    low, high = config.model.gripper_range_mm
+    if end_mm != start_mm and not low <= end_mm <= high:
+        raise OutOfBounds(
+            f"the gripper opens from {low:g} to {high:g} mm, not to {end_mm:.1f} mm",
+            name="gripper",
+            value=end_mm,
+            bound=high if end_mm > high else low,
+        )

@@ -1,0 +1,95 @@
+"""Reading a table of an arm file into a frozen dataclass: one rule for every section.
+
+Keys, types and defaults come from the dataclass itself, so that nothing is listed twice. Unknown
+keys, wrong types and numbers out of bounds are errors that name the key.
+"""
+
+from __future__ import annotations
+
+import difflib
+import types
+import typing
+from collections.abc import Mapping
+from dataclasses import fields
+from typing import Any, TypeVar
+
+from armdrive.errors import ArmFileError
+from kinematics.errors import BadNumber, finite
+
+S = TypeVar("S")
+
+
+def read_section(kind: type[S], table: object, where: str) -> S:
+    """Build `kind` from a TOML table; `where` names the section in errors."""
+    entries = require_table(table, where)
+    hints = typing.get_type_hints(kind)
+    names = [field.name for field in fields(kind)]  # type: ignore[arg-type]
+    refuse_unknown(entries, names, where)
+    values = {
+        key: _convert(hints[key], value, f"{where}.{key}" if where else key)
+        for key, value in entries.items()
+    }
+    try:
+        return kind(**values)
+    except TypeError:
+        missing = ", ".join(name for name in names if name not in values)
+        raise ArmFileError(f"[{where}] is missing {missing}") from None
+
+
+def require_table(table: object, where: str) -> Mapping[str, Any]:
+    """Return the table, or say that something else stands there."""
+    if not isinstance(table, Mapping):
+        raise ArmFileError(f"{where} must be a table, written [{where}], not {table!r}")
+    return table
+
+
+def refuse_unknown(entries: Mapping[str, object], known: list[str], where: str) -> None:
+    """Raise for the first unknown key, with the nearest known one."""
+    for key in entries:
+        if key not in known:
+            near = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
+            place = f"in [{where}]" if where else "at the top"
+            hint = f"did you mean {near[0]!r}?" if near else f"known are {', '.join(known)}"
+            raise ArmFileError(f"unknown key {key!r} {place}; {hint}")
+
+
+def _convert(wanted: Any, value: object, where: str) -> Any:
+    """Check one value against its annotation; whole numbers are fine where floats belong."""
+    origin = typing.get_origin(wanted)
+    if origin in (types.UnionType, typing.Union):
+        wanted = next(one for one in typing.get_args(wanted) if one is not type(None))
+        return _convert(wanted, value, where)
+    if origin is tuple:
+        return _convert_tuple(wanted, value, where)
+    if wanted is float:
+        return number(value, where)
+    if wanted in (int, str, bool) and type(value) is wanted:
+        return value
+    raise ArmFileError(f"{where} must be {_WORDS.get(wanted, wanted)}, not {value!r}")
+
+
+def _convert_tuple(wanted: Any, value: object, where: str) -> tuple[Any, ...]:
+    inner = typing.get_args(wanted)
+    if not isinstance(value, list | tuple):
+        raise ArmFileError(f"{where} must be a list, not {value!r}")
+    if len(inner) == 2 and inner[1] is Ellipsis:
+        return tuple(_convert(inner[0], item, f"{where}[{i}]") for i, item in enumerate(value))
+    if len(value) != len(inner):
+        raise ArmFileError(f"{where} must have {len(inner)} entries, not {len(value)}")
+    return tuple(
+        _convert(kind, item, f"{where}[{i}]")
+        for i, (kind, item) in enumerate(zip(inner, value, strict=True))
+    )
+
+
+def number(value: object, where: str) -> float:
+    """Return a finite number, or raise `ArmFileError` that names the key."""
+    try:
+        return finite(where, value)
+    except BadNumber as error:
+        raise ArmFileError(str(error)) from None
+
+
+_WORDS: Mapping[Any, str] = types.MappingProxyType(
+    {int: "a whole number", str: "text", bool: "true or false"}
+)

@@ -1,0 +1,61 @@
+"""A simulated device behind its serial line: both directions paced, events taken in their order."""
+
+from __future__ import annotations
+
+from armdrive.sim.device import SimDevice
+from armdrive.sim.wire import PacedWire
+
+
+class PacedDevice:
+    """Carries bytes to a device and back at a baud rate.
+
+    Time may be advanced in steps of any size: what happens in between happens at its own moment,
+    so that an answer is as late as it would be if somebody had looked all the time.
+    """
+
+    def __init__(self, device: SimDevice, baud: int) -> None:
+        self.device = device
+        self._in = PacedWire(baud)
+        self._out = PacedWire(baud)
+        self._plugged = True
+
+    def send(self, data: bytes, now_s: float) -> None:
+        """Put bytes on the line to the device."""
+        self.advance(now_s)
+        if self._plugged:
+            self._in.push(data, now_s)
+
+    def receive(self, now_s: float) -> bytes:
+        """Take what has come back by now."""
+        self.advance(now_s)
+        return self._out.pull(now_s)
+
+    def advance(self, now_s: float) -> None:
+        """Let everything happen that is due by now."""
+        while (due_s := min(self._in.next_s(), self.device.next_s())) <= now_s:
+            self._exchange(due_s)
+        self._exchange(now_s)
+
+    def next_s(self) -> float:
+        """Tell when something next happens on either side; infinity while all is quiet."""
+        return min(self._in.next_s(), self._out.next_s(), self.device.next_s())
+
+    def unplug(self) -> None:
+        """Pull the cable: what is under way is lost in both directions; the device lives on."""
+        self._plugged = False
+        self._in.clear()
+        self._out.clear()
+
+    def replug(self, now_s: float) -> None:
+        """Put the cable back; what the device said meanwhile went nowhere."""
+        self.advance(now_s)
+        self._plugged = True
+
+    def _exchange(self, now_s: float) -> None:
+        arrived = self._in.pull(now_s)
+        if arrived:
+            self.device.receive(arrived, now_s)
+        said = self.device.transmit(now_s)
+        if said and self._plugged:
+            self._out.extra_s = self.device.byte_gap_s
+            self._out.push(said, now_s)

@@ -1,0 +1,59 @@
+"""How long and how far the finger tips go on after a stop: a bound that holds for any motion.
+
+On a device that cannot abort, the burst under way runs to its end. Its length in time is the
+burst length of the arm file; the tip's way is bounded by every joint turning at its limit for
+that long, each at its distance from the tip. A joint's distance from the tip grows by at most the
+way that the joints beyond it make meanwhile.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from kinematics import Joints
+
+if TYPE_CHECKING:
+    from armdrive.armfile import ArmConfig
+    from armdrive.controllers.requests import Controller
+
+
+@dataclass(frozen=True, slots=True)
+class StopBound:
+    """The worst case of a stop at this moment."""
+
+    time_s: float
+    distance_mm: float
+
+
+def stop_bound(
+    config: ArmConfig, controller: Controller, joints: Joints | None, burst_s: float
+) -> StopBound:
+    """Return the bound at a posture; without a known posture, for the arm stretched out."""
+    way_mm = 0.0
+    speeds = config.model.joint_speeds_rad_s
+    for speed_rad_s, lever_mm in reversed(
+        list(zip(speeds, _levers_mm(config, joints), strict=True))
+    ):
+        if lever_mm > 0.0:
+            way_mm += speed_rad_s * burst_s * (lever_mm + way_mm)
+    return StopBound(burst_s + controller.stop_overhead_s(), way_mm)
+
+
+def _levers_mm(config: ArmConfig, joints: Joints | None) -> tuple[float, ...]:
+    """Return each joint axis's distance from the tip; rolling does not move it."""
+    arm = config.model.arm
+    if joints is None:
+        hand = arm.hand_mm
+        forearm = hand + arm.forearm_mm
+        whole = forearm + arm.upper_arm_mm
+        return whole, whole, forearm, hand, 0.0
+    _, shoulder, elbow, wrist, tip = arm.points(joints)
+    return (
+        math.hypot(tip[0], tip[1]),
+        math.dist(shoulder, tip),
+        math.dist(elbow, tip),
+        math.dist(wrist, tip),
+        0.0,
+    )

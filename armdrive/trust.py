@@ -1,0 +1,99 @@
+"""How far the position can be believed: one table of what is seen, and what it does to trust.
+
+The arms have no encoders, so trust is all there is. Evidence against a position lowers it and
+never raises it; only a reference, or an operator who confirms the drawn posture, raises it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+from types import MappingProxyType
+
+from armdrive.errors import NotReferenced
+from armdrive.status import Trust
+
+
+class Evidence(Enum):
+    """What was seen, in the words that the status shows."""
+
+    NO_RECORD = "nothing is recorded of this arm's position"
+    HOMED = "referenced in the reference posture"
+    DECLARED = "the posture was declared by the caller"
+    CONFIRMED = "the operator confirmed the recorded posture"
+    RECORD_MATCHES = "recorded by an earlier program, and the registers still agree"
+    RECORD_DIFFERS = "the registers differ from the recorded ones: moved by pendant, or power lost"
+    ENDED_IN_MOTION = "the last program ended in mid-motion"
+    RECORD_UNUSABLE = "the recorded position cannot be used"
+    ANSWER_LOST = "a motion was sent and its answer never came"
+    READ_BACK_DIFFERS = "the registers are not where the motion should have left them"
+    MOTION_REFUSED = "the controller refused a motion that it should have understood"
+    CURRENT_DROPPED = "the motor current was switched off, and the arm can sag"
+    LOST_IN_MOTION = "the wire was lost while the arm moved"
+    MOVED_BY_OTHERS = "the registers changed while nothing was moved from here: the pendant, say"
+    CONTROLLER_RESTARTED = "the registers fell to zero: the controller was reset or lost its power"
+
+
+RESULTS: Mapping[Evidence, Trust] = MappingProxyType(
+    {
+        Evidence.NO_RECORD: Trust.UNKNOWN,
+        Evidence.HOMED: Trust.REFERENCED,
+        Evidence.DECLARED: Trust.REFERENCED,
+        Evidence.CONFIRMED: Trust.REFERENCED,
+        Evidence.RECORD_MATCHES: Trust.RESTORED,
+        Evidence.RECORD_DIFFERS: Trust.SUSPECT,
+        Evidence.ENDED_IN_MOTION: Trust.SUSPECT,
+        Evidence.RECORD_UNUSABLE: Trust.UNKNOWN,
+        Evidence.ANSWER_LOST: Trust.SUSPECT,
+        Evidence.READ_BACK_DIFFERS: Trust.SUSPECT,
+        Evidence.MOTION_REFUSED: Trust.SUSPECT,
+        Evidence.CURRENT_DROPPED: Trust.SUSPECT,
+        Evidence.LOST_IN_MOTION: Trust.SUSPECT,
+        Evidence.MOVED_BY_OTHERS: Trust.SUSPECT,
+        Evidence.CONTROLLER_RESTARTED: Trust.SUSPECT,
+    }
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Belief:
+    """A trust with its reason and the time it was formed, on the arm's clock."""
+
+    trust: Trust
+    reason: str
+    since_s: float = 0.0
+
+    def after(self, evidence: Evidence, now_s: float, detail: str = "") -> Belief:
+        """Weigh new evidence. An unknown position stays unknown whatever else goes wrong."""
+        result = RESULTS[evidence]
+        if result is Trust.SUSPECT and self.trust in (Trust.UNKNOWN, Trust.SUSPECT):
+            return self  # the first reason is the one that has to be mended
+        reason = f"{evidence.value} ({detail})" if detail else evidence.value
+        return Belief(result, reason, now_s)
+
+
+FIRST_BELIEF = Belief(Trust.UNKNOWN, Evidence.NO_RECORD.value)
+
+_REMEDY = MappingProxyType(
+    {
+        Trust.UNKNOWN: "bring the arm to its reference posture and run `armdrive home`, "
+        "or call home() or declare_posture()",
+        Trust.SUSPECT: "look at the arm, then run `armdrive home`, or call home() or "
+        "declare_posture()",
+        Trust.RESTORED: "compare the arm with the drawn posture and confirm it (`armdrive home "
+        "--confirm`), or connect with allow_restored=True",
+    }
+)
+
+
+def require_reference(belief: Belief, *, allow_restored: bool) -> None:
+    """Raise `NotReferenced`, with the way to regain trust, unless planned motion may go on."""
+    if belief.trust is Trust.REFERENCED:
+        return
+    if belief.trust is Trust.RESTORED and allow_restored:
+        return
+    raise NotReferenced(
+        f"planned motion needs a position that can be trusted, and this one is "
+        f"{belief.trust.value}: {belief.reason}. To mend it, {_REMEDY[belief.trust]}"
+    )

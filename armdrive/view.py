@@ -1,0 +1,57 @@
+"""A status as plain data, with units in the names: what `--json` prints and sockets carry."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from armdrive.status import Status
+    from kinematics import Joints, Pose
+
+
+def pose_view(pose: Pose | None) -> dict[str, float] | None:
+    """Return a pose in mm and degrees."""
+    if pose is None:
+        return None
+    return {
+        "x_mm": round(pose.x_mm, 3),
+        "y_mm": round(pose.y_mm, 3),
+        "z_mm": round(pose.z_mm, 3),
+        "pitch_deg": round(pose.pitch_deg, 4),
+        "roll_deg": round(pose.roll_deg, 4),
+    }
+
+
+def joints_view(joints: Joints | None) -> dict[str, float] | None:
+    """Return joint angles in degrees."""
+    if joints is None:
+        return None
+    return {f"{name}_deg": round(angle, 4) for name, angle in joints.deg.items()}
+
+
+def status_view(status: Status) -> dict[str, Any]:
+    """Return a status."""
+    return {
+        "arm": status.arm,
+        "title": status.title,
+        "link": status.link,
+        "dialect": status.dialect,
+        "simulated": status.simulated,
+        "state": status.state.value,
+        "trust": status.trust.value,
+        "trust_reason": status.trust_reason,
+        "current": status.current.value,
+        "joints": joints_view(status.joints),
+        "pose": pose_view(status.pose),
+        "gripper_mm": None if status.gripper_mm is None else round(status.gripper_mm, 3),
+        "gripping": status.gripping,
+        "commanded_steps": status.commanded,
+        "acknowledged_steps": status.acknowledged,
+        "read_back_steps": status.read_back,
+        "inputs": status.inputs,
+        "outputs": status.outputs,
+        "stop_time_s": round(status.stop_time_s, 3),
+        "stop_distance_mm": round(status.stop_distance_mm, 1),
+        "notice": status.notice,
+        "error": status.error,
+    }
