@@ -1,0 +1,57 @@
+"""Arms, strategies and comparisons that the tests of this room share."""
+
+import math
+
+from hypothesis import strategies as st
+
+from kinematics import FiveAxisArm, JointRange, Joints, Pose, preset
+
+TEACHMOVER = preset("teachmover").arm
+
+UNEVEN = FiveAxisArm(
+    100.0,
+    200.0,
+    120.0,
+    60.0,
+    tuple(
+        JointRange.of(low, high)
+        for low, high in ((-170, 185), (-35, 144), (-149, 130), (-100, 90), (-160, 160))
+    ),
+)
+"""Unequal links, an elbow that bends both ways, and a roll range of less than a turn."""
+
+ARMS = (TEACHMOVER, UNEVEN)
+
+
+def postures(arm):
+    """Postures within the limits of an arm."""
+    angles = (st.floats(bounds.low_rad, bounds.high_rad) for bounds in arm.limits)
+    return st.tuples(*angles).map(Joints)
+
+
+any_arm = st.sampled_from(ARMS)
+arm_and_posture = any_arm.flatmap(lambda arm: st.tuples(st.just(arm), postures(arm)))
+goals = st.builds(
+    Pose,
+    st.floats(-700, 700),
+    st.floats(-700, 700),
+    st.floats(-400, 800),
+    st.sampled_from((-math.pi / 2, 0.0, math.pi)) | st.floats(-math.pi, math.pi),
+    st.floats(-3.0, 3.0),
+)
+
+
+def distance_mm(a, b):
+    return math.dist((a.x_mm, a.y_mm, a.z_mm), (b.x_mm, b.y_mm, b.z_mm))
+
+
+def turn_between(a, b):
+    return abs(math.remainder(a - b, math.tau))
+
+
+def same_pose(a, b, mm=1e-6, rad=1e-6):
+    return (
+        distance_mm(a, b) <= mm
+        and turn_between(a.pitch_rad, b.pitch_rad) <= rad
+        and turn_between(a.roll_rad, b.roll_rad) <= rad
+    )

@@ -1,0 +1,323 @@
+"""Forward and inverse kinematics of the five-axis build."""
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from kinematics_cases import (
+    TEACHMOVER,
+    UNEVEN,
+    arm_and_posture,
+    distance_mm,
+    goals,
+    same_pose,
+    turn_between,
+)
+
+from kinematics import (
+    BadNumber,
+    Base,
+    Constraint,
+    Elbow,
+    FiveAxisArm,
+    JointLimit,
+    JointRange,
+    Joints,
+    KinematicsError,
+    Pose,
+    RollFrame,
+    Unreachable,
+)
+
+
+def product(a, b):
+    return [[sum(a[i][k] * b[k][j] for k in range(4)) for j in range(4)] for i in range(4)]
+
+
+def dh(theta, d, a, alpha):
+    """The A matrix of the standard (distal) convention."""
+    ct, st_, ca, sa = math.cos(theta), math.sin(theta), math.cos(alpha), math.sin(alpha)
+    return [
+        [ct, -st_ * ca, st_ * sa, a * ct],
+        [st_, ct * ca, -ct * sa, a * st_],
+        [0.0, sa, ca, d],
+        [0.0, 0.0, 0.0, 1.0],
+    ]
+
+
+def pose_of_matrices(arm, q):
+    """Tip, pitch and roll by the product of five A matrices, measured on the last frame."""
+    half = math.pi / 2
+    frame = dh(q[0], arm.base_height_mm, 0.0, half)
+    for matrix in (
+        dh(q[1], 0.0, arm.upper_arm_mm, 0.0),
+        dh(q[2], 0.0, arm.forearm_mm, 0.0),
+        dh(q[3] + half, 0.0, 0.0, half),
+        dh(q[4], arm.hand_mm, 0.0, 0.0),
+    ):
+        frame = product(frame, matrix)
+    up, hand, (x, y, z) = (tuple(frame[i][column] for i in range(3)) for column in (0, 2, 3))
+    outwards = (math.cos(math.atan2(y, x)), math.sin(math.atan2(y, x)), 0.0)
+    pitch = math.atan2(hand[2], dot(hand, outwards))
+    level = (*(-math.sin(pitch) * u for u in outwards[:2]), math.cos(pitch))
+    roll = math.atan2(dot(up, cross(hand, level)), dot(up, level))
+    return Pose(x, y, z, pitch, roll)
+
+
+def dot(a, b):
+    return sum(p * q for p, q in zip(a, b, strict=True))
+
+
+def cross(a, b):
+    return (
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    )
+
+
+@given(arm_and_posture)
+def test_forward_kinematics_equals_the_product_of_dh_matrices(case):
+    arm, joints = case
+    pose = arm.fk(joints)
+    if math.hypot(pose.x_mm, pose.y_mm) > 1e-3:
+        assert same_pose(pose, pose_of_matrices(arm, joints.angles_rad))
+
+
+def test_the_zero_posture_stretches_forward_at_shoulder_height():
+    pose = TEACHMOVER.fk(Joints.of(0, 0, 0, 0, 0))
+    assert same_pose(pose, Pose(452.1, 0, 193.7, 0))
+
+
+@given(arm_and_posture)
+def test_the_points_end_at_the_tip_and_keep_the_lengths(case):
+    arm, joints = case
+    points = arm.points(joints)
+    lengths = [math.dist(a, b) for a, b in pairwise(points)]
+    assert lengths == pytest.approx(arm.lengths)
+    pose = arm.fk(joints)
+    assert points[4] == pytest.approx((pose.x_mm, pose.y_mm, pose.z_mm), abs=1e-9)
+
+
+@given(arm_and_posture, st.sampled_from(RollFrame))
+def test_every_branch_holds_the_pose_even_beyond_the_limits(case, frame):
+    arm, joints = case
+    pose = arm.fk(joints, frame)
+    branches = arm.branches(pose, joints, frame)
+    assert len(branches) == (2 if math.hypot(pose.x_mm, pose.y_mm) <= 1e-9 else 4)
+    assert len({(branch.base, branch.elbow) for branch in branches}) == len(branches)
+    for branch in branches:
+        assert same_pose(arm.fk(branch.joints, frame), pose, mm=1e-4)
+        assert branch.violations == arm.violations(branch.joints)
+
+
+@given(goals, st.sampled_from((TEACHMOVER, UNEVEN)))
+def test_every_branch_of_any_goal_holds_it(goal, arm):
+    for branch in arm.branches(goal):
+        assert same_pose(arm.fk(branch.joints), goal, mm=1e-4)
+
+
+@given(arm_and_posture)
+def test_the_posture_itself_is_among_the_branches_of_its_pose(case):
+    arm, joints = case
+    pose = arm.fk(joints)
+    if math.hypot(pose.x_mm, pose.y_mm) < 1e-3:
+        return  # the base is free there, and others of the family are returned
+    nearest = min(
+        max(abs(a - b) for a, b in zip(branch.joints, joints, strict=True))
+        for branch in arm.branches(pose, joints)
+    )
+    assert nearest < 1e-5
+
+
+@given(arm_and_posture)
+def test_ik_returns_a_posture_within_limits_for_every_pose_that_one_has(case):
+    arm, joints = case
+    pose = arm.fk(joints)
+    solved = arm.ik(pose, joints)
+    assert not arm.violations(solved)
+    assert same_pose(arm.fk(solved), pose, mm=1e-4)
+
+
+def test_ik_takes_the_branch_nearest_the_seed():
+    up, down = (Joints.of(0, 40, bend, 0, 0) for bend in (-60, 60))
+    pose = UNEVEN.fk(up)
+    seeds = [branch.joints for branch in UNEVEN.branches(pose) if branch.within_limits]
+    assert len(seeds) >= 2
+    for seed in seeds:
+        assert UNEVEN.ik(pose, seed).angles_rad == pytest.approx(seed.angles_rad)
+    assert UNEVEN.ik(UNEVEN.fk(down), down).angles_rad == pytest.approx(down.angles_rad)
+
+
+def test_elbow_up_and_base_front_mean_what_they_say():
+    branches = UNEVEN.branches(Pose(200, 0, 150, 0))
+    heights = {(b.base, b.elbow): UNEVEN.points(b.joints)[2][2] for b in branches}
+    assert heights[Base.FRONT, Elbow.UP] > heights[Base.FRONT, Elbow.DOWN]
+    assert heights[Base.FRONT, Elbow.UP] == pytest.approx(heights[Base.BACK, Elbow.UP])
+    bases = {b.base: abs(b.joints["base"]) for b in branches}
+    assert bases[Base.FRONT] == pytest.approx(0.0)
+    assert bases[Base.BACK] == pytest.approx(math.pi)
+
+
+@pytest.mark.parametrize("turns", [-1, 1])
+def test_roll_is_solved_to_the_turn_nearest_the_seed(turns):
+    joints = Joints.of(10, 60, -70, -20, 190 * turns)
+    pose = TEACHMOVER.fk(joints)
+    assert abs(pose.roll_deg) == pytest.approx(170)
+    assert TEACHMOVER.ik(pose, joints).angles_rad == pytest.approx(joints.angles_rad)
+    assert abs(TEACHMOVER.ik(pose)["wrist_roll"]) == pytest.approx(math.radians(170))
+
+
+def test_a_base_beyond_half_a_turn_wraps_into_its_range():
+    pose = UNEVEN.fk(Joints.of(183, 40, -60, 0, 0))
+    solved = UNEVEN.ik(pose, Joints.of(170, 40, -60, 0, 0))
+    assert math.degrees(solved["base"]) == pytest.approx(183)
+
+
+def test_roll_in_the_tables_frame_turns_the_wrist_with_the_base():
+    pose = Pose.of(x_mm=200, y_mm=200, z_mm=100, pitch_deg=-90, roll_deg=20)
+    solved = TEACHMOVER.ik(pose, None, RollFrame.TABLE)
+    assert math.degrees(solved["wrist_roll"]) == pytest.approx(65)
+    assert same_pose(TEACHMOVER.fk(solved, RollFrame.TABLE), pose)
+
+
+def test_a_posture_behind_holds_the_pose_of_the_front_posture_that_holds_it_alike():
+    behind = Joints.of(0, 144, -20, 40, 0)
+    pose = TEACHMOVER.fk(behind)
+    assert pose.x_mm < 0
+    assert pose.pitch_deg == pytest.approx(180 - 164)
+    assert abs(pose.roll_deg) == pytest.approx(180)
+    (front,) = (
+        branch
+        for branch in TEACHMOVER.branches(pose)
+        if branch.base is Base.FRONT and branch.elbow is Elbow.DOWN
+    )
+    turned = TEACHMOVER.points(front.joints)
+    for a, b in zip(turned, TEACHMOVER.points(behind), strict=True):
+        assert a == pytest.approx(b, abs=1e-6)
+
+
+@given(st.floats(-1.5, 1.5), st.floats(0.0, 40.0))
+def test_a_tip_on_the_base_axis_takes_the_seeds_base(base, rise):
+    pose = Pose(0.0, 0.0, 470.0 + rise, 0.0)
+    seed = Joints((base, 2.0, -1.0, -1.0, 0.0))
+    branches = TEACHMOVER.branches(pose, seed)
+    assert [branch.base_free for branch in branches] == [True, True]
+    solved = TEACHMOVER.ik(pose, seed)
+    assert solved["base"] == base
+    assert same_pose(TEACHMOVER.fk(solved), pose)
+
+
+def test_a_free_base_beyond_its_limits_is_brought_within():
+    solved = TEACHMOVER.ik(Pose(0, 0, 470, 0), Joints.of(120, 120, -60, -60, 0))
+    assert math.degrees(solved["base"]) == pytest.approx(90)
+
+
+def test_straight_up_is_reached_by_an_arm_whose_hand_points_up():
+    pose = Pose.of(x_mm=0, y_mm=0, z_mm=193.7 + 452.1, pitch_deg=90)
+    solved = TEACHMOVER.ik(pose)
+    assert solved.deg["shoulder"] == pytest.approx(90, abs=1e-3)
+    assert same_pose(TEACHMOVER.fk(solved), pose, mm=1e-4)
+
+
+def test_a_folded_arm_of_equal_links_has_a_free_shoulder():
+    arm = replace(TEACHMOVER, limits=(JointRange.of(-180, 180),) * 5)
+    seed = Joints.of(0, 33, 180, 0, 0)
+    pose = Pose(96.5, 0, 193.7, 0)
+    for branch in arm.branches(pose, seed):
+        assert branch.base is Base.BACK or branch.joints["shoulder"] == pytest.approx(seed[1])
+        assert same_pose(arm.fk(branch.joints), pose)
+
+
+def test_too_far_says_how_far_and_what_is_near():
+    with pytest.raises(Unreachable) as caught:
+        TEACHMOVER.ik(Pose(600, 0, 193.7, 0))
+    error = caught.value
+    assert (error.constraint, error.joint, error.unit) == (Constraint.TOO_FAR, None, "mm")
+    assert error.excess == pytest.approx(600 - 452.1)
+    assert same_pose(error.nearest, Pose(452.1, 0, 193.7, 0))
+    assert str(error) == (
+        "x 600.0, y 0.0, z 193.7 mm, pitch 0.0°, roll 0.0° is out of reach: the wrist would be "
+        "147.9 mm beyond the 355.6 mm that upper arm and forearm span; nearest pose that can be "
+        "reached with this pitch: x 452.1, y 0.0, z 193.7 mm, pitch 0.0°, roll 0.0°"
+    )
+
+
+def test_too_near_says_so_where_the_links_cannot_fold_up():
+    with pytest.raises(Unreachable, match="nearer to the shoulder than the 80") as caught:
+        UNEVEN.ik(Pose(110, 0, 100, 0))
+    assert caught.value.constraint is Constraint.TOO_NEAR
+    assert caught.value.excess == pytest.approx(30)
+
+
+def test_a_joint_limit_is_named_with_value_and_bound():
+    goal = Pose.of(x_mm=0, y_mm=0, z_mm=400, pitch_deg=90)
+    with pytest.raises(Unreachable) as caught:
+        TEACHMOVER.ik(goal)
+    error = caught.value
+    assert (error.constraint, error.joint, error.unit) == (
+        Constraint.JOINT_LIMIT,
+        "shoulder",
+        "rad",
+    )
+    assert math.degrees(error.bound) == pytest.approx(144)
+    by_cosine_rule = 90 + math.degrees(math.acos((400 - 193.7 - 96.5) / 355.6))
+    assert math.degrees(error.value) == pytest.approx(by_cosine_rule)
+    assert error.excess == pytest.approx(error.value - error.bound)
+    assert "the shoulder would have to be at 162.0°, 18.0° beyond its limit of 144.0°" in str(error)
+
+
+@pytest.mark.parametrize(
+    "goal",
+    [
+        Pose(900, 0, 100, 0),
+        Pose(30, 0, 190, 0),
+        Pose(-300, 10, 100, -1.5),
+        Pose(200, 0, -400, -1.5),
+        Pose(0, 0, 300, -1.5),
+        Pose(0, 0, 900, 1.5),
+    ],
+    ids=["too far", "too near", "behind", "below", "on the axis", "straight above"],
+)
+def test_what_cannot_be_reached_names_something_that_can(goal):
+    with pytest.raises(Unreachable) as caught:
+        TEACHMOVER.ik(goal)
+    error = caught.value
+    assert error.goal == goal
+    assert error.excess > 0
+    assert same_pose(TEACHMOVER.fk(TEACHMOVER.ik(error.nearest)), error.nearest, mm=1e-4)
+    assert distance_mm(error.nearest, goal) > 1e-3
+
+
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, "250", None, True])
+def test_what_is_no_number_never_becomes_a_pose(bad):
+    with pytest.raises(BadNumber, match="y_mm"):
+        Pose(200.0, bad, 100.0, 0.0)
+    with pytest.raises(BadNumber, match="elbow_rad"):
+        Joints((0.0, 0.0, bad, 0.0, 0.0))
+    with pytest.raises(BadNumber, match="forearm_mm"):
+        FiveAxisArm(195, 177.8, bad, 96.5, TEACHMOVER.limits)
+
+
+def test_an_arm_that_cannot_be_is_refused():
+    with pytest.raises(KinematicsError, match="longer than 0"):
+        FiveAxisArm(195, 0, 177.8, 96.5, TEACHMOVER.limits)
+    with pytest.raises(KinematicsError, match="4 were given"):
+        FiveAxisArm(195, 177.8, 177.8, 96.5, TEACHMOVER.limits[:4])
+    with pytest.raises(KinematicsError, match="must not lie above"):
+        JointRange.of(10, -10)
+    with pytest.raises(KinematicsError, match="5 joints, not 2"):
+        TEACHMOVER.fk(Joints((0.0, 0.0), ("a", "b")))
+
+
+def test_check_names_the_joint_that_passes_its_limit_furthest():
+    TEACHMOVER.check(Joints.of(90, 144, -149, 90, 360))
+    with pytest.raises(
+        JointLimit, match=r"elbow would have to be at 20\.0°, 20\.0° beyond"
+    ) as caught:
+        TEACHMOVER.check(Joints.of(95, 0, 20, 0, 0))
+    assert caught.value.joint == "elbow"
+    assert turn_between(caught.value.excess_rad, math.radians(20)) < 1e-9
