@@ -1,0 +1,82 @@
+"""Turns of an angle and ranges of a joint; small linear systems."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from kinematics.limits import LIMIT_TOLERANCE_RAD, JointRange, turn_into, wrap
+from kinematics.linear import DependentRow, inverse, times
+
+angles = st.floats(-50.0, 50.0)
+
+
+@given(angles)
+def test_wrapping_keeps_the_direction(angle):
+    wrapped = wrap(angle)
+    assert -math.pi < wrapped <= math.pi
+    assert abs(math.remainder(angle - wrapped, math.tau)) < 1e-9
+
+
+@pytest.mark.parametrize("angle", [math.pi, -math.pi, 3 * math.pi])
+def test_half_a_turn_is_always_the_positive_one(angle):
+    assert wrap(angle) == pytest.approx(math.pi)
+
+
+@given(angles, angles, st.floats(0.0, 12.0), angles)
+def test_a_turn_is_the_best_of_all_turns(angle, low, width, seed):
+    high = low + width
+    found = turn_into(angle, low, high, seed)
+    assert abs(math.remainder(found - angle, math.tau)) <= 2 * LIMIT_TOLERANCE_RAD
+    turns = [angle + count * math.tau for count in range(-40, 41)]
+    inside = [turn for turn in turns if low <= turn <= high]
+    if inside:
+        nearest = min(abs(turn - seed) for turn in inside)
+        assert low <= found <= high
+        assert abs(found - seed) <= nearest + 2 * LIMIT_TOLERANCE_RAD
+    else:
+        least = min(max(low - turn, turn - high) for turn in turns)
+        assert max(low - found, found - high) <= least + 1e-9
+
+
+def test_an_angle_a_hair_beyond_a_limit_becomes_the_limit():
+    assert turn_into(1.0 + 5e-8, -1.0, 1.0, 0.0) == 1.0
+    assert turn_into(1.0 + 5e-7, -1.0, 1.0, 0.0) == 1.0 + 5e-7
+
+
+def test_a_range_clamps_to_its_ends():
+    bounds = JointRange.of(-90, 90)
+    assert bounds.clamp(5.0) == bounds.high_rad
+    assert bounds.clamp(-5.0) == bounds.low_rad
+    assert bounds.clamp(0.25) == 0.25
+
+
+entries = st.floats(-10.0, 10.0)
+matrices = st.lists(st.lists(entries, min_size=4, max_size=4), min_size=4, max_size=4)
+
+
+@given(matrices, st.lists(entries, min_size=4, max_size=4))
+def test_a_well_conditioned_matrix_is_inverted(rows, vector):
+    for index, row in enumerate(rows):
+        row[index] += 50.0  # diagonally dominant
+    matrix = tuple(tuple(row) for row in rows)
+    assert times(inverse(matrix), times(matrix, vector)) == pytest.approx(vector, abs=1e-9)
+
+
+def test_rows_in_any_order_are_inverted():
+    assert inverse(((0.0, 2.0), (4.0, 0.0))) == ((0.0, 0.25), (0.5, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("matrix", "row"),
+    [
+        (((0.0, 0.0), (0.0, 1.0)), 0),
+        (((1.0, 2.0), (2.0, 4.0)), 1),
+        (((1.0, 2.0, 3.0), (0.0, 1.0, 1.0), (1.0, 3.0, 4.0)), 2),
+    ],
+)
+def test_the_row_that_adds_nothing_is_named(matrix, row):
+    with pytest.raises(DependentRow) as caught:
+        inverse(matrix)
+    assert caught.value.row == row

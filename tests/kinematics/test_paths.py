@@ -1,0 +1,223 @@
+"""Joint motions, straight lines, and guards along them."""
+
+import math
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from kinematics_cases import TEACHMOVER, UNEVEN, same_pose, turn_between
+
+from kinematics import (
+    BadNumber,
+    Guards,
+    Joints,
+    KinematicsError,
+    PathBroken,
+    Pose,
+    deviation_mm,
+    first_violation,
+    joint_path,
+    line_path,
+)
+
+FRONT = TEACHMOVER.ik(Pose.of(x_mm=250, y_mm=-100, z_mm=120, pitch_deg=-90))
+
+
+def test_a_joint_path_turns_every_joint_in_proportion_and_ends_exactly():
+    start, goal = Joints.of(0, 10, -20, 30, 40), Joints.of(90, 20, -40, 0, 40)
+    path = joint_path(start, goal)
+    assert path.at(0.0) == start
+    assert path.at(1.0) == goal
+    assert tuple(path.at(0.25).deg.values()) == pytest.approx((22.5, 12.5, -25, 22.5, 40))
+    assert path.changes_rad[0] == pytest.approx(math.pi / 2)
+
+
+near = st.builds(
+    lambda r, angle, z, pitch, roll: Pose(r * math.cos(angle), r * math.sin(angle), z, pitch, roll),
+    st.floats(150, 330),
+    st.floats(-1.4, 1.4),
+    st.floats(30, 250),
+    st.floats(-1.5, 0.0),
+    st.floats(-3.1, 3.1),
+)
+
+
+@given(near, near, st.sampled_from((0.05, 0.5, 2.0)))
+def test_a_line_stays_within_its_tolerance(first, goal, tolerance):
+    start = TEACHMOVER.solve(first)
+    if start is None:
+        return
+    try:
+        waypoints = line_path(TEACHMOVER, start, goal, tolerance)
+    except PathBroken:
+        return
+    assert waypoints[0] == start
+    assert same_pose(TEACHMOVER.fk(waypoints[-1]), goal, mm=1e-4)
+    assert deviation_mm(TEACHMOVER, waypoints, goal) <= tolerance
+    for joints in waypoints:
+        assert not TEACHMOVER.violations(joints)
+        assert joints["elbow"] <= 0.0
+    for a, b in pairwise(waypoints):
+        assert abs(a["base"] - b["base"]) <= 0.5
+
+
+def test_pitch_and_roll_change_in_proportion_to_the_way():
+    goal = Pose.of(x_mm=300, y_mm=80, z_mm=220, pitch_deg=0, roll_deg=170)
+    waypoints = line_path(TEACHMOVER, FRONT, goal)
+    origin = TEACHMOVER.fk(FRONT)
+    for joints in waypoints[1:]:
+        pose = TEACHMOVER.fk(joints)
+        share = (pose.x_mm - origin.x_mm) / (goal.x_mm - origin.x_mm)
+        assert pose.pitch_deg == pytest.approx(-90 + 90 * share, abs=1e-6)
+        assert pose.roll_deg == pytest.approx(170 * share, abs=1e-6)
+
+
+def test_a_finer_tolerance_takes_more_waypoints():
+    goal = Pose.of(x_mm=250, y_mm=100, z_mm=120, pitch_deg=-90)
+    coarse, fine = (line_path(TEACHMOVER, FRONT, goal, mm) for mm in (2.0, 0.02))
+    assert len(coarse) < len(fine)
+
+
+def test_roll_takes_the_shorter_way_unless_the_range_forbids_it():
+    start = UNEVEN.ik(Pose.of(x_mm=200, y_mm=0, z_mm=150, pitch_deg=0, roll_deg=150))
+    start = start.replace(wrist_roll=math.radians(150))
+    goal = Pose.of(x_mm=200, y_mm=50, z_mm=150, pitch_deg=0, roll_deg=-150)
+    assert line_path(UNEVEN, start, goal)[-1].deg["wrist_roll"] == pytest.approx(-150)
+    free = FRONT.replace(wrist_roll=math.radians(150))
+    goal = Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90, roll_deg=-150)
+    assert line_path(TEACHMOVER, free, goal)[-1].deg["wrist_roll"] == pytest.approx(210)
+
+
+def test_the_turn_of_the_roll_is_kept():
+    start = FRONT.replace(wrist_roll=math.radians(300))
+    goal = Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90, roll_deg=-50)
+    assert line_path(TEACHMOVER, start, goal)[-1].deg["wrist_roll"] == pytest.approx(310)
+
+
+@pytest.mark.parametrize(
+    ("goal", "reason"),
+    [
+        (Pose.of(x_mm=600, y_mm=100, z_mm=300, pitch_deg=-20), "355.6 mm that the arm spans"),
+        (Pose.of(x_mm=60, y_mm=0, z_mm=120, pitch_deg=-90), "elbow would pass its limit of -149"),
+    ],
+)
+def test_a_line_that_leaves_the_reach_says_where_and_why(goal, reason):
+    with pytest.raises(PathBroken, match=reason) as caught:
+        line_path(TEACHMOVER, FRONT, goal)
+    broken = caught.value
+    assert 0.0 < broken.fraction < 1.0
+    origin = TEACHMOVER.fk(FRONT)
+    assert broken.point.x_mm == pytest.approx(
+        origin.x_mm + broken.fraction * (goal.x_mm - origin.x_mm)
+    )
+    before = Pose(
+        *(
+            a + 0.999 * broken.fraction * (b - a)
+            for a, b in (
+                (origin.x_mm, goal.x_mm),
+                (origin.y_mm, goal.y_mm),
+                (origin.z_mm, goal.z_mm),
+                (origin.pitch_rad, goal.pitch_rad),
+            )
+        )
+    )
+    assert same_pose(TEACHMOVER.fk(line_path(TEACHMOVER, FRONT, before)[-1]), before, mm=1e-4)
+    assert TEACHMOVER.solve(broken.point, FRONT) is None
+
+
+def test_a_line_through_the_base_axis_is_broken_there():
+    start = UNEVEN.ik(Pose(100, 0, 350, 0.5))
+    with pytest.raises(PathBroken, match="the base would have to turn by 180° at once") as caught:
+        line_path(UNEVEN, start, Pose(-100, 0, 350, 0.5))
+    assert caught.value.fraction == pytest.approx(0.5, abs=1e-4)
+    assert caught.value.point.x_mm == pytest.approx(0, abs=0.05)
+
+
+def test_a_line_past_the_base_axis_turns_the_base_round():
+    start = UNEVEN.ik(Pose(100, 5, 350, 0.5))
+    goal = Pose(-100, 5, 350, 0.5)
+    waypoints = line_path(UNEVEN, start, goal)
+    assert waypoints[-1]["base"] - start["base"] == pytest.approx(math.pi - 2 * math.atan2(5, 100))
+    assert deviation_mm(UNEVEN, waypoints, goal) <= 0.5
+
+
+def test_lines_on_to_and_along_the_base_axis_keep_the_base():
+    start = TEACHMOVER.ik(Pose(100, 0, 470, 0))
+    on_axis = line_path(TEACHMOVER, start, Pose(0, 0, 470, 0))
+    assert {joints["base"] for joints in on_axis} == {0.0}
+    up = line_path(TEACHMOVER, on_axis[-1], Pose(0, 0, 490, 0))
+    assert same_pose(TEACHMOVER.fk(up[-1]), Pose(0, 0, 490, 0))
+    back = line_path(TEACHMOVER, on_axis[-1], Pose(100, 0, 470, 0))
+    assert back[-1].angles_rad == pytest.approx(start.angles_rad)
+    with pytest.raises(PathBroken, match="meets the base axis") as caught:
+        line_path(TEACHMOVER, on_axis[-1], Pose(0, 100, 470, 0))
+    assert caught.value.fraction < 1e-4
+
+
+def test_a_line_behind_the_base_axis_stays_behind():
+    start = TEACHMOVER.ik(TEACHMOVER.fk(Joints.of(0, 130, -20, 0, 180)), Joints.of(0, 130, 0, 0, 0))
+    origin = TEACHMOVER.fk(start)
+    assert origin.x_mm < 0
+    goal = Pose(origin.x_mm, origin.y_mm + 30, origin.z_mm - 5, origin.pitch_rad, origin.roll_rad)
+    waypoints = line_path(TEACHMOVER, start, goal)
+    assert same_pose(TEACHMOVER.fk(waypoints[-1]), goal, mm=1e-4)
+    assert turn_between(waypoints[-1]["base"], start["base"]) < 0.5
+
+
+def test_a_joint_that_starts_beyond_its_limit_may_only_come_back():
+    start = Joints.of(90.5, 40, -80, -20, 0)
+    pose = TEACHMOVER.fk(start)
+    r = math.hypot(pose.x_mm, pose.y_mm)
+
+    def turned(base_deg):
+        base = math.radians(base_deg)
+        return Pose(r * math.cos(base), r * math.sin(base), pose.z_mm, pose.pitch_rad)
+
+    assert line_path(TEACHMOVER, start, turned(70))[-1].deg["base"] == pytest.approx(70)
+    with pytest.raises(PathBroken, match=r"base would pass its limit of 90\.5"):
+        line_path(TEACHMOVER, start, turned(92))
+
+
+def test_a_line_to_where_the_arm_stands_goes_nowhere():
+    waypoints = line_path(TEACHMOVER, FRONT, TEACHMOVER.fk(FRONT))
+    assert waypoints[-1].angles_rad == pytest.approx(FRONT.angles_rad)
+    assert deviation_mm(TEACHMOVER, waypoints, TEACHMOVER.fk(FRONT)) < 1e-6
+
+
+def test_a_tolerance_must_be_a_length():
+    goal = Pose.of(x_mm=250, y_mm=100, z_mm=120, pitch_deg=-90)
+    with pytest.raises(KinematicsError, match="tolerance_mm must be more than 0"):
+        line_path(TEACHMOVER, FRONT, goal, 0.0)
+    with pytest.raises(BadNumber, match="tolerance_mm"):
+        line_path(TEACHMOVER, FRONT, goal, math.nan)
+
+
+def test_the_first_violation_on_a_path_is_found_where_it_is():
+    goal = Pose.of(x_mm=250, y_mm=-100, z_mm=-80, pitch_deg=-90)
+    waypoints = line_path(TEACHMOVER, FRONT, goal)
+    fraction, violation = first_violation(TEACHMOVER, Guards(), waypoints)
+    assert violation.guard == "table"
+    assert 1.0 < violation.excess_mm < 1.0 + 2.0
+    assert fraction == pytest.approx(121 / 200, abs=0.15)
+
+
+def test_a_path_through_the_body_is_found_though_its_ends_are_free():
+    arm, guards = UNEVEN, Guards(outer_radius_mm=None)
+    start, goal = (Joints.of(base, 40, -60, 0, 0) for base in (-10, 10))
+    folded = Joints.of(0, 120, -149, -90, 0)
+    assert guards.violation(arm, folded) is not None
+    assert first_violation(arm, guards, (start, goal)) is None
+    fraction, violation = first_violation(arm, guards, (start, folded, goal))
+    assert 0.0 < fraction < 1.0
+    assert violation.guard == "inner radius"
+    assert violation.excess_mm <= 2.0
+    assert first_violation(arm, guards, (folded, goal))[0] == 0.0
+
+
+def test_a_path_of_one_posture_or_none_is_judged_by_what_there_is():
+    below = TEACHMOVER.ik(Pose.of(x_mm=250, y_mm=0, z_mm=-20, pitch_deg=-90))
+    assert first_violation(TEACHMOVER, Guards(), (FRONT,)) is None
+    assert first_violation(TEACHMOVER, Guards(), ()) is None
+    assert first_violation(TEACHMOVER, Guards(), (FRONT, FRONT)) is None
+    assert first_violation(TEACHMOVER, Guards(), (below,))[0] == 0.0

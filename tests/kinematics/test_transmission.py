@@ -1,0 +1,209 @@
+"""Joint angles and gripper opening to motor steps and back."""
+
+import math
+from dataclasses import replace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from kinematics_cases import postures
+
+from kinematics import (
+    BadNumber,
+    Joints,
+    KinematicsError,
+    Motors,
+    MotorSpec,
+    SingularTransmission,
+    Transmission,
+    preset,
+)
+
+TEACHMOVER = preset("teachmover")
+CABLES = TEACHMOVER.transmission
+PLAIN = Transmission(
+    tuple(
+        MotorSpec(name, 1000.0 + 100 * index, tuple(float(index == j) for j in range(5)), 12.5)
+        for index, name in enumerate("abcde")
+    )
+)
+"""Five motors, one a joint, with no motor for the gripper."""
+SHIFTED = replace(
+    CABLES.with_signs(motors=(1, -1, -1, 1, 1, -1), coordinates=(-1, 1, 1, 1, -1, 1)),
+    motors=tuple(
+        replace(motor, offset_steps=17.3 * index) for index, motor in enumerate(CABLES.motors)
+    ),
+)
+ALL = (CABLES, PLAIN, SHIFTED, preset("robko01").transmission)
+
+transmissions = st.sampled_from(ALL)
+openings = st.floats(0.0, 76.0)
+some_postures = postures(TEACHMOVER.arm)
+
+
+def reference(key):
+    arm = preset(key)
+    return arm.arm.ik(arm.reference.pose), arm.reference.opening_mm
+
+
+def test_the_teachmovers_reference_posture_has_the_published_steps():
+    joints, opening = reference("teachmover")
+    assert CABLES.to_motors(joints, opening) == (0, -508, 1163, 384, 384, 1163)
+    exact = CABLES.to_exact(joints, opening)
+    assert exact == pytest.approx((0, -507.7, 1163.1, 384.0, 384.0, 1163.1), abs=0.05)
+
+
+def test_the_mini_movers_reference_posture_has_the_published_steps():
+    joints, opening = reference("minimover5")
+    motors = preset("minimover5").transmission.to_motors(joints, opening)
+    assert motors == (0, -498, 1166, 384, 384, 1166)
+
+
+def test_the_forearm_of_the_reference_posture_stands_as_published():
+    joints, _ = reference("teachmover")
+    assert joints.deg["elbow"] == pytest.approx(-126.5, abs=0.05)
+    assert joints.deg["shoulder"] + joints.deg["elbow"] == pytest.approx(-100.7, abs=0.05)
+
+
+@given(transmissions, st.lists(st.integers(-32768, 32767), min_size=6, max_size=6))
+def test_steps_to_joints_to_steps_is_exact(transmission, counts):
+    motors = Motors(counts[: len(transmission.motors)])
+    assert transmission.to_motors(*transmission.to_joints(motors)) == motors
+
+
+@given(transmissions, some_postures, openings)
+def test_rounding_moves_no_motor_by_more_than_half_a_step_of_its_own(transmission, joints, opening):
+    motors = transmission.to_motors(joints, opening)
+    back = transmission.to_exact(*transmission.to_joints(motors))
+    assert back == pytest.approx(motors, abs=1e-6)
+    exact = transmission.to_exact(joints, opening)
+    for index, motor in enumerate(transmission.motors):
+        own = motors[index] - sum(ratio * motors[other] for other, ratio in motor.follows)
+        wanted = exact[index] - sum(ratio * exact[other] for other, ratio in motor.follows)
+        assert abs(own - wanted) <= 0.5 + 1e-9
+
+
+@given(some_postures, openings, st.floats(-2.6, 0.0))
+def test_moving_the_elbow_leaves_the_opening_exactly_as_it_was(joints, opening, elbow):
+    before = CABLES.to_motors(joints, opening)
+    after = CABLES.to_motors(joints.replace(elbow=elbow), opening)
+    assert after[5] - before[5] == after[2] - before[2]
+    assert CABLES.to_joints(after)[1] == CABLES.to_joints(before)[1]
+
+
+@given(some_postures, openings)
+def test_going_out_and_back_for_ever_drifts_by_nothing(joints, opening):
+    start = CABLES.to_motors(Joints.of(10, 20, -30, 10, 5), 20.0)
+    motors = start
+    for _ in range(10):
+        motors = CABLES.to_motors(
+            *CABLES.to_joints(motors + (CABLES.to_motors(joints, opening) - motors))
+        )
+        motors = CABLES.to_motors(*CABLES.to_joints(motors + (start - motors)))
+    assert motors == start
+
+
+def test_motors_see_the_links_angles_to_the_horizontal():
+    def change(**angles):
+        zero = Joints.of(0, 0, 0, 0, 0)
+        return CABLES.to_exact(zero.replace(**angles))
+
+    assert change(shoulder=0.1)[1:] == pytest.approx(
+        (
+            -7072 / math.tau / 10,
+            *(-4158 / math.tau / 10,),
+            *(-1536 / math.tau / 10,) * 2,
+            -4158 / math.tau / 10,
+        )
+    )
+    level_forearm = change(shoulder=0.1, elbow=-0.1)
+    assert level_forearm[2:] == pytest.approx((0, 0, 0, 0), abs=1e-9)
+    right, left = change(wrist_roll=0.1)[3:5]
+    assert left == pytest.approx(-right)
+    assert left > 0
+
+
+def test_a_full_turn_and_an_inch_take_the_published_steps():
+    turn = Joints((math.tau, 0.0, 0.0, 0.0, 0.0))
+    assert CABLES.to_exact(turn, 25.4)[0] == pytest.approx(7072)
+    assert CABLES.to_exact(turn, 25.4)[5] == pytest.approx(371)
+
+
+def test_halves_round_towards_the_positive_end_on_both_sides_of_zero():
+    shares = tuple(tuple(float(i == j) for j in range(5)) for i in range(5))
+    unit = Transmission(tuple(MotorSpec(str(i), 1.0, shares[i]) for i in range(5)))
+    assert unit.to_motors(Joints((0.5, -0.5, 1.5, -1.5, 2.5))) == (1, 0, 2, -1, 3)
+
+
+def test_an_arm_without_a_gripper_motor_reports_no_opening():
+    assert not PLAIN.has_gripper
+    motors = PLAIN.to_motors(Joints((0.1, 0.2, 0.3, 0.4, 0.5)), 55.0)
+    assert motors == (113, 233, 373, 533, 713)
+    assert PLAIN.to_joints(motors)[1] == 0.0
+
+
+@given(transmissions, some_postures, st.floats(-50, 50))
+def test_motor_rates_are_the_change_of_exact_steps(transmission, rates, opening_rate):
+    zero = transmission.to_exact(Joints((0.0,) * 5), 0.0)
+    moved = transmission.to_exact(rates, opening_rate)
+    changes = [b - a for a, b in zip(zero, moved, strict=True)]
+    assert transmission.motor_rates(rates, opening_rate) == pytest.approx(changes, abs=1e-6)
+
+
+@pytest.mark.parametrize("transmission", ALL)
+def test_the_inverse_undoes_the_matrix(transmission):
+    size = len(transmission.motors)
+    for i in range(size):
+        for j in range(size):
+            entry = sum(transmission.inverse[i][k] * transmission.matrix[k][j] for k in range(size))
+            assert entry == pytest.approx(float(i == j), abs=1e-12)
+
+
+@given(some_postures, openings)
+def test_turning_a_motor_over_negates_its_count_and_nothing_else(joints, opening):
+    turned = CABLES.with_signs(motors=(1, 1, -1, 1, 1, 1))
+    exact, other = CABLES.to_exact(joints, opening), turned.to_exact(joints, opening)
+    assert other == pytest.approx((*exact[:2], -exact[2], *exact[3:]))
+
+
+@given(some_postures, openings)
+def test_turning_a_joint_over_is_the_same_as_negating_its_angle(joints, opening):
+    turned = CABLES.with_signs(coordinates=(-1, 1, 1, 1, -1, 1))
+    mirrored = joints.replace(base=-joints["base"], wrist_roll=-joints["wrist_roll"])
+    assert turned.to_exact(joints, opening) == pytest.approx(CABLES.to_exact(mirrored, opening))
+
+
+def test_motors_that_cannot_tell_joints_apart_are_named():
+    motors = list(CABLES.motors)
+    motors[4] = replace(motors[4], sees=motors[3].sees)
+    with pytest.raises(SingularTransmission, match="motor 'left wrist' tells nothing") as caught:
+        Transmission(tuple(motors))
+    assert caught.value.motor == "left wrist"
+    motors[4] = replace(CABLES.motors[4], steps_per_unit=0.0)
+    with pytest.raises(SingularTransmission, match="left wrist"):
+        Transmission(tuple(motors))
+
+
+def test_motors_that_make_no_transmission_are_refused():
+    with pytest.raises(KinematicsError, match="not 3"):
+        Transmission(CABLES.motors[:3])
+    with pytest.raises(KinematicsError, match="'base' must see 5 values, not 6"):
+        Transmission(CABLES.motors[:5])
+    early = (replace(CABLES.motors[0], follows=((2, 1),)), *CABLES.motors[1:])
+    with pytest.raises(KinematicsError, match="only motors listed before it"):
+        Transmission(early)
+    with pytest.raises(KinematicsError, match="whole ratios"):
+        replace(CABLES.motors[5], follows=((2, 0.5),))
+    with pytest.raises(BadNumber, match="base steps_per_unit"):
+        MotorSpec("base", math.nan, (1.0,))
+
+
+def test_wrong_counts_and_signs_are_refused():
+    with pytest.raises(KinematicsError, match="6 motors were expected, not 5"):
+        CABLES.to_joints(Motors((0,) * 5))
+    with pytest.raises(KinematicsError, match="5 joints were expected, not 2"):
+        CABLES.motor_rates((0.0, 0.0))
+    with pytest.raises(BadNumber, match="gripper opening"):
+        CABLES.to_motors(Joints((0.0,) * 5), math.nan)
+    with pytest.raises(KinematicsError, match="6 motor signs"):
+        CABLES.with_signs(motors=(1, 0, 1, 1, 1, 1))
