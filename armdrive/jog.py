@@ -37,7 +37,10 @@ WATCH_S = 2.0
 ARM_AFTER_QUIET_S = 0.25
 """Arming waits for so long a silence of the keys, lest backlog arms the screen itself."""
 
-BACKLOG_REASON = "old key repeats arrived all at once, so the link had stalled: keys disarmed"
+BACKLOG_REASON = (
+    "keys arrived faster than a keyboard sends them (old repeats of a stalled link, or pasted "
+    "text) and were dropped"
+)
 
 _INTERVALS_TO_TRUST = 3
 _INTERVALS_KEPT = 8

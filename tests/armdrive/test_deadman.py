@@ -1,0 +1,320 @@
+"""The dead-man on synthetic keyboards, links that jitter and links that stall."""
+
+import math
+import random
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from armdrive.jog import (
+    ARM_AFTER_QUIET_S,
+    BACKLOG_REASON,
+    GATE_S,
+    HOLD_LONGEST_S,
+    HOLD_SHORTEST_S,
+    WATCH_S,
+    DeadMan,
+    Disarm,
+    Hold,
+    Increment,
+    Release,
+)
+
+KEYBOARDS_HZ = (11.0, 25.0, 33.0)
+
+
+def armed(now_s=0.0):
+    deadman = DeadMan()
+    assert deadman.arm(now_s)
+    return deadman
+
+
+class Desk:
+    """Feeds a dead-man at its own deadlines, and writes down what it said and when."""
+
+    def __init__(self, start_s=0.0):
+        self.deadman = armed(start_s)
+        self.log = []
+
+    def until(self, now_s):
+        while (due_s := self.deadman.next_s()) <= now_s and due_s < math.inf:
+            self.note(due_s, self.deadman.tick(due_s))
+
+    def key(self, key, now_s):
+        self.until(now_s)
+        self.note(now_s, self.deadman.press(key, now_s))
+
+    def note(self, now_s, actions):
+        self.log += [(now_s, action) for action in actions]
+
+    def run(self, events):
+        for now_s, key in events:
+            self.key(key, now_s)
+        self.until(math.inf)
+        return self
+
+    def of(self, kind):
+        return [action for _, action in self.log if isinstance(action, kind)]
+
+
+def keyboard(rate_hz, held_s, *, start_s=1.0, delay_s=0.4, key="q"):
+    """Key events of one long press: the first, then repeats after the initial delay."""
+    times, now_s = [start_s], start_s + delay_s
+    while now_s <= start_s + held_s:
+        times.append(now_s)
+        now_s += 1.0 / rate_hz
+    return [(time_s, key) for time_s in times]
+
+
+def jittered(events, draw, most_s=0.06):
+    """Delay every event by up to `most_s`, in order, as a link does."""
+    arrived, last_s = [], -math.inf
+    for time_s, key in events:
+        last_s = max(last_s, time_s + draw() * most_s)
+        arrived.append((last_s, key))
+    return arrived
+
+
+def stalled(events, start_s, end_s):
+    """Keep back what falls into the stall, and deliver it at its end at wire speed."""
+    arrived, spent_s = [], 0.0
+    for time_s, key in events:
+        if start_s < time_s < end_s:
+            spent_s += 0.001
+            time_s = end_s + spent_s
+        arrived.append((time_s, key))
+    return sorted(arrived)
+
+
+def test_keys_have_no_effect_until_armed():
+    deadman = DeadMan()
+    assert not deadman.armed
+    assert deadman.press("q", 0.0) == ()
+    assert deadman.next_s() == math.inf
+
+
+def test_a_first_press_is_exactly_one_increment_at_once():
+    deadman = armed()
+    assert deadman.press("q", 1.0) == (Increment("q"),)
+    assert deadman.tick(1.7) == ()
+    assert deadman.next_s() == math.inf
+
+
+def test_a_repeat_soon_after_means_held():
+    desk = Desk().run([(1.0, "q"), (1.5, "q")])
+    assert desk.log == [
+        (1.0, Increment("q")),
+        (1.5 + GATE_S, Hold("q", 1.5 + HOLD_LONGEST_S)),
+        (1.5 + HOLD_LONGEST_S, Release("q")),
+    ]
+
+
+def test_a_second_press_long_after_is_a_second_increment():
+    desk = Desk().run([(1.0, "q"), (1.8, "q"), (5.0, "q")])
+    assert [type(action) for _, action in desk.log] == [Increment, Increment, Increment]
+    assert [time_s for time_s, _ in desk.log] == [1.0, 1.8 + GATE_S, 5.0]
+
+
+@pytest.mark.parametrize("rate_hz", KEYBOARDS_HZ)
+def test_a_hold_expires_three_intervals_after_the_last_repeat(rate_hz):
+    events = keyboard(rate_hz, 2.0)
+    desk = Desk().run(events)
+    patience_s = min(max(3.0 / rate_hz, HOLD_SHORTEST_S), HOLD_LONGEST_S)
+    ended_s, last = desk.log[-1]
+    assert last == Release("q")
+    assert ended_s == pytest.approx(events[-1][0] + patience_s)
+    assert len(desk.of(Increment)) == 1
+    assert len(desk.of(Release)) == 1
+
+
+def test_another_key_replaces_the_held_one():
+    desk = Desk()
+    for time_s, key in [*keyboard(25.0, 1.0), (2.05, "w")]:
+        desk.key(key, time_s)
+    assert desk.log[-2:] == [(2.05, Release("q")), (2.05, Increment("w"))]
+
+
+def test_a_key_just_after_a_repeat_of_the_held_one_waits_for_the_gate():
+    desk = Desk()
+    events = keyboard(25.0, 1.0)
+    for time_s, key in [*events, (events[-1][0] + 0.01, "w")]:
+        desk.key(key, time_s)
+    desk.until(events[-1][0] + 0.01 + GATE_S)
+    assert desk.log[-1] == (pytest.approx(events[-1][0] + 0.01 + GATE_S), Increment("w"))
+
+
+def test_a_press_soon_after_a_timed_out_hold_waits_for_the_gate():
+    desk = Desk().run([*keyboard(25.0, 1.0), (2.6, "q"), (2.6 + WATCH_S + 0.2, "w")])
+    assert [log for log in desk.log if isinstance(log[1], Increment)] == [
+        (1.0, Increment("q")),
+        (pytest.approx(2.6 + GATE_S), Increment("q")),
+        (2.6 + WATCH_S + 0.2, Increment("w")),
+    ]
+
+
+def test_a_gated_press_that_is_found_too_late_is_dropped():
+    deadman = armed()
+    deadman.press("q", 1.0)
+    deadman.press("q", 2.0)
+    assert deadman.tick(2.0 + HOLD_LONGEST_S) == ()
+
+
+def test_release_all_ends_the_hold_and_gates_what_is_still_on_its_way():
+    desk = Desk()
+    for time_s, key in keyboard(25.0, 1.0):
+        desk.key(key, time_s)
+    assert desk.deadman.release_all(2.01) == (Release("q"),)
+    assert desk.deadman.held is None
+    assert desk.deadman.press("q", 2.05) == ()
+
+
+def test_disarming_ends_the_hold_and_says_why_once():
+    desk = Desk()
+    for time_s, key in keyboard(25.0, 1.0):
+        desk.key(key, time_s)
+    assert desk.deadman.disarm("focus lost") == (Release("q"), Disarm("focus lost"))
+    assert desk.deadman.disarm("focus lost") == ()
+    assert desk.deadman.press("q", 3.0) == ()
+
+
+def test_arming_waits_until_the_keys_are_quiet():
+    deadman = armed()
+    deadman.disarm("for the test")
+    deadman.press("q", 1.0)
+    assert not deadman.arm(1.0 + ARM_AFTER_QUIET_S / 2)
+    assert deadman.arm(1.0 + ARM_AFTER_QUIET_S)
+
+
+@pytest.mark.parametrize("delay_s", [0.2, 0.4, 0.66])
+@pytest.mark.parametrize("rate_hz", KEYBOARDS_HZ)
+def test_a_stall_of_a_second_moves_nothing_and_disarms(rate_hz, delay_s):
+    events = keyboard(rate_hz, 4.0, delay_s=delay_s)
+    stalled_s = next(time_s for time_s, _ in events if time_s > 2.5) + 0.001
+    before = [event for event in events if event[0] < stalled_s]
+    desk = Desk().run(before)
+    quiet = len(desk.of(Increment)), len(desk.of(Hold))
+    desk = Desk().run(stalled(events, stalled_s, stalled_s + 1.0))
+    assert (len(desk.of(Increment)), len(desk.of(Hold))) == quiet
+    assert desk.of(Disarm) == [Disarm(BACKLOG_REASON)]
+    assert not desk.deadman.armed
+
+
+@pytest.mark.parametrize("stall_s", [0.5, 1.0, 1.9])
+def test_a_stall_that_begins_right_after_the_first_press_moves_nothing_more(stall_s):
+    desk = Desk().run(stalled(keyboard(33.0, 3.0), 1.01, 1.01 + stall_s))
+    assert len(desk.of(Increment)) == 1
+    assert desk.of(Disarm) == [Disarm(BACKLOG_REASON)]
+    assert desk.of(Hold) == []
+
+
+def test_pasted_text_moves_at_most_one_increment():
+    desk = Desk().run([(1.0 + 0.001 * count, key) for count, key in enumerate("qwertyqwerty")])
+    assert desk.log == [(1.0, Increment("q")), (pytest.approx(1.003), Disarm(BACKLOG_REASON))]
+
+
+jitter = st.randoms(use_true_random=False)
+
+
+@settings(max_examples=60)
+@given(st.sampled_from(KEYBOARDS_HZ), st.floats(0.2, 0.66), st.floats(0.0, 4.0), jitter)
+def test_jitter_never_disarms_interrupts_or_overruns(rate_hz, delay_s, held_s, noise):
+    events = jittered(keyboard(rate_hz, held_s, delay_s=delay_s), noise.random)
+    desk = Desk().run(events)
+    assert desk.of(Disarm) == []
+    assert len(desk.of(Increment)) == 1
+    assert len(desk.of(Release)) <= 1
+    assert desk.log[-1][0] <= events[-1][0] + HOLD_LONGEST_S
+
+
+@pytest.mark.parametrize("rate_hz", KEYBOARDS_HZ)
+def test_the_worst_bunching_that_60_ms_of_jitter_allows_is_no_backlog(rate_hz):
+    """Every third of a window arrives as late as it can, with those after it not at all late."""
+    events = keyboard(rate_hz, 3.0)
+    for size in (2, 3, 4):
+        pattern = iter(range(10_000))
+        bunched = jittered(events, lambda p=pattern, n=size: max(0.0, 1.0 - (next(p) % n) * 0.5))
+        desk = Desk().run(bunched)
+        assert desk.of(Disarm) == []
+        assert len(desk.of(Increment)) == 1
+
+
+event_times = st.lists(
+    st.tuples(st.sampled_from([0.0, 0.001, 0.01, 0.03, 0.1, 0.3, 0.7, 2.5]), st.sampled_from("qw")),
+    min_size=1,
+    max_size=40,
+)
+
+
+@given(event_times)
+def test_nothing_is_in_force_a_quarter_second_after_the_last_event(gaps):
+    desk, now_s = Desk(), 1.0
+    for gap_s, key in gaps:
+        now_s += gap_s
+        desk.key(key, now_s)
+        assert all(hold.until_s <= now_s + HOLD_LONGEST_S for hold in desk.of(Hold))
+        assert desk.deadman.next_s() <= now_s + HOLD_LONGEST_S or desk.deadman.held is None
+    desk.until(now_s + HOLD_LONGEST_S)
+    assert desk.deadman.held is None
+    assert desk.deadman.next_s() == math.inf
+
+
+@given(event_times)
+def test_every_hold_is_released_before_anything_else_begins(gaps):
+    desk, now_s = Desk(), 1.0
+    for gap_s, key in gaps:
+        now_s += gap_s
+        desk.key(key, now_s)
+    desk.until(math.inf)
+    held = None
+    for _, action in desk.log:
+        if isinstance(action, Hold):
+            assert held in (None, action.key)
+            held = action.key
+        elif isinstance(action, Release):
+            assert held == action.key
+            held = None
+        else:
+            assert held is None
+    assert held is None
+
+
+@given(
+    st.sampled_from(KEYBOARDS_HZ),
+    st.floats(0.3, 1.9),
+    st.integers(4, 60),
+    st.floats(0.0, 0.009),
+    st.sampled_from(["q", "w"]),
+)
+def test_backlog_after_a_hold_never_moves_anything(rate_hz, silence_s, count, gap_s, key):
+    desk = Desk()
+    events = keyboard(rate_hz, 1.5)
+    for time_s, held_key in events:
+        desk.key(held_key, time_s)
+    desk.until(events[-1][0] + silence_s)
+    before = len(desk.of(Increment)), len(desk.of(Hold))
+    for index in range(count):
+        desk.key(key, events[-1][0] + silence_s + index * gap_s)
+    desk.until(math.inf)
+    assert (len(desk.of(Increment)), len(desk.of(Hold))) == before
+    assert desk.of(Disarm) == [Disarm(BACKLOG_REASON)]
+
+
+@given(st.lists(st.floats(0.0, 0.4), min_size=1, max_size=30), st.floats(0.0, 2.0))
+def test_a_late_tick_changes_when_but_never_gives_stale_motion(gaps, late_s):
+    """The desk's loop may be busy: whatever is given late must still be fresh."""
+    deadman, now_s, event_s = armed(), 1.0, 1.0
+    for gap_s in gaps:
+        now_s += gap_s
+        deadman.press("q", now_s)
+        event_s = now_s
+    given_late = deadman.tick(event_s + late_s)
+    if late_s >= HOLD_LONGEST_S:
+        assert not any(isinstance(action, Increment | Hold) for action in given_late)
+
+
+def test_a_seeded_minute_of_a_real_looking_keyboard_holds_throughout():
+    noise = random.Random(5)
+    desk = Desk().run(jittered(keyboard(33.0, 60.0), noise.random))
+    assert len(desk.of(Release)) == 1
+    assert desk.of(Disarm) == []
