@@ -14,7 +14,7 @@ with the base: the pose is the one of the front posture that holds the hand in t
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from enum import Enum
 
 from kinematics import closed_form
@@ -81,10 +81,11 @@ class FiveAxisArm:
     forearm_mm: float
     hand_mm: float
     limits: tuple[JointRange, ...]
+    _bounds: tuple[tuple[float, float], ...] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        for field in fields(self)[:4]:
-            object.__setattr__(self, field.name, finite(field.name, getattr(self, field.name)))
+        for name in [entry.name for entry in fields(self)[:4]]:
+            object.__setattr__(self, name, finite(name, getattr(self, name)))
         if self.upper_arm_mm <= 0.0 or self.forearm_mm <= 0.0 or self.hand_mm < 0.0:
             raise KinematicsError(
                 "upper arm and forearm must be longer than 0 mm, the hand not less"
@@ -94,6 +95,8 @@ class FiveAxisArm:
                 f"a range is needed for each of {', '.join(JOINT_NAMES)}; "
                 f"{len(self.limits)} were given"
             )
+        bounds = tuple((one.low_rad, one.high_rad) for one in self.limits)
+        object.__setattr__(self, "_bounds", bounds)
 
     @property
     def lengths(self) -> Lengths:
@@ -162,17 +165,24 @@ class FiveAxisArm:
 
         Nearest is by the sum of the squares of the joints' changes.
         """
-        near = _seed(seed, self.limits)
         goal = (pose.x_mm, pose.y_mm, pose.z_mm, pose.pitch_rad, pose.roll_rad)
+        found = self.solve_angles(goal, _seed(seed, self.limits), float(roll_frame.value))
+        return None if found is None else Joints(found)
+
+    def solve_angles(self, goal: Angles, near: Angles, table_roll: float = 0.0) -> Angles | None:
+        """Return what `solve` does on bare floats, for loops: x, y, z, pitch, roll to angles.
+
+        The floats are not checked, and the seed's base must be within its limits.
+        """
         best: Angles | None = None
         least = math.inf
-        for _, _, angles in closed_form.inverse(goal, self.lengths, float(roll_frame.value), near):
-            turned = _turned(angles, self.limits, near)
-            if _within(turned, self.limits):
-                change = sum((a - b) ** 2 for a, b in zip(turned, near, strict=True))
+        for _, _, angles in closed_form.inverse(goal, self.lengths, table_roll, near):
+            fitted = _fitted(angles, self._bounds, near)
+            if fitted is not None:
+                change = sum([(a - b) * (a - b) for a, b in zip(fitted, near, strict=True)])
                 if change < least:
-                    best, least = turned, change
-        return None if best is None else Joints(best)
+                    best, least = fitted, change
+        return best
 
     def ik(
         self, pose: Pose, seed: Joints | None = None, roll_frame: RollFrame = RollFrame.HAND
@@ -219,14 +229,22 @@ def _turned(angles: Angles, limits: tuple[JointRange, ...], near: Angles) -> Ang
         turn_into(angle, bounds.low_rad, bounds.high_rad, seed)
         for angle, bounds, seed in zip(angles, limits, near, strict=True)
     )
+    if limits[2].clamp(e) != e:  # no elbow turns further than half a circle: say what it needs
+        e = angles[2]
     return b, s, e, w, r
 
 
-def _within(angles: Angles, limits: tuple[JointRange, ...]) -> bool:
-    return all(
-        bounds.low_rad <= angle <= bounds.high_rad
-        for angle, bounds in zip(angles, limits, strict=True)
-    )
+def _fitted(angles: Angles, bounds: tuple[tuple[float, float], ...], near: Angles) -> Angles | None:
+    """Return the angles on the turns nearest to the seed, or None where one has none in range."""
+    fitted = []
+    for angle, (low, high), seed in zip(angles, bounds, near, strict=True):
+        if not (low <= angle <= high and abs(angle - seed) < math.pi):
+            angle = turn_into(angle, low, high, seed)
+            if not low <= angle <= high:
+                return None
+        fitted.append(angle)
+    b, s, e, w, r = fitted
+    return b, s, e, w, r
 
 
 def _violations(angles: Angles, limits: tuple[JointRange, ...]) -> tuple[LimitViolation, ...]:

@@ -321,3 +321,18 @@ def test_check_names_the_joint_that_passes_its_limit_furthest():
         TEACHMOVER.check(Joints.of(95, 0, 20, 0, 0))
     assert caught.value.joint == "elbow"
     assert turn_between(caught.value.excess_rad, math.radians(20)) < 1e-9
+
+
+@given(arm_and_posture)
+def test_solving_on_bare_floats_is_the_same_as_solving_poses(case):
+    arm, joints = case
+    pose = arm.fk(joints)
+    goal = (pose.x_mm, pose.y_mm, pose.z_mm, pose.pitch_rad, pose.roll_rad)
+    assert arm.solve_angles(goal, joints.angles_rad) == arm.solve(pose, joints).angles_rad
+    assert arm.solve_angles((2000.0, *goal[1:]), joints.angles_rad) is None
+
+
+@given(goals)
+def test_no_elbow_is_said_to_bend_by_more_than_half_a_turn(goal):
+    for branch in TEACHMOVER.branches(goal):
+        assert abs(branch.joints["elbow"]) <= math.pi
