@@ -156,3 +156,27 @@ def test_goals_on_the_base_axis_have_a_nearest_pose(arm, z_mm):
     found = nearest(arm, Pose.of(x_mm=0, y_mm=0, z_mm=z_mm, pitch_deg=-45), seed)
     solved = arm.ik(found.pose, seed)
     assert same_pose(arm.fk(solved), found.pose, mm=1e-4)
+
+
+def facing_forward(elbow):
+    """The TeachMover's links, a base of a third of a turn, and a roll that keeps it in front."""
+    full = JointRange.of(-180, 180)
+    return FiveAxisArm(
+        *TEACHMOVER.lengths, (JointRange.of(-60, 60), full, elbow, full, JointRange.of(-30, 30))
+    )
+
+
+def test_a_goal_behind_an_arm_that_must_face_forward_is_met_at_the_base_axis():
+    arm = facing_forward(JointRange.of(-180, 180))
+    found = nearest(arm, Pose(-100, 0, 300, 0.3))
+    assert same_pose(found.pose, Pose(0, 0, 300, 0.3))
+    assert found.distance_mm == pytest.approx(100)
+
+
+def test_where_the_goals_height_is_not_on_the_axis_the_arm_stops_where_it_crosses_the_axis():
+    arm = facing_forward(JointRange.of(-90, -90))
+    span = 177.8 * math.sqrt(2)
+    height = 193.7 + math.sqrt(span**2 - 96.5**2)  # the elbow is rigid: the wrist is on a circle
+    found = nearest(arm, Pose(-300, 0, 293.7, 0))
+    assert same_pose(found.pose, Pose(0, 0, height, 0))
+    assert same_pose(arm.fk(arm.ik(found.pose)), found.pose, mm=1e-4)
