@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 _ROUNDING = 1e-6
 """The share of a step that may be missing through floating-point rounding."""
@@ -21,16 +21,15 @@ class Motion:
     deltas: tuple[int, ...]
     rate_hz: float
     start_s: float
+    busiest: int = field(init=False)
+    """The steps of the motor that has most of them."""
+    done_s: float = field(init=False)
+    """When the last step has been made."""
 
-    @property
-    def busiest(self) -> int:
-        """The steps of the motor that has most of them."""
-        return max(abs(delta) for delta in self.deltas)
-
-    @property
-    def done_s(self) -> float:
-        """When the last step has been made."""
-        return self.start_s + self.busiest / self.rate_hz
+    def __post_init__(self) -> None:
+        busiest = max(abs(delta) for delta in self.deltas)
+        object.__setattr__(self, "busiest", busiest)
+        object.__setattr__(self, "done_s", self.start_s + busiest / self.rate_hz)
 
     def made(self, now_s: float) -> tuple[int, ...]:
         """Return the steps made by now: of each motor's share only whole steps."""

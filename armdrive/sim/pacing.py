@@ -32,7 +32,7 @@ class PacedDevice:
 
     def advance(self, now_s: float) -> None:
         """Let everything happen that is due by now."""
-        while (due_s := min(self._in.next_s(), self.device.next_s())) <= now_s:
+        while (due_s := min(self._in.next_s(), self.device.next_s())) < now_s:
             self._exchange(due_s)
         self._exchange(now_s)
 

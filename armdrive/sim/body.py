@@ -1,0 +1,68 @@
+"""The mechanics of a simulated arm as data: geometry, transmission, stops and fingers."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from armdrive.errors import BadRequest
+from kinematics.five_axis import FiveAxisArm
+from kinematics.limits import JointRange
+from kinematics.presets import POUND_FORCE_N, ArmPreset
+from kinematics.transmission import Transmission
+
+_BEYOND_RANGE_RAD = math.radians(3.0)
+
+
+@dataclass(frozen=True, slots=True)
+class ArmBody:
+    """What a simulated arm is made of.
+
+    `stop_margin_rad` is how far beyond its stated range a joint meets its mechanical stop, and
+    `opening_stop_mm` how wide the fingers can be pulled. The grip switch trips at
+    `switch_force_n` (the arm's papers do not state it: a setting), and beyond `most_force_n` the
+    gripper's motor loses steps. `stalls` names, for each joint, the motors that lose steps when
+    it is at its stop.
+    """
+
+    key: str
+    arm: FiveAxisArm
+    transmission: Transmission
+    grip_steps_per_n: float = 32.0 / POUND_FORCE_N
+    switch_force_n: float = POUND_FORCE_N / 2
+    most_force_n: float = 35.0
+    opening_stop_mm: float = 78.0
+    stop_margin_rad: float = _BEYOND_RANGE_RAD
+    stalls: tuple[tuple[int, ...], ...] = ((0,), (1,), (2,), (3, 4), (3, 4))
+
+    @classmethod
+    def of_preset(cls, preset: ArmPreset) -> ArmBody:
+        """Build the arm that a preset describes; `BadRequest` where its steps are unknown."""
+        if preset.transmission is None:
+            raise BadRequest(
+                f"no steps per turn are known of the {preset.title}, so it cannot be simulated; "
+                "choose another preset, or give its transmission in an arm file"
+            )
+        per_n = preset.grip_steps_per_n or 32.0 / POUND_FORCE_N
+        return cls(preset.key, preset.arm, preset.transmission, grip_steps_per_n=per_n)
+
+    @property
+    def stops(self) -> tuple[JointRange, ...]:
+        """Where each joint meets its mechanical stop."""
+        margin = self.stop_margin_rad
+        return tuple(
+            JointRange(limit.low_rad - margin, limit.high_rad + margin) for limit in self.arm.limits
+        )
+
+    @property
+    def grip_steps_per_mm(self) -> float:
+        """Half-steps of the gripper's motor for each mm of opening."""
+        return abs(self.transmission.motors[-1].steps_per_unit)
+
+    def force_n(self, squeeze_mm: float) -> float:
+        """Return the grip force when the motor has pulled the fingers this far beyond contact."""
+        return max(squeeze_mm, 0.0) * self.grip_steps_per_mm / self.grip_steps_per_n
+
+    def squeeze_mm(self, force_n: float) -> float:
+        """Return how far beyond contact the motor must pull for a force."""
+        return force_n * self.grip_steps_per_n / self.grip_steps_per_mm

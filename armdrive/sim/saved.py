@@ -1,0 +1,101 @@
+"""Read values out of saved state, strictly: whatever does not fit is a `StateFileError`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TypeAlias
+
+from armdrive.errors import StateFileError
+
+Json: TypeAlias = "bool | int | float | str | list[Json] | dict[str, Json] | None"
+STEPS_MOST = 10_000_000
+"""No motor of such an arm has ever stood further from its zero."""
+
+
+class Saved:
+    """A table of a saved state; every key must be asked for, and `end` refuses the rest."""
+
+    def __init__(self, data: object, where: str) -> None:
+        if not isinstance(data, Mapping):
+            raise StateFileError(f"the saved {where} is no table; {MEND}")
+        self._data = dict(data)
+        self._where = where
+
+    def number(self, key: str) -> float:
+        """Return a finite number."""
+        value = self._take(key)
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise self._wrong(key, value, "a number")
+        if not math.isfinite(value):
+            raise self._wrong(key, value, "a finite number")
+        return float(value)
+
+    def whole(self, key: str, low: int, high: int) -> int:
+        """Return a whole number within bounds."""
+        return self._bounded(key, self._take(key), low, high)
+
+    def wholes(self, key: str, count: int, low: int, high: int) -> tuple[int, ...]:
+        """Return so many whole numbers within bounds."""
+        values = self.items(key)
+        if len(values) != count:
+            raise self._wrong(key, values, f"{count} whole numbers")
+        return tuple(self._bounded(key, value, low, high) for value in values)
+
+    def flag(self, key: str) -> bool:
+        """Return true or false."""
+        value = self._take(key)
+        if not isinstance(value, bool):
+            raise self._wrong(key, value, "true or false")
+        return value
+
+    def text(self, key: str) -> str:
+        """Return a text."""
+        value = self._take(key)
+        if not isinstance(value, str):
+            raise self._wrong(key, value, "a text")
+        return value
+
+    def text_or_none(self, key: str) -> str | None:
+        """Return a text, or None where nothing is."""
+        if self._data.get(key, "") is None:
+            del self._data[key]
+            return None
+        return self.text(key)
+
+    def items(self, key: str) -> list[object]:
+        """Return a list of anything."""
+        value = self._take(key)
+        if not isinstance(value, list):
+            raise self._wrong(key, value, "a list")
+        return value
+
+    def table(self, key: str) -> Saved:
+        """Return a table within this one."""
+        return Saved(self._take(key), f"{self._where}.{key}")
+
+    def end(self) -> None:
+        """Refuse what nobody asked for."""
+        if self._data:
+            raise StateFileError(
+                f"the saved {self._where} has an unknown entry {min(self._data, key=str)!r}; {MEND}"
+            )
+
+    def _take(self, key: str) -> object:
+        if key not in self._data:
+            raise StateFileError(f"the saved {self._where} lacks {key!r}; {MEND}")
+        return self._data.pop(key)
+
+    def _bounded(self, key: str, value: object, low: int, high: int) -> int:
+        if type(value) is not int or not low <= value <= high:
+            raise self._wrong(key, value, f"a whole number from {low} to {high}")
+        return value
+
+    def _wrong(self, key: str, value: object, wanted: str) -> StateFileError:
+        return StateFileError(
+            f"{key!r} of the saved {self._where} must be {wanted}, not {value!r:.60}; {MEND}"
+        )
+
+
+MEND = "begin with a fresh simulated arm (--fresh)"
+"""What to do about a saved state that cannot be used."""

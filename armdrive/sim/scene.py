@@ -1,0 +1,213 @@
+"""What stands on the table and what the fingers do to it: grip, carry, put down, knock over.
+
+Lengths in mm. The fingers are one point, the tip, with an opening. They are around a block when
+the tip came into it while they were open wider than the block; anything else that comes into a
+block pushes it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from enum import Enum
+from types import MappingProxyType
+
+from armdrive.sim.blocks import GRAZE_MM, Block, Point, riders, settled
+
+TABLE_TOLERANCE_MM = 1.5
+"""How far below the table the tip may be: rounding to steps and the table's own give."""
+_ROUNDING_MM = 1e-6
+
+
+class IncidentKind(Enum):
+    """What can go wrong in the world of the arm."""
+
+    TABLE = "table touched"
+    KNOCK = "block knocked"
+    STOP = "mechanical stop"
+
+
+@dataclass(frozen=True, slots=True)
+class Incident:
+    """Something went wrong: with what, when (s, on the device's clock), and a sentence."""
+
+    kind: IncidentKind
+    what: str
+    sentence: str
+    time_s: float
+
+
+class Scene:
+    """The blocks, and which of them the fingers hold."""
+
+    def __init__(
+        self,
+        blocks: Iterable[Block] = (),
+        held: str | None = None,
+        tip: Point = (0.0, 0.0, 0.0),
+        opening_mm: float = 0.0,
+    ) -> None:
+        self._blocks = {block.name: block for block in blocks}
+        self._held: str | None = None
+        self._offset: Point = (0.0, 0.0, 0.0)
+        self._carried: tuple[str, ...] = ()
+        self._around: set[str] = set()
+        self._touching: set[str] = set()
+        if held is not None:
+            self.hold(held, tip)
+        self._settle()
+        self._look(tip, opening_mm)
+
+    @property
+    def blocks(self) -> Mapping[str, Block]:
+        """Every block by its name."""
+        return MappingProxyType(self._blocks)
+
+    @property
+    def held(self) -> str | None:
+        """The name of the block between the fingers, if they hold one."""
+        return self._held
+
+    @property
+    def contact_mm(self) -> float:
+        """The opening at which the fingers touch something: a block's width, or each other."""
+        if self._held is not None:
+            return self._blocks[self._held].width_mm
+        return max((self._blocks[name].width_mm for name in self._around), default=0.0)
+
+    def put(self, block: Block, tip: Point, opening_mm: float) -> Block:
+        """Set a block down where it says, or on what is there; return where it came to rest."""
+        self.take(block.name, tip, opening_mm)
+        self._blocks[block.name] = block
+        self._settle()
+        self._look(tip, opening_mm)
+        return self._blocks[block.name]
+
+    def take(self, name: str, tip: Point, opening_mm: float) -> Block | None:
+        """Take a block away, out of the fingers if need be."""
+        if name == self._held:
+            self._let_go()
+        taken = self._blocks.pop(name, None)
+        self._around.discard(name)
+        self._touching.discard(name)
+        self._settle()
+        self._look(tip, opening_mm)
+        return taken
+
+    def hold(self, name: str, tip: Point) -> None:
+        """Have a block in the fingers, where it is: as they close on it, or from a saved world."""
+        x, y, z = self._blocks[name].place
+        self._held = name
+        self._offset = (x - tip[0], y - tip[1], z - tip[2])
+        self._carried = (name, *riders(self._blocks, name))
+        self._around.add(name)
+
+    def follow(
+        self, before: Point, after: Point, opening_mm: float, time_s: float
+    ) -> list[Incident]:
+        """Let the tip go straight from one point to another, and the fingers stand as given.
+
+        `opening_mm` is where the fingers' motor has them, whatever is between them.
+        """
+        incidents = list(self._carry(after, time_s))
+        if before != after:
+            incidents += self._pass(before, after, opening_mm, time_s)
+        self._grip(after, opening_mm)
+        return incidents
+
+    def _carry(self, tip: Point, time_s: float) -> Iterator[Incident]:
+        """Move what is held, and push what it runs into."""
+        if self._held is None:
+            return
+        held = self._blocks[self._held]
+        place = (tip[0] + self._offset[0], tip[1] + self._offset[1], tip[2] + self._offset[2])
+        shift = (place[0] - held.x_mm, place[1] - held.y_mm, place[2] - held.z_mm)
+        if shift == (0.0, 0.0, 0.0):
+            return
+        for name in self._carried:
+            self._shift(name, shift)
+        yield from self._strike(self._held, (shift[0], shift[1], 0.0), time_s)
+        held = self._blocks[self._held]
+        if held.z_mm >= -TABLE_TOLERANCE_MM:
+            self._touching.discard(held.name)
+        elif held.name not in self._touching:
+            self._touching.add(held.name)
+            sentence = f"block {held.name} was pressed {-held.z_mm:.1f} mm into the table"
+            yield Incident(IncidentKind.TABLE, held.name, sentence, time_s)
+
+    def _strike(self, held: str, push: Point, time_s: float) -> Iterator[Incident]:
+        for name, block in list(self._blocks.items()):
+            if name in self._carried:
+                continue
+            if not self._blocks[held].hits(block):
+                self._touching.discard(name)
+                continue
+            self._shift(name, push)
+            if name not in self._touching:
+                self._touching.add(name)
+                sentence = f"block {name} was hit by block {held}"
+                yield Incident(IncidentKind.KNOCK, name, sentence, time_s)
+        self._settle()
+
+    def _pass(
+        self, before: Point, after: Point, opening_mm: float, time_s: float
+    ) -> Iterator[Incident]:
+        """Take the tip into, through and out of blocks."""
+        for name, block in list(self._blocks.items()):
+            if name in self._carried:
+                continue
+            entered = block.entry(before, after, -GRAZE_MM)
+            if entered is not None and name not in self._around:
+                if opening_mm > block.width_mm - _ROUNDING_MM and name not in self._touching:
+                    self._around.add(name)
+                else:
+                    yield from self._push(name, before, after, entered, time_s)
+            if not self._blocks[name].contains(after, GRAZE_MM):
+                self._around.discard(name)
+                if self._held is None:
+                    self._touching.discard(name)
+
+    def _push(
+        self, name: str, before: Point, after: Point, entered: float, time_s: float
+    ) -> Iterator[Incident]:
+        """Shove a block ahead of the tip, from where the tip came into it."""
+        rest = 1.0 - entered
+        self._shift(name, ((after[0] - before[0]) * rest, (after[1] - before[1]) * rest, 0.0))
+        self._settle()
+        if name not in self._touching:
+            self._touching.add(name)
+            sentence = f"block {name} was knocked by the fingers"
+            yield Incident(IncidentKind.KNOCK, name, sentence, time_s)
+
+    def _grip(self, tip: Point, opening_mm: float) -> None:
+        """Close on a block that the fingers are around, or let go of the one they hold."""
+        if self._held is not None:
+            if opening_mm >= self._blocks[self._held].width_mm - _ROUNDING_MM:
+                self._let_go()
+            return
+        pressed = [
+            block
+            for block in map(self._blocks.__getitem__, self._around)
+            if block.width_mm - _ROUNDING_MM > opening_mm and block.contains(tip, GRAZE_MM)
+        ]
+        if pressed:
+            nearest = min(pressed, key=lambda one: abs(tip[2] - one.z_mm - one.height_mm / 2))
+            self.hold(nearest.name, tip)
+
+    def _look(self, tip: Point, opening_mm: float) -> None:
+        """Find out what the fingers are around after things have been moved by hand."""
+        for name, block in self._blocks.items():
+            if name not in self._carried and block.contains(tip, -GRAZE_MM):
+                wide = opening_mm >= block.width_mm - _ROUNDING_MM
+                (self._around if wide else self._touching).add(name)
+
+    def _let_go(self) -> None:
+        self._held, self._carried = None, ()
+        self._settle()
+
+    def _shift(self, name: str, by: Point) -> None:
+        block = self._blocks[name]
+        self._blocks[name] = block.at((block.x_mm + by[0], block.y_mm + by[1], block.z_mm + by[2]))
+
+    def _settle(self) -> None:
+        self._blocks = settled(self._blocks, self._carried)
