@@ -10,6 +10,7 @@ from collections.abc import Callable
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
+from armdrive.abilities import Abilities
 from armdrive.core import Coordinates, Core, Hold
 from armdrive.dialects import dialect
 from armdrive.engine import Engine, Flow, Task
@@ -49,6 +50,7 @@ if TYPE_CHECKING:
     from armdrive.armfile import ArmConfig
     from armdrive.pace import Pace
     from armdrive.record import Recorder
+    from armdrive.sim.twin import Twin
     from armdrive.transports.link import Link
 
 T = TypeVar("T")
@@ -77,6 +79,7 @@ class Arm:
         self.config = config
         self.pace = pace
         self.simulated = simulated
+        self.twin: Twin | None = None
         self._operator = operator
         self._on_close: list[Callable[[], None]] = []
         controller = dialect(config.connection.dialect).controller(config)
@@ -148,7 +151,7 @@ class Arm:
         return self.config.model
 
     @property
-    def abilities(self) -> Any:
+    def abilities(self) -> Abilities:
         """What the arm's controller can do."""
         return self.core.controller.abilities
 

@@ -1,17 +1,16 @@
-"""From what a person calls an arm to a connected `Arm`: names, arm files, ports, simulated twins."""
+"""From what a person calls an arm to a connected `Arm`: names, arm files, ports, twins."""
 
 from __future__ import annotations
 
 import difflib
 import os
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from armdrive import places
-from armdrive.armfile import ArmConfig, Connection, config_of_preset, load_arm_file
 from armdrive.arm import Arm
+from armdrive.armfile import ArmConfig, Connection, config_of_preset, load_arm_file
 from armdrive.dialects import DIALECTS, dialect
 from armdrive.errors import ArmFileError, BadRequest, PortUnavailable
 from armdrive.holder import hold
@@ -174,13 +173,13 @@ def _looks_like_port(name: str) -> bool:
 
 def _unknown(name: str) -> str:
     folder = places.arm_files()
-    known = [*(path.stem for path in sorted(folder.glob("*.toml"))),
-             *(f"{SIM}{each}" for each in DIALECTS)]
+    known = [
+        *(path.stem for path in sorted(folder.glob("*.toml"))),
+        *(f"{SIM}{each}" for each in DIALECTS),
+    ]
     near = difflib.get_close_matches(name, known, n=1)
     hint = f"; did you mean {near[0]!r}?" if near else ""
     return (
         f"no arm is called {name!r}: known are {', '.join(known)}{hint}. Arm files are looked for "
         f"in {folder}; a port is written in full, for example /dev/ttyUSB0"
     )
-
-

@@ -18,7 +18,7 @@ from armdrive import places
 from armdrive.errors import ArmError, ArmInUse
 
 if TYPE_CHECKING:
-    from multiprocessing.connection import Connection, Listener
+    from multiprocessing.connection import Listener
 
     from filelock import FileLock
 
@@ -66,7 +66,9 @@ class Holding:
         notice = {"pid": os.getpid(), "program": Path(sys.argv[0]).name, "address": address}
         for name in self._names:
             _path(name, "holder").write_text(json.dumps(notice), encoding="utf-8")
-        threading.Thread(target=self._answer, args=(arm,), name="armdrive-socket", daemon=True).start()
+        threading.Thread(
+            target=self._answer, args=(arm,), name="armdrive-socket", daemon=True
+        ).start()
 
     def release(self) -> None:
         """Give the arm to whoever wants it next."""

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from armdrive.status import Status
-    from kinematics import Joints, Pose
+    from kinematics import Joints, LimitViolation, Pose
 
 
 def pose_view(pose: Pose | None) -> dict[str, float] | None:
@@ -27,6 +28,13 @@ def joints_view(joints: Joints | None) -> dict[str, float] | None:
     if joints is None:
         return None
     return {f"{name}_deg": round(angle, 4) for name, angle in joints.deg.items()}
+
+
+def violation_text(violation: LimitViolation) -> str:
+    """Put a joint beyond its limit into a few words."""
+    value, bound = math.degrees(violation.value_rad), math.degrees(violation.bound_rad)
+    name = violation.joint.replace("_", " ")
+    return f"{name} {abs(value - bound):.1f}° beyond its limit of {bound:.1f}°"
 
 
 def status_view(status: Status) -> dict[str, Any]:

@@ -1,1 +1,86 @@
-"""The command line."""
+"""The command line: one table of commands, each imported only when it is called.
+
+Nothing heavy is imported on the way to `armdrive --help`.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+
+COMMANDS: Mapping[str, str] = MappingProxyType(
+    {
+        "demo": "watch the simulated arm pick and place blocks",
+        "jog": "drive an arm from the keyboard",
+        "move": "move an arm to joint angles or to a pose",
+        "home": "reference an arm in its reference posture",
+        "stop": "stop an arm that another program drives",
+        "status": "show where an arm is, and whether that can be trusted",
+        "fk": "joint angles to the pose of the finger tips",
+        "ik": "a pose to joint angles, every solution",
+        "sim": "run a simulated arm that speaks the real bytes",
+    }
+)
+"""Every command with its line of help."""
+
+EXIT_CODES: Mapping[int, str] = MappingProxyType(
+    {
+        0: "done",
+        1: "something went wrong, or a check at the end failed",
+        2: "the command itself is wrong: an option, a number, an arm file",
+        3: "refused: out of reach, beyond a limit, not referenced; nothing moved",
+        4: "the port or its holder: cannot be opened, lost, in use",
+        5: "stopped before the end",
+        6: "the controller answered something else than it should have",
+        130: "interrupted by Ctrl-C; the arm was stopped",
+    }
+)
+"""What the command line ends with."""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit code."""
+    words = list(sys.argv[1:] if argv is None else argv)
+    if words and words[0] in COMMANDS:
+        from armdrive.cli.running import run_command
+
+        return run_command(words[0], words[1:])
+    return _no_command(words)
+
+
+def _no_command(words: list[str]) -> int:
+    import argparse
+
+    width = max(map(len, COMMANDS)) + 2
+    listing = "\n".join(f"  {name:<{width}}{text}" for name, text in COMMANDS.items())
+    codes = "\n".join(f"  {code:<{width}}{text}" for code, text in EXIT_CODES.items())
+    parser = argparse.ArgumentParser(
+        prog="armdrive",
+        usage="armdrive COMMAND [options]      (armdrive COMMAND --help tells more)",
+        description="Drive Mini-mover-style robot arms, real or simulated.",
+        epilog=f"commands:\n{listing}\n\nexit codes:\n{codes}\n\n"
+        "With no arm named, the simulated TeachMover is used, and every output says so.",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--version", action="store_true", help="print the version and end")
+    parser.add_argument("command", nargs="?", help=argparse.SUPPRESS)
+    options = parser.parse_args(words)
+    if options.version:
+        from importlib.metadata import version
+
+        sys.stdout.write(f"armdrive {version('armdrive')}\n")
+        return 0
+    if options.command is None:
+        parser.print_help()
+        return 0
+    return _unknown(options.command)
+
+
+def _unknown(word: str) -> int:
+    import difflib
+
+    near = difflib.get_close_matches(word, COMMANDS, n=1)
+    hint = f"did you mean `armdrive {near[0]}`?" if near else "`armdrive --help` lists them all"
+    sys.stderr.write(f"armdrive: there is no command {word!r}; {hint}\n")
+    return 2

@@ -116,20 +116,21 @@ def _held_burst(wire: Wire, speeds: Speeds) -> Flow[bool]:
     start = core.coordinates
     burst_s = core.config.motion.jog_burst_s
     speed = _capped(core, hold.speed)
+    rates = _rates(core, hold.jog, speeds)
     try:
-        goal = displaced(core, start, _rates(core, hold.jog, speeds), speed * burst_s)
-        goal = _allowed(core, start, goal)
+        goal = _allowed(core, start, displaced(core, start, rates, speed * burst_s))
+        duration_s = max(speeds.duration_s(start, goal, speed), burst_s)
+        bursts = _bursts(wire, start, goal, duration_s)
+        if bursts > 1:  # solved anew: a share of the joint motion would leave the straight line
+            goal = _allowed(core, start, displaced(core, start, rates, speed * burst_s / bursts))
     except (ArmError, KinematicsError) as refusal:
         core.notice, core.hold = str(refusal), None
         return False
-    duration_s = max(speeds.duration_s(start, goal, speed), 1e-6)
-    bursts = _bursts(wire, start, goal, duration_s)
-    there = start.towards(goal, 1.0 / bursts)
-    target = core.transmission.to_motors(there.joints, there.opening_mm)
-    if target == core.acknowledged and goal == start:
+    target = core.transmission.to_motors(goal.joints, goal.opening_mm)
+    if goal == start:
         core.hold = None
         return False
-    yield from paced_move(wire, target, duration_s / bursts, there)
+    yield from paced_move(wire, target, duration_s / bursts, goal)
     return True
 
 

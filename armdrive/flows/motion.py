@@ -33,6 +33,11 @@ class Moved:
     bursts: int
     note: str = ""
 
+    def __str__(self) -> str:
+        took = f"{self.duration_s:.1f} s, {self.bursts} exchanges"
+        rounding = f"{self.rounding_mm:.2f} mm from the goal by rounding to steps"
+        return f"tip {self.pose}; {took}, {rounding}" + (f"; {self.note}" if self.note else "")
+
 
 def follow(wire: Wire, plan: Plan) -> Flow[Moved]:
     """Carry out an audited plan. Raises `Stopped` where a stop ended it early."""

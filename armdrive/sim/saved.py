@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import TypeAlias
 
 from armdrive.errors import StateFileError
@@ -19,8 +20,13 @@ class Saved:
     def __init__(self, data: object, where: str) -> None:
         if not isinstance(data, Mapping):
             raise StateFileError(f"the saved {where} is no table; {MEND}")
-        self._data = dict(data)
+        self._data: dict[object, object] = dict(data)
         self._where = where
+
+    @property
+    def data(self) -> Mapping[object, object]:
+        """What nobody has asked for yet."""
+        return MappingProxyType(self._data)
 
     def number(self, key: str) -> float:
         """Return a finite number."""
@@ -73,6 +79,10 @@ class Saved:
     def table(self, key: str) -> Saved:
         """Return a table within this one."""
         return Saved(self._take(key), f"{self._where}.{key}")
+
+    def anything(self, key: str) -> object:
+        """Return what stands there, for somebody else to check."""
+        return self._take(key)
 
     def end(self) -> None:
         """Refuse what nobody asked for."""

@@ -84,6 +84,10 @@ class SimTeachMover:
         """The pause after each byte that it sends, as @DELAY has set it."""
         return self._box.byte_gap_s
 
+    def count_from(self, registers: Sequence[int]) -> None:
+        """Have the registers stand as a saved controller's did; nothing turns."""
+        self._drive.set_counts(registers, self.now_s)
+
     # What can be seen.
 
     @property
@@ -110,6 +114,11 @@ class SimTeachMover:
     def inputs(self) -> int:
         """The input byte, the grip switch in it."""
         return self._box.inputs
+
+    @property
+    def inputs_set(self) -> int:
+        """The input byte as it was set from outside, without the grip switch."""
+        return self._box.inputs_set
 
     @property
     def outputs(self) -> int:
@@ -195,9 +204,22 @@ class SimTeachMover:
         """Make motions that begin from now on last longer (0.2: a fifth) or shorter (negative)."""
         self._box.settings = replace(self._box.settings, speed_error=checked_error(error))
 
-    def set_registers(self, counts: Sequence[int]) -> None:
+    def count_from(self, counts: Sequence[int]) -> None:
         """Have the registers count from here, as after another program's use of the arm."""
         self._drive.set_counts(counts, self.now_s)
+
+    def restore(
+        self,
+        counts: Sequence[int],
+        key: Key,
+        inputs: int,
+        outputs: int,
+        rows: Sequence[ProgramRow],
+    ) -> None:
+        """Have the box know what another one knew."""
+        self.count_from(counts)
+        self._box.last_key, self._box.inputs_set, self._box.outputs = key, inputs, outputs
+        self._box.memory.update((row.number, row) for row in rows)
 
     def power_off(self) -> None:
         """Switch off: motion stops dead, the arm sags, and whatever the box knew is lost."""

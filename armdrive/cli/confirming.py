@@ -1,0 +1,73 @@
+"""A person at a terminal who looks at the arm: drawn postures, and questions with a clear no."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from typing import TYPE_CHECKING
+
+from armdrive.cli.output import say
+from armdrive.draw.armview import ArmScene, side_view
+from armdrive.draw.terminal import can_braille
+from armdrive.errors import OperatorNeeded
+from armdrive.status import Trust
+
+if TYPE_CHECKING:
+    from armdrive.arm import Arm
+    from armdrive.posture import PostureRequest
+    from kinematics import Joints
+
+WIDTH, HEIGHT = 60, 16
+
+
+def posture_drawing(arm: Arm, joints: Joints, opening_mm: float) -> list[str]:
+    """Draw a posture from the side."""
+    scene = scene_of(arm, joints, opening_mm)
+    return side_view(scene, WIDTH, HEIGHT, can_braille(sys.stdout.encoding, os.environ))
+
+
+def scene_of(arm: Arm, joints: Joints, opening_mm: float) -> ArmScene:
+    """Return what there is to draw of an arm in a posture."""
+    geometry = arm.model.arm
+    return ArmScene(
+        points=geometry.points(joints),
+        opening_mm=max(opening_mm, 0.0),
+        base_rad=joints[0],
+        reach_mm=geometry.upper_arm_mm + geometry.forearm_mm + geometry.hand_mm,
+    )
+
+
+def ask_operator(request: PostureRequest) -> bool:
+    """Ask the person at the terminal whether the arm stands in the posture."""
+    for line in posture_drawing(request.arm, request.joints, request.opening_mm):
+        say(line)
+    say(str(request))
+    return _yes("Does the arm stand exactly like this? Type yes: ")
+
+
+def settle_trust(arm: Arm, options: argparse.Namespace) -> None:
+    """Have a restored position confirmed: by the simulated operator, or by the person here."""
+    status = arm.status
+    if status.trust is not Trust.RESTORED or options.allow_restored or status.joints is None:
+        return
+    if arm.simulated:
+        if arm.twin is not None and arm.twin.operator.stands_at(status.joints):
+            arm.confirm_restored()
+        return
+    if not sys.stdin.isatty():
+        return  # the motion is refused, with the ways to confirm
+    for line in posture_drawing(arm, status.joints, status.gripper_mm or 0.0):
+        say(line)
+    say(f"An earlier program left the arm at {status.joints}.")
+    if not _yes("Does the arm stand like this? Type yes: "):
+        raise OperatorNeeded("not confirmed: run `armdrive home`")
+    arm.confirm_restored()
+
+
+def _yes(question: str) -> bool:
+    if not sys.stdin.isatty():
+        return False
+    sys.stdout.write(question)
+    sys.stdout.flush()
+    return sys.stdin.readline().strip().lower() in ("yes", "y")

@@ -1,0 +1,120 @@
+"""The simulated arm takes three blocks, measures each with its fingers, and stacks them.
+
+Where the finished tower stands is looked up in the simulated world itself: a block out of place
+ends the command with exit code 1. The blocks and the world of the demonstration are its own; the
+simulated arm of the other commands stays as it was.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from typing import TYPE_CHECKING
+
+from armdrive.cli.numbers import number
+from armdrive.cli.output import emit, say
+from armdrive.demo import JOBS, blocks_of, misplaced, perform
+
+if TYPE_CHECKING:
+    from armdrive.arm import Arm
+    from armdrive.demo import Carried
+    from armdrive.sim.twin import Twin
+
+SPEED = 8.0
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.add_argument(
+        "--pace",
+        type=number,
+        default=SPEED,
+        metavar="FACTOR",
+        help=f"in a terminal, show it this many times faster than real time ({SPEED:g})",
+    )
+    parser.add_argument("--plain", action="store_true", help="lines instead of a drawing")
+    parser.add_argument("--ascii", action="store_true", help="draw without braille characters")
+    parser.add_argument("--json", action="store_true", help="print JSON lines")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Show the demonstration, check the world, and say what to try next."""
+    from armdrive.connecting import simulated_config
+    from armdrive.sim.twin import make_twin
+
+    config = simulated_config("teachmover")
+    twin = make_twin(config, blocks=blocks_of(JOBS))
+    drawn = sys.stdout.isatty() and not (options.plain or options.json)
+    began_s = time.monotonic()
+    if drawn:
+        from armdrive.cli.showing import show
+
+        carried, simulated_s = show(config, twin, pace=options.pace, braille=not options.ascii)
+    else:
+        carried, simulated_s = _perform_plainly(twin, config, as_json=options.json)
+    wrong = misplaced(twin.world, JOBS) + [each.sentence for each in twin.world.incidents]
+    if options.json:
+        emit(_summary(carried, twin, wrong, simulated_s))
+    else:
+        _tell_end(carried, wrong, simulated_s, time.monotonic() - began_s)
+    return 1 if wrong else 0
+
+
+def _perform_plainly(twin: Twin, config: object, *, as_json: bool) -> tuple[list[Carried], float]:
+    from armdrive.connecting import connect_simulated
+
+    arm: Arm
+    with connect_simulated(config, twin=twin) as arm:  # type: ignore[arg-type]
+        tell = (lambda text: emit({"step": text})) if as_json else say
+        if not as_json:
+            say(arm.status.which)
+        carried = perform(arm, JOBS, tell)
+        return carried, arm.pace.now_s()
+
+
+def _summary(
+    carried: list[Carried], twin: Twin, wrong: list[str], simulated_s: float
+) -> dict[str, object]:
+    return {
+        "blocks": [
+            {
+                "name": each.job.name,
+                "measured_mm": round(each.measured_mm, 2),
+                "width_mm": each.job.width_mm,
+                "place_mm": [round(v, 2) for v in twin.world.scene.blocks[each.job.name].place],
+                "wanted_mm": list(each.job.to_mm),
+            }
+            for each in carried
+        ],
+        "wrong": wrong,
+        "simulated_s": round(simulated_s, 2),
+    }
+
+
+def _tell_end(carried: list[Carried], wrong: list[str], simulated_s: float, took_s: float) -> None:
+    for each in carried:
+        say(
+            f"block {each.job.name}: measured {each.measured_mm:.1f} mm, "
+            f"is {each.job.width_mm:.1f} mm wide"
+        )
+    for sentence in wrong:
+        say(f"WRONG: {sentence}")
+    if not wrong:
+        say("Every block stands where it belongs, in the simulated world itself.")
+    say(f"{simulated_s:.0f} s of the arm's time in {took_s:.1f} s.")
+    say("Next, for example:")
+    for words in ("home", "move --x 250 --y 40 --z 120 --pitch -90", "jog"):
+        say(f"  {_program()} {words}")
+
+
+def _program() -> str:
+    """Return how this program was called, so that the next commands work verbatim."""
+    import shutil
+
+    called = sys.argv[0]
+    if called.endswith("__main__.py"):
+        return f"{sys.executable} -m armdrive"
+    found = shutil.which("armdrive")
+    same = found is not None and found == shutil.which(called)
+    return "armdrive" if same else called

@@ -1,0 +1,82 @@
+"""Inverse kinematics on the command line.
+
+example: armdrive ik --x 250 --y 0 --z 120 --pitch -90
+"""
+
+from __future__ import annotations
+
+import argparse
+
+from armdrive.cli.choosing import add_json_option
+from armdrive.cli.numbers import number
+from armdrive.cli.output import emit, say
+from armdrive.view import joints_view, pose_view, violation_text
+from kinematics import PRESETS, ArmPreset, Branch, Pose, preset
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    for axis in ("x", "y", "z"):
+        parser.add_argument(f"--{axis}", type=number, required=True, metavar="MM")
+    parser.add_argument(
+        "--pitch",
+        type=number,
+        required=True,
+        metavar="DEG",
+        help="elevation of the hand; -90 points at the table",
+    )
+    parser.add_argument("--roll", type=number, default=0.0, metavar="DEG")
+    parser.add_argument("--model", default="teachmover", help=f"one of {', '.join(PRESETS)}")
+    add_json_option(parser)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Print every branch, then the one that the arm would take, or why there is none."""
+    model = preset(options.model)
+    pose = Pose.of(
+        x_mm=options.x,
+        y_mm=options.y,
+        z_mm=options.z,
+        pitch_deg=options.pitch,
+        roll_deg=options.roll,
+    )
+    branches = model.arm.branches(pose)
+    if options.json:
+        emit(
+            {
+                "model": model.key,
+                "pose": pose_view(pose),
+                "branches": [_branch_view(branch) for branch in branches],
+            }
+        )
+    else:
+        say(f"{model.title}: {pose}")
+        for branch in branches:
+            say(_line(branch))
+    joints = model.arm.ik(pose)  # refuses with the reason and the nearest pose
+    if not options.json:
+        say(f"taken: {joints}")
+        _say_guards(model, pose)
+    return 0
+
+
+def _say_guards(model: ArmPreset, pose: Pose) -> None:
+    broken = model.guards.violation(model.arm, model.arm.ik(pose))
+    if broken is not None:
+        say(f"but: {broken.sentence}")
+
+
+def _line(branch: Branch) -> str:
+    name = f"base {branch.base.value}, elbow {branch.elbow.value}"
+    against = "; ".join(violation_text(each) for each in branch.violations)
+    return f"  {name:<24}{branch.joints}" + (f"   ({against})" if against else "")
+
+
+def _branch_view(branch: Branch) -> dict[str, object]:
+    return {
+        "base": branch.base.value,
+        "elbow": branch.elbow.value,
+        "joints": joints_view(branch.joints),
+        "within_limits": branch.within_limits,
+        "violations": [violation_text(each) for each in branch.violations],
+    }

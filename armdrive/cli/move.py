@@ -1,0 +1,108 @@
+"""Planned motion on the command line: joints that are not named stay, and so do coordinates.
+
+Examples:
+  armdrive move --x 250 --z 120 --pitch -90           to a pose, by a joint motion
+  armdrive move --y 80 --line                         along a straight line
+  armdrive move --shoulder 40 --elbow -60 --speed 0.5
+  armdrive move --gripper 40
+  armdrive move --park
+
+"""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING
+
+from armdrive.cli.choosing import add_arm_options, connect_chosen
+from armdrive.cli.confirming import settle_trust
+from armdrive.cli.numbers import fraction, number
+from armdrive.cli.output import emit, say, say_which
+from armdrive.errors import BadRequest
+from armdrive.view import status_view
+from kinematics import JOINT_NAMES, Pose
+
+if TYPE_CHECKING:
+    from armdrive.arm import Arm
+
+COORDINATES = (("x", "mm"), ("y", "mm"), ("z", "mm"), ("pitch", "deg"), ("roll", "deg"))
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    goal = parser.add_argument_group("to a pose (what is not named stays)")
+    for axis, unit in COORDINATES:
+        goal.add_argument(f"--{axis}", type=number, metavar=unit.upper())
+    goal.add_argument("--line", action="store_true", help="along a straight line")
+    turn = parser.add_argument_group("or to joint angles (what is not named stays)")
+    for name in JOINT_NAMES:
+        turn.add_argument(f"--{name.replace('_', '-')}", type=number, metavar="DEG")
+    parser.add_argument("--gripper", type=number, metavar="MM", help="open or close to a width")
+    parser.add_argument("--park", action="store_true", help="to the park posture")
+    parser.add_argument("--speed", type=fraction, default=1.0, help="fraction of the limits")
+    parser.add_argument(
+        "--allow-restored",
+        action="store_true",
+        help="trust the position that an earlier command remembered, without asking",
+    )
+    add_arm_options(parser)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Move, and say where the arm is then."""
+    _check(options)
+    with connect_chosen(options, allow_restored=options.allow_restored) as arm:
+        if not options.json:
+            say_which(arm.status)
+        settle_trust(arm, options)
+        for moved in _moves(arm, options):
+            if not options.json:
+                say(str(moved))
+        if options.json:
+            emit(status_view(arm.status))
+    return 0
+
+
+def _check(options: argparse.Namespace) -> None:
+    pose = any(getattr(options, axis) is not None for axis, _ in COORDINATES)
+    joints = any(getattr(options, name) is not None for name in JOINT_NAMES)
+    if pose + joints + options.park + (options.gripper is not None) == 0:
+        raise BadRequest(
+            "where to? Give --x, --y, --z, --pitch, --roll, a joint, --gripper or "
+            "--park; `armdrive move --help` shows examples"
+        )
+    if pose + joints + options.park > 1:
+        raise BadRequest("give a pose or joint angles or --park, not two of them")
+    if options.line and not pose:
+        raise BadRequest("--line needs a pose to lead to, for example --y 80 --line")
+
+
+def _moves(arm: Arm, options: argparse.Namespace) -> list[object]:
+    done: list[object] = []
+    joints = {f"{name}_deg": getattr(options, name) for name in JOINT_NAMES}
+    named = {word: value for word, value in joints.items() if value is not None}
+    if options.park:
+        done.append(arm.park(speed=options.speed))
+    elif named:
+        done.append(arm.move_j(speed=options.speed, **named))
+    elif any(getattr(options, axis) is not None for axis, _ in COORDINATES):
+        goal = _goal(arm.pose, options)
+        move = arm.move_l if options.line else arm.move_to
+        done.append(move(goal, speed=options.speed))
+    if options.gripper is not None:
+        done.append(arm.gripper.move(options.gripper, speed=options.speed))
+    return done
+
+
+def _goal(here: Pose, options: argparse.Namespace) -> Pose:
+    def asked(axis: str, present: float) -> float:
+        value = getattr(options, axis)
+        return present if value is None else float(value)
+
+    return Pose.of(
+        x_mm=asked("x", here.x_mm),
+        y_mm=asked("y", here.y_mm),
+        z_mm=asked("z", here.z_mm),
+        pitch_deg=asked("pitch", here.pitch_deg),
+        roll_deg=asked("roll", here.roll_deg),
+    )

@@ -1,0 +1,26 @@
+"""Printing for people and for programs: sentences, or one JSON document a line."""
+
+from __future__ import annotations
+
+import json
+import sys
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from armdrive.status import Status
+
+
+def say(text: str) -> None:
+    """Print a line for a person."""
+    sys.stdout.write(f"{text}\n")
+    sys.stdout.flush()
+
+
+def emit(document: dict[str, Any]) -> None:
+    """Print a JSON document on a line of its own."""
+    say(json.dumps(document))
+
+
+def say_which(status: Status) -> None:
+    """Say which arm this is; every command that touches one begins with it."""
+    say(status.which)

@@ -1,0 +1,93 @@
+"""Runs one command: parses its options, turns every error into one sentence and an exit code."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import importlib
+import os
+import signal
+import sys
+from collections.abc import Iterator
+from types import FrameType
+from typing import NoReturn, Protocol, cast
+
+from armdrive.cli import COMMANDS
+from armdrive.errors import ArmError
+from kinematics.errors import BadNumber, KinematicsError
+
+REFUSED = 3
+USAGE = 2
+INTERRUPTED = 130
+
+
+class Command(Protocol):
+    """What the module of a command offers."""
+
+    def add_arguments(self, parser: argparse.ArgumentParser) -> None:
+        """Declare the command's own options."""
+
+    def run(self, options: argparse.Namespace) -> int:
+        """Do it, and return the exit code."""
+
+
+class Ended(BaseException):
+    """A signal asked this program to end; it passes everything that catches errors."""
+
+    def __init__(self, number: int) -> None:
+        self.number = number
+        super().__init__(signal.Signals(number).name)
+
+
+def run_command(name: str, words: list[str]) -> int:
+    """Parse and run a command of the table."""
+    module = cast(Command, importlib.import_module(f"armdrive.cli.{name}"))
+    parser = argparse.ArgumentParser(
+        prog=f"armdrive {name}",
+        description=COMMANDS[name][0].upper() + COMMANDS[name][1:] + ".",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        epilog=module.__doc__.partition("\n\n")[2] if module.__doc__ else None,
+    )
+    module.add_arguments(parser)
+    options = parser.parse_args(words)
+    try:
+        with _signals():
+            return module.run(options)
+    except KeyboardInterrupt:
+        return _say("interrupted; the arm was stopped", INTERRUPTED)
+    except Ended as ended:
+        return _say(f"ended by {ended}; the arm was stopped", 128 + ended.number)
+    except ArmError as error:
+        return _say(str(error), error.exit_code)
+    except BadNumber as error:
+        return _say(str(error), USAGE)
+    except KinematicsError as error:
+        return _say(str(error), REFUSED)
+    except BrokenPipeError:
+        # whoever read our output has gone (armdrive ... | head): end quietly
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+
+
+def _say(text: str, code: int) -> int:
+    sys.stderr.write(f"armdrive: {text}\n")
+    return code
+
+
+@contextlib.contextmanager
+def _signals() -> Iterator[None]:
+    """Turn SIGTERM and SIGHUP into an exception, so that every `with` on the way stops its arm."""
+
+    def end(number: int, frame: FrameType | None) -> NoReturn:  # noqa: ARG001
+        raise Ended(number)
+
+    before = {}
+    for name in ("SIGTERM", "SIGHUP"):
+        number = getattr(signal, name, None)  # Windows has no SIGHUP
+        if number is not None:
+            before[number] = signal.signal(number, end)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

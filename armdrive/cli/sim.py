@@ -1,0 +1,39 @@
+"""A simulated arm as a program of its own: whatever speaks to a real one can speak to it.
+
+Examples:
+  armdrive sim teachmover --pty /tmp/arm          then: armdrive jog --port /tmp/arm
+  armdrive sim teachmover --tcp 127.0.0.1:4001    then: armdrive jog --port socket://127.0.0.1:4001
+
+One-line commands on standard input steer it (`help` lists them); the end of input does not end
+it, Ctrl-C does.
+
+"""
+
+from __future__ import annotations
+
+import argparse
+
+from armdrive.cli.numbers import number
+from armdrive.dialects import DIALECTS
+from armdrive.errors import BadRequest
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.add_argument("dialect", choices=list(DIALECTS), help="what it speaks")
+    where = parser.add_mutually_exclusive_group(required=True)
+    where.add_argument("--pty", metavar="PATH", help="a new serial port, linked from PATH")
+    where.add_argument("--tcp", metavar="HOST:PORT", help="a TCP port (the way on Windows)")
+    parser.add_argument("--baud", type=int, help="pace the bytes like this line")
+    parser.add_argument(
+        "--speed-error",
+        type=number,
+        default=0.0,
+        metavar="FRACTION",
+        help="0.2: motors a fifth slower than the driver's table says",
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Serve until told to end."""
+    raise BadRequest("not yet")

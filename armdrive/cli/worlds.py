@@ -1,0 +1,73 @@
+"""Simulated arms of the command line, which are remembered from one command to the next."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from armdrive import places
+from armdrive.connecting import connect_simulated, state_file
+from armdrive.errors import StateFileError
+from armdrive.holder import hold
+from armdrive.record import FileRecorder, replace_file
+from armdrive.sim.twin import Twin, make_twin
+
+if TYPE_CHECKING:
+    from armdrive.arm import Arm
+    from armdrive.armfile import ArmConfig
+
+
+def world_file(arm: str) -> Path:
+    """Return the file in which a simulated arm's world is remembered."""
+    return places.states() / f"{places.file_name(arm)}.world.json"
+
+
+def connect_remembered(
+    config: ArmConfig,
+    *,
+    fresh: bool = False,
+    pace: str | float | None = None,
+    allow_restored: bool = False,
+) -> Arm:
+    """Connect to a simulated arm as the last command left it; remember it at the end."""
+    holding = hold(config.name)
+    try:
+        if fresh:
+            _forget(config.name)
+        twin = make_twin(config, _load(config.name))
+        arm = connect_simulated(
+            config,
+            twin=twin,
+            pace=pace,
+            recorder=FileRecorder(state_file(config.name)),
+            allow_restored=allow_restored,
+        )
+    except BaseException:
+        holding.release()
+        raise
+    holding.serve(arm)
+    arm.on_close(lambda: _save(config.name, twin))
+    arm.on_close(holding.release)
+    return arm
+
+
+def _load(arm: str) -> object:
+    path = world_file(arm)
+    try:
+        return json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError) as error:
+        raise StateFileError(
+            f"the remembered world {path} cannot be read ({error}); --fresh begins anew"
+        ) from None
+
+
+def _save(arm: str, twin: Twin) -> None:
+    replace_file(world_file(arm), json.dumps(twin.save()))
+
+
+def _forget(arm: str) -> None:
+    for path in (world_file(arm), state_file(arm)):
+        path.unlink(missing_ok=True)

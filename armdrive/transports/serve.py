@@ -1,0 +1,267 @@
+"""The device's end of a wire for other programs: a pty or a TCP port, and a bell to be woken by.
+
+A server never blocks: bytes that nobody takes are dropped, as on a real line without a listener.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import socket
+import sys
+from pathlib import Path
+from typing import Protocol
+
+from armdrive.errors import PortUnavailable
+
+CHUNK = 4096
+LOOPBACK = "127.0.0.1"
+_PTY_FOLDERS = ("/dev/pts/", "/dev/tty", "/dev/pty")
+
+
+class Server(Protocol):
+    """One end of a wire that another program opens."""
+
+    @property
+    def address(self) -> str:
+        """What the other program opens."""
+
+    @property
+    def is_open(self) -> bool:
+        """Whether the other end can be opened, and stays open."""
+
+    def open(self) -> None:
+        """Offer the wire, again after `close`. Raises `PortUnavailable`."""
+
+    def filenos(self) -> tuple[int, ...]:
+        """What to select on for reading."""
+
+    def read(self) -> bytes:
+        """Return what has come, possibly nothing."""
+
+    def write(self, data: bytes) -> None:
+        """Say something to whoever listens."""
+
+    def close(self) -> None:
+        """Withdraw the wire: its other end breaks, as by a pulled cable. Twice is no error."""
+
+
+class PtyServer:
+    """A pseudo-terminal in raw mode; `path` becomes a link to the side that others open.
+
+    It keeps that side open itself, so that clients can come and go. The link replaces only a
+    link to a pseudo-terminal that is gone, and is removed by `close`.
+    """
+
+    def __init__(self, path: Path | None = None) -> None:
+        self._path = path
+        self._ends: tuple[int, int] | None = None
+        self._target = ""
+        self.open()
+
+    @property
+    def address(self) -> str:
+        """The link's path, or the pseudo-terminal's own where there is no link."""
+        return str(self._path or self._target)
+
+    @property
+    def is_open(self) -> bool:
+        """Whether clients can open it."""
+        return self._ends is not None
+
+    def open(self) -> None:
+        """Make the pseudo-terminal and its link. Raises `PortUnavailable`."""
+        if self._ends is not None:
+            return
+        if sys.platform == "win32":
+            raise PortUnavailable("this system has no pseudo-terminals: use --tcp 127.0.0.1:PORT")
+        import pty
+        import tty
+
+        master, slave = pty.openpty()
+        self._ends, self._target = (master, slave), os.ttyname(slave)
+        os.set_blocking(master, False)
+        try:
+            tty.setraw(slave)
+            if self._path is not None:
+                self._link(self._path)
+        except BaseException:
+            self._close_ends()
+            raise
+
+    def filenos(self) -> tuple[int, ...]:
+        """What to select on for reading."""
+        return () if self._ends is None else self._ends[:1]
+
+    def read(self) -> bytes:
+        """Return what clients have written."""
+        if self._ends is not None:
+            with contextlib.suppress(BlockingIOError):
+                return os.read(self._ends[0], CHUNK)
+        return b""
+
+    def write(self, data: bytes) -> None:
+        """Write to whoever reads; what the system's buffer does not take is lost."""
+        if self._ends is not None:
+            with contextlib.suppress(BlockingIOError):
+                os.write(self._ends[0], data)
+
+    def close(self) -> None:
+        """Hang up, and remove the link if it is still this pseudo-terminal's."""
+        if self._ends is None:
+            return
+        if self._path is not None and self._path.is_symlink():
+            with contextlib.suppress(OSError):
+                if str(self._path.readlink()) == self._target:
+                    self._path.unlink()
+        self._close_ends()
+
+    def _close_ends(self) -> None:
+        for end in self._ends or ():
+            os.close(end)
+        self._ends = None
+
+    def _link(self, path: Path) -> None:
+        try:
+            if path.is_symlink() and self._left_behind(path):
+                path.unlink()
+            path.symlink_to(self._target)
+        except FileExistsError:
+            raise PortUnavailable(
+                f"{path} exists and is no left-over of an ended simulation: "
+                "remove it, or choose another path"
+            ) from None
+        except OSError as error:
+            raise PortUnavailable(f"{path} cannot be made: {error.strerror}") from None
+
+    def _left_behind(self, path: Path) -> bool:
+        """Tell whether a link leads to a pseudo-terminal that is gone, or by now is this one."""
+        target = str(path.readlink())
+        is_pty = target.startswith(_PTY_FOLDERS)
+        return is_pty and (target == self._target or not path.exists())
+
+
+class TcpServer:
+    """A TCP port for one client at a time; a second one is turned away. Port 0 lets one be found.
+
+    Anybody who reaches the port can move the simulated arm, so it is offered to this computer
+    alone unless another host is named.
+    """
+
+    def __init__(self, host: str = LOOPBACK, port: int = 0) -> None:
+        self._host = host
+        self._port = port
+        self._listener: socket.socket | None = None
+        self._client: socket.socket | None = None
+        self.open()
+
+    @property
+    def address(self) -> str:
+        """Host and port, as `socket://` URLs take them."""
+        return f"{self._host}:{self._port}"
+
+    @property
+    def port(self) -> int:
+        """The port number, found by the system where 0 was asked for."""
+        return self._port
+
+    @property
+    def is_open(self) -> bool:
+        """Whether clients can connect."""
+        return self._listener is not None
+
+    def open(self) -> None:
+        """Listen. Raises `PortUnavailable`."""
+        if self._listener is not None:
+            return
+        try:
+            self._listener = socket.create_server((self._host, self._port), backlog=1)
+        except (OSError, OverflowError) as error:
+            raise PortUnavailable(
+                f"cannot listen on {self.address} ({error}): choose another port"
+            ) from None
+        self._listener.setblocking(False)
+        self._port = self._listener.getsockname()[1]
+
+    def filenos(self) -> tuple[int, ...]:
+        """What to select on for reading."""
+        return tuple(end.fileno() for end in (self._listener, self._client) if end is not None)
+
+    def read(self) -> bytes:
+        """Let a client in if one knocks, and return what it has sent."""
+        self._admit()
+        if self._client is None:
+            return b""
+        try:
+            data = self._client.recv(CHUNK)
+        except BlockingIOError:
+            return b""
+        except OSError:
+            data = b""
+        if not data:
+            self._hang_up()
+        return data
+
+    def write(self, data: bytes) -> None:
+        """Send to the client, if there is one."""
+        if self._client is not None:
+            try:
+                self._client.send(data)
+            except BlockingIOError:
+                pass
+            except OSError:
+                self._hang_up()
+
+    def close(self) -> None:
+        """Hang up and listen no more."""
+        self._hang_up()
+        if self._listener is not None:
+            self._listener.close()
+            self._listener = None
+
+    def _admit(self) -> None:
+        if self._listener is None:
+            return
+        try:
+            client, _ = self._listener.accept()
+        except OSError:
+            return
+        if self._client is not None:
+            client.close()
+            return
+        client.setblocking(False)
+        client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._client = client
+
+    def _hang_up(self) -> None:
+        if self._client is not None:
+            self._client.close()
+            self._client = None
+
+
+class Bell:
+    """Wakes a `select`, from any thread or a signal handler."""
+
+    def __init__(self) -> None:
+        self._ear, self._button = socket.socketpair()
+        self._ear.setblocking(False)
+        self._button.setblocking(False)
+
+    def fileno(self) -> int:
+        """What to select on for reading."""
+        return self._ear.fileno()
+
+    def ring(self) -> None:
+        """End the present or the next `select` on it."""
+        with contextlib.suppress(OSError):  # full: it rings already; closed: nobody listens
+            self._button.send(b"!")
+
+    def hush(self) -> None:
+        """Be ready for the next ring."""
+        with contextlib.suppress(BlockingIOError):
+            self._ear.recv(CHUNK)
+
+    def close(self) -> None:
+        """Give both ends back."""
+        self._ear.close()
+        self._button.close()
