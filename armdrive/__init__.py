@@ -1,1 +1,146 @@
-"""Drive Mini-mover-style robot arms."""
+"""Drive Mini-mover-style robot arms, real or simulated, from Python or a terminal.
+
+```python
+from armdrive import Arm, Pose
+with Arm.connect("sim:teachmover") as arm:
+    arm.home()
+    arm.move_to(Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90))
+```
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from armdrive.arm import Arm
+    from armdrive.errors import (
+        ArmError,
+        ArmFileError,
+        ArmInUse,
+        BadRequest,
+        DeviceFault,
+        LinkError,
+        LinkLost,
+        NoAnswer,
+        NotReferenced,
+        OperatorNeeded,
+        OutOfBounds,
+        PendantStop,
+        PortUnavailable,
+        PositionMismatch,
+        Refused,
+        StateFileError,
+        Stopped,
+        WrongState,
+    )
+    from armdrive.flows.gripping import Grasped
+    from armdrive.flows.jogging import Jogged
+    from armdrive.flows.motion import Moved
+    from armdrive.handle import Handle
+    from armdrive.intents import Jog, Space
+    from armdrive.posture import PostureRequest
+    from armdrive.status import Current, State, Status, Trust
+    from kinematics import Joints, KinematicsError, Motors, PathBroken, Pose, Unreachable
+
+_HOMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "armdrive.arm": ("Arm",),
+        "armdrive.errors": (
+            "ArmError",
+            "ArmFileError",
+            "ArmInUse",
+            "BadRequest",
+            "DeviceFault",
+            "LinkError",
+            "LinkLost",
+            "NoAnswer",
+            "NotReferenced",
+            "OperatorNeeded",
+            "OutOfBounds",
+            "PendantStop",
+            "PortUnavailable",
+            "PositionMismatch",
+            "Refused",
+            "StateFileError",
+            "Stopped",
+            "WrongState",
+        ),
+        "armdrive.flows.gripping": ("Grasped",),
+        "armdrive.flows.jogging": ("Jogged",),
+        "armdrive.flows.motion": ("Moved",),
+        "armdrive.handle": ("Handle",),
+        "armdrive.intents": ("Jog", "Space"),
+        "armdrive.posture": ("PostureRequest",),
+        "armdrive.status": ("Current", "State", "Status", "Trust"),
+        "kinematics": (
+            "Joints",
+            "KinematicsError",
+            "Motors",
+            "PathBroken",
+            "Pose",
+            "Unreachable",
+        ),
+    }
+)
+"""Where each public name lives. Names are imported when they are first used, so that the command
+line starts quickly."""
+
+_MODULES: Mapping[str, str] = MappingProxyType(
+    {name: module for module, names in _HOMES.items() for name in names}
+)
+
+__all__ = [
+    "Arm",
+    "ArmError",
+    "ArmFileError",
+    "ArmInUse",
+    "BadRequest",
+    "Current",
+    "DeviceFault",
+    "Grasped",
+    "Handle",
+    "Jog",
+    "Jogged",
+    "Joints",
+    "KinematicsError",
+    "LinkError",
+    "LinkLost",
+    "Motors",
+    "Moved",
+    "NoAnswer",
+    "NotReferenced",
+    "OperatorNeeded",
+    "OutOfBounds",
+    "PathBroken",
+    "PendantStop",
+    "PortUnavailable",
+    "Pose",
+    "PositionMismatch",
+    "PostureRequest",
+    "Refused",
+    "Space",
+    "State",
+    "StateFileError",
+    "Status",
+    "Stopped",
+    "Trust",
+    "Unreachable",
+    "WrongState",
+]
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name when it is first asked for."""
+    module = _MODULES.get(name)
+    if module is None:
+        raise AttributeError(f"module 'armdrive' has no attribute {name!r}")
+    from importlib import import_module
+
+    return getattr(import_module(module), name)
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *__all__])
