@@ -204,10 +204,6 @@ class SimTeachMover:
         """Make motions that begin from now on last longer (0.2: a fifth) or shorter (negative)."""
         self._box.settings = replace(self._box.settings, speed_error=checked_error(error))
 
-    def count_from(self, counts: Sequence[int]) -> None:
-        """Have the registers count from here, as after another program's use of the arm."""
-        self._drive.set_counts(counts, self.now_s)
-
     def restore(
         self,
         counts: Sequence[int],

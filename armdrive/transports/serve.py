@@ -1,4 +1,4 @@
-"""The device's end of a wire for other programs: a pty or a TCP port, and a bell to be woken by.
+"""The device's end of a wire for other programs: a pseudo-terminal or a TCP port.
 
 A server never blocks: bytes that nobody takes are dropped, as on a real line without a listener.
 """
@@ -16,7 +16,7 @@ from armdrive.errors import PortUnavailable
 
 CHUNK = 4096
 LOOPBACK = "127.0.0.1"
-_PTY_FOLDERS = ("/dev/pts/", "/dev/tty", "/dev/pty")
+_PTY_FOLDERS = ("/dev/pts/", "/dev/ttys")
 
 
 class Server(Protocol):
@@ -237,31 +237,3 @@ class TcpServer:
         if self._client is not None:
             self._client.close()
             self._client = None
-
-
-class Bell:
-    """Wakes a `select`, from any thread or a signal handler."""
-
-    def __init__(self) -> None:
-        self._ear, self._button = socket.socketpair()
-        self._ear.setblocking(False)
-        self._button.setblocking(False)
-
-    def fileno(self) -> int:
-        """What to select on for reading."""
-        return self._ear.fileno()
-
-    def ring(self) -> None:
-        """End the present or the next `select` on it."""
-        with contextlib.suppress(OSError):  # full: it rings already; closed: nobody listens
-            self._button.send(b"!")
-
-    def hush(self) -> None:
-        """Be ready for the next ring."""
-        with contextlib.suppress(BlockingIOError):
-            self._ear.recv(CHUNK)
-
-    def close(self) -> None:
-        """Give both ends back."""
-        self._ear.close()
-        self._button.close()

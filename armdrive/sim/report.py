@@ -1,0 +1,61 @@
+"""The whole state of a simulated arm, physical and commanded, for people and for programs."""
+
+from __future__ import annotations
+
+from armdrive.sim.saved import Json
+from armdrive.sim.teachmover import SimTeachMover
+from armdrive.sim.world_file import block_to_json, incident_to_json
+
+_MM_DIGITS = 3
+_DEG_DIGITS = 3
+
+
+def state_json(device: SimTeachMover) -> dict[str, Json]:
+    """Return the state as plain data; lengths in mm, angles in degrees, forces in N."""
+    pose, scene = device.pose, device.world.scene
+    joints: dict[str, Json] = {
+        name: round(angle, _DEG_DIGITS) for name, angle in device.joints.deg.items()
+    }
+    return {
+        "powered": device.powered,
+        "energised": device.world.energised,
+        "moving": device.moving,
+        "busy": device.busy,
+        "registers": list(device.registers),
+        "motors": list(device.world.motors),
+        "joints_deg": joints,
+        "pose": {
+            "x_mm": round(pose.x_mm, _MM_DIGITS),
+            "y_mm": round(pose.y_mm, _MM_DIGITS),
+            "z_mm": round(pose.z_mm, _MM_DIGITS),
+            "pitch_deg": round(pose.pitch_deg, _DEG_DIGITS),
+            "roll_deg": round(pose.roll_deg, _DEG_DIGITS),
+        },
+        "opening_mm": round(device.opening_mm, _MM_DIGITS),
+        "grip_force_n": round(device.grip_force_n, _MM_DIGITS),
+        "key": device.last_key.name,
+        "inputs": device.inputs,
+        "outputs": device.outputs,
+        "speed_error": device.speed_error,
+        "held": scene.held,
+        "blocks": [block_to_json(block) for block in scene.blocks.values()],
+        "incidents": [incident_to_json(incident) for incident in device.world.incidents],
+    }
+
+
+def state_line(device: SimTeachMover) -> str:
+    """Return the state in one line."""
+    words = [
+        f"power {'on' if device.powered else 'off'}",
+        f"current {'on' if device.world.energised else 'off'}",
+        "moving" if device.moving else "still",
+        str(device.pose),
+        f"fingers {device.opening_mm:.1f} mm apart",
+        f"grip {device.grip_force_n:.1f} N",
+        f"registers {','.join(map(str, device.registers))}",
+    ]
+    held = device.world.scene.held
+    words += [f"holds {held}"] if held else []
+    words += [f"blocks {', '.join(device.world.scene.blocks)}"] if device.world.scene.blocks else []
+    words += [f"incidents {len(device.world.incidents)}"] if device.world.incidents else []
+    return "; ".join(words)

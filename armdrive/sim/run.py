@@ -1,0 +1,159 @@
+"""A simulated arm as a process of its own: the real-time loop between a server and a console."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import select
+import signal
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import FrameType
+from typing import TextIO
+
+from armdrive.errors import PortUnavailable
+from armdrive.sim.console import Console
+from armdrive.sim.pacing import PacedDevice
+from armdrive.sim.teachmover import SimTeachMover
+from armdrive.transports.bell import Bell
+from armdrive.transports.serve import LOOPBACK, PtyServer, Server, TcpServer
+
+LONGEST_SLEEP_S = 0.25
+LONGEST_LINE = 1024
+_CHUNK = 4096
+
+
+def make_server(*, pty: Path | None = None, tcp: str | None = None) -> Server:
+    """Offer a pty (linked at a path) or a TCP port (`HOST:PORT`, `:PORT` or `PORT`).
+
+    With neither, a pty without a link. Raises `PortUnavailable`.
+    """
+    if tcp is None:
+        return PtyServer(pty)
+    host, _, port = tcp.rpartition(":")
+    if not (port.isascii() and port.isdecimal()):
+        raise PortUnavailable(f"{tcp!r} is no TCP address: write HOST:PORT, for example :7410")
+    return TcpServer(host or LOOPBACK, int(port))
+
+
+def run_device(
+    device: SimTeachMover,
+    server: Server,
+    commands: int | None,
+    out: TextIO,
+    *,
+    clock: Callable[[], float] = time.monotonic,
+) -> None:
+    """Let the device live in real time until `quit`, SIGTERM or SIGINT, then close the server.
+
+    `commands` is a file descriptor with one-line commands, None where there are none; its end
+    ends nothing. Answers go to `out`.
+    """
+    bell = Bell()
+    loop = _Loop(device, server, out, bell, clock)
+    try:
+        with _ending_signals(loop.end):
+            if commands is not None:
+                threading.Thread(
+                    target=_hear, args=(commands, loop.lines, bell), daemon=True
+                ).start()
+            loop.run()
+    finally:
+        server.close()
+        bell.close()
+
+
+class _Loop:
+    """Carries bytes and commands to the device, each as it comes."""
+
+    def __init__(
+        self,
+        device: SimTeachMover,
+        server: Server,
+        out: TextIO,
+        bell: Bell,
+        clock: Callable[[], float],
+    ) -> None:
+        self.lines: deque[str] = deque()
+        self._console = Console(device, server)
+        self._line = PacedDevice(device, device.baud)
+        self._server = server
+        self._out = out
+        self._bell = bell
+        self._clock = clock
+
+    def end(self) -> None:
+        """Have the loop end; safe within a signal handler."""
+        self._console.ended = True
+        self._bell.ring()
+
+    def run(self) -> None:
+        """Go round until somebody ends it."""
+        self._line.advance(self._clock())
+        while not self._console.ended:
+            self._sleep()
+            now_s = self._clock()
+            data = self._server.read()
+            if data:
+                self._line.send(data, now_s)
+            self._server.write(self._line.receive(now_s))
+            while self.lines and not self._console.ended:
+                self._obey(self.lines.popleft())
+
+    def _sleep(self) -> None:
+        """Sleep until bytes or commands come, or the device has something to do."""
+        pause_s = min(max(self._line.next_s() - self._clock(), 0.0), LONGEST_SLEEP_S)
+        ear = self._bell.fileno()
+        ready, _, _ = select.select([*self._server.filenos(), ear], [], [], pause_s)
+        if ear in ready:
+            self._bell.hush()
+
+    def _obey(self, line: str) -> None:
+        was_open = self._server.is_open
+        answer = self._console.answer(line)
+        if answer:
+            with contextlib.suppress(OSError, ValueError):  # nobody reads the answers any more
+                self._out.write(answer + "\n")
+                self._out.flush()
+        if was_open and not self._server.is_open:
+            self._line.unplug()
+        elif self._server.is_open and not was_open:
+            self._line.replug(self._clock())
+
+
+def _hear(fileno: int, lines: deque[str], bell: Bell) -> None:
+    """Read command lines as they come, on a thread: not every system can select on such files.
+
+    By the system's own read: a thread that sleeps in a Python file cannot be left behind at exit.
+    """
+    rest = b""
+    with contextlib.suppress(OSError):
+        while data := os.read(fileno, _CHUNK):
+            *whole, rest = (rest + data).split(b"\n")
+            rest = rest[-LONGEST_LINE:]
+            lines.extend(line.decode("utf-8", "replace") for line in whole)
+            bell.ring()
+    if rest.strip():
+        lines.append(rest.decode("utf-8", "replace"))
+        bell.ring()
+
+
+@contextlib.contextmanager
+def _ending_signals(end: Callable[[], None]) -> Iterator[None]:
+    """Have SIGTERM and SIGINT end the loop, where signals can be had: in the main thread."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def handler(_number: int, _frame: FrameType | None) -> None:
+        end()
+
+    kept = {number: signal.signal(number, handler) for number in (signal.SIGTERM, signal.SIGINT)}
+    try:
+        yield
+    finally:
+        for number, before in kept.items():
+            signal.signal(number, before)
