@@ -6,8 +6,11 @@ Nothing heavy is imported on the way to `armdrive --help`.
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping, Sequence
 from types import MappingProxyType
+
+TYPE_CHECKING = False  # as typing's, which is slow to import
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
 
 COMMANDS: Mapping[str, str] = MappingProxyType(
     {
@@ -50,31 +53,34 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _no_command(words: list[str]) -> int:
-    import argparse
-
-    width = max(map(len, COMMANDS)) + 2
-    listing = "\n".join(f"  {name:<{width}}{text}" for name, text in COMMANDS.items())
-    codes = "\n".join(f"  {code:<{width}}{text}" for code, text in EXIT_CODES.items())
-    parser = argparse.ArgumentParser(
-        prog="armdrive",
-        usage="armdrive COMMAND [options]      (armdrive COMMAND --help tells more)",
-        description="Drive Mini-mover-style robot arms, real or simulated.",
-        epilog=f"commands:\n{listing}\n\nexit codes:\n{codes}\n\n"
-        "With no arm named, the simulated TeachMover is used, and every output says so.",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    parser.add_argument("--version", action="store_true", help="print the version and end")
-    parser.add_argument("command", nargs="?", help=argparse.SUPPRESS)
-    options = parser.parse_args(words)
-    if options.version:
+    word = words[0] if words else "--help"
+    if word in ("-h", "--help"):
+        sys.stdout.write(_help())
+        return 0
+    if word == "--version":
         from importlib.metadata import version
 
         sys.stdout.write(f"armdrive {version('armdrive')}\n")
         return 0
-    if options.command is None:
-        parser.print_help()
-        return 0
-    return _unknown(options.command)
+    return _unknown(word)
+
+
+def _help() -> str:
+    """Return the help of the whole, made from the tables above.
+
+    Written out here because argparse alone would take longer than everything else on this path.
+    """
+    width = max(map(len, (*COMMANDS, "--version"))) + 2
+    commands = "".join(f"  {name:<{width}}{text}\n" for name, text in COMMANDS.items())
+    codes = "".join(f"  {code:<{width}}{text}\n" for code, text in EXIT_CODES.items())
+    return (
+        "usage: armdrive COMMAND [options]      (armdrive COMMAND --help tells more)\n\n"
+        "Drive Mini-mover-style robot arms, real or simulated.\n\n"
+        f"commands:\n{commands}\n"
+        f"options:\n  {'--help':<{width}}print this\n  {'--version':<{width}}print the version\n\n"
+        f"exit codes:\n{codes}\n"
+        "With no arm named, the simulated TeachMover is used, and every output says so.\n"
+    )
 
 
 def _unknown(word: str) -> int:

@@ -12,10 +12,13 @@ it, Ctrl-C does.
 from __future__ import annotations
 
 import argparse
+import sys
+from dataclasses import replace
+from pathlib import Path
 
 from armdrive.cli.numbers import number
+from armdrive.cli.output import say
 from armdrive.dialects import DIALECTS
-from armdrive.errors import BadRequest
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -36,4 +39,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Serve until told to end."""
-    raise BadRequest("not yet")
+    from armdrive.connecting import simulated_config
+    from armdrive.sim.run import make_server, run_device
+    from armdrive.sim.twin import make_device
+
+    config = simulated_config(options.dialect)
+    if options.baud is not None:
+        config = replace(config, connection=replace(config.connection, baud=options.baud))
+    device = make_device(config, speed_error=options.speed_error)
+    server = make_server(pty=Path(options.pty) if options.pty else None, tcp=options.tcp)
+    say(
+        f"a simulated {config.title} speaks {options.dialect} at {server.address}; "
+        "Ctrl-C ends it, help lists commands"
+    )
+    commands = None if sys.stdin.closed else sys.stdin.fileno()
+    run_device(device, server, commands, sys.stdout)
+    return 0

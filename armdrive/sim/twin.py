@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 REGISTERS = "registers"
 WORLD = "world"
+REGISTER_RANGE = (-(1 << 15), (1 << 15) - 1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,25 +38,38 @@ class Twin:
 
 
 def make_twin(
-    config: ArmConfig, saved: object = None, *, blocks: Iterable[Block] = (), speed_error: float = 0.0
+    config: ArmConfig,
+    saved: object = None,
+    *,
+    blocks: Iterable[Block] = (),
+    speed_error: float = 0.0,
 ) -> Twin:
     """Build the twin of an arm: as it was saved, or as one finds it in the morning.
 
     Raises `StateFileError` where what was saved fits no such arm.
     """
     body = ArmBody.of_preset(config.model)
-    registers: tuple[int, ...] | None = None
     if saved is None:
-        world = World(body, blocks=blocks)
+        device = _device(config, World(body, blocks=blocks), speed_error)
     else:
         data = Saved(saved, "simulated arm")
         world = world_from_json(data.anything(WORLD), body)
-        registers = data.wholes(REGISTERS, len(world.motors), -(1 << 15), (1 << 15) - 1)
+        device = _device(config, world, speed_error)
+        device.count_from(data.wholes(REGISTERS, len(world.motors), *REGISTER_RANGE))
         data.end()
-    baud = config.connection.baud
-    device = SimTeachMover(
-        world, speed_error=speed_error, baud=baud, grip_bit=config.teachmover.grip_bit
+    link = MemoryLink(device, config.connection.baud)
+    return Twin(device.world, device, link, SimulatedOperator(device.world))
+
+
+def make_device(config: ArmConfig, *, speed_error: float = 0.0) -> SimTeachMover:
+    """Build the simulated device alone, for a process of its own."""
+    return _device(config, World(ArmBody.of_preset(config.model)), speed_error)
+
+
+def _device(config: ArmConfig, world: World, speed_error: float) -> SimTeachMover:
+    return SimTeachMover(
+        world,
+        speed_error=speed_error,
+        baud=config.connection.baud,
+        grip_bit=config.teachmover.grip_bit,
     )
-    if registers is not None:
-        device.count_from(registers)
-    return Twin(world, device, MemoryLink(device, baud), SimulatedOperator(world))
