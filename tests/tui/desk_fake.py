@@ -1,0 +1,123 @@
+"""An arm that moves nothing and writes down what the desk asked of it; and a clock to set."""
+
+import math
+from dataclasses import replace
+
+from armdrive.errors import Refused
+from armdrive.posture import PostureRequest
+from armdrive.status import Current, State, Status, Trust
+from kinematics import Joints, Motors, preset
+
+MODEL = preset("teachmover")
+
+
+class Clock:
+    """Time that stands still until it is told to pass."""
+
+    def __init__(self):
+        self.now_s = 100.0
+
+    def __call__(self):
+        return self.now_s
+
+
+class FakeArm:
+    """Has what `tui.arm_port.DeskArm` asks for."""
+
+    def __init__(self, **more):
+        joints = Joints.of(20.0, 60.0, -80.0, -60.0, 15.0)
+        self.status = Status(
+            arm="sim",
+            title="TeachMover",
+            link="in this process",
+            dialect="teachmover",
+            simulated=True,
+            state=State.STANDBY,
+            trust=Trust.REFERENCED,
+            trust_reason="referenced in the reference posture",
+            current=Current.HELD,
+            joints=joints,
+            pose=MODEL.arm.fk(joints),
+            gripper_mm=38.0,
+            gripping=False,
+            acknowledged=Motors((393, -1179, 231, 277, 405, 786)),
+            stop_time_s=0.21,
+            stop_distance_mm=14.0,
+            last_sent="@STEP 240,0,0,0,0,0,12",
+            last_answer="1",
+        )
+        self.model = MODEL
+        self.calls = []
+        self.set(**more)
+
+    def set(self, **more):
+        self.status = replace(self.status, **more)
+
+    def asked(self, name):
+        return [call for call in self.calls if call[0] == name]
+
+    def reference_request(self):
+        pose = MODEL.reference.pose
+        return PostureRequest(self, pose, MODEL.arm.ik(pose), 0.0)
+
+    def hold(self, jog, *, speed, for_s):
+        self.calls.append(("hold", jog, speed, for_s))
+
+    def nudge(self, jog, *, speed):
+        self.calls.append(("nudge", jog, speed))
+
+    def release(self):
+        self.calls.append(("release",))
+
+    def request_stop(self):
+        self.calls.append(("stop",))
+
+    def estop(self):
+        self.calls.append(("estop",))
+        self.set(state=State.ERROR_STOP, error="emergency stop")
+
+    def reset(self):
+        self.calls.append(("reset",))
+        self.set(state=State.STANDBY, error="")
+
+    def confirm_reference(self):
+        self.calls.append(("reference",))
+
+    def close(self):
+        self.calls.append(("close",))
+
+
+class StubbornArm(FakeArm):
+    """Refuses everything that may be refused, with a sentence."""
+
+    def reset(self):
+        raise Refused("the arm is still moving: wait")
+
+    def confirm_reference(self):
+        raise Refused("no reference now: the arm moves")
+
+    def nudge(self, jog, *, speed):
+        raise Refused("no such axis here")
+
+
+class UnplaceableArm(FakeArm):
+    """Nobody knows its reference posture."""
+
+    def reference_request(self):
+        raise Refused("no reference posture is known")
+
+
+def unknown_position():
+    """Fields of a status before anything is known of the position."""
+    return {
+        "trust": Trust.UNKNOWN,
+        "trust_reason": "nothing is recorded of this arm's position",
+        "joints": None,
+        "pose": None,
+        "gripper_mm": None,
+        "acknowledged": None,
+    }
+
+
+def roughly(amount):
+    return math.isclose(amount, 0.25, abs_tol=0.03)

@@ -1,0 +1,379 @@
+"""The desk with a fake arm: every binding, arming and disarming, stopping, lost links."""
+
+import asyncio
+import signal
+
+import pytest
+from desk_fake import Clock, FakeArm, StubbornArm, UnplaceableArm, unknown_position
+from textual import events
+
+from armdrive.intents import Jog, Space
+from armdrive.status import State, Trust
+from tui.desk import IDLE_DISARMS_S, Desk
+from tui.framework import PlainText
+from tui.keys import JOG_KEYS, KEYS
+from tui.settings import INCREMENTS, SPEEDS
+
+
+class Session:
+    """A desk on a headless terminal, a fake arm and a clock that the test sets."""
+
+    def __init__(self, arm=None, *, size=(80, 24), **more):
+        self.arm = arm or FakeArm()
+        self.clock = Clock()
+        self.desk = Desk(self.arm, braille=True, clock=self.clock, **more)
+        self._running = self.desk.run_test(size=size)
+
+    async def __aenter__(self):
+        self.pilot = await self._running.__aenter__()
+        await self.pilot.pause()
+        return self
+
+    async def __aexit__(self, *error):
+        await self._running.__aexit__(*error)
+
+    async def press(self, *keys, after_s=0.0):
+        """Press keys, each so long after the one before on the desk's clock."""
+        for key in keys:
+            self.clock.now_s += after_s
+            await self.pilot.press(key)
+
+    async def arm_keys(self):
+        self.clock.now_s += 10.0
+        await self.press("enter")
+        assert self.desk.armed
+        self.clock.now_s += 10.0
+
+    async def send(self, event):
+        self.desk.post_message(event)
+        await self.pilot.pause()
+
+    async def poll(self):
+        self.desk.poll()
+        await self.pilot.pause()
+
+    def text(self, name):
+        return self.desk.screen_stack[0].query_one(f"#{name}", PlainText).shown
+
+    @property
+    def everything(self):
+        names = ("title", "banner", "conduct", "joints", "tip", "bottom", "remarks", "footer")
+        return "\n".join(self.text(name) for name in names)
+
+
+async def test_the_screen_says_which_arm_this_is_and_starts_disarmed():
+    async with Session() as session:
+        assert session.text("title").startswith("SIMULATED: sim (TeachMover)")
+        assert "DISARMED" in session.text("conduct")
+        await session.press("q")
+        assert session.arm.asked("nudge") == []
+        assert "enter arms" in session.text("conduct")
+
+
+async def test_a_real_arm_is_called_real_in_words():
+    async with Session(FakeArm(simulated=False, link="COM3")) as session:
+        assert session.text("title") == "REAL ARM: sim (TeachMover) on COM3"
+
+
+@pytest.mark.parametrize("cartesian", [False, True])
+async def test_every_jog_key_is_one_increment_of_its_axis(cartesian):
+    async with Session() as session:
+        if cartesian:
+            await session.press("m")
+        await session.arm_keys()
+        for key in JOG_KEYS:
+            await session.press(key, after_s=3.0)
+        space = Space.CARTESIAN if cartesian else Space.JOINT
+        expected = [
+            ("nudge", Jog(space, ((pair.axis(cartesian=cartesian), 2.0 * sign),)), 0.25)
+            for pair, sign in JOG_KEYS.values()
+        ]
+        assert session.arm.asked("nudge") == expected
+
+
+async def test_mode_increment_and_speed_go_along_their_rows_and_stop_at_the_ends():
+    async with Session() as session:
+        await session.press("m", *["right_square_bracket"] * 9, *["plus"] * 9)
+        assert session.desk.settings.cartesian
+        assert session.desk.settings.increment == INCREMENTS[-1]
+        assert session.desk.settings.speed == SPEEDS[-1]
+        await session.press("m", *["left_square_bracket"] * 9, *["minus"] * 9)
+        assert not session.desk.settings.cartesian
+        assert session.desk.settings.increment == INCREMENTS[0]
+        assert session.desk.settings.speed == SPEEDS[0]
+        await session.press("equals_sign")
+        assert session.desk.settings.speed == SPEEDS[1]
+        assert "mode JOINT  step 0.2°/mm  speed 10%" in session.text("conduct")
+
+
+async def test_every_other_key_of_the_table_does_what_it_says():
+    """A key that is added to the table without a deed here makes this test fail."""
+    deeds = {}
+    async with Session(FakeArm(state=State.ERROR_STOP)) as session:
+        for key in ("space", "R", "X", "H"):
+            session.arm.calls.clear()
+            await session.press(key)
+            await session.desk.workers.wait_for_complete()
+            deeds[key] = session.arm.calls[:1] or [len(session.desk.screen_stack)]
+        await session.press("n", "question_mark")
+        deeds["question_mark"] = len(session.desk.screen_stack)
+        await session.press("question_mark")
+        session.arm.calls.clear()
+        await session.press("ctrl+q")
+    assert deeds == {
+        "space": [("stop",)],
+        "R": [("reset",)],
+        "X": [("estop",)],
+        "H": [2],
+        "question_mark": 2,
+    }
+    assert session.desk.return_value == 0
+    assert session.arm.calls[0] == ("stop",)
+    tested = {*deeds, "ctrl+q", "enter", "m", "left_square_bracket", "right_square_bracket"}
+    assert {entry.keys[0] for entry in KEYS} == tested | {"minus", "plus"}
+
+
+@pytest.mark.parametrize("key", ["space", "escape", "ctrl+c"])
+@pytest.mark.parametrize("dialog", [None, "question_mark", "H"])
+async def test_stop_keys_stop_disarm_and_close_whatever_is_open(key, dialog):
+    async with Session() as session:
+        await session.arm_keys()
+        if dialog:
+            await session.press(dialog)
+            assert len(session.desk.screen_stack) == 2
+        session.arm.calls.clear()
+        await session.press(key)
+        assert session.arm.calls[0] == ("stop",)
+        assert not session.desk.armed
+        assert len(session.desk.screen_stack) == 1
+
+
+async def test_jog_keys_are_dead_while_a_dialog_is_open():
+    async with Session() as session:
+        await session.arm_keys()
+        await session.press("question_mark", "q", "w", "up")
+        assert session.arm.asked("nudge") == []
+
+
+async def test_holding_a_key_jogs_and_letting_go_stops():
+    async with Session() as session:
+        await session.arm_keys()
+        await session.press("w")
+        await session.press("w", after_s=0.4)
+        session.clock.now_s += 0.03
+        session.desk.tick()
+        for _ in range(20):
+            await session.press("w", after_s=0.04)
+        holds = session.arm.asked("hold")
+        assert len(session.arm.asked("nudge")) == 1
+        assert len(holds) == 21
+        assert {call[1] for call in holds} == {Jog.joint(shoulder=1.0)}
+        assert all(call[3] <= 0.25 for call in holds)
+        assert holds[-1][3] == pytest.approx(0.12)
+        session.clock.now_s += 0.13
+        session.desk.tick()
+        assert session.arm.calls[-1] == ("release",)
+        assert session.desk.armed
+
+
+async def test_a_real_timer_ends_a_hold_by_itself():
+    """Once with the clock of this computer: nobody calls tick but the desk's own alarm."""
+    arm, released = FakeArm(), asyncio.Event()
+    arm.release = released.set
+    desk = Desk(arm, braille=False)
+    async with desk.run_test(size=(80, 24)) as pilot:
+        await pilot.press("enter", "w")
+        await asyncio.wait_for(_press_again(pilot, desk), 5.0)
+        await asyncio.wait_for(released.wait(), 5.0)
+    assert len(arm.asked("hold")) == 1
+
+
+async def _press_again(pilot, desk):
+    """Repeat the key as soon as the gate would tell it from backlog."""
+    while not desk._deadman.next_s() < float("inf"):
+        await pilot.press("w")
+        await pilot.pause()
+
+
+async def test_backlog_disarms_and_moves_nothing():
+    async with Session() as session:
+        await session.arm_keys()
+        await session.press("w")
+        await session.press("w", after_s=0.4)
+        session.clock.now_s += 0.4
+        session.desk.tick()
+        session.arm.calls.clear()
+        await session.press(*["w"] * 12, after_s=0.002)
+        assert not session.desk.armed
+        assert session.arm.asked("nudge") == []
+        assert session.arm.asked("hold") == []
+        assert "faster than a keyboard" in session.text("remarks")
+
+
+async def test_pasted_text_disarms():
+    async with Session() as session:
+        await session.arm_keys()
+        await session.send(events.Paste("qqqqqqqq"))
+        assert not session.desk.armed
+        assert session.arm.asked("nudge") == []
+        assert "pasted" in session.text("remarks")
+
+
+async def test_losing_the_focus_ends_a_hold_and_disarms():
+    async with Session() as session:
+        await session.arm_keys()
+        await session.press("w")
+        await session.press("w", after_s=0.4)
+        session.clock.now_s += 0.03
+        session.desk.tick()
+        await session.send(events.AppBlur())
+        assert session.arm.calls[-1] == ("release",)
+        assert not session.desk.armed
+        assert "focus" in session.text("remarks")
+
+
+async def test_the_keys_disarm_when_nobody_uses_them():
+    async with Session() as session:
+        await session.arm_keys()
+        await session.press("q")
+        session.clock.now_s += IDLE_DISARMS_S - 0.1
+        await session.poll()
+        assert session.desk.armed
+        session.clock.now_s += 0.2
+        await session.poll()
+        assert not session.desk.armed
+        assert "no key for 60 s" in session.text("remarks")
+
+
+async def test_arming_is_refused_while_keys_pour_in():
+    async with Session() as session:
+        await session.press("q", "enter", after_s=0.01)
+        assert not session.desk.armed
+        assert "let go of all keys" in session.text("remarks")
+
+
+async def test_changing_the_mode_ends_what_is_held():
+    async with Session() as session:
+        await session.arm_keys()
+        await session.press("w")
+        await session.press("w", after_s=0.4)
+        session.clock.now_s += 0.03
+        session.desk.tick()
+        await session.press("m")
+        assert session.arm.calls[-1] == ("release",)
+
+
+async def test_a_lost_link_shows_a_banner_and_q_leaves():
+    async with Session() as session:
+        await session.arm_keys()
+        session.arm.set(state=State.DISCONNECTED, error="the cable was pulled")
+        await session.poll()
+        assert "LINK LOST: the cable was pulled" in session.text("banner")
+        assert not session.desk.armed
+        await session.press("enter", after_s=5.0)
+        assert not session.desk.armed
+        await session.press("q")
+    assert session.desk.return_value == 0
+    assert session.desk.return_code == 0
+
+
+async def test_error_stop_says_how_to_leave_it_and_leaving_moves_nothing():
+    async with Session() as session:
+        await session.press("X")
+        await session.poll()
+        assert "ERROR-STOP: emergency stop. R resets" in session.text("banner")
+        await session.press("R")
+        await session.desk.workers.wait_for_complete()
+        await session.poll()
+        assert session.text("banner") == ""
+        assert [call[0] for call in session.arm.calls if call[0] in ("nudge", "hold")] == []
+
+
+@pytest.mark.parametrize(("answer", "asked"), [("y", [("reference",)]), ("n", [])])
+async def test_the_reference_is_taken_only_after_a_yes(answer, asked):
+    async with Session(FakeArm(**unknown_position())) as session:
+        await session.press("H", "enter")
+        assert len(session.desk.screen_stack) == 2, "enter is neither yes nor no"
+        await session.press(answer)
+        await session.desk.workers.wait_for_complete()
+        assert session.arm.asked("reference") == asked
+
+
+async def test_a_stop_in_the_reference_question_is_no_yes():
+    async with Session() as session:
+        await session.press("H", "space")
+        await session.desk.workers.wait_for_complete()
+        assert session.arm.asked("reference") == []
+
+
+async def test_refusals_are_sentences_on_the_screen():
+    async with Session(StubbornArm()) as session:
+        await session.press("R")
+        await session.desk.workers.wait_for_complete()
+        await session.pilot.pause()
+        assert "still moving: wait" in session.text("remarks")
+        await session.press("H", "y")
+        await session.desk.workers.wait_for_complete()
+        await session.pilot.pause()
+        assert "the arm moves" in session.text("remarks")
+        await session.arm_keys()
+        await session.press("q")
+        assert "no such axis" in session.text("remarks")
+
+
+async def test_an_arm_without_a_known_reference_says_so():
+    async with Session(UnplaceableArm()) as session:
+        await session.press("H")
+        assert len(session.desk.screen_stack) == 1
+        assert "no reference posture is known" in session.text("remarks")
+
+
+async def test_the_arms_own_refusal_of_cartesian_jogging_is_shown():
+    async with Session(FakeArm(**unknown_position())) as session:
+        session.arm.set(notice="jogging in Cartesian space needs a known position")
+        await session.poll()
+        assert "needs a known position" in session.text("remarks")
+        assert "unknown: nothing is recorded" in session.text("conduct")
+        assert "posture not known" in "".join(session.desk.query_one("#side").rows)
+
+
+async def test_the_drawing_follows_the_arm_and_repaints_only_then():
+    async with Session() as session:
+        view = session.desk.query_one("#side")
+        before = view.rows
+        await session.poll()
+        assert view.rows == before
+        joints = session.arm.status.joints
+        session.arm.set(joints=joints.replace(shoulder=1.5))
+        await session.poll()
+        assert view.rows != before
+
+
+async def test_nothing_that_matters_is_said_by_colour_alone():
+    async with Session(FakeArm(trust=Trust.SUSPECT, gripping=True)) as session:
+        await session.arm_keys()
+        shown = session.everything
+        for word in ("SIMULATED", "ARMED", "standby", "suspect", "CLOSED", "0.21 s, 14 mm"):
+            assert word in shown
+
+
+async def test_ending_the_desk_stops_the_arm_however_it_ends():
+    async with Session() as session:
+        session.arm.calls.clear()
+    assert session.arm.asked("stop")
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM])
+async def test_a_signal_stops_and_closes_the_arm_and_ends_the_desk(number):
+    async with Session(handle_signals=True) as session:
+        await session.arm_keys()
+        session.arm.calls.clear()
+        signal.raise_signal(number)
+        await asyncio.wait_for(_ended(session), 5.0)
+    assert session.arm.calls[:2] == [("stop",), ("close",)]
+    assert session.desk.return_code == 128 + number
+
+
+async def _ended(session):
+    while session.desk.return_code is None or not session.arm.asked("close"):
+        await session.pilot.pause()

@@ -1,0 +1,36 @@
+"""Snapshots of the desk: small and large, and in plain ASCII; and texts that must fit."""
+
+import pytest
+from desk_fake import MODEL, Clock, FakeArm, unknown_position
+
+from tui import panels
+from tui.desk import Desk
+from tui.settings import Settings
+
+
+@pytest.mark.parametrize("size", [(80, 24), (120, 40)])
+def test_the_jog_screen(snap_compare, size):
+    desk = Desk(FakeArm(), braille=True, clock=Clock())
+    assert snap_compare(desk, terminal_size=size)
+
+
+def test_the_jog_screen_in_plain_ascii_with_an_unknown_position(snap_compare):
+    desk = Desk(FakeArm(**unknown_position()), braille=False, clock=Clock())
+    assert snap_compare(desk, press=["enter", "m"], terminal_size=(80, 24))
+
+
+@pytest.mark.parametrize(
+    ("value", "shown"),
+    [(None, "[-----]"), (0, "[o----]"), (10, "[----o]"), (-1, "[<----]"), (11, "[---->]")],
+)
+def test_a_bar_shows_the_place_between_the_limits_and_beyond(value, shown):
+    assert panels.bar(value, 0.0, 10.0, 5) == shown
+
+
+@pytest.mark.parametrize("settings", [Settings(), Settings().other_mode()])
+def test_the_tables_fit_the_smallest_panel(settings):
+    known, unknown = FakeArm().status, FakeArm(**unknown_position()).status
+    lines = panels.joint_table(known, MODEL, settings, 41).splitlines()
+    lines += panels.joint_table(unknown, MODEL, settings, 41).splitlines()
+    lines += panels.tip_lines(known, settings).splitlines()
+    assert max(len(line) for line in lines) <= 41

@@ -1,0 +1,50 @@
+"""What the desk needs of an arm: `armdrive.Arm` has it, and so has a fake in the tests."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from armdrive.intents import Jog
+    from armdrive.posture import PostureRequest
+    from armdrive.status import Status
+    from kinematics import ArmPreset
+
+
+class DeskArm(Protocol):
+    """One connected arm. Only `reset`, `confirm_reference` and `close` may take a moment."""
+
+    @property
+    def status(self) -> Status:
+        """The latest frozen picture of the arm."""
+
+    @property
+    def model(self) -> ArmPreset:
+        """Geometry, limits and gripper range."""
+
+    def reference_request(self) -> PostureRequest:
+        """Return the reference posture, with the sentence that describes it; raises `Refused`."""
+
+    def hold(self, jog: Jog, *, speed: float, for_s: float) -> None:
+        """Jog for so long unless called again. Refusals appear as the status's notice."""
+
+    def nudge(self, jog: Jog, *, speed: float) -> None:
+        """Jog by one increment. Refusals appear as the status's notice."""
+
+    def release(self) -> None:
+        """End a held jog."""
+
+    def request_stop(self) -> None:
+        """Ask for a stop and return at once, from any thread."""
+
+    def estop(self) -> None:
+        """Stop and latch the error state; returns at once."""
+
+    def reset(self) -> None:
+        """Leave the error state. Moves nothing; raises `ArmError`."""
+
+    def confirm_reference(self) -> None:
+        """Say that the arm stands in its reference posture; raises `ArmError`."""
+
+    def close(self) -> None:
+        """Stop, and give the port back. Closing twice is no error."""

@@ -1,0 +1,73 @@
+"""The dialogs over the desk: help, and the question whether the arm stands in its reference."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from textual.app import ComposeResult
+from textual.binding import Binding, BindingType
+from textual.containers import Vertical, VerticalScroll
+from textual.screen import ModalScreen
+
+from armdrive.draw.armview import ArmScene, side_view, top_view
+from tui.framework import PlainText
+from tui.keys import help_lines
+from tui.views import ArmView
+
+
+class HelpScreen(ModalScreen[bool]):
+    """All keys, from the table."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("question_mark,enter,n", "close", "close", id="help.close"),
+    ]
+
+    def compose(self) -> ComposeResult:
+        """Lay the dialog out."""
+        with VerticalScroll(classes="dialog"):
+            yield PlainText(id="help-text")
+
+    def on_mount(self) -> None:
+        """Fill in the keys."""
+        lines = ("Keys (? or enter closes; space and Esc also stop the arm)", "", *help_lines())
+        self.query_one("#help-text", PlainText).show("\n".join(lines))
+
+    def action_close(self) -> None:
+        """Go back to the desk."""
+        self.dismiss(result=False)
+
+
+class ReferenceScreen(ModalScreen[bool]):
+    """The reference posture, drawn and in words, with a yes and a no. Enter is neither."""
+
+    BINDINGS: ClassVar[list[BindingType]] = [
+        Binding("y", "answer(True)", "it stands so", id="reference.yes"),
+        Binding("n", "answer(False)", "it does not", id="reference.no"),
+    ]
+
+    def __init__(self, description: str, scene: ArmScene, *, braille: bool) -> None:
+        super().__init__()
+        self._description = description
+        self._scene = scene
+        self._braille = braille
+
+    def compose(self) -> ComposeResult:
+        """Lay the dialog out."""
+        with Vertical(classes="dialog"):
+            yield PlainText(id="reference-text")
+            yield ArmView("side", side_view, braille=self._braille, id="reference-side")
+            yield ArmView("above", top_view, braille=self._braille, id="reference-top")
+            yield PlainText(id="reference-question")
+
+    def on_mount(self) -> None:
+        """Draw the posture and put the question."""
+        self.query_one("#reference-text", PlainText).show(self._description)
+        self.query_one("#reference-question", PlainText).show(
+            "Does the arm stand exactly so?   y yes   n no"
+        )
+        for view in self.query(ArmView):
+            view.show(self._scene)
+
+    def action_answer(self, answer: bool) -> None:
+        """Give the answer to whoever asked."""
+        self.dismiss(result=answer)

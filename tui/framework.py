@@ -1,0 +1,99 @@
+"""Everything that the framework needs help with, in one file, each with its reason."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import signal
+from collections.abc import Callable
+from contextlib import suppress
+
+from textual.app import App
+from textual.content import Content
+from textual.timer import Timer
+from textual.widgets import Static
+
+HANGUP = getattr(signal, "SIGHUP", None)
+"""The signal that says that the terminal was closed; Windows has none."""
+
+ENDING_SIGNALS = tuple(number for number in (signal.SIGTERM, HANGUP) if number is not None)
+
+
+def shorten_escape() -> None:
+    """Let a lone Esc count after 25 ms instead of 100: it is one of the stop keys.
+
+    The framework reads this variable once, when it is imported; a value that the user has set
+    is left alone.
+    """
+    os.environ.setdefault("ESCDELAY", "25")
+
+
+def on_ending_signals(call: Callable[[int], None]) -> None:
+    """Have these signals call back in the running event loop.
+
+    The framework runs no clean-up at all when one of them ends the process.
+    """
+    loop = asyncio.get_running_loop()
+    for number in ENDING_SIGNALS:
+        _handle(loop, number, call)
+
+
+def _handle(
+    loop: asyncio.AbstractEventLoop, number: signal.Signals, call: Callable[[int], None]
+) -> None:
+    try:
+        loop.add_signal_handler(number, call, int(number))
+    except NotImplementedError:  # the event loop of Windows has no such call
+        signal.signal(number, lambda *_: loop.call_soon_threadsafe(call, int(number)))
+
+
+def without_terminal() -> None:
+    """Make standard streams harmless once the terminal is gone.
+
+    The framework restores the screen when it ends, and waits for ever on a terminal that was
+    closed: what it writes then goes nowhere instead.
+    """
+    with suppress(OSError):
+        nowhere = os.open(os.devnull, os.O_RDWR)
+        for stream in (0, 1, 2):
+            os.dup2(nowhere, stream)
+        os.close(nowhere)
+
+
+class PlainText(Static):
+    """Text that is shown as it is, and repainted only when it has changed.
+
+    The framework's own widget would read square brackets as markup, and paint every update.
+    """
+
+    def __init__(self, *, id: str) -> None:  # noqa: A002
+        super().__init__("", id=id, markup=False)
+        self._shown = ""
+
+    @property
+    def shown(self) -> str:
+        """The text as it stands."""
+        return self._shown
+
+    def show(self, text: str) -> None:
+        """Show this text from now on."""
+        if text != self._shown:
+            self._shown = text
+            self.update(Content(text))
+
+
+class Alarm:
+    """One timer that is moved to another time instead of being joined by a second one."""
+
+    def __init__(self, app: App[int], call: Callable[[], None]) -> None:
+        self._app = app
+        self._call = call
+        self._timer: Timer | None = None
+
+    def after(self, delay_s: float) -> None:
+        """Ring once after this delay; infinite means never."""
+        if self._timer is not None:
+            self._timer.stop()
+            self._timer = None
+        if delay_s != float("inf"):
+            self._timer = self._app.set_timer(max(delay_s, 0.001), self._call)

@@ -1,0 +1,143 @@
+"""The keys of the desk, in one table: bindings, footer, help and tests are made from it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+
+@dataclass(frozen=True, slots=True)
+class DeskKey:
+    """One thing to do, and the keys that do it, named as the framework names them.
+
+    `everywhere` keys work on every screen and in every dialog, before anything else.
+    """
+
+    id: str
+    keys: tuple[str, ...]
+    action: str
+    description: str
+    tooltip: str
+    everywhere: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class JogPair:
+    """Two keys that move one axis, up and down: a joint in joint mode, else a task axis."""
+
+    plus: str
+    minus: str
+    joint: str
+    cartesian: str
+
+    def axis(self, *, cartesian: bool) -> str:
+        """Return the axis that the pair moves in this mode."""
+        return self.cartesian if cartesian else self.joint
+
+
+KEYS = (
+    DeskKey(
+        "stop",
+        ("space", "escape", "ctrl+c"),
+        "stop_arm",
+        "STOP",
+        "Stop the arm, disarm the keys, close any dialog. Works on every screen.",
+        everywhere=True,
+    ),
+    DeskKey("arm", ("enter",), "arm_keys", "arm", "Arm the jog keys; they disarm after 60 s idle."),
+    DeskKey("help", ("question_mark",), "help", "help", "Show all keys."),
+    DeskKey(
+        "quit",
+        ("ctrl+q",),
+        "leave",
+        "quit",
+        "Stop the arm and leave the desk.",
+        everywhere=True,
+    ),
+    DeskKey("mode", ("m",), "mode", "mode", "Switch between joint and Cartesian mode."),
+    DeskKey(
+        "reference",
+        ("H",),
+        "reference",
+        "reference",
+        "Show the reference posture, and say that the arm stands in it.",
+    ),
+    DeskKey("finer", ("left_square_bracket",), "finer", "finer", "Make the increment smaller."),
+    DeskKey(
+        "coarser", ("right_square_bracket",), "coarser", "coarser", "Make the increment larger."
+    ),
+    DeskKey("slower", ("minus",), "slower", "slower", "Jog more slowly."),
+    DeskKey("faster", ("plus", "equals_sign"), "faster", "faster", "Jog faster."),
+    DeskKey("reset", ("R",), "reset", "reset", "Leave error-stop. Moves nothing."),
+    DeskKey(
+        "estop",
+        ("X",),
+        "estop",
+        "e-stop",
+        "Stop and latch error-stop: nothing moves until a reset.",
+    ),
+)
+
+JOG_PAIRS = (
+    JogPair("q", "a", "base", "x"),
+    JogPair("w", "s", "shoulder", "y"),
+    JogPair("e", "d", "elbow", "z"),
+    JogPair("r", "f", "wrist_pitch", "pitch"),
+    JogPair("t", "g", "wrist_roll", "roll"),
+    JogPair("y", "h", "gripper", "gripper"),
+    JogPair("left", "right", "base", "y"),
+    JogPair("up", "down", "shoulder", "z"),
+)
+"""The first six are the rows of the screen; the arrows repeat two of them."""
+
+JOG_KEYS: Mapping[str, tuple[JogPair, int]] = MappingProxyType(
+    {key: (pair, sign) for pair in JOG_PAIRS for key, sign in ((pair.plus, 1), (pair.minus, -1))}
+)
+"""The pair of each jog key, and its direction."""
+
+_LABELS: Mapping[str, str] = MappingProxyType(
+    {
+        "escape": "Esc",
+        "question_mark": "?",
+        "left_square_bracket": "[",
+        "right_square_bracket": "]",
+        "minus": "-",
+        "plus": "+",
+        "equals_sign": "=",
+    }
+)
+
+
+def label(key: str) -> str:
+    """Return what is printed on a key."""
+    return _LABELS.get(key, key)
+
+
+def words(axis: str) -> str:
+    """Return an axis as people write it."""
+    return axis.replace("_", " ")
+
+
+def footer(width: int) -> str:
+    """Return as much of the key line as fits whole, the stop first."""
+    line = ""
+    for entry in KEYS:
+        item = f"{label(entry.keys[0])} {entry.description}"
+        longer = f"{line}  {item}" if line else item
+        if len(longer) > width:
+            break
+        line = longer
+    return line
+
+
+def help_lines() -> Iterator[str]:
+    """Yield one line for each row of the table, jog keys last."""
+    for entry in KEYS:
+        keys = " ".join(label(key) for key in entry.keys)
+        yield f"{keys:<17} {entry.tooltip}"
+    yield ""
+    yield "Jog keys, while armed: tap for one increment, hold to keep moving."
+    for pair in JOG_PAIRS:
+        moves = f"{words(pair.joint)} (Cartesian mode: {pair.cartesian})"
+        yield f"{label(pair.plus) + ' ' + label(pair.minus):<17} {moves} + and -"
