@@ -10,11 +10,13 @@ with Arm.connect("sim:teachmover") as arm:
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
 
+TYPE_CHECKING = False  # as typing's, which takes longer to import than all of this file
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from typing import Any
+
     from armdrive.arm import Arm
     from armdrive.errors import (
         ArmError,

@@ -156,7 +156,8 @@ def parse_arm_file(table: Mapping[str, Any], *, name: str) -> ArmConfig:
 
 _TOP_KEYS = (
     "model", "title", "connection", "motion", "gripper", "teachmover", "park", "reference",
-    "lengths", "limits_deg", "speeds_deg_s", "steps_per_turn", "signs", "guards",
+    "lengths", "limits_deg", "speeds_deg_s", "steps_per_turn", "steps_per_mm", "motor_signs",
+    "joint_signs", "guards",
 )  # fmt: skip
 
 
@@ -225,26 +226,46 @@ def _replaced(value: Any, table: object, where: str) -> Any:
 
 
 def _transmission(model: ArmPreset, table: Mapping[str, Any]) -> Any:
-    """Apply `steps_per_turn` and `signs`, both by motor name, to the preset's transmission."""
+    """Apply steps per turn (or per mm) and signs to the preset's transmission."""
     transmission = model.transmission
-    turns = require_table(table.get("steps_per_turn", {}), "steps_per_turn")
-    signs = require_table(table.get("signs", {}), "signs")
+    keys = ("steps_per_turn", "steps_per_mm", "motor_signs", "joint_signs")
     if transmission is None:
-        if turns or signs:
+        if any(key in table for key in keys):
             raise ArmFileError(f"no motors are known of the {model.title}: nothing to correct")
         return None
     names = [motor.name for motor in transmission.motors]
-    refuse_unknown(turns, names, "steps_per_turn")
-    refuse_unknown(signs, names, "signs")
-    motors = []
-    for motor in transmission.motors:
-        if motor.name in turns:
-            steps = number(turns[motor.name], f"steps_per_turn.{motor.name}")
-            per_unit = abs(steps) / math.tau
-            motor = replace(motor, steps_per_unit=math.copysign(per_unit, motor.steps_per_unit))
-        if motor.name in signs:
-            if signs[motor.name] not in (1, -1):
-                raise ArmFileError(f"signs.{motor.name} must be 1 or -1: 1 keeps the preset's way")
-            motor = replace(motor, steps_per_unit=motor.steps_per_unit * signs[motor.name])
-        motors.append(motor)
-    return replace(transmission, motors=tuple(motors))
+    turning = names[: len(transmission.joint_names)]
+    turns = require_table(table.get("steps_per_turn", {}), "steps_per_turn")
+    refuse_unknown(turns, turning, "steps_per_turn")
+    per_unit = {
+        name: _positive(steps, f"steps_per_turn.{name}") / math.tau for name, steps in turns.items()
+    }
+    if "steps_per_mm" in table:
+        per_unit[names[-1]] = _positive(table["steps_per_mm"], "steps_per_mm")
+    motors = tuple(
+        replace(motor, steps_per_unit=math.copysign(per_unit[motor.name], motor.steps_per_unit))
+        if motor.name in per_unit
+        else motor
+        for motor in transmission.motors
+    )
+    axes = [*transmission.joint_names, "gripper"][: len(names)]
+    return replace(transmission, motors=motors).with_signs(
+        motors=_signs(table, "motor_signs", names), coordinates=_signs(table, "joint_signs", axes)
+    )
+
+
+def _positive(value: object, where: str) -> float:
+    steps = number(value, where)
+    if steps <= 0.0:
+        raise ArmFileError(f"{where} must be above 0: directions belong into motor_signs")
+    return steps
+
+
+def _signs(table: Mapping[str, Any], where: str, names: list[str]) -> tuple[int, ...]:
+    """Return 1 or -1 for each name: -1 where a direction is the other one than the preset's."""
+    entries = require_table(table.get(where, {}), where)
+    refuse_unknown(entries, names, where)
+    for name, sign in entries.items():
+        if sign not in (1, -1) or isinstance(sign, bool):
+            raise ArmFileError(f"{where}.{name} must be 1 or -1: 1 keeps the preset's direction")
+    return tuple(int(entries.get(name, 1)) for name in names)
