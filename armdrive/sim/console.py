@@ -19,6 +19,8 @@ from armdrive.transports.serve import Server
 from firmware_protocol.teachmover import Key
 
 JSON_FLAG = "--json"
+DROP_FROM_MM = 1000.0
+"""A block comes down from above everything, onto what is there."""
 _SWITCH = {"on": True, "off": False, "1": True, "0": False}
 
 
@@ -106,7 +108,7 @@ def _put(console: Console, words: list[str]) -> Answer:
     x, y, *sizes = numbers
     width = sizes[0] if sizes else 25.0
     height = sizes[1] if len(sizes) > 1 else width
-    block = console.device.world.put(Block(words[0], x, y, 0.0, width, height))
+    block = console.device.world.put(Block(words[0], x, y, DROP_FROM_MM, width, height))
     place = f"x {block.x_mm:.1f}, y {block.y_mm:.1f}, z {block.z_mm:.1f} mm"
     return Answer(f"block {block.name} stands at {place}")
 

@@ -188,19 +188,10 @@ class TcpServer:
         return tuple(end.fileno() for end in (self._listener, self._client) if end is not None)
 
     def read(self) -> bytes:
-        """Let a client in if one knocks, and return what it has sent."""
+        """Return all that the client has sent, and let the next one in when it has left."""
+        heard = self._hear()
         self._admit()
-        if self._client is None:
-            return b""
-        try:
-            data = self._client.recv(CHUNK)
-        except BlockingIOError:
-            return b""
-        except OSError:
-            data = b""
-        if not data:
-            self._hang_up()
-        return data
+        return heard + self._hear()
 
     def write(self, data: bytes) -> None:
         """Send to the client, if there is one."""
@@ -218,6 +209,20 @@ class TcpServer:
         if self._listener is not None:
             self._listener.close()
             self._listener = None
+
+    def _hear(self) -> bytes:
+        heard = b""
+        while self._client is not None:
+            try:
+                data = self._client.recv(CHUNK)
+            except BlockingIOError:
+                break
+            except OSError:
+                data = b""
+            heard += data
+            if not data:
+                self._hang_up()
+        return heard
 
     def _admit(self) -> None:
         if self._listener is None:

@@ -1,0 +1,86 @@
+"""A small host on a simulated wire, and ways to move a simulated arm about."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from armdrive.sim.teachmover import SimTeachMover
+from armdrive.sim.world import World
+from armdrive.transports.memory import MemoryLink
+from firmware_protocol.teachmover import Command, Completed, Host, QDump
+from kinematics.spaces import Pose
+
+BYTE_S = 10 / 9600
+GRASP_PITCH_DEG = -90.0
+
+
+@dataclass
+class Bench:
+    """Sends one command at a time and lets simulated time pass until its answer."""
+
+    device: SimTeachMover = field(default_factory=SimTeachMover)
+    now_s: float = 0.0
+
+    def __post_init__(self) -> None:
+        self.link = MemoryLink(self.device, self.device.baud)
+        self.host = Host()
+
+    def begin(self, command: Command) -> None:
+        self.link.write(self.host.send(command), self.now_s)
+
+    def finish(self) -> Completed:
+        """Let time pass until the command is answered; fail where nothing is left to happen."""
+        while True:
+            event = self.host.next_event()
+            if isinstance(event, Completed):
+                return event
+            assert event is None, event
+            self.now_s = max(self.now_s, self.link.next_s())
+            if math.isinf(self.now_s):
+                assert isinstance(self.host.outstanding, QDump), "the device never answers"
+                self.host.end_dump()
+            else:
+                self.host.receive_data(self.link.read(self.now_s))
+
+    def ask(self, command: Command) -> Completed:
+        self.begin(command)
+        return self.finish()
+
+    def let_pass(self, seconds: float) -> bytes:
+        """Let time pass and return what was said."""
+        self.now_s += seconds
+        return self.link.read(self.now_s)
+
+
+def reach(world: World, x: float, y: float, z: float, opening: float | None = None) -> None:
+    """Drive the physical arm to a point, the hand downwards; the fingers stay unless told."""
+    pose = Pose.of(x_mm=x, y_mm=y, z_mm=z, pitch_deg=GRASP_PITCH_DEG)
+    joints = world.body.arm.ik(pose, world.joints)
+    _, pulled = world.body.transmission.to_joints(world.motors)
+    wanted = pulled if opening is None else opening
+    world.drive_to(world.body.transmission.to_motors(joints, wanted))
+
+
+def descend(world: World, x: float, y: float, z: float, opening: float | None = None) -> None:
+    """Come down on a point from 100 mm above it, in a straight line."""
+    reach(world, x, y, z + 100, opening)
+    for step in range(1, 11):
+        reach(world, x, y, z + 100 - 10 * step)
+
+
+def grasp(world: World) -> None:
+    """Close the fingers until the switch trips."""
+    world.drive(world.steps_to_trip())
+
+
+def spread(world: World, opening: float) -> None:
+    """Open the fingers without moving anything else."""
+    world.drive_to(world.body.transmission.to_motors(world.joints, opening))
+
+
+def lift(world: World, height: float) -> None:
+    """Raise the tip straight up, the fingers as they are."""
+    x, y, z = world.tip
+    for step in range(1, 6):
+        reach(world, x, y, z + height * step / 5)

@@ -1,0 +1,267 @@
+"""Other programs reach the simulated arm over a pty and over TCP, in real time."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import select
+import signal
+import socket
+import sys
+import threading
+import time
+from pathlib import Path
+
+import pytest
+import serial
+
+from armdrive.errors import PortUnavailable
+from armdrive.sim.run import make_server, run_device
+from armdrive.sim.teachmover import SimTeachMover
+from armdrive.transports.serve import PtyServer, TcpServer
+
+needs_pty = pytest.mark.skipif(
+    sys.platform == "win32", reason="Windows has no pseudo-terminals; TCP is the way there"
+)
+needs_signals = pytest.mark.skipif(
+    sys.platform == "win32", reason="Windows cannot send itself these signals"
+)
+PATIENCE_S = 5.0
+
+
+class Running:
+    """A device served by a thread, steered by a pipe."""
+
+    def __init__(self, server):
+        self.server = server
+        self.device = SimTeachMover()
+        self.out = io.StringIO()
+        ear, self._mouth = os.pipe()
+        self._thread = threading.Thread(
+            target=run_device, args=(self.device, server, ear, self.out), daemon=True
+        )
+        self._thread.start()
+
+    def command(self, line):
+        os.write(self._mouth, line.encode() + b"\n")
+
+    def answer(self, line):
+        """Give a command and wait for the line that answers it."""
+        count = self.out.getvalue().count("\n")
+        self.command(line)
+        self.until(lambda: self.out.getvalue().count("\n") > count)
+        return self.out.getvalue().splitlines()[-1]
+
+    def until(self, true):
+        deadline = time.monotonic() + PATIENCE_S
+        while not true():
+            assert time.monotonic() < deadline, "it never came true"
+            select.select([], [], [], 0.002)
+
+    def end(self):
+        self.command("quit")
+        self._thread.join(PATIENCE_S)
+        assert not self._thread.is_alive()
+        os.close(self._mouth)
+
+
+@pytest.fixture
+def serve():
+    running = []
+
+    def start(server):
+        running.append(Running(server))
+        return running[-1]
+
+    yield start
+    for each in running:
+        each.end()
+
+
+def read_line(client):
+    """Read until CR from a socket."""
+    said = b""
+    while not said.endswith(b"\r"):
+        data = client.recv(100)
+        assert data, "the device hung up"
+        said += data
+    return said
+
+
+class TestTcp:
+    def test_a_motion_is_made_and_answered(self, serve):
+        running = serve(TcpServer())
+        with socket.create_connection(("127.0.0.1", running.server.port), PATIENCE_S) as client:
+            began = time.monotonic()
+            client.sendall(b"@STEP 240, 40,0,0,0,0,0\r")
+            assert read_line(client) == b"1\r"
+            assert time.monotonic() - began >= 40 / 470 + 26 * 10 / 9600
+        assert running.device.registers == (40, 0, 0, 0, 0, 0)
+
+    def test_one_client_at_a_time_and_then_the_next(self, serve):
+        running = serve(TcpServer())
+        where = ("127.0.0.1", running.server.port)
+        with socket.create_connection(where, PATIENCE_S) as first:
+            first.sendall(b"@STEP 0,0,0,0,0,0,0\r")
+            assert read_line(first) == b"1\r"
+            with socket.create_connection(where, PATIENCE_S) as second:
+                assert second.recv(10) == b""
+            first.sendall(b"@STEP 0,0,0,0,0,0,0\r")
+            assert read_line(first) == b"1\r"
+        with socket.create_connection(where, PATIENCE_S) as third:
+            third.sendall(b"@STEP 0,0,0,0,0,0,0\r")
+            assert read_line(third) == b"1\r"
+
+    def test_unplugged_and_plugged_in_again(self, serve):
+        running = serve(TcpServer())
+        where = ("127.0.0.1", running.server.port)
+        with socket.create_connection(where, PATIENCE_S) as client:
+            client.sendall(b"@STEP 0,0,0,0,0,0,0\r")
+            read_line(client)
+            assert running.answer("unplug") == "unplugged"
+            assert client.recv(10) == b""
+        assert f"127.0.0.1:{where[1]}" in running.answer("replug")
+        with socket.create_connection(where, PATIENCE_S) as client:
+            client.sendall(b"@STEP 0,0,0,0,0,0,0\r")
+            assert read_line(client) == b"1\r"
+
+    def test_a_port_that_is_taken_is_said_so(self):
+        server = TcpServer()
+        try:
+            with pytest.raises(PortUnavailable, match="choose another port"):
+                TcpServer(port=server.port)
+        finally:
+            server.close()
+
+    @pytest.mark.parametrize("address", ["", "host", "1.2.3.4:", "localhost:x", ":-1"])
+    def test_an_address_without_a_port_is_refused(self, address):
+        with pytest.raises(PortUnavailable, match="HOST:PORT"):
+            make_server(tcp=address)
+
+    def test_it_listens_on_this_computer_alone_unless_told_otherwise(self):
+        server = make_server(tcp="0")
+        try:
+            assert server.address.startswith("127.0.0.1:")
+        finally:
+            server.close()
+
+
+class TestConsole:
+    def test_commands_are_answered_while_bytes_flow(self, serve):
+        running = serve(TcpServer())
+        told = json.loads(running.answer("state --json"))
+        assert told["moving"] is False
+        assert running.answer("put A 200 0") == "block A stands at x 200.0, y 0.0, z 0.0 mm"
+        assert "A" in running.device.world.scene.blocks
+
+    @needs_signals
+    def test_the_end_of_the_commands_ends_nothing_but_their_last_line_counts(self):
+        ear, mouth = os.pipe()
+        os.write(mouth, b"state\nput A 200 0")
+        os.close(mouth)
+        device, out = SimTeachMover(), io.StringIO()
+        began = time.monotonic()
+        timer = threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGTERM))
+        timer.start()
+        run_device(device, TcpServer(), ear, out)
+        timer.join()
+        os.close(ear)
+        assert time.monotonic() - began >= 0.1
+        assert "A" in device.world.scene.blocks
+        assert len(out.getvalue().splitlines()) == 2
+
+    @needs_signals
+    @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+    def test_a_signal_ends_it_cleanly(self, number, tmp_path):
+        link = tmp_path / "arm"
+        server = PtyServer(link)
+        before = signal.getsignal(number)
+        timer = threading.Timer(0.05, os.kill, (os.getpid(), number))
+        timer.start()
+        run_device(SimTeachMover(), server, None, io.StringIO())
+        timer.join()
+        assert not link.is_symlink()
+        assert signal.getsignal(number) is before
+
+
+@needs_pty
+class TestPty:
+    def test_a_program_for_the_real_arm_runs_against_it(self, serve, tmp_path):
+        link = tmp_path / "arm"
+        running = serve(PtyServer(link))
+        with serial.Serial(str(link), 9600, timeout=PATIENCE_S) as port:
+            port.write(b"@STEP 240, 100,0,0,0,0,0\r")
+            assert port.read_until(b"\r") == b"1\r"
+            port.write(b"@READ\r")
+            assert port.read_until(b"\r") == b"1\r"
+            assert port.read_until(b"\r") == b"100,0,0,0,0,0,0\r"
+        assert running.device.registers == (100, 0, 0, 0, 0, 0)
+
+    def test_bytes_go_through_raw(self, serve, tmp_path):
+        running = serve(PtyServer(tmp_path / "arm"))
+        client = os.open(running.server.address, os.O_RDWR | os.O_NOCTTY)
+        try:
+            os.write(client, b"@BAD\x03\x04\r")
+            select.select([client], [], [], PATIENCE_S)
+            assert os.read(client, 10) == b"0\r"
+        finally:
+            os.close(client)
+
+    def test_pulled_out_its_other_end_breaks_and_the_link_is_gone(self, serve, tmp_path):
+        link = tmp_path / "arm"
+        running = serve(PtyServer(link))
+        client = os.open(link, os.O_RDWR | os.O_NOCTTY)
+        try:
+            running.answer("unplug")
+            assert not link.is_symlink()
+            with pytest.raises(OSError, match="Input/output"):
+                os.read(client, 1) or os.write(client, b"x")
+        finally:
+            os.close(client)
+        running.answer("replug")
+        assert str(link.readlink()).startswith("/dev/")
+
+    def test_it_replaces_what_an_ended_simulation_left_behind(self, tmp_path):
+        link = tmp_path / "arm"
+        link.symlink_to("/dev/pts/99999")
+        server = PtyServer(link)
+        assert os.ttyname(server._ends[1]) == str(link.readlink())
+        server.close()
+        assert not link.is_symlink()
+
+    @pytest.mark.parametrize("kind", ["file", "elsewhere", "alive"])
+    def test_it_replaces_nothing_else(self, tmp_path, kind):
+        link, other = tmp_path / "arm", None
+        if kind == "file":
+            link.write_text("mine")
+        elif kind == "elsewhere":
+            link.symlink_to(tmp_path / "nowhere")
+        else:
+            other = PtyServer(link)
+        with pytest.raises(PortUnavailable, match="choose another path"):
+            PtyServer(link)
+        assert os.path.lexists(link)
+        if other:
+            other.close()
+
+    def test_a_link_that_leads_elsewhere_by_now_is_left_alone(self, tmp_path):
+        link = tmp_path / "arm"
+        server = PtyServer(link)
+        link.unlink()
+        link.symlink_to("/dev/null")
+        server.close()
+        assert link.readlink() == Path("/dev/null")
+
+    def test_a_folder_that_is_not_there_is_said_so(self, tmp_path):
+        with pytest.raises(PortUnavailable, match="No such file"):
+            make_server(pty=tmp_path / "no" / "arm")
+
+    def test_bytes_that_nobody_reads_are_dropped(self, tmp_path):
+        server = PtyServer()
+        for _ in range(100):
+            server.write(bytes(4096))
+        assert server.read() == b""
+        server.close()
+        server.close()
+        assert server.filenos() == ()

@@ -1,0 +1,304 @@
+"""The simulated TeachMover, spoken to by the host's end of its dialect over a paced line."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from sim_bench import BYTE_S, Bench, descend, grasp, spread
+
+from armdrive.errors import BadRequest, LinkLost
+from armdrive.sim.blocks import Block
+from armdrive.sim.teachmover import SimTeachMover
+from armdrive.sim.world import World
+from firmware_protocol.teachmover import (
+    Arm,
+    Close,
+    Delay,
+    Key,
+    ProgramRow,
+    QDump,
+    QWrite,
+    Read,
+    Reset,
+    Run,
+    Set,
+    Status,
+    Step,
+)
+from kinematics.spaces import Joints
+
+STEP = Step(240, (470, -235, 0, 10, 0, 0))
+
+
+@pytest.fixture
+def bench():
+    return Bench()
+
+
+def registers(bench):
+    return bench.ask(Read()).registers.positions
+
+
+class TestSteps:
+    def test_the_answer_comes_when_the_motion_has_ended(self, bench):
+        line = len(b"@STEP 240,470,-235,0,10,0,0\r")
+        assert bench.ask(STEP).status is Status.DONE
+        assert bench.now_s == pytest.approx((line + 2) * BYTE_S + 1.0, abs=1e-9)
+        assert registers(bench) == (470, -235, 0, 10, 0, 0)
+
+    def test_on_the_way_all_motors_are_in_proportion(self, bench):
+        start = bench.device.world.motors
+        bench.begin(STEP)
+        bench.let_pass(28 * BYTE_S + 0.5)
+        assert bench.device.registers == (235, -117, 0, 5, 0, 0)
+        assert bench.device.world.motors - start == (235, -117, 0, 5, 0, 0)
+        assert bench.device.moving
+
+    def test_a_slow_arm_takes_longer_and_goes_as_far(self):
+        slow = Bench(SimTeachMover(speed_error=0.2))
+        slow.ask(STEP)
+        assert slow.now_s == pytest.approx(30 * BYTE_S + 1.2, abs=1e-9)
+        assert registers(slow) == (470, -235, 0, 10, 0, 0)
+
+    def test_a_table_of_its_own_says_how_fast_it_is(self):
+        own = Bench(SimTeachMover(speed_table=((0, 10.0), (245, 100.0))))
+        own.ask(Step(245, (200, 0, 0, 0, 0, 0)))
+        assert own.now_s == pytest.approx(2.0, abs=0.05)
+
+    def test_a_step_of_nothing_is_answered_at_once_and_writes_its_output(self, bench):
+        bench.ask(Step(0, (0,) * 6, 21))
+        assert bench.device.outputs == 21
+        assert bench.now_s < 0.04
+        bench.ask(Step(0, (0,) * 6))
+        assert bench.device.outputs == 21
+
+    def test_registers_wrap_at_16_bits_where_the_arm_does_not(self, bench):
+        bench.device.count_from((32760, 0, 0, 0, 0, -32768))
+        bench.ask(Step(240, (20, 0, 0, 0, 0, -1)))
+        assert registers(bench) == (-32756, 0, 0, 0, 0, 32767)
+
+    def test_what_the_arm_cannot_follow_the_registers_count_all_the_same(self, bench):
+        bench.ask(Step(240, (2500, 0, 0, 0, 0, 0)))
+        assert registers(bench)[0] == 2500
+        assert bench.device.world.motors[0] < 1900
+        assert bench.device.world.incidents[0].time_s < bench.now_s
+
+    def test_a_push_is_unknown_to_the_registers(self, bench):
+        before = bench.device.world.motors
+        bench.device.push((30, 0, 0, 0, 0, 0))
+        assert registers(bench) == (0,) * 6
+        assert bench.device.world.motors - before == (30, 0, 0, 0, 0, 0)
+
+    @pytest.mark.parametrize("keeps", [False, True])
+    def test_what_is_sent_during_a_motion_is_lost_unless_the_arm_keeps_it(self, keeps):
+        bench = Bench(SimTeachMover(keeps_input_while_moving=keeps))
+        bench.begin(STEP)
+        bench.let_pass(0.1)
+        bench.link.write(b"@READ\r", bench.now_s)
+        said = bench.let_pass(2.0)
+        assert said.count(b"\r") == (3 if keeps else 1)
+        assert bench.device.lost_bytes == (0 if keeps else 6)
+
+
+class TestCommands:
+    def test_read_tells_key_and_inputs(self, bench):
+        bench.device.press(Key.GRIP)
+        bench.device.set_input(3, True)
+        bench.device.set_input(4, True)
+        bench.device.set_input(4, False)
+        answer = bench.ask(Read()).registers
+        assert (answer.key, answer.inputs) == (Key.GRIP, 0b1000)
+
+    def test_the_grip_switch_has_an_input_bit(self):
+        bench = Bench(SimTeachMover(grip_bit=2))
+        spread(bench.device.world, 5.0)
+        assert bench.ask(Read()).registers.inputs == 0
+        grasp(bench.device.world)
+        assert bench.ask(Read()).registers.inputs == 0b100
+        with pytest.raises(BadRequest, match="grip switch"):
+            bench.device.set_input(2, True)
+
+    def test_close_takes_four_seconds_for_the_whole_way(self, bench):
+        spread(bench.device.world, 76.0)
+        assert bench.ask(Close()).status is Status.DONE
+        assert bench.now_s == pytest.approx(4.1, abs=0.1)
+        assert bench.ask(Read()).registers.inputs == 1
+        before = bench.now_s
+        bench.ask(Close())
+        assert bench.now_s - before < 0.05
+
+    def test_close_ends_at_a_block(self):
+        world = World(blocks=[Block("A", 250, 40, 0, 30, 30)])
+        bench = Bench(SimTeachMover(world))
+        descend(world, 250, 40, 15, opening=60)
+        bench.ask(Close())
+        assert bench.device.opening_mm == 30.0
+        assert bench.device.grip_force_n == pytest.approx(2.224, abs=0.15)
+
+    def test_reset_zeroes_the_registers_and_lets_the_arm_sag(self, bench):
+        bench.ask(STEP)
+        height = bench.device.pose.z_mm
+        bench.ask(Reset())
+        assert registers(bench) == (0,) * 6
+        assert not bench.device.world.energised
+        assert bench.device.pose.z_mm < height - 5
+        bench.ask(Step(240, (1, 0, 0, 0, 0, 0)))
+        assert bench.device.world.energised
+
+    def test_a_program_runs_point_by_point_to_absolute_positions(self, bench):
+        bench.device.count_from((5, 0, 0, 0, 0, 0))
+        rows = [(2, (100, 50, 0, 0, 0, 0)), (1, (-100, 0, 0, 0, 0, 0))]
+        for number, positions in rows:
+            bench.ask(QWrite(ProgramRow.move(number, 240, positions)))
+        before = bench.now_s
+        assert bench.ask(Run()).status is Status.DONE
+        assert bench.now_s - before == pytest.approx((105 + 200) / 470, abs=0.02)
+        assert registers(bench) == (100, 50, 0, 0, 0, 0)
+
+    def test_a_dump_gives_the_rows_back_in_order(self, bench):
+        rows = tuple(ProgramRow.move(n, 200, (n, -n, 0, 0, 0, 0)) for n in (3, 1, 2))
+        for row in rows:
+            bench.ask(QWrite(row))
+        assert bench.ask(QDump()).rows == (rows[1], rows[2], rows[0])
+
+    def test_a_full_memory_refuses_a_row_but_not_a_change(self, bench):
+        for number in range(50):
+            row = ProgramRow.move(number, 200, (number, 0, 0, 0, 0, 0))
+            assert bench.ask(QWrite(row)).status is Status.DONE
+        extra = ProgramRow.move(50, 200, (0,) * 6)
+        assert bench.ask(QWrite(extra)).status is Status.FAILED
+        change = ProgramRow.move(7, 100, (0,) * 6)
+        assert bench.ask(QWrite(change)).status is Status.DONE
+        assert bench.device.memory[7] == change
+
+    def test_an_empty_program_cannot_run(self, bench):
+        assert bench.ask(Run()).status is Status.FAILED
+
+    def test_nonsense_is_answered_0_and_what_is_not_for_it_not_at_all(self, bench):
+        bench.link.write(b"@JUMP 1\r", 0.0)
+        assert bench.let_pass(1.0) == b"0\r"
+        bench.link.write(b"READ\r", bench.now_s)
+        assert bench.let_pass(1.0) == b""
+
+    def test_another_attention_character_holds_from_then_on(self, bench):
+        assert bench.ask(Arm("#")).status is Status.DONE
+        assert registers(bench) == (0,) * 6
+        bench.link.write(b"@READ\r", bench.now_s)
+        assert bench.let_pass(1.0) == b""
+
+    def test_a_delay_stretches_every_answer_after_its_own(self, bench):
+        bench.ask(Delay(10))
+        before = bench.now_s
+        bench.ask(Read())
+        line, answer = len(b"@READ\r"), len(b"1\r0,0,0,0,0,0,0\r")
+        expected = line * BYTE_S + answer * (BYTE_S + 0.010)
+        assert bench.now_s - before == pytest.approx(expected, abs=1e-9)
+
+
+class TestPendant:
+    def test_stop_ends_a_motion_at_its_present_step(self, bench):
+        bench.begin(STEP)
+        bench.device.at(28 * BYTE_S + 0.5, lambda: bench.device.press(Key.STOP))
+        assert bench.finish().status is Status.STOPPED
+        assert bench.now_s == pytest.approx(30 * BYTE_S + 0.5, abs=1e-9)
+        answer = bench.ask(Read()).registers
+        assert answer.positions == (235, -117, 0, 5, 0, 0)
+        assert answer.key is Key.STOP
+
+    def test_stop_ends_a_whole_program(self, bench):
+        for number in (1, 2):
+            bench.ask(QWrite(ProgramRow.move(number, 240, (470 * number, 0, 0, 0, 0, 0))))
+        bench.begin(Run())
+        bench.device.at(bench.now_s + 0.5, lambda: bench.device.press(Key.STOP))
+        assert bench.finish().status is Status.STOPPED
+        assert 0 < registers(bench)[0] < 470
+
+    def test_stop_while_nothing_moves_answers_nothing(self, bench):
+        bench.device.press(Key.STOP)
+        assert bench.let_pass(1.0) == b""
+
+    def test_the_pendant_has_control_until_it_gives_it_back(self, bench):
+        bench.begin(Set())
+        bench.let_pass(60.0)
+        bench.device.pendant_move((10, 0, 0, 0, 0, 0))
+        assert bench.device.pendant_returns()
+        assert bench.finish().status is Status.DONE
+        assert registers(bench) == (10, 0, 0, 0, 0, 0)
+        assert not bench.device.pendant_returns()
+
+    def test_an_operator_brings_the_arm_to_a_posture_that_he_sees(self, bench):
+        before = bench.device.world.motors
+        bench.device.pendant_to(Joints.of(20, 60, -80, -40, 10), 33.0)
+        assert bench.device.joints.deg["base"] == pytest.approx(20, abs=0.1)
+        assert bench.device.opening_mm == pytest.approx(33, abs=0.05)
+        assert registers(bench) == bench.device.world.motors - before
+
+    def test_no_pendant_moves_an_arm_in_motion(self, bench):
+        bench.begin(STEP)
+        bench.let_pass(0.2)
+        with pytest.raises(BadRequest):
+            bench.device.pendant_move((1, 0, 0, 0, 0, 0))
+
+
+class TestPower:
+    def test_cut_in_motion_the_arm_stops_dead_sags_and_forgets(self, bench):
+        bench.ask(QWrite(ProgramRow.move(1, 240, (1, 2, 3, 4, 5, 6))))
+        bench.begin(STEP)
+        bench.let_pass(0.5)
+        base = bench.device.world.motors[0]
+        height = bench.device.pose.z_mm
+        bench.device.power_off()
+        assert bench.let_pass(5.0) == b""
+        assert bench.device.world.motors[0] == base
+        assert bench.device.pose.z_mm < height - 5
+        bench.link.write(b"@READ\r", bench.now_s)
+        assert bench.let_pass(1.0) == b""
+        bench.host.give_up()
+        bench.device.power_on()
+        assert registers(bench) == (0,) * 6
+        assert not bench.device.world.energised
+        assert bench.ask(QDump()).rows == ()
+
+    def test_a_cable_pulled_is_a_lost_link_and_the_motion_goes_on(self, bench):
+        bench.begin(STEP)
+        bench.let_pass(0.2)
+        bench.link.unplug()
+        for use in (lambda: bench.link.read(0.3), lambda: bench.link.write(b"x", 0.3)):
+            with pytest.raises(LinkLost, match="plug it in"):
+                use()
+        bench.link.replug()
+        assert bench.let_pass(5.0) == b""
+        bench.host.give_up()
+        assert registers(bench) == (470, -235, 0, 10, 0, 0)
+
+    def test_a_closed_link_is_lost(self, bench):
+        bench.link.close()
+        with pytest.raises(LinkLost):
+            bench.link.read(0.0)
+
+
+def test_a_link_names_itself_and_wakes_its_waiter(bench):
+    assert bench.link.description == "simulated arm at 9600 baud"
+    bench.link.wake()
+    bench.link.wait(60.0)
+    assert math.isinf(bench.link.next_s())
+
+
+@settings(max_examples=25)
+@given(
+    moves=st.lists(st.tuples(*[st.integers(-150, 150)] * 6), max_size=4),
+    looks=st.lists(st.floats(0, 0.3), max_size=20),
+)
+def test_looking_on_changes_nothing(moves, looks):
+    watched, alone = Bench(), Bench()
+    for move in moves:
+        watched.begin(Step(240, move))
+        for pause in looks:
+            watched.host.receive_data(watched.let_pass(pause))
+        watched.finish()
+        alone.ask(Step(240, move))
+    assert watched.device.registers == alone.device.registers
+    assert watched.device.world.motors == alone.device.world.motors

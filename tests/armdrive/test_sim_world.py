@@ -1,0 +1,290 @@
+"""The physical arm: stops, sag, fingers, and blocks that stay where they are put."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from sim_bench import descend, grasp, lift, reach, spread
+
+from armdrive.errors import BadRequest
+from armdrive.sim.blocks import Block
+from armdrive.sim.body import ArmBody
+from armdrive.sim.scene import IncidentKind
+from armdrive.sim.world import World
+from kinematics.presets import preset
+from kinematics.spaces import Joints
+
+BLOCK = Block("A", 250, 40, 0, width_mm=30, height_mm=30)
+
+
+def kinds(world):
+    return [incident.kind for incident in world.incidents]
+
+
+def block(world, name="A"):
+    return world.scene.blocks[name]
+
+
+class TestMotorsAndStops:
+    def test_the_reference_posture_is_the_published_step_counts(self):
+        world = World(motors=(0, -508, 1163, 384, 384, 1163))
+        assert world.tip == pytest.approx((127.0, 0.0, 0.0), abs=0.3)
+        assert world.opening_mm == 0.0
+        assert world.incidents == []
+
+    def test_a_joint_at_its_stop_loses_steps_once_reported(self):
+        world = World()
+        start = world.motors
+        world.drive((3000, 0, 0, 0, 0, 0))
+        assert world.joints.deg["base"] == pytest.approx(93.0, abs=0.06)
+        assert world.motors[0] < start[0] + 3000
+        world.drive((10, 0, 0, 0, 0, 0))
+        assert kinds(world) == [IncidentKind.STOP]
+        world.drive((-100, 0, 0, 0, 0, 0))
+        assert world.joints.deg["base"] == pytest.approx(93.0 - 100 / 19.644, abs=0.1)
+
+    @settings(max_examples=40)
+    @given(st.tuples(*[st.integers(-4000, 4000)] * 6))
+    def test_no_motion_leads_beyond_a_mechanical_stop(self, steps):
+        world = World()
+        world.drive(steps)
+        for angle, stop in zip(world.joints, world.body.stops, strict=True):
+            assert stop.low_rad - 0.02 <= angle <= stop.high_rad + 0.02
+        assert 0.0 <= world.opening_mm <= world.body.opening_stop_mm + 1e-9
+        assert world.grip_force_n <= world.body.most_force_n + 1e-9
+
+    def test_driving_into_the_table_is_an_incident(self):
+        world = World()
+        reach(world, 250, 0, 5)
+        assert world.incidents == []
+        reach(world, 250, 0, -4)
+        assert kinds(world) == [IncidentKind.TABLE]
+
+    def test_moving_the_elbow_alone_moves_the_fingers(self):
+        world = World()
+        before = world.opening_mm
+        world.drive((0, 0, 100, 0, 0, 0))
+        assert world.opening_mm == pytest.approx(before - 100 / world.body.grip_steps_per_mm)
+
+    def test_a_preset_without_known_steps_cannot_be_simulated(self):
+        with pytest.raises(BadRequest, match="Alpha II"):
+            ArmBody.of_preset(preset("alpha2"))
+
+
+class TestSag:
+    def test_without_current_the_arm_comes_down_and_keeps_base_and_roll(self):
+        world = World()
+        before = world.joints
+        height = world.tip[2]
+        world.cut_current()
+        assert not world.energised
+        assert height - world.tip[2] > 10
+        assert world.joints["base"] == pytest.approx(before["base"])
+        assert world.joints["wrist_roll"] == pytest.approx(before["wrist_roll"], abs=0.005)
+
+    def test_it_sags_once(self):
+        world = World()
+        world.cut_current()
+        rest = world.motors
+        world.cut_current()
+        assert world.motors == rest
+
+    def test_the_table_ends_the_fall(self):
+        world = World()
+        reach(world, 250, 0, 8)
+        world.cut_current()
+        assert -0.5 < world.tip[2] < 1.0
+        assert world.incidents == []
+
+    def test_an_arm_that_rests_on_the_table_does_not_move(self):
+        world = World(motors=(0, -508, 1163, 384, 384, 1163))
+        before = world.motors
+        world.cut_current()
+        assert world.motors == before
+
+    def test_an_arm_that_leans_back_falls_back(self):
+        body = ArmBody.of_preset(preset("teachmover"))
+        posture = Joints.of(0, 130, -60, 0, 0)
+        world = World(body, body.transmission.to_motors(posture, 10))
+        world.cut_current()
+        assert world.joints.deg["shoulder"] > 131
+
+    def test_what_was_held_is_dropped(self):
+        world = World(blocks=[BLOCK])
+        descend(world, 250, 40, 15, opening=50)
+        grasp(world)
+        lift(world, 60)
+        assert world.scene.held == "A"
+        world.cut_current()
+        assert world.scene.held is None
+        assert block(world).z_mm == 0.0
+
+
+class TestFingers:
+    def test_the_switch_trips_when_the_fingers_press_on_each_other(self):
+        world = World()
+        spread(world, 20.0)
+        assert not world.grip_switch
+        grasp(world)
+        assert world.grip_switch
+        assert world.opening_mm == 0.0
+        assert world.grip_force_n == pytest.approx(4.448 / 2, abs=0.15)
+
+    @settings(max_examples=25)
+    @given(st.floats(5, 70))
+    def test_fingers_measure_what_is_between_them(self, width):
+        world = World(blocks=[Block("A", 250, 40, 0, width, 30)])
+        descend(world, 250, 40, 15, opening=76)
+        grasp(world)
+        assert world.scene.held == "A"
+        assert world.opening_mm == pytest.approx(width)
+        assert world.grip_switch
+        assert world.incidents == []
+
+    def test_every_32_half_steps_add_a_pound(self):
+        world = World(blocks=[BLOCK])
+        descend(world, 250, 40, 15, opening=50)
+        grasp(world)
+        before = world.grip_force_n
+        world.drive((0, 0, 0, 0, 0, -32))
+        assert world.grip_force_n - before == pytest.approx(4.448)
+
+    def test_too_much_force_loses_steps(self):
+        world = World()
+        spread(world, 5.0)
+        world.drive((0, 0, 0, 0, 0, -1000))
+        assert world.grip_force_n == pytest.approx(35.0, abs=0.15)
+        assert kinds(world) == [IncidentKind.STOP]
+
+    def test_fingers_open_no_wider_than_they_can(self):
+        world = World()
+        world.drive((0, 0, 0, 0, 0, 3000))
+        assert world.opening_mm == pytest.approx(world.body.opening_stop_mm, abs=0.1)
+        assert kinds(world) == [IncidentKind.STOP]
+
+    def test_fingers_that_close_beside_a_block_find_nothing(self):
+        world = World(blocks=[BLOCK])
+        descend(world, 250, -40, 15, opening=50)
+        grasp(world)
+        assert world.opening_mm == 0.0
+        assert world.scene.held is None
+
+
+class TestBlocks:
+    def test_a_held_block_goes_where_the_tip_goes(self):
+        world = World(blocks=[BLOCK])
+        descend(world, 251, 39, 15, opening=50)
+        grasp(world)
+        lift(world, 80)
+        reach(world, 200, -120, 95)
+        x, y, z = world.tip
+        there = block(world)
+        assert there.place == pytest.approx((x - 1, y + 1, z - 15), abs=0.7)
+
+    def test_it_stays_where_it_is_put(self):
+        world = World(blocks=[BLOCK])
+        descend(world, 250, 40, 15, opening=50)
+        grasp(world)
+        lift(world, 80)
+        reach(world, 200, -120, 95)
+        for z in (75, 55, 35, 15):
+            reach(world, 200, -120, z)
+        spread(world, 50)
+        lift(world, 80)
+        reach(world, 250, 40, 95)
+        assert block(world).place == pytest.approx((200, -120, 0), abs=0.8)
+        assert world.incidents == []
+
+    def test_let_go_in_the_air_it_falls_on_what_is_below(self):
+        world = World(blocks=[BLOCK, Block("B", 200, -100, 0, 40, 25)])
+        descend(world, 250, 40, 15, opening=50)
+        grasp(world)
+        lift(world, 100)
+        reach(world, 205, -95, 115)
+        spread(world, 50)
+        assert block(world).z_mm == 25.0
+
+    def test_blocks_can_be_stacked_and_stand(self):
+        world = World(blocks=[BLOCK, Block("B", 200, -100, 0, 40, 25)])
+        descend(world, 250, 40, 15, opening=50)
+        grasp(world)
+        lift(world, 100)
+        descend(world, 200, -100, 25 + 15)
+        spread(world, 50)
+        lift(world, 100)
+        assert block(world).place == pytest.approx((200, -100, 25), abs=0.8)
+        assert block(world, "B").place == (200, -100, 0)
+        assert world.incidents == []
+
+    def test_what_stands_on_a_carried_block_comes_along(self):
+        world = World(blocks=[BLOCK, Block("B", 250, 40, 30, 20, 20)])
+        descend(world, 250, 40, 15, opening=50)
+        grasp(world)
+        lift(world, 60)
+        assert block(world, "B").z_mm == pytest.approx(block(world).top_mm)
+        spread(world, 50)
+        assert block(world, "B").z_mm == 30.0
+
+    def test_a_block_whose_support_is_taken_away_falls(self):
+        world = World(blocks=[BLOCK, Block("B", 250, 40, 30, 20, 20)])
+        world.take("A")
+        assert block(world, "B").z_mm == 0.0
+
+    def test_a_block_put_onto_another_stands_on_it(self):
+        world = World(blocks=[BLOCK])
+        assert world.put(Block("B", 255, 45, 90, 20, 20)).z_mm == 30.0
+
+    def test_closed_fingers_push_a_block_ahead_of_them(self):
+        world = World(blocks=[BLOCK])
+        grasp(world)
+        descend(world, 250, -40, 15)
+        for y in range(-30, 60, 10):
+            reach(world, 250, y, 15)
+        assert kinds(world) == [IncidentKind.KNOCK]
+        assert "A" in world.incidents[0].sentence
+        assert block(world).y_mm == pytest.approx(50 + 14, abs=2.5)
+        assert block(world).x_mm == pytest.approx(250, abs=3)
+
+    def test_fingers_not_open_enough_come_down_on_a_block(self):
+        world = World(blocks=[BLOCK])
+        descend(world, 250, 40, 15, opening=20)
+        assert kinds(world) == [IncidentKind.KNOCK]
+        grasp(world)
+        assert world.scene.held is None
+
+    def test_a_carried_block_knocks_what_it_runs_into(self):
+        world = World(blocks=[BLOCK, Block("B", 250, -60, 0, 30, 60)])
+        descend(world, 250, 40, 15, opening=50)
+        grasp(world)
+        lift(world, 20)
+        for y in range(30, -60, -10):
+            reach(world, 250, y, 35)
+        assert kinds(world) == [IncidentKind.KNOCK]
+        assert world.incidents[0].what == "B"
+        assert block(world, "B").y_mm < -70
+
+    def test_a_held_block_pressed_into_the_table_is_an_incident(self):
+        world = World(blocks=[BLOCK])
+        descend(world, 250, 40, 25, opening=50)
+        grasp(world)
+        reach(world, 250, 40, 20)
+        assert kinds(world) == [IncidentKind.TABLE]
+        spread(world, 50)
+        assert block(world).z_mm == 0.0
+
+    def test_a_block_in_the_fingers_can_be_taken_away(self):
+        world = World(blocks=[BLOCK])
+        descend(world, 250, 40, 15, opening=50)
+        grasp(world)
+        assert world.take("A") is not None
+        assert world.scene.held is None
+        assert world.take("A") is None
+
+    @pytest.mark.parametrize(
+        "sizes",
+        [("", 1, 1), ("a b", 1, 1), ("A", float("nan"), 0), ("A", "1", 2), ("A", 1, 2, 0, -3)],
+    )
+    def test_impossible_blocks_are_refused(self, sizes):
+        with pytest.raises(BadRequest):
+            Block(*sizes)
