@@ -19,6 +19,11 @@ class PacedDevice:
         self._out = PacedWire(baud)
         self._plugged = True
 
+    @property
+    def backlog(self) -> int:
+        """How many bytes are still on their way to the device."""
+        return self._in.waiting
+
     def send(self, data: bytes, now_s: float) -> None:
         """Put bytes on the line to the device."""
         self.advance(now_s)

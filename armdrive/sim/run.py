@@ -23,6 +23,8 @@ from armdrive.transports.serve import LOOPBACK, PtyServer, Server, TcpServer
 
 LONGEST_SLEEP_S = 0.25
 LONGEST_LINE = 1024
+MOST_BACKLOG = 4096
+"""As many bytes as a computer's own serial port takes ahead of its line."""
 _CHUNK = 4096
 
 
@@ -96,7 +98,7 @@ class _Loop:
         while not self._console.ended:
             self._sleep()
             now_s = self._clock()
-            data = self._server.read()
+            data = self._server.read() if self._listening() else b""
             if data:
                 self._line.send(data, now_s)
             self._server.write(self._line.receive(now_s))
@@ -107,9 +109,14 @@ class _Loop:
         """Sleep until bytes or commands come, or the device has something to do."""
         pause_s = min(max(self._line.next_s() - self._clock(), 0.0), LONGEST_SLEEP_S)
         ear = self._bell.fileno()
-        ready, _, _ = select.select([*self._server.filenos(), ear], [], [], pause_s)
+        doors = self._server.filenos() if self._listening() else ()
+        ready, _, _ = select.select([*doors, ear], [], [], pause_s)
         if ear in ready:
             self._bell.hush()
+
+    def _listening(self) -> bool:
+        """Tell whether to take more bytes: a client that floods the line has to wait for it."""
+        return self._line.backlog < MOST_BACKLOG
 
     def _obey(self, line: str) -> None:
         was_open = self._server.is_open

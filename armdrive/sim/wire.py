@@ -63,6 +63,11 @@ class PacedWire:
             self._pieces.popleft()
         return bytes(taken)
 
+    @property
+    def waiting(self) -> int:
+        """How many bytes are still under way, or were not taken yet."""
+        return sum(len(piece.data) for piece in self._pieces)
+
     def next_s(self) -> float:
         """Tell when the bytes of the oldest `push` will all have arrived; infinity when idle.
 

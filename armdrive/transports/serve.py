@@ -212,7 +212,7 @@ class TcpServer:
 
     def _hear(self) -> bytes:
         heard = b""
-        while self._client is not None:
+        while self._client is not None and len(heard) < CHUNK:
             try:
                 data = self._client.recv(CHUNK)
             except BlockingIOError:

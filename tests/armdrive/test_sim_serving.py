@@ -113,6 +113,21 @@ class TestTcp:
             third.sendall(b"@STEP 0,0,0,0,0,0,0\r")
             assert read_line(third) == b"1\r"
 
+    def test_a_client_that_floods_the_line_has_to_wait_for_it(self, serve):
+        running = serve(TcpServer())
+        with socket.create_connection(("127.0.0.1", running.server.port), PATIENCE_S) as client:
+            client.setblocking(False)
+            most = 0
+            for _ in range(200):
+                try:
+                    most += client.send(bytes(65536))
+                except BlockingIOError:
+                    break
+            else:
+                pytest.fail("everything was taken at once")
+            assert running.answer("state").startswith("power on")
+        assert most > 4096
+
     def test_unplugged_and_plugged_in_again(self, serve):
         running = serve(TcpServer())
         where = ("127.0.0.1", running.server.port)
