@@ -19,8 +19,8 @@ from kinematics.spaces import Joints, Motors, Pose
 FOUND_POSTURE = Joints.of(0.0, 70.0, -95.0, -35.0, 0.0)
 """How a new world's arm stands: raised, clear of the table, and not at its reference."""
 FOUND_OPENING_MM = 20.0
-SAMPLE_STEPS = 48
-"""A motion is looked at whenever a motor has made this many steps: some 20 mm at full reach."""
+SAMPLE_STEPS = 72
+"""A motion is looked at whenever a motor has made this many steps: some 30 mm at full reach."""
 _ROUNDING = 1e-6
 
 
