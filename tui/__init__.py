@@ -19,9 +19,6 @@ def run_desk(arm: DeskArm, *, ascii_only: bool = False) -> int:
     import os
     import sys
 
-    from tui.framework import shorten_escape
-
-    shorten_escape()
     from armdrive.draw.terminal import can_braille
     from tui.desk import Desk
 

@@ -20,7 +20,7 @@ from kinematics import KinematicsError
 from tui import panels
 from tui.arm_port import DeskArm
 from tui.dialogs import HelpScreen, ReferenceScreen
-from tui.framework import HANGUP, Alarm, PlainText, on_ending_signals, without_terminal
+from tui.framework import Alarm, PlainText, on_ending_signals
 from tui.keys import JOG_KEYS, KEYS, footer
 from tui.settings import Settings
 from tui.views import ArmView, scene_of
@@ -289,8 +289,6 @@ class Desk(App[int]):
             self._arm.close()
         except ArmError:
             self._arm.request_stop()  # it would not confirm that it stands; nobody is there to tell
-        if number == HANGUP:
-            without_terminal()
         self.exit(_SIGNAL_EXIT + number, return_code=_SIGNAL_EXIT + number)
 
     # -- dialogs ------------------------------------------------------------------------------

@@ -3,29 +3,18 @@
 from __future__ import annotations
 
 import asyncio
-import os
 import signal
 from collections.abc import Callable
-from contextlib import suppress
 
 from textual.app import App
 from textual.content import Content
 from textual.timer import Timer
 from textual.widgets import Static
 
-HANGUP = getattr(signal, "SIGHUP", None)
-"""The signal that says that the terminal was closed; Windows has none."""
-
-ENDING_SIGNALS = tuple(number for number in (signal.SIGTERM, HANGUP) if number is not None)
-
-
-def shorten_escape() -> None:
-    """Let a lone Esc count after 25 ms instead of 100: it is one of the stop keys.
-
-    The framework reads this variable once, when it is imported; a value that the user has set
-    is left alone.
-    """
-    os.environ.setdefault("ESCDELAY", "25")
+ENDING_SIGNALS = tuple(
+    getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)
+)
+"""The second says that the terminal was closed; Windows has none."""
 
 
 def on_ending_signals(call: Callable[[int], None]) -> None:
@@ -45,19 +34,6 @@ def _handle(
         loop.add_signal_handler(number, call, int(number))
     except NotImplementedError:  # the event loop of Windows has no such call
         signal.signal(number, lambda *_: loop.call_soon_threadsafe(call, int(number)))
-
-
-def without_terminal() -> None:
-    """Make standard streams harmless once the terminal is gone.
-
-    The framework restores the screen when it ends, and waits for ever on a terminal that was
-    closed: what it writes then goes nowhere instead.
-    """
-    with suppress(OSError):
-        nowhere = os.open(os.devnull, os.O_RDWR)
-        for stream in (0, 1, 2):
-            os.dup2(nowhere, stream)
-        os.close(nowhere)
 
 
 class PlainText(Static):

@@ -42,7 +42,7 @@ KEYS = (
         ("space", "escape", "ctrl+c"),
         "stop_arm",
         "STOP",
-        "Stop the arm, disarm the keys, close any dialog. Works on every screen.",
+        "Stop, disarm, close any dialog; works everywhere. Space is 0.1 s quicker than Esc.",
         everywhere=True,
     ),
     DeskKey("arm", ("enter",), "arm_keys", "arm", "Arm the jog keys; they disarm after 60 s idle."),

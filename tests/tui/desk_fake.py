@@ -1,6 +1,5 @@
 """An arm that moves nothing and writes down what the desk asked of it; and a clock to set."""
 
-import math
 from dataclasses import replace
 
 from armdrive.errors import Refused
@@ -117,7 +116,3 @@ def unknown_position():
         "gripper_mm": None,
         "acknowledged": None,
     }
-
-
-def roughly(amount):
-    return math.isclose(amount, 0.25, abs_tol=0.03)

@@ -10,9 +10,8 @@ from textual import events
 from armdrive.intents import Jog, Space
 from armdrive.status import State, Trust
 from tui.desk import IDLE_DISARMS_S, Desk
-from tui.framework import PlainText
+from tui.framework import ENDING_SIGNALS, PlainText
 from tui.keys import JOG_KEYS, KEYS
-from tui.settings import INCREMENTS, SPEEDS
 
 
 class Session:
@@ -91,19 +90,12 @@ async def test_every_jog_key_is_one_increment_of_its_axis(cartesian):
         assert session.arm.asked("nudge") == expected
 
 
-async def test_mode_increment_and_speed_go_along_their_rows_and_stop_at_the_ends():
+async def test_mode_increment_and_speed_follow_their_keys():
     async with Session() as session:
-        await session.press("m", *["right_square_bracket"] * 9, *["plus"] * 9)
-        assert session.desk.settings.cartesian
-        assert session.desk.settings.increment == INCREMENTS[-1]
-        assert session.desk.settings.speed == SPEEDS[-1]
-        await session.press("m", *["left_square_bracket"] * 9, *["minus"] * 9)
-        assert not session.desk.settings.cartesian
-        assert session.desk.settings.increment == INCREMENTS[0]
-        assert session.desk.settings.speed == SPEEDS[0]
-        await session.press("equals_sign")
-        assert session.desk.settings.speed == SPEEDS[1]
-        assert "mode JOINT  step 0.2°/mm  speed 10%" in session.text("conduct")
+        await session.press("m", "right_square_bracket", "right_square_bracket", "minus")
+        assert "mode CARTESIAN  step 10°/mm  speed 10%" in session.text("conduct")
+        await session.press("m", "left_square_bracket", "plus", "equals_sign")
+        assert "mode JOINT  step 5°/mm  speed 50%" in session.text("conduct")
 
 
 async def test_every_other_key_of_the_table_does_what_it_says():
@@ -363,7 +355,7 @@ async def test_ending_the_desk_stops_the_arm_however_it_ends():
     assert session.arm.asked("stop")
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM])
+@pytest.mark.parametrize("number", ENDING_SIGNALS)
 async def test_a_signal_stops_and_closes_the_arm_and_ends_the_desk(number):
     async with Session(handle_signals=True) as session:
         await session.arm_keys()
