@@ -7,6 +7,7 @@ KinematicsError            root of the room
 +-- PathBroken             a straight line leaves the reach, or changes posture, on its way
 +-- SingularTransmission   motors that cannot tell the joints apart
 +-- UnknownPreset          no preset arm has that key
++-- ZeroVector             a direction is asked of a vector that has none
 """
 
 from __future__ import annotations
@@ -136,6 +137,13 @@ class UnknownPreset(KinematicsError):
         self.nearest = nearest
         hint = f"; did you mean {nearest!r}?" if nearest else ""
         super().__init__(f"no preset arm is named {key!r}{hint} (there are {', '.join(keys)})")
+
+
+class ZeroVector(KinematicsError):
+    """The zero vector where a direction is needed."""
+
+    def __init__(self) -> None:
+        super().__init__("the zero vector has no direction; give one with some length")
 
 
 def limit_sentence(joint: str, value_rad: float, bound_rad: float) -> str:
