@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from armdrive.core import Coordinates
 from armdrive.errors import Refused
 from armdrive.flows.gripping import Grasped, grasp
 from armdrive.flows.motion import Moved
@@ -45,10 +44,7 @@ class Gripper:
 
     def move(self, opening_mm: float, *, speed: float = 1.0) -> Moved:
         """Bring the fingers to an opening in mm."""
-        wanted = finite("opening_mm", opening_mm)
-        moved = self._arm.run_plan(
-            lambda here: Coordinates(here.joints, wanted), speed_fraction(speed)
-        )
+        moved = self._arm.move_gripper(finite("opening_mm", opening_mm), speed_fraction(speed))
         self._arm.core.grip_force_n = 0.0
         return moved
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 if TYPE_CHECKING:
-    from armdrive.arm import Arm
+    from armdrive.calls.connected import Connected
     from armdrive.engine import Task
 
 T = TypeVar("T")
@@ -14,7 +14,7 @@ T = TypeVar("T")
 class Handle(Generic[T]):
     """A motion under way, from a call with `wait=False`."""
 
-    def __init__(self, arm: Arm, task: Task[T], timeout_s: float) -> None:
+    def __init__(self, arm: Connected, task: Task[T], timeout_s: float) -> None:
         self._arm = arm
         self._task = task
         self._timeout_s = timeout_s

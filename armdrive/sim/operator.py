@@ -35,10 +35,7 @@ class SimulatedOperator:
         pose = request.pose
         above = Pose(pose.x_mm, pose.y_mm, pose.z_mm + LIFT_MM, pose.pitch_rad, pose.roll_rad)
         self._bring(request, arm.ik(above))
-        for _ in range(LOOKS):
-            if not self._bring(request, request.joints).largest:
-                return True
-        return False
+        return any(not self._bring(request, request.joints).largest for _ in range(LOOKS))
 
     def stands_at(self, joints: Joints) -> bool:
         """Compare the physical arm with a drawn posture."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from armdrive.errors import StateFileError
 from armdrive.sim.body import ArmBody
 from armdrive.sim.saved import MEND, Json, Saved
-from armdrive.sim.teachmover import SimTeachMover
+from armdrive.sim.teachmover import BAUD, SimTeachMover
 from armdrive.sim.world_file import world_from_json, world_to_json
 from firmware_protocol.errors import ProtocolError
 from firmware_protocol.teachmover import Key, ProgramRow
@@ -33,12 +33,17 @@ def device_to_json(device: SimTeachMover) -> dict[str, Json]:
 
 
 def device_from_json(
-    data: object, body: ArmBody | None = None, *, speed_error: float = 0.0
+    data: object,
+    body: ArmBody | None = None,
+    *,
+    speed_error: float = 0.0,
+    baud: int = BAUD,
+    grip_bit: int = 0,
 ) -> SimTeachMover:
     """Make a device again; raises `StateFileError` for what no such device has saved."""
     saved = Saved(data, "simulated TeachMover")
     world = world_from_json(saved.table("world").data, body)
-    device = SimTeachMover(world, speed_error=speed_error)
+    device = SimTeachMover(world, speed_error=speed_error, baud=baud, grip_bit=grip_bit)
     counts = saved.wholes("registers", len(world.motors), -_REGISTER, _REGISTER - 1)
     key = Key(saved.whole("key", 0, max(Key)))
     inputs, outputs = saved.whole("inputs", 0, _BYTE), saved.whole("outputs", 0, _BYTE)

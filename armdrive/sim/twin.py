@@ -4,37 +4,37 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from armdrive.sim.blocks import Block
 from armdrive.sim.body import ArmBody
 from armdrive.sim.operator import SimulatedOperator
-from armdrive.sim.saved import Saved
+from armdrive.sim.saved import Json
 from armdrive.sim.teachmover import SimTeachMover
+from armdrive.sim.teachmover_file import device_from_json, device_to_json
 from armdrive.sim.world import World
-from armdrive.sim.world_file import world_from_json, world_to_json
 from armdrive.transports.memory import MemoryLink
 
 if TYPE_CHECKING:
     from armdrive.armfile import ArmConfig
-
-REGISTERS = "registers"
-WORLD = "world"
-REGISTER_RANGE = (-(1 << 15), (1 << 15) - 1)
 
 
 @dataclass(frozen=True, slots=True)
 class Twin:
     """The simulated counterpart of a connected arm. `world` is the physical truth."""
 
-    world: World
     device: SimTeachMover
     link: MemoryLink
     operator: SimulatedOperator
 
-    def save(self) -> dict[str, Any]:
-        """Return the world and the controller's registers as plain data."""
-        return {WORLD: world_to_json(self.world), REGISTERS: list(self.device.registers)}
+    @property
+    def world(self) -> World:
+        """The physical arm and what is around it."""
+        return self.device.world
+
+    def save(self) -> dict[str, Json]:
+        """Return the world and the controller's memory as plain data."""
+        return device_to_json(self.device)
 
 
 def make_twin(
@@ -48,28 +48,22 @@ def make_twin(
 
     Raises `StateFileError` where what was saved fits no such arm.
     """
-    body = ArmBody.of_preset(config.model)
-    if saved is None:
-        device = _device(config, World(body, blocks=blocks), speed_error)
-    else:
-        data = Saved(saved, "simulated arm")
-        world = world_from_json(data.anything(WORLD), body)
-        device = _device(config, world, speed_error)
-        device.count_from(data.wholes(REGISTERS, len(world.motors), *REGISTER_RANGE))
-        data.end()
+    device = make_device(config, saved, blocks=blocks, speed_error=speed_error)
     link = MemoryLink(device, config.connection.baud)
-    return Twin(device.world, device, link, SimulatedOperator(device.world))
+    return Twin(device, link, SimulatedOperator(device.world))
 
 
-def make_device(config: ArmConfig, *, speed_error: float = 0.0) -> SimTeachMover:
+def make_device(
+    config: ArmConfig,
+    saved: object = None,
+    *,
+    blocks: Iterable[Block] = (),
+    speed_error: float = 0.0,
+) -> SimTeachMover:
     """Build the simulated device alone, for a process of its own."""
-    return _device(config, World(ArmBody.of_preset(config.model)), speed_error)
-
-
-def _device(config: ArmConfig, world: World, speed_error: float) -> SimTeachMover:
-    return SimTeachMover(
-        world,
-        speed_error=speed_error,
-        baud=config.connection.baud,
-        grip_bit=config.teachmover.grip_bit,
-    )
+    body = ArmBody.of_preset(config.model)
+    baud, grip_bit = config.connection.baud, config.teachmover.grip_bit
+    if saved is not None:
+        return device_from_json(saved, body, speed_error=speed_error, baud=baud, grip_bit=grip_bit)
+    world = World(body, blocks=blocks)
+    return SimTeachMover(world, speed_error=speed_error, baud=baud, grip_bit=grip_bit)

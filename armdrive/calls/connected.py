@@ -1,0 +1,213 @@
+"""What every family of calls stands on: a connected arm, its status, waiting, stopping, closing."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from armdrive.abilities import Abilities
+from armdrive.core import Core
+from armdrive.dialects import dialect
+from armdrive.engine import Engine, Flow, Task
+from armdrive.errors import ArmError, LinkLost, NoAnswer
+from armdrive.flows import idling, referencing
+from armdrive.flows.exchange import Wire
+from armdrive.planning import Speeds
+from armdrive.states import Event, after
+from armdrive.status import State, Status
+from kinematics import ArmPreset, Joints, Pose
+from kinematics.errors import finite
+
+if TYPE_CHECKING:
+    from armdrive.armfile import ArmConfig
+    from armdrive.pace import Pace
+    from armdrive.posture import Operator
+    from armdrive.record import Recorder
+    from armdrive.sim.twin import Twin
+    from armdrive.transports.link import Link
+
+T = TypeVar("T")
+
+PATIENCE_S = 60.0
+"""Whatever should take no time at all is given up after this long."""
+
+
+class Connected:
+    """An arm on an open link. Its calls hand flows to the engine and wait for their end."""
+
+    def __init__(
+        self,
+        config: ArmConfig,
+        link: Link,
+        pace: Pace,
+        *,
+        simulated: bool,
+        recorder: Recorder | None = None,
+        allow_restored: bool = False,
+        operator: Operator | None = None,
+    ) -> None:
+        """Connect over an open link. Raises `NoAnswer` where no such arm answers; moves nothing."""
+        self.config = config
+        self.pace = pace
+        self.simulated = simulated
+        self.twin: Twin | None = None
+        self.operator = operator
+        self._on_close: list[Callable[[], None]] = []
+        controller = dialect(config.connection.dialect).controller(config)
+        self.core = Core(config, controller, recorder)
+        self.core.allow_restored = allow_restored
+        self.engine = Engine(
+            link, controller, idle=self._idle, stopping=self._stopping, lost=self._lost
+        )
+        self.wire = Wire(self.engine, self.core)
+        self.speeds = Speeds(
+            config.model.joint_speeds_rad_s,
+            config.model.gripper_speed_mm_s,
+            controller.usable_rate_hz(math.inf),
+            self.core.transmission,
+        )
+        self._idling = idling.Idling(self.wire)
+        pace.start(self.engine)
+        try:
+            self.perform(referencing.connect(self.wire))
+        except BaseException:
+            self._release()
+            raise
+
+    # -- what is known ------------------------------------------------------------------------
+
+    @property
+    def status(self) -> Status:
+        """A frozen picture of this moment."""
+        with self.pace.lock:
+            return self.core.status(
+                link=self.engine.link.description,
+                simulated=self.simulated,
+                now_s=self.engine.now_s,
+                last_sent=self.engine.last_sent,
+                last_answer=self.engine.last_answer,
+            )
+
+    @property
+    def model(self) -> ArmPreset:
+        """The arm's model: geometry, limits, transmission, reference posture."""
+        return self.config.model
+
+    @property
+    def abilities(self) -> Abilities:
+        """What the arm's controller can do."""
+        return self.core.controller.abilities
+
+    @property
+    def joints(self) -> Joints:
+        """The acknowledged joint angles. Raises `NotReferenced` while the position is unknown."""
+        return self._known(self.status.joints)
+
+    @property
+    def pose(self) -> Pose:
+        """The acknowledged pose. Raises `NotReferenced` while the position is unknown."""
+        return self._known(self.status.pose)
+
+    def _known(self, value: T | None) -> T:
+        if value is None:
+            self.core.require_reference()
+            raise ArmError("the position is not known")
+        return value
+
+    # -- stopping -----------------------------------------------------------------------------
+
+    def request_stop(self) -> None:
+        """Ask for a stop and return at once: the one call that a signal handler may make."""
+        self.core.hold = None
+        self.engine.stop_asked = True
+        self.pace.wake()
+
+    def stop(self) -> None:
+        """Stop, and wait until the arm stands. Legal in every state, from any thread.
+
+        A burst that is under way runs to its end; `status.stop_time_s` bounds it.
+        """
+        if not self._stand_still():
+            raise NoAnswer("the arm did not confirm that it stands; look at it")
+
+    def estop(self) -> None:
+        """Stop and latch error-stop; does not wait. Only `reset` leaves it, and moves nothing."""
+        self.core.fault("emergency stop: look at the arm, then reset")
+        self.request_stop()
+
+    def reset(self) -> None:
+        """Leave error-stop: wait until the line is quiet and read the registers. Moves nothing."""
+        after(self.core.state, Event.RESET)
+        self.perform(referencing.reset(self.wire))
+
+    def _stand_still(self) -> bool:
+        self.request_stop()
+        return self.pace.wait(lambda: not self.engine.busy, PATIENCE_S)
+
+    # -- waiting ------------------------------------------------------------------------------
+
+    def submit(self, flow: Flow[T]) -> Task[T]:
+        """Hand a flow to the engine. Raises `WrongState` while another is waiting there."""
+        with self.pace.lock:
+            task = self.engine.start(flow)
+        self.pace.wake()
+        return task
+
+    def finish(self, task: Task[T], timeout_s: float) -> T:
+        """Wait for a task; whatever interrupts the wait stops the arm."""
+        try:
+            ended = self.pace.wait(lambda: task.done, timeout_s)
+        except BaseException:
+            self._stand_still()
+            raise
+        if not ended:
+            self._stand_still()
+            raise NoAnswer(f"the motion had not ended after {timeout_s:.0f} s and was stopped")
+        return task.result()
+
+    def perform(self, flow: Flow[T], timeout_s: float = PATIENCE_S) -> T:
+        """Hand a flow to the engine and wait for its end."""
+        return self.finish(self.submit(flow), timeout_s)
+
+    def sleep(self, time_s: float) -> None:
+        """Let time pass on the arm's own clock."""
+        self.pace.wait(lambda: False, max(finite("time_s", time_s), 0.0))
+
+    # -- the end ------------------------------------------------------------------------------
+
+    def close(self) -> None:
+        """Stop, remember the position, and give the port back. Closing twice is no error."""
+        if self.core.state is not State.DISCONNECTED:
+            try:
+                self.stop()
+            finally:
+                with self.pace.lock:
+                    self.core.mark_still()
+                    self.core.happen(Event.LOST)
+        self._release()
+
+    def on_close(self, call: Callable[[], None]) -> None:
+        """Have something done once when the arm is closed."""
+        self._on_close.append(call)
+
+    def _release(self) -> None:
+        self.pace.close()
+        self.engine.link.close()
+        calls, self._on_close = self._on_close, []
+        for call in calls:
+            call()
+
+    # -- what the engine calls ----------------------------------------------------------------
+
+    def _idle(self, now_s: float) -> tuple[float, Flow[Any] | None]:
+        return self._idling.due(now_s)
+
+    def _stopping(self) -> None:
+        if self.core.state in (State.MOVING, State.HOMING):
+            self.core.happen(Event.STOP)
+
+    def _lost(self, lost: LinkLost) -> None:
+        self.core.error = str(lost)
+        self.core.happen(Event.LOST)
+        self.core.mark_lost()

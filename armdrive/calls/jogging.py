@@ -1,0 +1,113 @@
+"""Jogging: increments and holds, for programs (which wait) and for the desk (which never does)."""
+
+from __future__ import annotations
+
+from armdrive.calls.connected import PATIENCE_S, Connected
+from armdrive.core import Hold
+from armdrive.engine import Task
+from armdrive.errors import BadRequest, Refused
+from armdrive.flows.jogging import Jogged, check_jog, jog_session
+from armdrive.intents import GRIPPER_AXIS, Jog, Space
+from armdrive.planning import speed_fraction
+from armdrive.states import Event, after
+from armdrive.status import State
+from kinematics.errors import finite
+
+LONGEST_HOLD_S = 1.0
+"""A held jog is renewed at least this often, or it ends."""
+
+
+class Jogging(Connected):
+    """The calls that jog."""
+
+    _session: Task[Jogged] | None = None
+
+    def jog_j(
+        self, *, speed: float = 0.25, duration_s: float | None = None, **axes: float
+    ) -> Jogged:
+        """Jog joints: by increments, `shoulder_deg=2, gripper_mm=5`, or for a time.
+
+        With `duration_s` the axes are directions from -1 to 1, `shoulder=1`, that share the
+        speed. Limits are met by stopping at them; `note` of the result says so. Allowed without
+        a reference, then slow and without limits.
+        """
+        return self._jog(Space.JOINT, axes, speed, duration_s)
+
+    def jog_l(
+        self, *, speed: float = 0.25, duration_s: float | None = None, **axes: float
+    ) -> Jogged:
+        """Jog the tip: by increments, `x_mm=5, pitch_deg=-2`, or for a time, `x=1`."""
+        return self._jog(Space.CARTESIAN, axes, speed, duration_s)
+
+    def hold(self, jog: Jog, *, speed: float, for_s: float) -> None:
+        """Jog for `for_s` seconds and no longer unless called again; never waits.
+
+        A refusal is the `notice` of the status.
+        """
+        with self.pace.lock:
+            if self._may_jog(jog):
+                until_s = self.pace.now_s() + min(for_s, LONGEST_HOLD_S)
+                self.core.hold = Hold(jog, speed_fraction(speed), until_s)
+                self._join_session()
+        self.pace.wake()
+
+    def nudge(self, jog: Jog, *, speed: float) -> None:
+        """Jog by one increment; at most one more waits behind the one under way. Never waits."""
+        with self.pace.lock:
+            if self._may_jog(jog) and not self.core.nudges:
+                self.core.nudges.append((jog, speed_fraction(speed)))
+                self._join_session()
+        self.pace.wake()
+
+    def release(self) -> None:
+        """End a held jog: the burst under way is the last."""
+        self.core.hold = None
+
+    def _jog(
+        self, space: Space, axes: dict[str, float], speed: float, duration_s: float | None
+    ) -> Jogged:
+        fraction = speed_fraction(speed)
+        in_steps = duration_s is None
+        jog = Jog(space, tuple((_axis(word, in_steps), value) for word, value in axes.items()))
+        with self.pace.lock:
+            check_jog(self.core, jog)
+            if self.core.state is not State.HOMING:
+                after(self.core.state, Event.MOVE)
+            if duration_s is None:
+                self.core.nudges.append((jog, fraction))
+            else:
+                until_s = self.pace.now_s() + finite("duration_s", duration_s)
+                self.core.hold = Hold(jog, fraction, until_s)
+            task = self._join_session()
+        return self.finish(task, (duration_s or 0.0) + PATIENCE_S * 10)
+
+    def _may_jog(self, jog: Jog) -> bool:
+        alive = self._session is not None and not self._session.done
+        try:
+            check_jog(self.core, jog)
+            if not alive and self.core.state is not State.HOMING:
+                after(self.core.state, Event.MOVE)
+        except Refused as refusal:
+            self.core.notice = str(refusal)
+            return False
+        return True
+
+    def _join_session(self) -> Task[Jogged]:
+        """Return the jogging under way, which takes up what was just asked, or begin one."""
+        if self._session is None or self._session.done:
+            self._session = self.submit(jog_session(self.wire, self.speeds))
+        return self._session
+
+
+def _axis(word: str, in_steps: bool) -> str:
+    """Turn `shoulder_deg` or `x_mm` into the axis it names; directions have no unit."""
+    if not in_steps:
+        return word
+    for unit in ("_deg", "_mm"):
+        axis = word.removesuffix(unit)
+        if axis != word and (unit == "_mm") == (axis in ("x", "y", "z", GRIPPER_AXIS)):
+            return axis
+    raise BadRequest(
+        f"{word!r} names no increment: write for example shoulder_deg=2, x_mm=5 or gripper_mm=3, "
+        "or give duration_s= with directions such as shoulder=1"
+    )

@@ -1,0 +1,154 @@
+"""Planned motion: to joint angles, to a pose, along a line, to the park posture, by raw steps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Literal, overload
+
+from armdrive.calls.connected import PATIENCE_S, Connected
+from armdrive.core import Coordinates
+from armdrive.errors import BadRequest, OutOfBounds, Refused
+from armdrive.flows import motion
+from armdrive.flows.motion import Moved
+from armdrive.handle import Handle
+from armdrive.planning import (
+    Plan,
+    named_joints,
+    plan_joints,
+    plan_line,
+    posture_for,
+    speed_fraction,
+)
+from armdrive.states import Event, after
+from armdrive.status import State
+from kinematics import Motors, Pose
+
+PATIENCE = 4.0
+"""A motion that takes this many times longer than planned, and then some, is given up."""
+
+PARK_HEIGHT_MM = 30.0
+PARK_RISE_MM = 60.0
+
+
+class Moving(Connected):
+    """The calls that move to a goal."""
+
+    @overload
+    def move_j(
+        self, *, speed: float = 1.0, wait: Literal[True] = True, **joints_deg: float
+    ) -> Moved: ...
+    @overload
+    def move_j(
+        self, *, speed: float = 1.0, wait: Literal[False], **joints_deg: float
+    ) -> Handle[Moved]: ...
+    def move_j(
+        self, *, speed: float = 1.0, wait: bool = True, **joints_deg: float
+    ) -> Moved | Handle[Moved]:
+        """Move the named joints, `shoulder_deg=40, elbow_deg=-60`; the others stay.
+
+        Straight in joint space. `speed` is a fraction of the limits. The whole way is audited
+        first: `OutOfBounds` names the joint or guard, and nothing has moved. With `wait=False` a
+        `Handle` is returned at once.
+        """
+        fraction = speed_fraction(speed)
+        if not joints_deg:
+            raise BadRequest("name at least one joint, for example shoulder_deg=40")
+        handle = self._start(
+            lambda here: plan_joints(
+                self.config,
+                self.speeds,
+                here,
+                Coordinates(named_joints(here.joints, joints_deg), here.opening_mm),
+                fraction,
+            )
+        )
+        return handle.wait() if wait else handle
+
+    @overload
+    def move_to(self, goal: Pose, *, speed: float = 1.0, wait: Literal[True] = True) -> Moved: ...
+    @overload
+    def move_to(self, goal: Pose, *, speed: float = 1.0, wait: Literal[False]) -> Handle[Moved]: ...
+    def move_to(
+        self, goal: Pose, *, speed: float = 1.0, wait: bool = True
+    ) -> Moved | Handle[Moved]:
+        """Move the tip to a pose by a joint motion, to the posture nearest to the present one.
+
+        Raises `kinematics.Unreachable` or `OutOfBounds` with the nearest pose that is allowed.
+        """
+        fraction = speed_fraction(speed)
+        handle = self._start(
+            lambda here: plan_joints(
+                self.config,
+                self.speeds,
+                here,
+                Coordinates(posture_for(self.config, goal, here.joints), here.opening_mm),
+                fraction,
+            )
+        )
+        return handle.wait() if wait else handle
+
+    @overload
+    def move_l(self, goal: Pose, *, speed: float = 1.0, wait: Literal[True] = True) -> Moved: ...
+    @overload
+    def move_l(self, goal: Pose, *, speed: float = 1.0, wait: Literal[False]) -> Handle[Moved]: ...
+    def move_l(self, goal: Pose, *, speed: float = 1.0, wait: bool = True) -> Moved | Handle[Moved]:
+        """Move the tip to a pose along a straight line in x, y, z, pitch and roll.
+
+        The tip leaves the line by at most `motion.line_tolerance_mm` of the arm file and what one
+        motor step is worth. Raises `kinematics.PathBroken` where the line leaves the reach.
+        """
+        fraction = speed_fraction(speed)
+        handle = self._start(lambda here: plan_line(self.config, self.speeds, here, goal, fraction))
+        return handle.wait() if wait else handle
+
+    def move_gripper(self, opening_mm: float, speed: float) -> Moved:
+        """Bring the fingers to an opening in mm; see `Arm.gripper`."""
+        return self._start(
+            lambda here: plan_joints(
+                self.config, self.speeds, here, Coordinates(here.joints, opening_mm), speed
+            )
+        ).wait()
+
+    def move_motors(self, *steps: int, speed: float = 0.25) -> Moved:
+        """Move each motor by whole steps from where it is, all together: for the bench.
+
+        Knows neither limits nor guards and needs no reference.
+        """
+        motors = Motors(steps)
+        if len(motors) != self.abilities.motors:
+            raise BadRequest(f"{self.abilities.motors} step counts are needed, not {len(motors)}")
+        fraction = speed_fraction(speed)
+        with self.pace.lock:
+            if self.core.state is not State.HOMING:
+                after(self.core.state, Event.MOVE)
+            task = self.submit(motion.bench_move(self.wire, self.speeds, motors, fraction))
+        return self.finish(task, PATIENCE_S * 10)
+
+    def park(self, *, speed: float = 1.0) -> Moved:
+        """Go to the park posture of the arm file; by default, 30 mm above the reference mark."""
+        goal = self.config.park or self._default_park()
+        try:
+            return self.move_to(goal, speed=speed)
+        except OutOfBounds:
+            # a guard is in the way: rise first, as a person would
+            self.move_l(raised(self.pose, PARK_RISE_MM), speed=speed)
+            return self.move_to(goal, speed=speed)
+
+    def _default_park(self) -> Pose:
+        if self.model.reference is None:
+            raise Refused("this arm has no park posture: write [park] into its arm file")
+        return raised(self.model.reference.pose, PARK_HEIGHT_MM)
+
+    def _start(self, plan: Callable[[Coordinates], Plan]) -> Handle[Moved]:
+        """Plan from where the arm is, and hand the audited plan to the engine."""
+        with self.pace.lock:
+            self.core.require_reference()
+            after(self.core.state, Event.MOVE)
+            made = plan(self.core.coordinates)
+            task = self.submit(motion.follow(self.wire, made))
+        return Handle(self, task, made.duration_s * PATIENCE + PATIENCE_S)
+
+
+def raised(pose: Pose, by_mm: float) -> Pose:
+    """Return a pose straight above another."""
+    return Pose(pose.x_mm, pose.y_mm, pose.z_mm + by_mm, pose.pitch_rad, pose.roll_rad)

@@ -1,0 +1,87 @@
+"""How somebody tells the arm where it is. None of these calls moves it by itself."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, cast
+
+from armdrive.calls.connected import Connected
+from armdrive.core import Coordinates
+from armdrive.errors import OperatorNeeded, Refused
+from armdrive.flows import referencing
+from armdrive.posture import Operator, PostureRequest
+from armdrive.states import Event, after
+from armdrive.status import Trust
+from armdrive.trust import Evidence
+from kinematics import Joints, Pose
+from kinematics.errors import finite
+
+if TYPE_CHECKING:
+    from armdrive.arm import Arm
+
+
+class Referencing(Connected):
+    """The calls that give the position its meaning."""
+
+    def home(self, *, operator: Operator | None = None) -> Pose:
+        """Take the reference posture, which an operator has to confirm; return its pose.
+
+        `operator` is called with a `PostureRequest`, may jog the arm, and returns True when it
+        stands there. Without one, `OperatorNeeded`. A simulated arm has a simulated operator.
+        """
+        operator = operator or self.operator
+        request = self.reference_request()
+        if operator is None:
+            raise OperatorNeeded(
+                "this arm has no switches, so somebody has to look at it: run `armdrive home` in "
+                "a terminal, pass home(operator=...), or bring it to a known posture and call "
+                f"declare_posture(). {request}"
+            )
+        self.perform(referencing.begin_home(self.wire))
+        confirmed = False
+        try:
+            confirmed = operator(request)
+        finally:
+            if not confirmed:
+                self.perform(referencing.end_home(self.wire))
+        if not confirmed:
+            raise OperatorNeeded(
+                f"the posture was not confirmed: nothing was referenced. {request}"
+            )
+        self._vouch(request.joints, request.opening_mm, Evidence.HOMED)
+        return self.pose
+
+    def confirm_reference(self) -> None:
+        """Say that the arm stands in its reference posture now."""
+        request = self.reference_request()
+        after(self.core.state, Event.MOVE)
+        self._vouch(request.joints, request.opening_mm, Evidence.HOMED)
+
+    def declare_posture(self, posture: Joints | Pose, *, opening_mm: float = 0.0) -> None:
+        """Say that the arm stands in this posture now, by joints or by pose."""
+        joints = self.model.arm.ik(posture) if isinstance(posture, Pose) else posture
+        self.model.arm.check(joints)
+        after(self.core.state, Event.MOVE)
+        self._vouch(joints, finite("opening_mm", opening_mm), Evidence.DECLARED)
+
+    def confirm_restored(self) -> None:
+        """Say that the arm stands as its record shows it: planned motion is allowed again."""
+        if self.status.trust is not Trust.RESTORED:
+            raise Refused(
+                "there is no restored position to confirm, the position is "
+                f"{self.status.trust.value}: run `armdrive home`, or call home()"
+            )
+        self.perform(referencing.confirm_record(self.wire))
+
+    def reference_request(self) -> PostureRequest:
+        """Return the posture that a reference is taken in."""
+        reference = self.model.reference
+        if reference is None:
+            raise Refused(
+                f"no reference posture is known of the {self.config.title}: use declare_posture()"
+            )
+        joints = self.model.arm.ik(reference.pose)
+        return PostureRequest(cast("Arm", self), reference.pose, joints, reference.opening_mm)
+
+    def _vouch(self, joints: Joints, opening_mm: float, evidence: Evidence) -> None:
+        there = Coordinates(joints, opening_mm)
+        self.perform(referencing.take_reference(self.wire, there, evidence))
