@@ -33,7 +33,7 @@ def banner(status: Status) -> str:
     """Say what forbids all motion, and what to do; nothing while nothing does."""
     reason = status.error or status.notice or status.trust_reason
     if status.state is State.DISCONNECTED:
-        return f"LINK LOST: {reason}. The arm can no longer be reached from here; q leaves."
+        return f"LINK LOST: {reason}. q leaves."
     if status.state is State.ERROR_STOP:
         return f"ERROR-STOP: {reason}. R resets, and moves nothing."
     return ""
