@@ -8,12 +8,17 @@ KinematicsError            root of the room
 +-- SingularTransmission   motors that cannot tell the joints apart
 +-- UnknownPreset          no preset arm has that key
 +-- ZeroVector             a direction is asked of a vector that has none
++-- FlatBasis              three axes that lie in one plane
++-- NotARotation           a matrix that turns no frame: which property fails, by how much
++-- NoNearestRotation      several rotations are equally near to a matrix
++-- NotAUnitQuaternion     a quaternion whose length is not 1
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING
 
@@ -144,6 +149,78 @@ class ZeroVector(KinematicsError):
 
     def __init__(self) -> None:
         super().__init__("the zero vector has no direction; give one with some length")
+
+
+class FlatBasis(KinematicsError):
+    """Three axes in one plane (or a zero one among them), so that they span no space."""
+
+    def __init__(self) -> None:
+        super().__init__(
+            "the three axes lie in one plane, so they are no basis; give three independent ones"
+        )
+
+
+class RotationProperty(Enum):
+    """What makes a matrix a rotation: the properties of chapter 2, section 2.3."""
+
+    UNIT_COLUMNS = "columns of length 1"
+    NORMAL_COLUMNS = "columns normal to each other"
+    RIGHT_HANDED = "determinant 1"
+
+
+@dataclass(frozen=True, slots=True)
+class RotationFlaw:
+    """One property of rotations that a matrix lacks.
+
+    `where` names the columns. `by` is the length beyond 1 of a column, the angle in rad beyond a
+    right angle of two, or the determinant.
+    """
+
+    lacks: RotationProperty
+    where: str
+    by: float
+
+    def __str__(self) -> str:
+        match self.lacks:
+            case RotationProperty.UNIT_COLUMNS:
+                return f"column {self.where} has length {1.0 + self.by:.9g} instead of 1"
+            case RotationProperty.NORMAL_COLUMNS:
+                angle_deg = 90.0 + math.degrees(self.by)
+                return f"columns {self.where} stand at {angle_deg:.9g}° instead of 90°"
+            case RotationProperty.RIGHT_HANDED:
+                return f"the determinant is {self.by:.9g} instead of 1: the axes are left-handed"
+
+
+class NotARotation(KinematicsError):
+    """A matrix that is no rotation; `flaws` says which properties fail, and by how much."""
+
+    def __init__(self, flaws: tuple[RotationFlaw, ...]) -> None:
+        self.flaws = flaws
+        super().__init__(
+            f"not a rotation: {'; '.join(map(str, flaws))}; correct the matrix, or take "
+            "nearest_rotation() of it where only rounding or measurement spoiled it"
+        )
+
+
+class NoNearestRotation(KinematicsError):
+    """A matrix to which no single rotation is the nearest, such as zero or a mirror image."""
+
+    def __init__(self) -> None:
+        super().__init__(
+            "several rotations are equally near to this matrix (it is a mirror image, or flat "
+            "in two directions or more); correct it instead of rounding it"
+        )
+
+
+class NotAUnitQuaternion(KinematicsError):
+    """A quaternion whose length is not 1, so that it is no rotation."""
+
+    def __init__(self, length: float) -> None:
+        self.length = length
+        super().__init__(
+            f"a rotation's quaternion has length 1, not {length:.9g}; "
+            "use Quaternion.of(), which scales it"
+        )
 
 
 def limit_sentence(joint: str, value_rad: float, bound_rad: float) -> str:

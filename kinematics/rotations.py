@@ -7,9 +7,9 @@ observed in R0 (equation 2.21). Angles in rad, right-handed. Works on any kind o
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
+from kinematics.numbers import cos, sin
 from kinematics.vectors import Vector, dot, triple
 
 Matrix3 = tuple[Vector, Vector, Vector]
@@ -19,19 +19,19 @@ IDENTITY: Matrix3 = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 def rot_x(angle_rad: float) -> Matrix3:
     """Return ROTX, the rotation about the X axis (equation 2.14)."""
-    c, s = math.cos(angle_rad), math.sin(angle_rad)
+    c, s = cos(angle_rad), sin(angle_rad)
     return (1.0, 0.0, 0.0), (0.0, c, -s), (0.0, s, c)
 
 
 def rot_y(angle_rad: float) -> Matrix3:
     """Return ROTY, the rotation about the Y axis (equation 2.15)."""
-    c, s = math.cos(angle_rad), math.sin(angle_rad)
+    c, s = cos(angle_rad), sin(angle_rad)
     return (c, 0.0, s), (0.0, 1.0, 0.0), (-s, 0.0, c)
 
 
 def rot_z(angle_rad: float) -> Matrix3:
     """Return ROTZ, the rotation about the Z axis (section 2.2)."""
-    c, s = math.cos(angle_rad), math.sin(angle_rad)
+    c, s = cos(angle_rad), sin(angle_rad)
     return (c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0)
 
 

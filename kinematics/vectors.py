@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 
 from kinematics.errors import ZeroVector
+from kinematics.numbers import atan2, sqrt
 
 Vector = tuple[float, float, float]
 
@@ -57,7 +58,8 @@ def norm(u: Vector) -> float:
     """Return the length of u (equation 2.6)."""
     if all(isinstance(component, float | int) for component in u):
         return math.hypot(*u)  # neither overflows nor underflows on the way
-    return math.sqrt(dot(u, u))
+    length: float = sqrt(dot(u, u))
+    return length
 
 
 def distance(u: Vector, v: Vector) -> float:
@@ -80,7 +82,8 @@ def angle_between(u: Vector, v: Vector) -> float:
     the digits near 0 and near pi. Raises `ZeroVector` where either has no direction.
     """
     u, v = unit(u), unit(v)
-    return math.atan2(norm(cross(u, v)), dot(u, v))
+    angle: float = atan2(norm(cross(u, v)), dot(u, v))
+    return angle
 
 
 def signed_angle(u: Vector, v: Vector, about: Vector) -> float:
@@ -91,7 +94,8 @@ def signed_angle(u: Vector, v: Vector, about: Vector) -> float:
     """
     axis = unit(about)
     u, v = unit(reject(u, axis)), unit(reject(v, axis))
-    return math.atan2(triple(axis, u, v), dot(u, v))
+    angle: float = atan2(triple(axis, u, v), dot(u, v))
+    return angle
 
 
 def project(u: Vector, onto: Vector) -> Vector:
