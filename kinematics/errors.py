@@ -7,6 +7,8 @@ KinematicsError            root of the room
 +-- PathBroken             a straight line leaves the reach, or changes posture, on its way
 +-- SingularTransmission   motors that cannot tell the joints apart
 +-- UnknownPreset          no preset arm has that key
++-- UnknownSystem          no system of the textbook has that name
++-- OutOfReach             a goal that no posture of a named system meets
 +-- ZeroVector             a direction is asked of a vector that has none
 +-- FlatBasis              three axes that lie in one plane
 +-- NotARotation           a matrix that turns no frame: which property fails, by how much
@@ -220,6 +222,49 @@ class NotAUnitQuaternion(KinematicsError):
         super().__init__(
             f"a rotation's quaternion has length 1, not {length:.9g}; "
             "use Quaternion.of(), which scales it"
+        )
+
+
+class UnknownSystem(KinematicsError):
+    """No system of the textbook has this name; `nearest` is the likeliest meant one, or None."""
+
+    def __init__(self, name: str, names: Iterable[str], nearest: str | None) -> None:
+        self.name = name
+        self.nearest = nearest
+        hint = f"; did you mean {nearest!r}?" if nearest else ""
+        super().__init__(f"no system is named {name!r}{hint} (there are {', '.join(names)})")
+
+
+class OutOfReach(KinematicsError):
+    """A goal that no posture of a named system meets, joint limits aside.
+
+    `quantity` is what fails (a distance, a height), `value` and `bound` its value and limit in
+    mm, `excess` the difference. `nearest` is a goal that can be met, in the system's own
+    `coordinates`.
+    """
+
+    def __init__(
+        self,
+        system: str,
+        quantity: str,
+        value: float,
+        bound: float,
+        coordinates: tuple[str, ...],
+        nearest: tuple[float, ...],
+    ) -> None:
+        self.system = system
+        self.quantity = quantity
+        self.value = value
+        self.bound = bound
+        self.excess = abs(value - bound)
+        self.coordinates = coordinates
+        self.nearest = nearest
+        instead = ", ".join(
+            f"{name} {number:.6g}" for name, number in zip(coordinates, nearest, strict=True)
+        )
+        super().__init__(
+            f"{system} cannot reach this goal: {quantity} would be {value:.6g} mm, "
+            f"{self.excess:.3g} mm beyond {bound:.6g} mm; a goal that it reaches: {instead}"
         )
 
 
