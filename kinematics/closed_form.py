@@ -65,18 +65,32 @@ def elbow_triangle(
     The wrist is given from the shoulder axis. Where it lies on that axis (equal lengths, folded)
     the shoulder is free and takes `free_shoulder`.
     """
-    distance = math.hypot(wrist_r, wrist_z)
-    if distance > upper + fore + REACH_MM or distance < abs(upper - fore) - REACH_MM:
+    square = wrist_r * wrist_r + wrist_z * wrist_z
+    cosine = elbow_cosine(square, upper, fore)
+    if cosine is None:
         return None
-    cosine = (distance * distance - upper * upper - fore * fore) / (2.0 * upper * fore)
-    cosine = min(max(cosine, -1.0), 1.0)
-    sine = math.sqrt(1.0 - cosine * cosine)
-    bend = math.atan2(sine, cosine)
-    if distance <= REACH_MM:
+    bend = math.acos(cosine)
+    if square <= REACH_MM * REACH_MM:
         return (free_shoulder, -bend), (free_shoulder, bend)
     direction = math.atan2(wrist_z, wrist_r)
-    lift = math.atan2(fore * sine, upper + fore * cosine)
+    across = fore * math.sqrt((1.0 - cosine) * (1.0 + cosine))
+    lift = math.atan2(across, upper + fore * cosine)
     return (direction + lift, -bend), (direction - lift, bend)
+
+
+def elbow_cosine(square: float, upper: float, fore: float) -> float | None:
+    """Return the cosine of the elbow's bend by the cosine rule; None where no triangle closes.
+
+    `square` is the wrist's squared distance from the shoulder axis. One that rounding has put a
+    hair beyond full stretch or within full fold counts as touching it.
+    """
+    cosine = (square - (upper * upper + fore * fore)) / (2.0 * upper * fore)
+    if -1.0 <= cosine <= 1.0:
+        return cosine
+    distance = math.sqrt(square)
+    if abs(upper - fore) - REACH_MM <= distance <= upper + fore + REACH_MM:
+        return 1.0 if cosine > 0.0 else -1.0
+    return None
 
 
 def inverse(

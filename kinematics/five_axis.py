@@ -18,6 +18,7 @@ from dataclasses import dataclass, field, fields
 from enum import Enum
 
 from kinematics import closed_form
+from kinematics.choice import Build, build, solve_pose
 from kinematics.closed_form import Angles, Lengths
 from kinematics.errors import JointLimit, KinematicsError, finite
 from kinematics.limits import LIMIT_TOLERANCE_RAD, JointRange, LimitViolation, turn_into, wrap
@@ -81,7 +82,7 @@ class FiveAxisArm:
     forearm_mm: float
     hand_mm: float
     limits: tuple[JointRange, ...]
-    _bounds: tuple[tuple[float, float], ...] = field(init=False, repr=False, compare=False)
+    _build: Build = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         for name in [entry.name for entry in fields(self)[:4]]:
@@ -96,7 +97,7 @@ class FiveAxisArm:
                 f"{len(self.limits)} were given"
             )
         bounds = tuple((one.low_rad, one.high_rad) for one in self.limits)
-        object.__setattr__(self, "_bounds", bounds)
+        object.__setattr__(self, "_build", build(self.lengths, bounds))
 
     @property
     def lengths(self) -> Lengths:
@@ -166,23 +167,16 @@ class FiveAxisArm:
         Nearest is by the sum of the squares of the joints' changes.
         """
         goal = (pose.x_mm, pose.y_mm, pose.z_mm, pose.pitch_rad, pose.roll_rad)
-        found = self.solve_angles(goal, _seed(seed, self.limits), float(roll_frame.value))
-        return None if found is None else Joints(found)
+        table_roll = 0.0 if roll_frame is RollFrame.HAND else 1.0
+        found = solve_pose(goal, self._build, table_roll, _seed(seed, self.limits))
+        return None if found is None else _joints(found)
 
     def solve_angles(self, goal: Angles, near: Angles, table_roll: float = 0.0) -> Angles | None:
         """Return what `solve` does on bare floats, for loops: x, y, z, pitch, roll to angles.
 
         The floats are not checked, and the seed's base must be within its limits.
         """
-        best: Angles | None = None
-        least = math.inf
-        for _, _, angles in closed_form.inverse(goal, self.lengths, table_roll, near):
-            fitted = _fitted(angles, self._bounds, near)
-            if fitted is not None:
-                change = sum([(a - b) * (a - b) for a, b in zip(fitted, near, strict=True)])
-                if change < least:
-                    best, least = fitted, change
-        return best
+        return solve_pose(goal, self._build, table_roll, near)
 
     def ik(
         self, pose: Pose, seed: Joints | None = None, roll_frame: RollFrame = RollFrame.HAND
@@ -210,18 +204,25 @@ class FiveAxisArm:
 
 def _angles(joints: Joints) -> Angles:
     """Return the five angles, or say that these are not this build's joints."""
-    if len(joints) != len(JOINT_NAMES):
+    if len(joints.angles_rad) != len(JOINT_NAMES):
         raise KinematicsError(f"this arm has {len(JOINT_NAMES)} joints, not {len(joints)}")
-    base, shoulder, elbow, wrist, roll = joints.angles_rad
-    return base, shoulder, elbow, wrist, roll
+    return joints.angles_rad  # type: ignore[return-value]
 
 
 def _seed(seed: Joints | None, limits: tuple[JointRange, ...]) -> Angles:
     """Return the seed's angles, its base within its limits: a free base must be one to take."""
-    if seed is None:
-        return limits[0].clamp(0.0), 0.0, 0.0, 0.0, 0.0
-    base, *others = _angles(seed)
-    return (limits[0].clamp(base), *others)  # type: ignore[return-value]
+    near = (0.0, 0.0, 0.0, 0.0, 0.0) if seed is None else _angles(seed)
+    if limits[0].low_rad <= near[0] <= limits[0].high_rad:
+        return near
+    return (limits[0].clamp(near[0]), *near[1:])
+
+
+def _joints(angles: Angles) -> Joints:
+    """Return angles that are floats already as joints, without checking them again."""
+    made = object.__new__(Joints)
+    object.__setattr__(made, "angles_rad", angles)
+    object.__setattr__(made, "names", JOINT_NAMES)
+    return made
 
 
 def _turned(angles: Angles, limits: tuple[JointRange, ...], near: Angles) -> Angles:
@@ -231,19 +232,6 @@ def _turned(angles: Angles, limits: tuple[JointRange, ...], near: Angles) -> Ang
     )
     if limits[2].clamp(e) != e:  # no elbow turns further than half a circle: say what it needs
         e = angles[2]
-    return b, s, e, w, r
-
-
-def _fitted(angles: Angles, bounds: tuple[tuple[float, float], ...], near: Angles) -> Angles | None:
-    """Return the angles on the turns nearest to the seed, or None where one has none in range."""
-    fitted = []
-    for angle, (low, high), seed in zip(angles, bounds, near, strict=True):
-        if not (low <= angle <= high and abs(angle - seed) < math.pi):
-            angle = turn_into(angle, low, high, seed)
-            if not low <= angle <= high:
-                return None
-        fitted.append(angle)
-    b, s, e, w, r = fitted
     return b, s, e, w, r
 
 

@@ -82,3 +82,9 @@ def turn_into(angle: float, low: float, high: float, seed: float) -> float:
     if first <= ceiling:  # some turns are within the range, all on one side of the seed
         return min(max(first if near < low else last, low), high)
     return last if low - last <= first - high else first
+
+
+def fitted(angle: float, low: float, high: float, seed: float) -> float:
+    """Return what `turn_into` does, or infinity where no turn of the angle is within the range."""
+    turned = turn_into(angle, low, high, seed)
+    return turned if low <= turned <= high else math.inf
