@@ -46,5 +46,8 @@ class DeskArm(Protocol):
     def confirm_reference(self) -> None:
         """Say that the arm stands in its reference posture; raises `ArmError`."""
 
+    def confirm_restored(self) -> None:
+        """Say that the arm stands where the last program left it; raises `ArmError`."""
+
     def close(self) -> None:
         """Stop, and give the port back. Closing twice is no error."""

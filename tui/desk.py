@@ -9,19 +9,20 @@ from typing import ClassVar
 
 from textual import events
 from textual.app import App, ComposeResult
-from textual.binding import Binding, BindingType
+from textual.binding import BindingType
 from textual.containers import Horizontal, Vertical, VerticalScroll
 
-from armdrive.draw.armview import side_view, top_view
+from armdrive.draw.armview import ArmScene, side_view, top_view
 from armdrive.errors import ArmError
 from armdrive.jog import Action, DeadMan, Disarm, Hold, Increment
-from armdrive.status import State, Status
+from armdrive.status import State, Status, Trust
 from kinematics import KinematicsError
 from tui import panels
 from tui.arm_port import DeskArm
-from tui.dialogs import HelpScreen, ReferenceScreen
+from tui.dialogs import HelpScreen, PostureScreen
 from tui.framework import Alarm, PlainText, on_ending_signals
-from tui.keys import JOG_KEYS, KEYS, footer
+from tui.keys import footer
+from tui.layout import CSS, bindings
 from tui.settings import Settings
 from tui.views import ArmView, scene_of
 
@@ -33,45 +34,13 @@ LEAVE_KEY = "q"
 _SIGNAL_EXIT = 128  # a shell's way to say which signal ended a program
 
 
-def bindings() -> list[BindingType]:
-    """Make the framework's bindings from the tables."""
-    made: list[BindingType] = [
-        Binding(
-            ",".join(entry.keys),
-            entry.action,
-            entry.description,
-            tooltip=entry.tooltip,
-            priority=entry.everywhere,
-            id=entry.id,
-        )
-        for entry in KEYS
-    ]
-    made += [Binding(key, f"jog('{key}')", show=False, id=f"jog.{key}") for key in JOG_KEYS]
-    return made
-
-
 class Desk(App[int]):
     """One arm on one screen. Starts disarmed; every way out of it stops the arm."""
 
     ENABLE_COMMAND_PALETTE = False
     TITLE = "armdrive"
     BINDINGS: ClassVar[list[BindingType]] = bindings()
-    CSS = """
-    #title, #footer { height: 1; text-style: reverse; }
-    #title.-real { background: $error; color: $text; text-style: bold; }
-    #banner { height: auto; display: none; background: $error; color: $text; text-style: bold; }
-    #banner.-shown { display: block; }
-    #remarks { height: auto; min-height: 1; max-height: 4; }
-    #views { width: 1fr; }
-    #panel { width: 1fr; min-width: 42; padding: 0 0 0 1; scrollbar-size: 0 0; }
-    ArmView { height: 1fr; }
-    #conduct, #joints, #tip, #bottom { height: auto; }
-    #conduct.-armed { color: $warning; text-style: bold; }
-    .-wide #joints, .-wide #tip, .-wide #bottom { margin: 1 0 0 0; }
-    ModalScreen { align: center middle; }
-    .dialog { width: 90%; max-width: 100; height: 90%; border: solid $primary; padding: 0 1; }
-    .dialog PlainText { height: auto; }
-    """
+    CSS = CSS
     HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (100, "-wide")]  # noqa: RUF012 - as App declares it
 
     def __init__(
@@ -300,21 +269,35 @@ class Desk(App[int]):
 
     def action_reference(self) -> None:
         """Ask whether the arm stands in its reference posture."""
-        self._apply(self._deadman.disarm("a question is open"))
         try:
             request = self._arm.reference_request()
         except (ArmError, KinematicsError) as error:
             self._say(str(error))
             return
         scene = scene_of(self._arm.model, request.joints, request.opening_mm)
-        dialog = ReferenceScreen(str(request), scene, braille=self._braille)
-        self.push_screen(dialog, self._reference_answered)
+        self._ask(str(request), scene, self._arm.confirm_reference)
 
-    def _reference_answered(self, stands: bool | None) -> None:
-        if stands:
-            self._in_thread(self._arm.confirm_reference, "referenced: counting from here")
-        else:
-            self._say("not confirmed: nothing was changed")
+    def action_confirm(self) -> None:
+        """Ask whether the arm stands where the last program left it."""
+        status = self._status
+        if status.trust is not Trust.RESTORED or status.joints is None:
+            self._say(f"nothing to confirm: the position is {status.trust.value}")
+            return
+        scene = scene_of(self._arm.model, status.joints, status.gripper_mm)
+        text = f"An earlier program left the arm here: {status.joints}"
+        self._ask(text, scene, self._arm.confirm_restored)
+
+    def _ask(self, description: str, scene: ArmScene, agreed: Callable[[], None]) -> None:
+        """Draw a posture, and make the call if the arm stands in it."""
+        self._apply(self._deadman.disarm("a question is open"))
+
+        def answered(stands: bool | None) -> None:
+            if stands:
+                self._in_thread(agreed, "confirmed: the position is referenced")
+            else:
+                self._say("not confirmed: nothing was changed")
+
+        self.push_screen(PostureScreen(description, scene, braille=self._braille), answered)
 
     def _close_dialogs(self) -> None:
         while len(self.screen_stack) > 1:

@@ -1,4 +1,4 @@
-"""The dialogs over the desk: help, and the question whether the arm stands in its reference."""
+"""The dialogs over the desk: help, and the question whether the arm stands as drawn."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ class HelpScreen(ModalScreen[bool]):
         self.dismiss(result=False)
 
 
-class ReferenceScreen(ModalScreen[bool]):
-    """The reference posture, drawn and in words, with a yes and a no. Enter is neither."""
+class PostureScreen(ModalScreen[bool]):
+    """A posture, drawn and in words, with a yes and a no. Enter is neither."""
 
     BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("y", "answer(True)", "it stands so", id="reference.yes"),
-        Binding("n", "answer(False)", "it does not", id="reference.no"),
+        Binding("y", "answer(True)", "it stands so", id="posture.yes"),
+        Binding("n", "answer(False)", "it does not", id="posture.no"),
     ]
 
     def __init__(self, description: str, scene: ArmScene, *, braille: bool) -> None:
@@ -54,15 +54,15 @@ class ReferenceScreen(ModalScreen[bool]):
     def compose(self) -> ComposeResult:
         """Lay the dialog out."""
         with Vertical(classes="dialog"):
-            yield PlainText(id="reference-text")
-            yield ArmView("side", side_view, braille=self._braille, id="reference-side")
-            yield ArmView("above", top_view, braille=self._braille, id="reference-top")
-            yield PlainText(id="reference-question")
+            yield PlainText(id="posture-text")
+            yield ArmView("side", side_view, braille=self._braille, id="posture-side")
+            yield ArmView("above", top_view, braille=self._braille, id="posture-top")
+            yield PlainText(id="posture-question")
 
     def on_mount(self) -> None:
         """Draw the posture and put the question."""
-        self.query_one("#reference-text", PlainText).show(self._description)
-        self.query_one("#reference-question", PlainText).show(
+        self.query_one("#posture-text", PlainText).show(self._description)
+        self.query_one("#posture-question", PlainText).show(
             "Does the arm stand exactly so?   y yes   n no"
         )
         for view in self.query(ArmView):

@@ -63,6 +63,13 @@ KEYS = (
         "reference",
         "Show the reference posture, and say that the arm stands in it.",
     ),
+    DeskKey(
+        "confirm",
+        ("C",),
+        "confirm",
+        "confirm",
+        "Show the posture that the last program left, and say that the arm stands in it.",
+    ),
     DeskKey("finer", ("left_square_bracket",), "finer", "finer", "Make the increment smaller."),
     DeskKey(
         "coarser", ("right_square_bracket",), "coarser", "coarser", "Make the increment larger."

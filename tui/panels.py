@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from armdrive.status import State, Status
+from armdrive.status import State, Status, Trust
 from tui.keys import JOG_PAIRS, JogPair, label, words
 from tui.settings import Settings
 
@@ -46,11 +46,16 @@ def conduct(status: Status, settings: Settings, *, armed: bool) -> str:
     return "\n".join(
         (
             f"state {status.state.value}  keys {'ARMED' if armed else DISARMED}",
-            f"position {status.trust.value}: {status.trust_reason}",
+            f"position {status.trust.value}: {status.trust_reason}{_way_out(status)}",
             f"{mode}  {step}  speed {settings.speed * 100:.0f}%",
             f"arrows: left right {_arrow(settings, 'left')}, up down {_arrow(settings, 'up')}",
         )
     )
+
+
+def _way_out(status: Status) -> str:
+    """Name the key that makes a position trusted again."""
+    return {Trust.REFERENCED: "", Trust.RESTORED: " (C confirms)"}.get(status.trust, " (H)")
 
 
 def _arrow(settings: Settings, key: str) -> str:

@@ -82,6 +82,9 @@ class FakeArm:
     def confirm_reference(self):
         self.calls.append(("reference",))
 
+    def confirm_restored(self):
+        self.calls.append(("restored",))
+
     def close(self):
         self.calls.append(("close",))
 

@@ -101,13 +101,15 @@ async def test_mode_increment_and_speed_follow_their_keys():
 async def test_every_other_key_of_the_table_does_what_it_says():
     """A key that is added to the table without a deed here makes this test fail."""
     deeds = {}
-    async with Session(FakeArm(state=State.ERROR_STOP)) as session:
-        for key in ("space", "R", "X", "H"):
+    async with Session(FakeArm(state=State.ERROR_STOP, trust=Trust.RESTORED)) as session:
+        for key in ("space", "R", "X", "H", "C"):
             session.arm.calls.clear()
             await session.press(key)
             await session.desk.workers.wait_for_complete()
             deeds[key] = session.arm.calls[:1] or [len(session.desk.screen_stack)]
-        await session.press("n", "question_mark")
+            if len(session.desk.screen_stack) > 1:
+                await session.press("n")
+        await session.press("question_mark")
         deeds["question_mark"] = len(session.desk.screen_stack)
         await session.press("question_mark")
         session.arm.calls.clear()
@@ -117,6 +119,7 @@ async def test_every_other_key_of_the_table_does_what_it_says():
         "R": [("reset",)],
         "X": [("estop",)],
         "H": [2],
+        "C": [2],
         "question_mark": 2,
     }
     assert session.desk.return_value == 0
@@ -289,6 +292,24 @@ async def test_the_reference_is_taken_only_after_a_yes(answer, asked):
         await session.press(answer)
         await session.desk.workers.wait_for_complete()
         assert session.arm.asked("reference") == asked
+
+
+@pytest.mark.parametrize(("answer", "asked"), [("y", [("restored",)]), ("n", [])])
+async def test_a_restored_position_is_confirmed_only_after_a_yes(answer, asked):
+    async with Session(FakeArm(trust=Trust.RESTORED, trust_reason="recorded")) as session:
+        assert "C confirms" in session.text("conduct")
+        await session.press("C")
+        assert len(session.desk.screen_stack) == 2
+        await session.press(answer)
+        await session.desk.workers.wait_for_complete()
+        assert session.arm.asked("restored") == asked
+
+
+async def test_there_is_nothing_to_confirm_of_a_referenced_position():
+    async with Session() as session:
+        await session.press("C")
+        assert len(session.desk.screen_stack) == 1
+        assert "nothing to confirm" in session.text("remarks")
 
 
 async def test_a_stop_in_the_reference_question_is_no_yes():
