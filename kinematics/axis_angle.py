@@ -9,8 +9,8 @@ import math
 from dataclasses import dataclass
 
 from kinematics.orientation_solution import DEGENERATE_RAD, Degeneracy, OrientationSolution
-from kinematics.quaternions import Quaternion, solve_quaternion
-from kinematics.rotations import Matrix3, multiply, transpose
+from kinematics.quaternions import Quaternion, quaternion_of, solve_quaternion
+from kinematics.rotations import Matrix3
 from kinematics.vectors import Z_AXIS, Vector, norm, scale, unit
 
 
@@ -80,6 +80,7 @@ def rotation_vector(matrix: Matrix3) -> Vector:
 def turn_between(first: Matrix3, second: Matrix3) -> float:
     """Return the angle from 0 to pi, in rad, that turns one rotation into another.
 
-    Raises `NotARotation`.
+    The two are taken to be rotations; they are not checked.
     """
-    return norm(rotation_vector(multiply(transpose(first), second)))
+    turn = quaternion_of(first).inverse() * quaternion_of(second)
+    return 2.0 * math.atan2(norm(turn.vector), abs(turn.w))

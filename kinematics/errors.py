@@ -14,6 +14,9 @@ KinematicsError            root of the room
 +-- NotARotation           a matrix that turns no frame: which property fails, by how much
 +-- NoNearestRotation      several rotations are equally near to a matrix
 +-- NotAUnitQuaternion     a quaternion whose length is not 1
++-- UnknownFrame           no frame of a graph has that name
++-- FramesNotConnected     nothing known joins two frames
++-- FramesDisagree         two routes between the same frames differ
 """
 
 from __future__ import annotations
@@ -222,6 +225,44 @@ class NotAUnitQuaternion(KinematicsError):
         super().__init__(
             f"a rotation's quaternion has length 1, not {length:.9g}; "
             "use Quaternion.of(), which scales it"
+        )
+
+
+class UnknownFrame(KinematicsError):
+    """No frame of a graph has this name; `nearest` is the likeliest meant one, or None."""
+
+    def __init__(self, name: str, names: Iterable[str], nearest: str | None) -> None:
+        self.name = name
+        self.nearest = nearest
+        hint = f"; did you mean {nearest!r}?" if nearest else ""
+        super().__init__(f"no frame is named {name!r}{hint} (there are {', '.join(names)})")
+
+
+class FramesNotConnected(KinematicsError):
+    """Two frames that no known transforms join; `joined` are those joined to the reference."""
+
+    def __init__(self, reference: str, name: str, joined: Iterable[str]) -> None:
+        self.reference = reference
+        self.name = name
+        self.joined = tuple(joined)
+        super().__init__(
+            f"nothing known joins {name!r} to {reference!r}, only {', '.join(self.joined)} "
+            "are joined to it; add a relation between the two groups"
+        )
+
+
+class FramesDisagree(KinematicsError):
+    """A stated relation that the other way around its loop contradicts, by mm and rad."""
+
+    def __init__(self, reference: str, name: str, gap_mm: float, gap_rad: float) -> None:
+        self.reference = reference
+        self.name = name
+        self.gap_mm = gap_mm
+        self.gap_rad = gap_rad
+        super().__init__(
+            f"{name!r} in {reference!r} as stated and as the other relations place it differ by "
+            f"{gap_mm:.4g} mm and {math.degrees(gap_rad):.4g}°; correct one of them, or give "
+            "wider tolerances if they are measured"
         )
 
 

@@ -56,9 +56,9 @@ def solve_rpy(matrix: Matrix3, held_phi_rad: float = 0.0) -> OrientationSolution
     matrix = check_rotation(matrix)
     across, aside, upwards = columns(matrix)[0]
     degenerate = math.hypot(across, aside) <= DEGENERATE_RAD
-    phi = held_phi_rad if degenerate else math.atan2(aside, across)
+    phi = held_phi_rad if degenerate else _direction(aside, across)
     rest = multiply(rot_z(-phi), matrix)  # Rot(y, theta) Rot(x, psi)
-    psi = math.atan2(-rest[1][2], rest[1][1])
+    psi = _direction(-rest[1][2], rest[1][1])
     if degenerate:
         kind = Degeneracy.X_AXIS_UP if upwards > 0.0 else Degeneracy.X_AXIS_DOWN
         return OrientationSolution(RPY(phi, math.copysign(math.pi / 2, -upwards), psi), None, kind)
@@ -76,9 +76,9 @@ def solve_euler(matrix: Matrix3, held_phi_rad: float = 0.0) -> OrientationSoluti
     matrix = check_rotation(matrix)
     across, aside, upwards = columns(matrix)[2]
     degenerate = math.hypot(across, aside) <= DEGENERATE_RAD
-    phi = held_phi_rad if degenerate else math.atan2(aside, across)
+    phi = held_phi_rad if degenerate else _direction(aside, across)
     rest = multiply(rot_z(-phi), matrix)  # Rot(y, theta) Rot(z, psi)
-    psi = math.atan2(rest[1][0], rest[1][1])
+    psi = _direction(rest[1][0], rest[1][1])
     if degenerate:
         kind = Degeneracy.NO_TILT if upwards > 0.0 else Degeneracy.FULL_TILT
         tilt = 0.0 if upwards > 0.0 else math.pi
@@ -86,3 +86,8 @@ def solve_euler(matrix: Matrix3, held_phi_rad: float = 0.0) -> OrientationSoluti
     theta = math.atan2(rest[0][2], rest[2][2])
     other = EulerZYZ(wrap(phi + math.pi), -theta, wrap(psi + math.pi))
     return OrientationSolution(EulerZYZ(phi, theta, psi), other, None)
+
+
+def _direction(across: float, along: float) -> float:
+    """Return the angle from -pi (excluded) to pi, the same for zeros of either sign."""
+    return wrap(math.atan2(across, along)) + 0.0

@@ -7,7 +7,7 @@ answers, and names the orientation at which it is degenerate.
 from kinematics.axis_angle import AxisAngle, rotation_vector, solve_axis_angle, turn_between
 from kinematics.orientation_angles import RPY, EulerZYZ, solve_euler, solve_rpy
 from kinematics.orientation_solution import DEGENERATE_RAD, Degeneracy, OrientationSolution
-from kinematics.quaternions import Quaternion, solve_quaternion
+from kinematics.quaternions import Quaternion, quaternion_of, solve_quaternion
 
 __all__ = [
     "DEGENERATE_RAD",
@@ -17,6 +17,7 @@ __all__ = [
     "EulerZYZ",
     "OrientationSolution",
     "Quaternion",
+    "quaternion_of",
     "rotation_vector",
     "solve_axis_angle",
     "solve_euler",

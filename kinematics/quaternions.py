@@ -86,7 +86,7 @@ def solve_quaternion(matrix: Matrix3) -> OrientationSolution[Quaternion]:
     The first has w > 0; at half a turn (`Degeneracy.HALF_TURN`, w = 0), where either is as good,
     it is the one whose first component that is not zero is positive. Raises `NotARotation`.
     """
-    found = _of_rotation(check_rotation(matrix))
+    found = quaternion_of(check_rotation(matrix))
     if found.w > DEGENERATE_RAD / 2.0:
         return OrientationSolution(found, -found, None)
     if found.w < -DEGENERATE_RAD / 2.0:
@@ -97,8 +97,11 @@ def solve_quaternion(matrix: Matrix3) -> OrientationSolution[Quaternion]:
     return OrientationSolution(found, -found, Degeneracy.HALF_TURN)
 
 
-def _of_rotation(matrix: Matrix3) -> Quaternion:
-    """Start from whichever of the four components is the largest (Shepperd)."""
+def quaternion_of(matrix: Matrix3) -> Quaternion:
+    """Return one of the two quaternions of a matrix that is known to be a rotation.
+
+    It is not checked. Starts from whichever of the four components is the largest (Shepperd).
+    """
     (a, b, c), (d, e, f), (g, h, i) = matrix
     squares = (1.0 + a + e + i, 1.0 + a - e - i, 1.0 - a + e - i, 1.0 - a - e + i)
     match squares.index(max(squares)):
