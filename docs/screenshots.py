@@ -26,9 +26,8 @@ async def desk(arm: Arm) -> None:
             arm.sleep(1.0)
         app.poll()
         await pilot.pause()
-        (HERE / "desk.svg").write_text(
-            app.export_screenshot(title="armdrive jog"), encoding="utf-8"
-        )
+        picture = FROM_ELSEWHERE.sub("", app.export_screenshot(title="armdrive jog"))
+        (HERE / "desk.svg").write_text(picture, encoding="utf-8")
 
 
 def main() -> None:
