@@ -21,8 +21,17 @@ from kinematics import closed_form
 from kinematics.choice import Build, build, solve_pose
 from kinematics.closed_form import Angles, Lengths
 from kinematics.errors import JointLimit, KinematicsError, finite
+from kinematics.frames import Transform
+from kinematics.hand_frame import (
+    FrameAngles,
+    FrameSolution,
+    forward_frame,
+    frame_solution,
+    solve_frame,
+)
 from kinematics.limits import LIMIT_TOLERANCE_RAD, JointRange, LimitViolation, turn_into, wrap
 from kinematics.refusal import refusal
+from kinematics.rotation_check import check_transform
 from kinematics.spaces import JOINT_NAMES, Joints, Pose
 
 
@@ -177,6 +186,23 @@ class FiveAxisArm:
         The floats are not checked, and the seed's base must be within its limits.
         """
         return solve_pose(goal, self._build, table_roll, near)
+
+    def transform(self, joints: Joints) -> Transform:
+        """Return the hand's frame in the arm's base frame; see `hand_frame` for its axes."""
+        return forward_frame(_angles(joints), self.lengths)
+
+    def solve_transform(self, goal: Transform, seed: Joints | None = None) -> FrameSolution:
+        """Return how far a goal given as a full frame is met, and the posture that does it.
+
+        A direction that five axes cannot give is never bent in silence: the answer says by how
+        much it leaves the arm's plane. Raises `NotARotation` and `BadNumber` for what is no frame.
+        """
+        near = _seed(seed, self.limits)
+        return frame_solution(solve_frame(check_transform(goal), self._build, near))
+
+    def solve_frame_angles(self, goal: Transform, near: Angles) -> FrameAngles:
+        """Return what `solve_transform` does on bare floats, for loops; nothing is checked."""
+        return solve_frame(goal, self._build, near)
 
     def ik(
         self, pose: Pose, seed: Joints | None = None, roll_frame: RollFrame = RollFrame.HAND
