@@ -1,0 +1,110 @@
+"""Chains that several tests share, and strategies that draw chains of every build."""
+
+import math
+
+from hypothesis import strategies as st
+
+from kinematics.chains import Chain
+from kinematics.frames import IN_PLACE, transform
+from kinematics.links import Convention, DHLink, JointKind
+from kinematics.rotations import multiply, rot_x, rot_z
+
+QUARTER = math.pi / 2
+
+ALPHA_II = Chain(
+    (
+        DHLink(0.0, 215.0, 0.0, -QUARTER),
+        DHLink(0.0, 0.0, 177.8, 0.0),
+        DHLink(0.0, 0.0, 177.8, 0.0),
+        DHLink(0.0, 0.0, 0.0, -QUARTER),
+        DHLink(0.0, 129.5, 0.0, 0.0),
+    ),
+    name="Alpha II",
+    joint_names=("base", "shoulder", "elbow", "pitch", "roll"),
+)
+
+MINI_MOVER = Chain(
+    (
+        DHLink(0.0, 195.0, 0.0, QUARTER, low=-QUARTER, high=QUARTER),
+        DHLink(0.0, 0.0, 177.8, 0.0, low=math.radians(-35), high=math.radians(144)),
+        DHLink(0.0, 0.0, 177.8, 0.0, low=math.radians(-149), high=0.0),
+        DHLink(QUARTER, 0.0, 0.0, QUARTER, low=-QUARTER, high=QUARTER),
+        DHLink(0.0, 96.5, 0.0, 0.0, low=-math.tau, high=math.tau),
+    ),
+    name="Mini-mover 5",
+    joint_names=("base", "shoulder", "elbow", "wrist_pitch", "wrist_roll"),
+)
+
+PUMA = Chain(
+    (
+        DHLink(0.0, 0.0, 0.0, QUARTER),
+        DHLink(0.0, 0.0, 431.8, 0.0),
+        DHLink(0.0, 150.05, 20.3, -QUARTER),
+        DHLink(0.0, 431.8, 0.0, QUARTER),
+        DHLink(0.0, 0.0, 0.0, -QUARTER),
+        DHLink(0.0, 0.0, 0.0, 0.0),
+    ),
+    name="Puma 560",
+)
+
+ASKEW = transform(multiply(rot_x(0.3), rot_z(-0.7)), (12.0, -5.0, 40.0))
+
+angles = st.one_of(
+    st.sampled_from([0.0, QUARTER, -QUARTER, math.pi]), st.floats(-3.125, 3.125, width=32)
+)
+lengths = st.one_of(st.just(0.0), st.floats(-200.0, 200.0, width=32))
+
+
+@st.composite
+def chains(draw, most=7, kinds=tuple(JointKind)):
+    links = draw(
+        st.lists(
+            st.builds(
+                DHLink,
+                angles,
+                lengths,
+                lengths,
+                angles,
+                st.sampled_from(kinds),
+                st.sampled_from([0.0, 0.3]),
+            ),
+            min_size=1,
+            max_size=most,
+        )
+    )
+    places = st.sampled_from([IN_PLACE, ASKEW])
+    return Chain(tuple(links), draw(st.sampled_from(Convention)), draw(places), draw(places))
+
+
+@st.composite
+def chains_and_values(draw, most=7, kinds=tuple(JointKind)):
+    chain = draw(chains(most, kinds))
+    values = draw(
+        st.lists(st.floats(-3.0, 3.0), min_size=len(chain), max_size=len(chain)).map(tuple)
+    )
+    return chain, values
+
+
+def difference(a, b):
+    """The largest difference of two matrices' entries."""
+    return max(abs(x - y) for r, s in zip(a, b, strict=True) for x, y in zip(r, s, strict=True))
+
+
+def columns_by_differences(chain, values, step=1e-5):
+    """The geometric Jacobian's columns from central differences of the forward kinematics."""
+    here = chain.fk(values)
+    columns = []
+    for index in range(len(values)):
+        moved = [
+            chain.fk([*values[:index], values[index] + sign * step, *values[index + 1 :]])
+            for sign in (1, -1)
+        ]
+        rates = [
+            [(moved[0][r][c] - moved[1][r][c]) / (2 * step) for c in range(4)] for r in range(3)
+        ]
+        spin = [
+            [sum(rates[r][k] * here[s][k] for k in range(3)) for s in range(3)] for r in range(3)
+        ]
+        turning = [spin[2][1], spin[0][2], spin[1][0]]
+        columns.append([rates[0][3], rates[1][3], rates[2][3], *turning])
+    return columns
