@@ -40,12 +40,11 @@ def find(name: str, *, dialect_name: str | None = None, baud: int | None = None)
     A port needs a dialect, since nothing is sent to find it out. Raises `BadRequest` or
     `ArmFileError` with what is known.
     """
-    forced = os.environ.get("ARMDRIVE_FORCE_SIM", "") not in ("", "0")
     if name.startswith(SIM):
         return Target(simulated_config(name.removeprefix(SIM)), simulated=True)
     path = _arm_file(name)
     if path is not None:
-        return Target(load_arm_file(path), simulated=forced)
+        return _real_unless_forced(load_arm_file(path))
     if not _looks_like_port(name):
         raise ArmFileError(_unknown(name))
     if dialect_name is None:
@@ -55,7 +54,22 @@ def find(name: str, *, dialect_name: str | None = None, baud: int | None = None)
         )
     row = dialect(dialect_name)
     wire = Connection(dialect=row.name, port=name, baud=baud or row.baud)
-    return Target(config_of_preset(row.preset, name=name, connection=wire), simulated=forced)
+    return _real_unless_forced(config_of_preset(row.preset, name=name, connection=wire))
+
+
+def simulation_forced() -> bool:
+    """Tell whether the environment turns every arm into its simulated twin."""
+    return os.environ.get("ARMDRIVE_FORCE_SIM", "") not in ("", "0")
+
+
+def _real_unless_forced(config: ArmConfig) -> Target:
+    """Return an arm, or its twin under a name of its own.
+
+    The name keeps the real arm's record, lock and socket out of the twin's hands.
+    """
+    if simulation_forced():
+        return Target(replace(config, name=f"{SIM}{config.name}"), simulated=True)
+    return Target(config, simulated=False)
 
 
 def simulated_config(name: str) -> ArmConfig:
@@ -120,6 +134,11 @@ def connect_real(
     from armdrive.transports.serial_port import SerialLink
 
     wire = config.connection
+    if simulation_forced():
+        raise PortUnavailable(
+            f"ARMDRIVE_FORCE_SIM is set, so the port of {config.name} stays closed: connect to its "
+            "simulated twin, or clear that variable"
+        )
     if not wire.port:
         raise PortUnavailable(
             f'the arm file of {config.name} names no port: write port = "/dev/ttyUSB0", say, '

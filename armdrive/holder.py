@@ -7,9 +7,12 @@ The lock goes by the port and the arm's name. The socket hands out the status an
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import json
 import os
+import shutil
 import sys
+import tempfile
 import threading
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,13 +21,15 @@ from armdrive import places
 from armdrive.errors import ArmError, ArmInUse
 
 if TYPE_CHECKING:
-    from multiprocessing.connection import Listener
+    from multiprocessing.connection import Connection, Listener
 
     from filelock import FileLock
 
     from armdrive.arm import Arm
 
 PATIENCE_S = 2.0
+LONGEST_ADDRESS = 100
+"""Bytes; the path of a local socket may have 103 on some systems, and 107 on others."""
 
 
 class Holding:
@@ -34,7 +39,7 @@ class Holding:
         self._names = names
         self._locks: list[FileLock] = []
         self._listener: Listener | None = None
-        self._key = os.urandom(16)
+        self._folder: str | None = None
 
     def take(self) -> None:
         """Take every lock or raise `ArmInUse` that names the holder."""
@@ -57,7 +62,7 @@ class Holding:
         """Answer other programs of the same user about this arm."""
         from multiprocessing.connection import Listener
 
-        address = _address(self._names[0])
+        address = self._address()
         with contextlib.suppress(OSError):
             Path(address).unlink()
         self._listener = Listener(address)
@@ -75,6 +80,8 @@ class Holding:
         listener, self._listener = self._listener, None
         if listener is not None:
             with contextlib.suppress(OSError):
+                _knock(str(listener.address))  # closing alone would not wake who waits for a call
+            with contextlib.suppress(OSError):
                 listener.close()
             for name in self._names:
                 with contextlib.suppress(OSError):
@@ -82,6 +89,17 @@ class Holding:
         for lock in self._locks:
             lock.release()
         self._locks.clear()
+        folder, self._folder = self._folder, None
+        if folder is not None:
+            shutil.rmtree(folder, ignore_errors=True)
+
+    def _address(self) -> str:
+        """Return where to listen: beside the lock, or in a folder of our own with a short path."""
+        address = _address(self._names[0])
+        if os.name == "posix" and len(os.fsencode(address)) > LONGEST_ADDRESS:
+            self._folder = tempfile.mkdtemp(prefix="armdrive-")
+            return str(Path(self._folder) / "socket")
+        return address
 
     def _answer(self, arm: Arm) -> None:
         while (listener := self._listener) is not None:
@@ -89,10 +107,8 @@ class Holding:
                 connection = listener.accept()
             except (OSError, EOFError):
                 continue
-            with connection, contextlib.suppress(OSError, EOFError, ValueError):
-                if connection.poll(PATIENCE_S):
-                    reply = _reply(arm, json.loads(connection.recv_bytes(4096)))
-                    connection.send_bytes(json.dumps(reply).encode())
+            # each call in a thread of its own: a stop does not wait behind somebody who is silent
+            threading.Thread(target=_serve, args=(arm, connection), daemon=True).start()
 
 
 def hold(*names: str) -> Holding:
@@ -115,15 +131,40 @@ def ask_holder(name: str, request: str) -> dict[str, Any]:
             if not connection.poll(PATIENCE_S):
                 raise ArmError(f"{_holder(name)} does not answer; stop the arm at its own switch")
             answer = json.loads(connection.recv_bytes(65536))
-    except (OSError, EOFError, ValueError, KeyError) as error:
+    except (ConnectionRefusedError, FileNotFoundError):
+        raise ArmError(
+            f"{_holder(name)} held {name} and was ended without a chance to give it back: nothing "
+            "moves it from this computer any more"
+        ) from None
+    except (OSError, EOFError, ValueError) as error:
         raise ArmError(f"{_holder(name)} cannot be asked: {error}") from None
     return answer if isinstance(answer, dict) else {}
 
 
 def held_arms() -> list[str]:
     """Return the names under which programs hold arms now."""
-    folder = places.states()
-    return sorted(path.name.removesuffix(".holder") for path in folder.glob("*.holder"))
+    found: dict[str, str] = {}
+    for path in sorted(places.states().glob("*.holder")):
+        name = path.name.removesuffix(".holder")
+        address = str((_notice(name) or {}).get("address"))
+        with contextlib.suppress(OSError, EOFError):  # left behind by a program that was killed
+            _knock(address)
+            found.setdefault(address, name)  # an arm goes by its own name and by its port's
+    return list(found.values())
+
+
+def _knock(address: str) -> None:
+    """Call and hang up; raises `OSError` where nobody listens."""
+    from multiprocessing.connection import Client
+
+    Client(address).close()
+
+
+def _serve(arm: Arm, connection: Connection[Any, Any]) -> None:
+    with connection, contextlib.suppress(OSError, EOFError, ValueError):
+        if connection.poll(PATIENCE_S):
+            reply = _reply(arm, json.loads(connection.recv_bytes(4096)))
+            connection.send_bytes(json.dumps(reply).encode())
 
 
 def _reply(arm: Arm, message: Any) -> dict[str, Any]:
@@ -144,7 +185,8 @@ def _path(name: str, ending: str) -> Path:
 
 def _address(name: str) -> str:
     if os.name == "posix":
-        return str(_path(name, "socket"))
+        short = hashlib.blake2s(places.file_name(name).encode(), digest_size=8).hexdigest()
+        return str(places.states() / f"{short}.socket")
     return rf"\\.\pipe\armdrive-{places.file_name(name)}"
 
 

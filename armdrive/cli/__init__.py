@@ -36,7 +36,9 @@ EXIT_CODES: Mapping[int, str] = MappingProxyType(
         4: "the port or its holder: cannot be opened, lost, in use",
         5: "stopped before the end",
         6: "the controller answered something else than it should have",
+        129: "ended by SIGHUP, a closed terminal; the arm was stopped",
         130: "interrupted by Ctrl-C; the arm was stopped",
+        143: "ended by SIGTERM; the arm was stopped",
     }
 )
 """What the command line ends with."""

@@ -7,6 +7,7 @@ import os
 from typing import TYPE_CHECKING
 
 from armdrive import places
+from armdrive.cli.numbers import count
 from armdrive.dialects import DIALECTS
 from armdrive.errors import BadRequest
 
@@ -25,7 +26,7 @@ def add_arm_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--sim", metavar="DIALECT", choices=list(DIALECTS), help="a simulated arm")
     group.add_argument("--port", metavar="PORT", help="a serial port or a pyserial URL")
     group.add_argument("--dialect", choices=list(DIALECTS), help="what the arm on --port speaks")
-    group.add_argument("--baud", type=int, help="baud rate of --port")
+    group.add_argument("--baud", type=count, help="baud rate of --port")
     group.add_argument("--fresh", action="store_true", help="a simulated arm: forget its world")
     add_json_option(parser)
 

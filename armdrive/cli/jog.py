@@ -24,6 +24,5 @@ def run(options: argparse.Namespace) -> int:
         raise BadRequest("jogging needs a terminal; scripts use jog_j() and jog_l()")
     from tui import run_desk
 
-    simulated = options.port is None
-    with connect_chosen(options, pace="real" if simulated else None) as arm:
+    with connect_chosen(options, pace="real") as arm:  # the simulated twin of a port's arm, too
         return run_desk(arm, ascii_only=options.ascii)

@@ -17,6 +17,13 @@ def number(text: str) -> float:
     return value
 
 
+def count(text: str) -> int:
+    """Return a whole number above 0."""
+    if not (text.isascii() and text.isdecimal() and int(text) > 0):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number above 0")
+    return int(text)
+
+
 def fraction(text: str) -> float:
     """Return a number above 0 and up to 1."""
     value = number(text)

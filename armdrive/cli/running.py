@@ -14,7 +14,7 @@ from typing import NoReturn, Protocol, cast
 
 from armdrive.cli import COMMANDS
 from armdrive.errors import ArmError
-from kinematics.errors import BadNumber, KinematicsError
+from kinematics.errors import BadNumber, KinematicsError, UnknownPreset
 
 REFUSED = 3
 USAGE = 2
@@ -59,7 +59,7 @@ def run_command(name: str, words: list[str]) -> int:
         return _say(f"ended by {ended}; the arm was stopped", 128 + ended.number)
     except ArmError as error:
         return _say(str(error), error.exit_code)
-    except BadNumber as error:
+    except (BadNumber, UnknownPreset) as error:
         return _say(str(error), USAGE)
     except KinematicsError as error:
         return _say(str(error), REFUSED)
@@ -67,6 +67,8 @@ def run_command(name: str, words: list[str]) -> int:
         # whoever read our output has gone (armdrive ... | head): end quietly
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
+    except OSError as error:  # a state folder that cannot be written, a disk that is full
+        return _say(str(error), ArmError.exit_code)
 
 
 def _say(text: str, code: int) -> int:

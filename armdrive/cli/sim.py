@@ -16,7 +16,7 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from armdrive.cli.numbers import number
+from armdrive.cli.numbers import count, number
 from armdrive.cli.output import say
 from armdrive.dialects import DIALECTS
 
@@ -27,7 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     where = parser.add_mutually_exclusive_group(required=True)
     where.add_argument("--pty", metavar="PATH", help="a new serial port, linked from PATH")
     where.add_argument("--tcp", metavar="HOST:PORT", help="a TCP port (the way on Windows)")
-    parser.add_argument("--baud", type=int, help="pace the bytes like this line")
+    parser.add_argument("--baud", type=count, help="pace the bytes like this line")
     parser.add_argument(
         "--speed-error",
         type=number,

@@ -35,7 +35,7 @@ def connect_remembered(
     try:
         if fresh:
             _forget(config.name)
-        twin = make_twin(config, _load(config.name))
+        twin = _twin(config)
         arm = connect_simulated(
             config,
             twin=twin,
@@ -52,6 +52,16 @@ def connect_remembered(
     return arm
 
 
+def _twin(config: ArmConfig) -> Twin:
+    try:
+        return make_twin(config, _load(config.name))
+    except StateFileError as error:
+        raise StateFileError(
+            f"the remembered world {world_file(config.name)} cannot be used: {error}; "
+            "--fresh begins anew"
+        ) from None
+
+
 def _load(arm: str) -> object:
     path = world_file(arm)
     try:
@@ -59,9 +69,7 @@ def _load(arm: str) -> object:
     except FileNotFoundError:
         return None
     except (OSError, ValueError) as error:
-        raise StateFileError(
-            f"the remembered world {path} cannot be read ({error}); --fresh begins anew"
-        ) from None
+        raise StateFileError(str(error)) from None
 
 
 def _save(arm: str, twin: Twin) -> None:
