@@ -1,0 +1,70 @@
+"""Calling the command line within the test's own process, and reading what it said."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from armdrive import places
+from armdrive.cli import main
+
+TRACEBACK = "Traceback"
+
+
+@dataclass(frozen=True)
+class Called:
+    """What one command ended with and printed."""
+
+    code: int
+    out: str
+    err: str
+
+    @property
+    def json(self) -> dict[str, Any]:
+        return json.loads(self.out)
+
+    @property
+    def json_lines(self) -> list[dict[str, Any]]:
+        return [json.loads(line) for line in self.out.splitlines()]
+
+
+class Caller:
+    """Calls commands one after another; none of them may end in a traceback."""
+
+    def __init__(self, capsys) -> None:
+        self._capsys = capsys
+
+    def __call__(self, *words: str, code: int | None = None) -> Called:
+        """Call a command; `code` is what it has to end with, where the test knows."""
+        self._capsys.readouterr()
+        try:
+            ended = main(list(words))
+        except SystemExit as end:  # how argparse ends
+            ended = end.code if isinstance(end.code, int) else 1
+        said = self._capsys.readouterr()
+        called = Called(ended, said.out, said.err)
+        assert TRACEBACK not in said.out + said.err
+        assert code is None or ended == code, called
+        return called
+
+    def refused(self, *words: str, code: int) -> str:
+        """Call a command that must fail; return its one sentence."""
+        called = self(*words, code=code)
+        assert called.err.startswith("armdrive: "), called
+        assert called.err.count("\n") == 1, called
+        return called.err.strip()
+
+
+def write_arm_file(name: str, text: str) -> Path:
+    """Put an arm file where arm files are looked for."""
+    path = places.arm_files() / f"{name}.toml"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def state_files(ending: str) -> list[Path]:
+    """Return the files of one kind in the state folder."""
+    return sorted(places.states().glob(f"*{ending}"))

@@ -1,0 +1,98 @@
+"""Which arm a command is about: options, the environment, the default arm file."""
+
+from __future__ import annotations
+
+import pytest
+from cli_calls import Caller, write_arm_file
+
+NOWHERE = 'model = "teachmover"\n[connection]\nport = "/dev/ttyNOWHERE"\n'
+
+
+@pytest.fixture
+def call(capsys):
+    return Caller(capsys)
+
+
+def arm_of(called):
+    return called.json["arm"]
+
+
+def test_with_no_arm_named_it_is_the_simulated_one(call):
+    assert arm_of(call("status", "--json", code=0)) == "sim:teachmover"
+
+
+def test_a_simulated_arm_is_chosen_by_dialect_or_by_name(call):
+    assert arm_of(call("status", "--sim", "teachmover", "--json", code=0)) == "sim:teachmover"
+    assert arm_of(call("status", "--arm", "sim:teachmover", "--json", code=0)) == "sim:teachmover"
+
+
+def test_an_arm_file_is_chosen_by_name_and_by_path(call, tmp_path):
+    write_arm_file("bench", NOWHERE)
+    assert "/dev/ttyNOWHERE" in call.refused("status", "--arm", "bench", code=4)
+    path = tmp_path / "other.toml"
+    path.write_text('model = "teachmover"\n')
+    sentence = call.refused("status", "--arm", str(path), code=4)
+    assert "other names no port" in sentence
+
+
+def test_the_environment_names_the_arm(call, monkeypatch):
+    monkeypatch.setenv("ARMDRIVE_ARM", "bench")
+    assert "'bench'" in call.refused("status", code=2)
+    write_arm_file("bench", NOWHERE)
+    assert "/dev/ttyNOWHERE" in call.refused("status", code=4)
+    assert arm_of(call("status", "--sim", "teachmover", "--json", code=0)) == "sim:teachmover"
+
+
+def test_a_default_arm_file_is_used_where_nothing_is_named(call, monkeypatch):
+    write_arm_file("default", NOWHERE)
+    assert "/dev/ttyNOWHERE" in call.refused("status", code=4)
+    monkeypatch.setenv("ARMDRIVE_ARM", "sim:teachmover")
+    assert arm_of(call("status", "--json", code=0)) == "sim:teachmover"
+
+
+def test_a_port_speaks_teachmover_unless_told(call):
+    assert "/dev/ttyNOWHERE" in call.refused("status", "--port", "/dev/ttyNOWHERE", code=4)
+
+
+def test_an_unknown_arm_is_met_with_the_nearest_one(call):
+    write_arm_file("bench", NOWHERE)
+    assert "did you mean 'bench'" in call.refused("status", "--arm", "benhc", code=2)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("model = ", "not valid TOML"),
+        ("", "model"),
+        ('model = "teachmoover"', "did you mean 'teachmover'"),
+        ('model = "teachmover"\nspede = 1', "spede"),
+        ('model = "teachmover"\n[connection]\nbuad = 9600', "did you mean 'baud'"),
+        ('model = "teachmover"\n[motion]\njog_burst_s = 9', "motion.jog_burst_s"),
+        ('model = "teachmover"\n[lengths]\nhand_mm = "long"', "lengths.hand_mm"),
+        ('model = "teachmover"\n[connection]\ndialect = "gcode"', "gcode"),
+    ],
+)
+def test_an_arm_file_that_cannot_be_used_is_named_with_the_key(call, text, said):
+    path = write_arm_file("bench", text)
+    sentence = call.refused("status", "--arm", "bench", code=2)
+    assert said in sentence
+    assert str(path) in sentence
+
+
+def test_forced_simulation_turns_a_port_into_its_twin(call, monkeypatch):
+    monkeypatch.setenv("ARMDRIVE_FORCE_SIM", "1")
+    port = ("--port", "/dev/ttyNOWHERE")
+    homed = call("home", *port, code=0)
+    assert "SIMULATED" in homed.out
+    call("move", *port, "--x", "250", "--z", "120", code=0)
+    seen = call("status", *port, "--json", code=0).json
+    assert seen["simulated"] is True
+    assert seen["pose"]["x_mm"] == pytest.approx(250, abs=0.5)
+    assert call("status", "--json").json["trust"] == "unknown"  # another arm, another world
+
+
+def test_forced_simulation_remembers_the_twin_apart_from_the_real_arm(call, monkeypatch):
+    write_arm_file("bench", NOWHERE)
+    monkeypatch.setenv("ARMDRIVE_FORCE_SIM", "1")
+    call("home", "--arm", "bench", code=0)
+    assert arm_of(call("status", "--arm", "bench", "--json", code=0)) == "sim:bench"

@@ -1,0 +1,140 @@
+"""An arm that another program holds: who has it, what it says, and a stop from outside."""
+
+from __future__ import annotations
+
+import os
+import threading
+from itertools import count
+
+import pytest
+from cli_calls import Caller
+
+from armdrive import Pose, Stopped
+from armdrive.cli.worlds import connect_remembered
+from armdrive.connecting import simulated_config
+from armdrive.status import State
+
+ARM = "sim:teachmover"
+SOON_S = 10.0
+
+
+@pytest.fixture
+def call(capsys):
+    return Caller(capsys)
+
+
+@pytest.fixture
+def held(call):
+    """The simulated arm of the command line, held by somebody else, ten times faster than real."""
+    with connect_remembered(simulated_config("teachmover"), pace=10.0) as arm:
+        arm.confirm_reference()
+        yield arm
+
+
+@pytest.mark.parametrize(
+    "words", [("home",), ("move", "--z", "60"), ("move", "--z", "60", "--json")]
+)
+def test_commands_that_need_the_arm_say_who_holds_it(call, held, words):
+    sentence = call.refused(*words, code=4)
+    assert f"{ARM} is held by the program" in sentence
+    assert f"(process {os.getpid()})" in sentence
+    assert "`armdrive stop`" in sentence
+
+
+def test_fresh_does_not_take_the_world_from_under_its_holder(call, held):
+    call.refused("status", "--fresh", "--port", "/dev/ttyNOWHERE", code=4)
+    assert call("status", "--fresh", "--json", code=0).json["trust"] == "referenced"
+
+
+def test_the_status_of_a_held_arm_comes_from_its_holder(call, held):
+    seen = call("status", "--json", code=0).json
+    assert seen["arm"] == ARM
+    assert seen["trust"] == "referenced"
+    said = call("status", code=0).out
+    assert "held by another program" in said
+    assert "trust: referenced" in said
+
+
+def test_a_stop_from_outside_ends_a_motion(call, held):
+    handle = held.move_j(base_deg=85, speed=0.05, wait=False)
+    moving = threading.Event()
+    while held.status.state is not State.MOVING:
+        moving.wait(0.001)
+    said = call("stop", code=0).out
+    assert "asked" in said
+    with pytest.raises(Stopped):
+        handle.wait(SOON_S)
+    assert held.status.state is State.STANDBY
+    assert held.status.joints["base"] < 1.4
+    held.move_j(base_deg=0)  # a stop latches nothing
+
+
+def test_a_stop_by_name_finds_the_same_program(call, held):
+    assert call("stop", "--sim", "teachmover", "--json", code=0).json == {
+        "stopped": 1,
+        "failures": [],
+    }
+
+
+def test_a_stop_with_nothing_to_stop_is_no_error(call):
+    assert "nothing to stop" in call("stop", code=0).out
+    assert call("stop", "--json", code=0).json == {"stopped": 0, "failures": []}
+
+
+def test_a_stop_of_an_arm_that_nobody_holds_says_so(call):
+    called = call("stop", "--sim", "teachmover", code=1)
+    assert f"no program holds {ARM}" in called.out
+
+
+def test_a_command_that_is_stopped_from_outside_ends_with_its_own_code(call, monkeypatch):
+    from armdrive.arm import Arm
+
+    def stopped(arm: Arm, goal: Pose, **options: object) -> None:
+        raise Stopped("the motion was stopped before its goal")
+
+    call("home", code=0)
+    monkeypatch.setattr(Arm, "move_to", stopped)
+    assert "stopped before its goal" in call.refused("move", "--z", "60", code=5)
+
+
+def test_ctrl_c_in_a_motion_stops_the_arm_and_keeps_the_reference(call, monkeypatch):
+    from armdrive.engine import Engine
+
+    call("home", code=0)
+    real, calls = Engine.advance, count()
+
+    def interrupted(engine: Engine, now_s: float) -> float:
+        if next(calls) == 20:
+            raise KeyboardInterrupt
+        return real(engine, now_s)
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Engine, "advance", interrupted)
+        called = call("move", "--x", "300", "--z", "150", code=130)
+    assert "the arm was stopped" in called.err
+    seen = call("status", "--json", code=0).json
+    assert seen["trust"] == "restored"
+    assert 127 < seen["pose"]["x_mm"] < 299  # on the way
+
+
+def test_a_controller_that_does_not_answer_ends_with_its_own_code(call, monkeypatch):
+    from armdrive.transports.memory import MemoryLink
+
+    monkeypatch.setattr(MemoryLink, "write", lambda link, data, now_s: None)
+    sentence = call.refused("status", code=6)
+    assert "no answer" in sentence
+
+
+def test_a_cable_that_is_pulled_ends_with_its_own_code(call, monkeypatch):
+    from armdrive.transports.memory import MemoryLink
+
+    call("home", code=0)
+    real, calls = MemoryLink.write, count()
+
+    def pulled(link: MemoryLink, data: bytes, now_s: float) -> None:
+        if next(calls) == 4:
+            link.unplug()
+        real(link, data, now_s)
+
+    monkeypatch.setattr(MemoryLink, "write", pulled)
+    assert "unplugged" in call.refused("move", "--x", "300", "--z", "150", code=4)

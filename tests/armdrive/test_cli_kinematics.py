@@ -1,0 +1,81 @@
+"""`armdrive fk` and `armdrive ik`: the mathematics from the command line."""
+
+from __future__ import annotations
+
+import pytest
+from cli_calls import Caller
+
+from armdrive.view import joints_view, pose_view
+from kinematics import PRESETS, Joints, preset
+
+GOAL = ("--x", "250", "--y", "0", "--z", "120", "--pitch", "-90")
+
+
+@pytest.fixture
+def call(capsys):
+    return Caller(capsys)
+
+
+def test_fk_gives_the_pose_of_a_posture(call):
+    found = call("fk", "0", "40", "-60", "-70", "0", "--json", code=0).json
+    expected = preset("teachmover").arm.fk(Joints.of(0, 40, -60, -70, 0))
+    assert found["pose"] == pose_view(expected)
+    assert found["model"] == "teachmover"
+    assert found["violations"] == []
+
+
+def test_fk_says_which_limits_a_posture_passes(call):
+    called = call("fk", "120", "40", "-60", "-70", "0", code=0)
+    assert "but: base 30.0° beyond its limit of 90.0°" in called.out
+
+
+def test_ik_undoes_fk(call):
+    pose = call("fk", "20", "50", "-70", "-60", "10", "--json", code=0).json["pose"]
+    words = [f"--{key.partition('_')[0]}={value}" for key, value in pose.items()]
+    found = call("ik", *words, "--json", code=0).json
+    fitting = [branch["joints"] for branch in found["branches"] if branch["within_limits"]]
+    wanted = joints_view(Joints.of(20, 50, -70, -60, 10))
+    assert any(
+        all(joints[name] == pytest.approx(wanted[name], abs=0.01) for name in wanted)
+        for joints in fitting
+    )
+
+
+def test_ik_prints_every_branch_and_the_one_that_is_taken(call):
+    called = call("ik", *GOAL, code=0)
+    for base in ("front", "back"):
+        for elbow in ("up", "down"):
+            assert f"base {base}, elbow {elbow}" in called.out
+    assert "taken: base 0.0°" in called.out
+
+
+def test_ik_says_that_a_guard_forbids_a_posture(call):
+    called = call("ik", "--x", "200", "--y", "0", "--z", "-20", "--pitch", "-90", code=0)
+    assert "but: " in called.out
+    assert "table" in called.out
+
+
+@pytest.mark.parametrize("key", PRESETS)
+def test_both_know_every_preset(call, key):
+    assert call("fk", "0", "40", "-60", "-70", "0", "--model", key, "--json").json["model"] == key
+    assert call("ik", *GOAL, "--model", key, "--json").json["model"] == key
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--x", "900", "--y", "0", "--z", "120", "--pitch", "0"), "nearest pose"),
+        (("--x", "100", "--y", "0", "--z", "195", "--pitch", "0"), "nearest pose"),
+        (("--x", "-250", "--y", "0", "--z", "120", "--pitch", "-90"), "beyond its limit"),
+    ],
+)
+def test_a_goal_out_of_reach_is_refused_with_the_nearest_pose(call, words, said):
+    called = call("ik", *words, code=3)
+    assert said in called.err
+    assert called.err.count("\n") == 1
+
+
+def test_a_goal_out_of_reach_still_prints_its_branches_as_json(call):
+    called = call("ik", "--x", "-250", "--y", "0", "--z", "120", "--pitch", "-90", "--json", code=3)
+    assert called.json["branches"]
+    assert not any(branch["within_limits"] for branch in called.json["branches"])

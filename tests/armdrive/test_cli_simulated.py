@@ -1,0 +1,176 @@
+"""Commands on the simulated arm: each goes on from where the one before it left the arm."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from cli_calls import Caller, state_files
+
+from armdrive import places
+from armdrive.cli.worlds import world_file
+from armdrive.connecting import state_file
+
+ARM = "sim:teachmover"
+
+
+@pytest.fixture
+def call(capsys):
+    return Caller(capsys)
+
+
+@pytest.fixture
+def referenced(call):
+    call("home", code=0)
+    return call
+
+
+def edit(path, change):
+    document = json.loads(path.read_text())
+    change(document)
+    path.write_text(json.dumps(document))
+
+
+def test_home_then_move_then_status_continue_one_another(call):
+    homed = call("home", "--json", code=0).json
+    assert homed["trust"] == "referenced"
+    assert homed["pose"]["z_mm"] == pytest.approx(0.0, abs=0.5)
+    moved = call("move", "--x", "250", "--z", "120", "--pitch", "-90", "--json", code=0).json
+    assert moved["pose"]["x_mm"] == pytest.approx(250, abs=0.5)
+    seen = call("status", "--json", code=0).json
+    assert seen["pose"] == moved["pose"]
+    assert seen["trust"] == "restored"
+    assert seen["simulated"] is True
+
+
+def test_coordinates_and_joints_that_are_not_named_stay(referenced):
+    referenced("move", "--x", "250", "--z", "120", code=0)
+    line = referenced("move", "--y", "60", "--line", "--json", code=0).json
+    assert line["pose"]["y_mm"] == pytest.approx(60, abs=0.5)
+    assert line["pose"]["z_mm"] == pytest.approx(120, abs=0.5)
+    turned = referenced("move", "--base", "-20", "--json", code=0).json
+    assert turned["joints"]["base_deg"] == pytest.approx(-20, abs=0.1)
+    for name in ("shoulder_deg", "elbow_deg", "wrist_pitch_deg"):
+        assert turned["joints"][name] == pytest.approx(line["joints"][name], abs=1e-9)
+
+
+def test_the_fingers_and_the_park_posture(referenced):
+    parked = referenced("move", "--park", "--json", code=0).json
+    assert parked["pose"]["z_mm"] == pytest.approx(30, abs=0.5)
+    opened = referenced("move", "--gripper", "40", "--json", code=0).json
+    assert opened["gripper_mm"] == pytest.approx(40, abs=0.1)
+    assert opened["pose"] == parked["pose"]
+
+
+@pytest.mark.parametrize("words", [("home",), ("move", "--z", "60"), ("status",)])
+def test_every_output_says_that_the_arm_is_simulated(referenced, words):
+    assert referenced(*words, code=0).out.startswith(f"{ARM} (Microbot TeachMover), SIMULATED")
+
+
+def test_a_move_says_what_rounding_left(referenced):
+    called = referenced("move", "--z", "80", "--speed", "0.5", code=0)
+    assert "from the goal by rounding to steps" in called.out
+
+
+def test_planned_motion_without_a_reference_is_refused_with_the_way_to_one(call):
+    sentence = call.refused("move", "--x", "250", code=3)
+    assert "`armdrive home`" in sentence
+    assert call("status", "--json").json["trust"] == "unknown"
+
+
+def test_fresh_forgets_the_world_and_the_reference(referenced):
+    referenced("move", "--z", "80", code=0)
+    fresh = referenced("status", "--fresh", "--json", code=0).json
+    assert fresh["trust"] == "unknown"
+    assert fresh["acknowledged_steps"] == [0] * 6
+
+
+@pytest.mark.parametrize(
+    ("goal", "said"),
+    [
+        (("--x", "900"), "out of reach"),
+        (("--z", "-40"), "table"),
+        (("--base", "120"), "base"),
+        (("--elbow", "20"), "elbow"),
+        (("--gripper", "200"), "gripper"),
+    ],
+)
+def test_a_goal_beyond_a_bound_is_refused_and_nothing_moves(referenced, goal, said):
+    before = referenced("status", "--json").json
+    called = referenced("move", *goal, code=3)
+    assert said in called.err
+    assert called.err.count("\n") == 1
+    assert referenced("status", "--json").json["acknowledged_steps"] == before["acknowledged_steps"]
+
+
+def test_confirming_a_restored_posture_makes_it_a_reference(referenced):
+    assert referenced("status", "--json").json["trust"] == "restored"
+    assert referenced("home", "--confirm", "--json", code=0).json["trust"] == "referenced"
+
+
+def test_there_is_nothing_to_confirm_on_an_arm_without_a_record(call):
+    assert "no restored position to confirm" in call.refused("home", "--confirm", code=3)
+
+
+def test_home_yes_believes_the_person_and_moves_nothing(call):
+    before = call("status", "--json").json["read_back_steps"]
+    homed = call("home", "--yes", "--json", code=0).json
+    assert homed["trust"] == "referenced"
+    assert homed["pose"]["x_mm"] == pytest.approx(127, abs=0.5)
+    world = json.loads(world_file(ARM).read_text())
+    assert world["registers"] == before
+
+
+def test_an_arm_that_was_pushed_meanwhile_is_not_believed(referenced):
+    def push(world):
+        world["registers"][0] += 50
+
+    edit(world_file(ARM), push)
+    assert referenced("status", "--json").json["trust"] == "suspect"
+    sentence = referenced.refused("move", "--z", "80", code=3)
+    assert "registers differ" in sentence
+    assert "armdrive home" in sentence
+
+
+def test_the_simulated_operator_sees_that_the_arm_is_not_as_recorded(referenced):
+    def push(world):
+        world["world"]["motors"][0] += 400  # the arm was turned, and no register knows
+
+    edit(world_file(ARM), push)
+    sentence = referenced.refused("move", "--z", "80", code=3)
+    assert "restored" in sentence
+    assert "--confirm" in sentence
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", '{"world": 1, "registers": []}', "\x00"])
+def test_a_damaged_world_ends_in_a_sentence_with_the_way_out(referenced, text):
+    world_file(ARM).write_text(text)
+    sentence = referenced.refused("status", code=1)
+    assert str(world_file(ARM)) in sentence
+    assert "--fresh" in sentence
+    referenced("status", "--fresh", code=0)
+    referenced("status", code=0)
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", '{"format": 99}', "\x00"])
+def test_a_damaged_record_costs_the_reference_and_home_mends_it(referenced, text):
+    state_file(ARM).write_text(text)
+    seen = referenced("status", "--json", code=0).json
+    assert seen["trust"] == "unknown"
+    assert str(state_file(ARM)) in seen["trust_reason"]
+    referenced("home", code=0)
+    referenced("move", "--z", "60", code=0)
+
+
+def test_a_state_folder_that_cannot_be_written_ends_in_a_sentence(call, tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("in the way")
+    monkeypatch.setenv("ARMDRIVE_HOME", str(tmp_path / "file"))
+    assert str(tmp_path / "file") in call.refused("status", code=1)
+
+
+def test_nothing_but_the_arm_s_own_files_stays_behind(referenced):
+    referenced("move", "--z", "60", code=0)
+    assert state_files(".holder") == []
+    assert state_files(".socket") == []
+    left = {path.name for path in places.states().iterdir()}
+    assert left == {"sim_teachmover.json", "sim_teachmover.lock", "sim_teachmover.world.json"}

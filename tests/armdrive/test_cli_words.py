@@ -1,0 +1,134 @@
+"""The command line's own words: help, unknown commands, wrong options, and what it imports."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+from cli_calls import Caller
+
+from armdrive.cli import COMMANDS, EXIT_CODES
+from armdrive.errors import ArmError
+
+HEAVY = {"numpy", "can", "serial", "textual", "argparse", "filelock", "platformdirs", "asyncio"}
+
+
+@pytest.fixture
+def call(capsys):
+    return Caller(capsys)
+
+
+def error_classes(kind=ArmError):
+    yield kind
+    for each in kind.__subclasses__():
+        yield from error_classes(each)
+
+
+def test_help_names_every_command_and_every_exit_code(call):
+    for words in ([], ["--help"], ["-h"]):
+        text = call(*words, code=0).out
+        assert all(f"  {name} " in text for name in COMMANDS)
+        assert all(f"  {code} " in text for code in EXIT_CODES)
+
+
+def test_every_error_ends_with_an_exit_code_that_the_help_explains():
+    assert {each.exit_code for each in error_classes()} <= EXIT_CODES.keys()
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_has_its_own_help(call, name):
+    text = call(name, "--help", code=0).out
+    assert text.startswith(f"usage: armdrive {name}")
+    assert COMMANDS[name][1:] in " ".join(text.split())
+
+
+@pytest.mark.parametrize("name", sorted(COMMANDS.keys() - {"demo", "jog", "sim"}))
+def test_every_command_that_prints_can_print_json(call, name):
+    assert "--json" in call(name, "--help", code=0).out
+
+
+def test_the_version_is_the_packages(call):
+    from importlib.metadata import version
+
+    assert call("--version", code=0).out == f"armdrive {version('armdrive')}\n"
+
+
+def test_a_mistyped_command_is_met_with_the_nearest_one(call):
+    sentence = call.refused("mvoe", code=2)
+    assert "'mvoe'" in sentence
+    assert "`armdrive move`" in sentence
+
+
+def test_a_word_like_no_command_is_sent_to_the_help(call):
+    assert "`armdrive --help`" in call.refused("qqqqq", code=2)
+
+
+@pytest.mark.parametrize(
+    ("words", "named"),
+    [
+        (["move", "--x", "abc"], "'abc' is not a number"),
+        (["move", "--x", "nan"], "'nan' is not a finite number"),
+        (["move", "--z", "inf"], "'inf' is not a finite number"),
+        (["move", "--speed", "0", "--park"], "'0' is not above 0"),
+        (["move", "--speed", "1.5", "--park"], "'1.5' is not above 0"),
+        (["fk", "0", "0", "0", "0", "x"], "'x' is not a number"),
+        (["fk", "0", "0"], "required"),
+        (["ik", "--x", "1"], "required"),
+        (["status", "--sim", "teachmoover"], "'teachmoover'"),
+        (["status", "--baud", "0"], "'0' is not a whole number above 0"),
+        (["status", "--baud", "-9600"], "'-9600' is not a whole number above 0"),
+        (["sim", "teachmover"], "required"),
+        (["sim", "teachmover", "--pty", "x", "--baud", "0"], "'0' is not a whole number above 0"),
+        (["demo", "--nonsense"], "--nonsense"),
+    ],
+)
+def test_a_wrong_option_is_named(call, words, named):
+    called = call(*words, code=2)
+    assert named in called.err
+    assert called.out == ""
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["move"], "where to?"),
+        (["move", "--x", "250", "--shoulder", "40"], "not two of them"),
+        (["move", "--park", "--elbow", "-60"], "not two of them"),
+        (["move", "--line", "--shoulder", "40"], "--line needs a pose"),
+        (["status", "--sim", "teachmover", "--port", "/dev/ttyX"], "name one arm"),
+        (["jog"], "needs a terminal"),
+        (["fk", "0", "0", "0", "0", "0", "--model", "teachmoover"], "did you mean 'teachmover'"),
+    ],
+)
+def test_words_that_contradict_each_other_are_a_usage_error(call, words, said):
+    assert said in call.refused(*words, code=2)
+
+
+def test_the_help_imports_nothing_heavy():
+    program = (
+        "import sys; from armdrive.cli import main; code = main(['--help'])\n"
+        "print(*sorted({name.partition('.')[0] for name in sys.modules}), file=sys.stderr)\n"
+        "sys.exit(code)"
+    )
+    ended = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=False
+    )
+    assert ended.returncode == 0
+    loaded = set(ended.stderr.split())
+    assert "armdrive" in loaded
+    assert not loaded & HEAVY
+
+
+def test_the_package_itself_is_the_command_line():
+    ended = subprocess.run(
+        [sys.executable, "-m", "armdrive", "mvoe"], capture_output=True, text=True, check=False
+    )
+    assert ended.returncode == 2
+    assert "`armdrive move`" in ended.stderr
+
+
+def test_a_reader_that_goes_away_ends_a_command_quietly():
+    command = f"'{sys.executable}' -m armdrive ik --x 250 --y 0 --z 120 --pitch -90 | true"
+    ended = subprocess.run(["/bin/sh", "-c", command], capture_output=True, text=True, check=False)
+    assert ended.stderr == ""

@@ -1,0 +1,174 @@
+"""One program holds an arm at a time, and answers the others about it."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import threading
+import time
+
+import pytest
+
+from armdrive import Arm, places
+from armdrive.connecting import connect_simulated, simulated_config
+from armdrive.errors import ArmError, ArmInUse
+from armdrive.holder import ask_holder, held_arms, hold
+
+SOON_S = 5.0
+
+
+@pytest.fixture
+def arm():
+    with connect_simulated(simulated_config("teachmover")) as arm:
+        yield arm
+
+
+@pytest.fixture
+def holding(arm):
+    holding = hold("bench", "/dev/ttyUSB0")
+    holding.serve(arm)
+    yield holding
+    holding.release()
+
+
+def socket_threads() -> list[threading.Thread]:
+    return [each for each in threading.enumerate() if each.name == "armdrive-socket"]
+
+
+def test_a_held_arm_is_refused_to_others_by_each_of_its_names(holding):
+    for name in ("bench", "/dev/ttyUSB0"):
+        with pytest.raises(ArmInUse, match=f"{name} is held by the program .*{os.getpid()}"):
+            hold(name)
+
+
+def test_a_refused_holder_leaves_none_of_the_names_locked(holding):
+    with pytest.raises(ArmInUse):
+        hold("another", "/dev/ttyUSB0")
+    hold("another").release()
+
+
+def test_an_arm_that_was_given_back_can_be_taken_again(holding):
+    holding.release()
+    hold("bench").release()
+    assert held_arms() == []
+
+
+def test_giving_back_twice_is_no_error(holding):
+    holding.release()
+    holding.release()
+
+
+def test_nobody_goes_on_listening_for_an_arm_that_was_given_back(arm):
+    before = socket_threads()
+    holding = hold("bench")
+    holding.serve(arm)
+    (listening,) = [each for each in socket_threads() if each not in before]
+    holding.release()
+    listening.join(SOON_S)
+    assert not listening.is_alive()
+
+
+def test_an_arm_with_two_names_is_one_held_arm(holding):
+    assert len(held_arms()) == 1
+
+
+def test_the_status_goes_out_by_either_name(holding):
+    for name in ("bench", "/dev/ttyUSB0"):
+        view = ask_holder(name, "status")
+        assert view["state"] == "standby"
+        assert view["simulated"] is True
+
+
+def test_a_stop_comes_in(arm, holding):
+    with arm.pace.lock:
+        assert ask_holder("bench", "stop") == {"done": "stop"}
+        assert arm.engine.stop_asked
+
+
+def test_other_requests_are_answered_with_the_known_ones(holding):
+    assert "known are stop and status" in ask_holder("bench", "dance")["error"]
+
+
+def test_a_caller_that_says_nothing_keeps_nobody_else_waiting(holding):
+    from multiprocessing.connection import Client
+
+    (notice,) = {path.read_text() for path in places.states().glob("bench.holder")}
+    with Client(json.loads(notice)["address"]):
+        began_s = time.monotonic()
+        assert ask_holder("bench", "stop") == {"done": "stop"}
+        assert time.monotonic() - began_s < 1.0
+
+
+def test_a_caller_that_talks_nonsense_ends_nothing(holding):
+    from multiprocessing.connection import Client
+
+    address = json.loads((places.states() / "bench.holder").read_text())["address"]
+    for nonsense in (b"", b"{", b"[]", b"\xff\xfe", bytes(5000)):
+        with Client(address) as connection:
+            connection.send_bytes(nonsense)
+    assert ask_holder("bench", "status")["state"] == "standby"
+
+
+def test_an_arm_that_nobody_holds_cannot_be_asked():
+    with pytest.raises(ArmError, match="no program holds bench"):
+        ask_holder("bench", "stop")
+
+
+def test_a_damaged_notice_is_no_notice():
+    places.states().mkdir(parents=True)
+    for text in ("", "{", "[]", "{}", '{"address": 7}'):
+        (places.states() / "bench.holder").write_text(text)
+        with pytest.raises(ArmError):
+            ask_holder("bench", "stop")
+        assert held_arms() == []
+
+
+@pytest.mark.skipif(os.name != "posix", reason="a Windows pipe has no path that could be too long")
+def test_a_long_port_name_in_a_deep_folder_is_still_served(arm, tmp_path, monkeypatch):
+    monkeypatch.setenv("ARMDRIVE_HOME", str(tmp_path / ("deep" * 20)))
+    name = "/dev/serial/by-id/usb-FTDI_FT232R_USB_UART_A50285BI-if00-port0"
+    holding = hold(name)
+    try:
+        holding.serve(arm)
+        assert ask_holder(name, "status")["state"] == "standby"
+        assert len(held_arms()) == 1
+    finally:
+        holding.release()
+
+
+def test_what_a_killed_program_left_behind_is_recognised(arm):
+    program = (
+        "import os, signal\n"
+        "from armdrive.connecting import connect_simulated, simulated_config\n"
+        "from armdrive.holder import hold\n"
+        "arm = connect_simulated(simulated_config('teachmover'))\n"
+        "holding = hold('bench'); holding.serve(arm)\n"
+        "print('holding', flush=True)\n"
+        "input()\n"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as holder:
+        assert holder.stdout.readline() == "holding\n"
+        assert held_arms() == ["bench"]
+        with pytest.raises(ArmInUse, match=str(holder.pid)):
+            hold("bench")
+        holder.kill()
+    assert held_arms() == []
+    with pytest.raises(ArmError, match="ended without a chance"):
+        ask_holder("bench", "stop")
+    holding = hold("bench")
+    holding.serve(arm)
+    assert ask_holder("bench", "status")["state"] == "standby"
+    holding.release()
+
+
+def test_closing_an_arm_gives_it_back():
+    arm = Arm.connect("sim:teachmover")
+    holding = hold("bench")
+    holding.serve(arm)
+    arm.on_close(holding.release)
+    arm.close()
+    hold("bench").release()
