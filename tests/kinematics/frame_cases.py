@@ -1,0 +1,35 @@
+"""Strategies and comparisons for vectors, rotations and frames."""
+
+import math
+
+from hypothesis import strategies as st
+
+from kinematics.frames import transform
+from kinematics.quaternions import Quaternion
+from kinematics.vectors import norm
+
+components = st.floats(-1000.0, 1000.0).map(lambda x: round(x, 6))
+vectors = st.tuples(components, components, components)
+directed = vectors.filter(lambda v: norm(v) > 1e-3)
+angles = st.floats(-math.pi, math.pi)
+quarters = st.integers(-4, 4).map(lambda n: n * math.pi / 2)
+any_angle = angles | quarters | quarters.map(lambda a: a + 3e-7)
+parts = st.floats(-1.0, 1.0)
+rotations = (
+    st.tuples(parts, parts, parts, parts)
+    .filter(lambda q: math.hypot(*q) > 0.1)
+    .map(lambda q: Quaternion.of(*q).rotation())
+)
+transforms = st.builds(transform, rotations, vectors)
+
+
+def entries(matrix):
+    return [entry for row in matrix for entry in row]
+
+
+def gap(a, b):
+    """The largest difference of two vectors or two matrices, entry by entry."""
+    if isinstance(a[0], tuple):
+        a, b = entries(a), entries(b)
+    assert len(a) == len(b)
+    return max(abs(x - y) for x, y in zip(a, b, strict=True))

@@ -1,0 +1,228 @@
+"""Rotation matrices: the group they form, and the check that a matrix belongs to it."""
+
+import math
+
+import numpy as np
+import pytest
+from frame_cases import any_angle, gap, rotations, vectors
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from kinematics import (
+    BadNumber,
+    KinematicsError,
+    NoNearestRotation,
+    NotARotation,
+    RotationProperty,
+    check_rotation,
+    is_rotation,
+    nearest_rotation,
+    turn_between,
+)
+from kinematics.eigen import symmetric_eigen
+from kinematics.rotation_check import rotation_flaws
+from kinematics.rotations import (
+    IDENTITY,
+    columns,
+    determinant,
+    from_columns,
+    multiply,
+    rot_x,
+    rot_y,
+    rot_z,
+    rotate,
+    rotation_between,
+    trace,
+    transpose,
+)
+from kinematics.vectors import X_AXIS, Y_AXIS, Z_AXIS, cross, dot, norm
+
+about = pytest.mark.parametrize(
+    ("rot", "axis", "across", "onto"),
+    [
+        (rot_x, X_AXIS, Y_AXIS, Z_AXIS),
+        (rot_y, Y_AXIS, Z_AXIS, X_AXIS),
+        (rot_z, Z_AXIS, X_AXIS, Y_AXIS),
+    ],
+)
+
+
+@about
+def test_a_quarter_turn_leads_from_one_axis_to_the_next(rot, axis, across, onto):
+    quarter = rot(math.pi / 2)
+    assert rotate(quarter, axis) == axis
+    assert gap(rotate(quarter, across), onto) < 1e-15
+
+
+@about
+@given(first=any_angle, second=any_angle)
+def test_turns_about_one_axis_add_up(rot, axis, across, onto, first, second):
+    assert gap(multiply(rot(first), rot(second)), rot(first + second)) < 1e-12
+    assert gap(transpose(rot(first)), rot(-first)) == 0.0
+
+
+@given(any_angle, any_angle)
+def test_turns_about_two_axes_are_the_products_of_the_notes(first, second):
+    c1, s1, c2, s2 = math.cos(first), math.sin(first), math.cos(second), math.sin(second)
+    x_then_y = ((c2, 0.0, s2), (s1 * s2, c1, -s1 * c2), (-c1 * s2, s1, c1 * c2))  # (2.25)
+    y_then_x = ((c2, s1 * s2, c1 * s2), (0.0, c1, -s1), (-s2, s1 * c2, c1 * c2))  # (2.26)
+    assert gap(multiply(rot_x(first), rot_y(second)), x_then_y) < 1e-15
+    assert gap(multiply(rot_y(second), rot_x(first)), y_then_x) < 1e-15
+
+
+def test_the_order_of_rotations_matters():
+    first, second = rot_x(math.radians(30)), rot_y(math.radians(40))
+    assert gap(multiply(first, second), multiply(second, first)) > 0.3
+
+
+@given(rotations, rotations, rotations)
+def test_rotations_are_a_group(a, b, c):
+    assert is_rotation(multiply(a, b), 1e-14)
+    assert math.isclose(determinant(multiply(a, b)), 1.0, abs_tol=1e-12)
+    assert gap(multiply(a, transpose(a)), IDENTITY) < 1e-14
+    assert gap(multiply(multiply(a, b), c), multiply(a, multiply(b, c))) < 1e-14
+    assert gap(transpose(multiply(a, b)), multiply(transpose(b), transpose(a))) < 1e-15
+    assert multiply() == IDENTITY
+    assert multiply(a) == a
+
+
+@given(rotations, vectors, vectors)
+def test_rotations_keep_lengths_angles_and_handedness(m, u, v):
+    size = 1.0 + norm(u) * norm(v)
+    assert math.isclose(norm(rotate(m, u)), norm(u), abs_tol=1e-9)
+    assert math.isclose(dot(rotate(m, u), rotate(m, v)), dot(u, v), abs_tol=1e-12 * size)
+    assert gap(rotate(m, cross(u, v)), cross(rotate(m, u), rotate(m, v))) < 1e-12 * size
+
+
+@given(rotations)
+def test_the_columns_are_the_turned_axes(m):
+    assert columns(m) == tuple(rotate(m, axis) for axis in (X_AXIS, Y_AXIS, Z_AXIS))
+    assert from_columns(*columns(m)) == m
+    assert math.isclose(trace(m), 1 + 2 * math.cos(turn_between(IDENTITY, m)), abs_tol=1e-12)
+
+
+@settings(max_examples=40)
+@given(st.lists(rotations, max_size=5), st.data())
+def test_any_frame_of_a_chain_is_seen_from_any_other(steps, data):
+    ends = st.integers(0, len(steps))
+    i, j, k = data.draw(ends), data.draw(ends), data.draw(ends)
+    through = multiply(rotation_between(steps, i, k), rotation_between(steps, k, j))
+    assert gap(through, rotation_between(steps, i, j)) < 1e-13
+    assert rotation_between(steps, i, i) == IDENTITY
+    for at, step in enumerate(steps):
+        assert rotation_between(steps, at, at + 1) == step
+
+
+def test_a_chain_has_no_frames_beyond_its_ends():
+    with pytest.raises(IndexError, match="frames 0 to 1, not 0 to 2"):
+        rotation_between([IDENTITY], 0, 2)
+    with pytest.raises(IndexError):
+        rotation_between([IDENTITY], -1, 0)
+
+
+@given(rotations)
+def test_a_rotation_passes_the_check_unchanged(m):
+    assert check_rotation(m) == m
+    assert rotation_flaws(m) == ()
+
+
+@pytest.mark.parametrize(
+    ("matrix", "lacks", "where", "by"),
+    [
+        (((2, 0, 0), (0, 1, 0), (0, 0, 1)), RotationProperty.UNIT_COLUMNS, "x", 1.0),
+        (((1, 0, 0), (0, 1, 0), (0, 0, 0)), RotationProperty.UNIT_COLUMNS, "z", -1.0),
+        (
+            ((1, math.sin(0.1), 0), (0, math.cos(0.1), 0), (0, 0, 1)),
+            RotationProperty.NORMAL_COLUMNS,
+            "x and y",
+            -0.1,
+        ),
+        (((1, 0, 0), (0, 1, 0), (0, 0, -1)), RotationProperty.RIGHT_HANDED, "x, y and z", -1.0),
+    ],
+)
+def test_the_check_says_what_is_wrong_and_by_how_much(matrix, lacks, where, by):
+    with pytest.raises(NotARotation) as refused:
+        check_rotation(matrix)
+    (flaw,) = refused.value.flaws
+    assert (flaw.lacks, flaw.where) == (lacks, where)
+    assert flaw.by == pytest.approx(by)
+    assert where in str(refused.value) or lacks is RotationProperty.RIGHT_HANDED
+    assert "nearest_rotation()" in str(refused.value)
+    assert not is_rotation(matrix)
+
+
+def test_every_flaw_is_told():
+    flaws = rotation_flaws(((0.0, 1.1, 0.0), (1.0, 0.1, 0.0), (0.0, 0.0, 1.0)))
+    assert [flaw.lacks for flaw in flaws] == list(RotationProperty)
+
+
+@given(rotations, st.integers(0, 2), st.integers(0, 2), st.floats(1e-7, 1.0))
+def test_no_spoiled_entry_slips_through(m, row, column, by):
+    rows = [list(entries) for entries in m]
+    rows[row][column] += by
+    spoiled = tuple(map(tuple, rows))
+    assert not is_rotation(spoiled)
+
+
+@pytest.mark.parametrize(
+    ("matrix", "error", "says"),
+    [
+        (((1, 0, 0), (0, math.nan, 0), (0, 0, 1)), BadNumber, "row 2, y"),
+        (((1, 0, 0), (0, 1, 0), (math.inf, 0, 1)), BadNumber, "row 3, x"),
+        (((1, 0, 0), (0, "1", 0), (0, 0, 1)), BadNumber, "'1'"),
+        (((1, 0), (0, 1)), KinematicsError, "3 rows of 3"),
+        (((1, 0, 0), (0, 1, 0), (0, 1)), KinematicsError, "3 rows of 3"),
+    ],
+)
+def test_what_is_no_matrix_of_numbers_is_refused(matrix, error, says):
+    for ask in (check_rotation, is_rotation, nearest_rotation):
+        with pytest.raises(error, match=says):
+            ask(matrix)
+
+
+parts = st.floats(-3.0, 3.0)
+matrices = st.tuples(*[st.tuples(parts, parts, parts)] * 3)
+
+
+@settings(max_examples=60)
+@given(matrices)
+def test_the_nearest_rotation_is_that_of_the_singular_value_decomposition(matrix):
+    u, sizes, vt = np.linalg.svd(np.array(matrix))
+    mirrored = np.linalg.det(u @ vt)
+    assume(sizes[1] + mirrored * sizes[2] > 1e-3)
+    expected = u @ np.diag([1.0, 1.0, mirrored]) @ vt
+    found = nearest_rotation(matrix)
+    assert is_rotation(found, 1e-14)
+    assert np.abs(np.array(found) - expected).max() < 1e-10
+
+
+@given(rotations)
+def test_a_rotation_is_its_own_nearest(m):
+    assert gap(nearest_rotation(m), m) < 1e-14
+    assert gap(nearest_rotation(tuple((1e6 * a, 1e6 * b, 1e6 * c) for a, b, c in m)), m) < 1e-14
+
+
+@pytest.mark.parametrize(
+    "matrix",
+    [
+        ((0, 0, 0), (0, 0, 0), (0, 0, 0)),
+        ((1, 0, 0), (0, 1, 0), (0, 0, -1)),
+        ((-1, 0, 0), (0, -1, 0), (0, 0, -1)),
+        ((1, 0, 0), (0, 0, 0), (0, 0, 0)),
+    ],
+)
+def test_where_several_rotations_are_as_near_none_is_chosen(matrix):
+    with pytest.raises(NoNearestRotation):
+        nearest_rotation(matrix)
+
+
+@settings(max_examples=40)
+@given(st.lists(st.lists(parts, min_size=4, max_size=4), min_size=4, max_size=4))
+def test_eigenvectors_are_turned_into_their_own_multiples(rows):
+    matrix = np.array(rows) + np.array(rows).T
+    values, vectors = symmetric_eigen(matrix.tolist())
+    assert values == sorted(values, reverse=True)
+    assert np.allclose(values, np.linalg.eigvalsh(matrix)[::-1], atol=1e-12)
+    for value, vector in zip(values, np.array(vectors), strict=True):
+        assert np.allclose(matrix @ vector, value * vector, atol=1e-12)
+    assert np.allclose(np.array(vectors) @ np.array(vectors).T, np.eye(4), atol=1e-13)

@@ -1,0 +1,121 @@
+"""Vectors: products, lengths, angles, and what a vector without a direction cannot tell."""
+
+import math
+
+import pytest
+from frame_cases import any_angle, directed, gap, vectors
+from hypothesis import given
+from hypothesis import strategies as st
+
+from kinematics import ZeroVector
+from kinematics.vectors import (
+    X_AXIS,
+    Y_AXIS,
+    Z_AXIS,
+    ZERO,
+    add,
+    angle_between,
+    any_normal,
+    cross,
+    distance,
+    dot,
+    norm,
+    project,
+    reject,
+    scale,
+    signed_angle,
+    subtract,
+    triple,
+    unit,
+)
+
+factors = st.floats(-20.0, 20.0)
+
+
+@given(vectors, vectors, vectors, factors, factors)
+def test_the_scalar_product_is_linear_and_commutes(u, v, w, a, b):
+    together = dot(add(scale(a, u), scale(b, v)), w)
+    apart = a * dot(u, w) + b * dot(v, w)
+    assert math.isclose(together, apart, rel_tol=1e-9, abs_tol=1e-4)
+    assert dot(u, v) == dot(v, u)
+
+
+@given(directed, directed)
+def test_the_vector_product_is_normal_to_both_and_as_long_as_they_span(u, v):
+    w = cross(u, v)
+    size = norm(u) * norm(v)
+    assert abs(dot(w, u)) <= 1e-9 * size * norm(u)
+    assert abs(dot(w, v)) <= 1e-9 * size * norm(v)
+    assert math.isclose(norm(w), size * math.sin(angle_between(u, v)), abs_tol=1e-9 * size)
+    assert gap(w, scale(-1.0, cross(v, u))) == 0.0
+
+
+@given(directed, directed)
+def test_the_scalar_product_tells_the_angle(u, v):
+    size = norm(u) * norm(v)
+    assert math.isclose(dot(u, v), size * math.cos(angle_between(u, v)), abs_tol=1e-9 * size)
+
+
+@pytest.mark.parametrize("tiny", [1e-12, 1e-9, 1e-6])
+def test_the_smallest_angles_keep_their_digits(tiny):
+    u, v = X_AXIS, (math.cos(tiny), math.sin(tiny), 0.0)
+    assert math.isclose(angle_between(u, v), tiny, rel_tol=1e-9)
+    assert math.isclose(math.pi - angle_between(scale(-1.0, u), v), tiny, abs_tol=1e-15)
+
+
+@given(directed, st.sampled_from((1e-200, 1e200)))
+def test_an_angle_does_not_depend_on_the_lengths(u, size):
+    assert math.isclose(angle_between(scale(size, u), Z_AXIS), angle_between(u, Z_AXIS))
+
+
+@given(directed, directed, any_angle)
+def test_a_signed_angle_is_the_turn_about_its_axis(axis, other, turn):
+    u = any_normal(axis)
+    v = cross(unit(axis), u)
+    turned = add(scale(math.cos(turn), u), scale(math.sin(turn), v))
+    found = signed_angle(add(u, axis), add(turned, scale(-3.0, axis)), axis)
+    assert abs(math.remainder(found - turn, math.tau)) < 1e-9
+
+
+@given(directed, directed)
+def test_a_vector_is_its_part_along_and_its_part_across(u, v):
+    along, across = project(u, v), reject(u, v)
+    assert gap(add(along, across), u) < 1e-9 * norm(u)
+    assert abs(dot(across, v)) < 1e-9 * norm(u) * norm(v)
+    assert norm(cross(along, v)) < 1e-9 * norm(u) * norm(v)
+
+
+@given(directed)
+def test_some_unit_vector_is_normal_to_any_vector(u):
+    v = any_normal(u)
+    assert math.isclose(norm(v), 1.0)
+    assert abs(dot(u, v)) <= 1e-12 * norm(u)
+
+
+@given(vectors, vectors)
+def test_the_distance_is_the_length_of_the_difference(u, v):
+    assert distance(u, v) == norm(subtract(u, v)) == distance(v, u)
+    assert add(v, subtract(u, v)) == pytest.approx(u, abs=1e-9)
+
+
+def test_the_axes_are_right_handed():
+    assert cross(X_AXIS, Y_AXIS) == Z_AXIS
+    assert triple(X_AXIS, Y_AXIS, Z_AXIS) == 1.0
+    assert triple(Y_AXIS, X_AXIS, Z_AXIS) == -1.0
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        unit,
+        any_normal,
+        lambda zero: angle_between(zero, X_AXIS),
+        lambda zero: angle_between(X_AXIS, zero),
+        lambda zero: project(X_AXIS, zero),
+        lambda zero: signed_angle(X_AXIS, Y_AXIS, zero),
+        lambda zero: signed_angle(Z_AXIS, Y_AXIS, Z_AXIS),
+    ],
+)
+def test_no_direction_is_made_up(ask):
+    with pytest.raises(ZeroVector, match="no direction"):
+        ask(ZERO)
