@@ -12,7 +12,8 @@ import sys
 import time
 from typing import TYPE_CHECKING
 
-from armdrive.cli.numbers import number
+from armdrive.cli.choosing import DEFAULT_SIM, default_arm
+from armdrive.cli.numbers import positive
 from armdrive.cli.output import emit, say
 from armdrive.demo import JOBS, blocks_of, misplaced, perform
 
@@ -28,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     parser.add_argument(
         "--pace",
-        type=number,
+        type=positive,
         default=SPEED,
         metavar="FACTOR",
         help=f"in a terminal, show it this many times faster than real time ({SPEED:g})",
@@ -105,7 +106,12 @@ def _tell_end(carried: list[Carried], wrong: list[str], simulated_s: float, took
     say(f"{simulated_s:.0f} s of the arm's time in {took_s:.1f} s.")
     say("Next, for example:")
     for words in ("home", "move --x 250 --y 40 --z 120 --pitch -90", "jog"):
-        say(f"  {_program()} {words}")
+        say(f"  {_program()} {words}{_simulated()}")
+
+
+def _simulated() -> str:
+    """Return what keeps the next commands on the simulated arm, where another is the default."""
+    return "" if default_arm() == DEFAULT_SIM else " --sim teachmover"
 
 
 def _program() -> str:

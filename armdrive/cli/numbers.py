@@ -17,6 +17,14 @@ def number(text: str) -> float:
     return value
 
 
+def positive(text: str) -> float:
+    """Return a number above 0."""
+    value = number(text)
+    if value <= 0.0:
+        raise argparse.ArgumentTypeError(f"{text!r} is not above 0")
+    return value
+
+
 def count(text: str) -> int:
     """Return a whole number above 0."""
     if not (text.isascii() and text.isdecimal() and int(text) > 0):

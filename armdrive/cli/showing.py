@@ -79,6 +79,8 @@ def _draw(arm: Arm, twin: Twin, said: str, pace: float, braille: bool, last_line
     picture = [f"{a:<{left}} {b}" for a, b in zip(side, top, strict=True)]
     status = arm.status
     picture.append(f"{status.which}, shown {pace:g} times faster"[:width])
+    if not braille:
+        said = said.replace("°", " deg")
     picture.append(f"{arm.pace.now_s():6.1f} s  {said}"[:width])
     back = f"\x1b[{last_lines}F" if last_lines else ""
     sys.stdout.write(back + "".join(f"{line}{CLEAR_LINE}\n" for line in picture))
