@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import threading
 from itertools import count
 
@@ -105,7 +106,7 @@ def test_ctrl_c_in_a_motion_stops_the_arm_and_keeps_the_reference(call, monkeypa
 
     def interrupted(engine: Engine, now_s: float) -> float:
         if next(calls) == 20:
-            raise KeyboardInterrupt
+            signal.raise_signal(signal.SIGINT)
         return real(engine, now_s)
 
     with monkeypatch.context() as patched:

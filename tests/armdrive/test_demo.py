@@ -1,0 +1,188 @@
+"""The demonstration: blocks stacked in the simulated world, told plainly, as JSON, and drawn."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from dataclasses import replace
+
+import pytest
+from cli_calls import Caller
+
+from armdrive import demo
+from armdrive.cli import main
+from armdrive.demo import JOBS, NEAR_ENOUGH_MM, blocks_of
+
+CURSOR_OFF, CURSOR_ON = b"\x1b[?25l", b"\x1b[?25h"
+PATIENCE_S = 60.0
+needs_pty = pytest.mark.skipif(
+    sys.platform == "win32", reason="Windows has no pseudo-terminal that a test could open"
+)
+
+
+@pytest.fixture
+def call(capsys):
+    return Caller(capsys)
+
+
+def test_it_stacks_every_block_and_says_so(call):
+    said = call("demo", "--plain", code=0).out
+    assert said.startswith("sim:teachmover (Microbot TeachMover), SIMULATED")
+    for job in JOBS:
+        assert f"block {job.name}: grasped" in said
+    assert "Every block stands where it belongs, in the simulated world itself." in said
+
+
+def test_without_a_terminal_it_is_plain_by_itself(call):
+    assert "\x1b" not in call("demo", code=0).out
+
+
+def test_as_json_every_line_is_a_document_and_the_last_a_summary(call):
+    *steps, summary = call("demo", "--json", code=0).json_lines
+    assert len(steps) > len(JOBS)
+    assert all(list(step) == ["step"] for step in steps)
+    assert summary["wrong"] == []
+    assert summary["simulated_s"] > 10
+    for block, job in zip(summary["blocks"], JOBS, strict=True):
+        assert block["name"] == job.name
+        assert block["measured_mm"] == pytest.approx(job.width_mm, abs=0.5)
+        assert block["place_mm"] == pytest.approx(job.to_mm, abs=NEAR_ENOUGH_MM)
+
+
+def test_the_three_next_commands_work_verbatim(call, monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["armdrive"])
+    said = call("demo", "--plain", code=0).out
+    *_, heading, first, second, third = said.splitlines()
+    assert heading.startswith("Next")
+    for line in (first, second):
+        call(*line.split()[1:], code=0)
+    assert third.split()[1] == "jog"
+    assert "needs a terminal" in call(*third.split()[1:], code=2).err
+
+
+def test_the_next_commands_name_the_simulated_arm_where_another_is_the_default(call, monkeypatch):
+    monkeypatch.setenv("ARMDRIVE_ARM", "bench")
+    for line in call("demo", "--plain", code=0).out.splitlines()[-3:]:
+        assert line.endswith(" --sim teachmover")
+
+
+def test_a_block_that_was_not_brought_to_its_place_fails_the_check(call, monkeypatch):
+    *others, last = JOBS
+    there = (last.to_mm[0], last.to_mm[1] + 40.0, 0.0)
+
+    def elsewhere(arm, jobs, tell):
+        return perform(arm, (*others, replace(last, to_mm=there)), tell)
+
+    perform = demo.perform
+    monkeypatch.setattr("armdrive.cli.demo.perform", elsewhere)
+    said = call("demo", "--plain", code=1).out
+    assert "WRONG: block C is" in said
+    assert "Every block stands" not in said
+
+
+def test_a_block_that_is_taken_away_meanwhile_fails_the_check(call, monkeypatch):
+    def stolen(arm, jobs, tell):
+        carried = perform(arm, jobs, tell)
+        arm.twin.world.take("B")
+        return carried
+
+    perform = demo.perform
+    monkeypatch.setattr("armdrive.cli.demo.perform", stolen)
+    assert "WRONG: block B" in call("demo", "--plain", code=1).out
+
+
+def test_a_block_pushed_out_of_reach_of_the_fingers_fails_the_check(call, monkeypatch):
+    def pushed(jobs):
+        first, *others = blocks_of(jobs)
+        return [replace(first, x_mm=first.x_mm + 70.0), *others]
+
+    monkeypatch.setattr("armdrive.cli.demo.blocks_of", pushed)
+    called = call("demo", "--json", code=1)
+    assert any("block A" in sentence for sentence in called.json_lines[-1]["wrong"])
+
+
+def test_it_leaves_the_simulated_arm_of_the_other_commands_alone(call):
+    before = call("status", "--json", code=0).json
+    call("demo", "--plain", code=0)
+    assert call("status", "--json", code=0).json == before
+
+
+def drawn(*words: str, size: tuple[int, int] = (24, 80)) -> tuple[int, bytes]:
+    """Run the demonstration in a terminal of its own; return its exit code and what it drew."""
+    import fcntl
+    import struct
+    import termios
+
+    ours, theirs = os.openpty()
+    fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", *size, 0, 0))
+    environment = {**os.environ, "TERM": "xterm-256color", "LC_ALL": "C.UTF-8"}
+    for name in ("COLUMNS", "LINES"):  # the terminal's own size is meant
+        environment.pop(name, None)
+    with subprocess.Popen(
+        [sys.executable, "-m", "armdrive", "demo", "--pace", "200", *words],
+        stdin=theirs,
+        stdout=theirs,
+        stderr=theirs,
+        env=environment,
+    ) as running:
+        os.close(theirs)
+        shown = b""
+        try:
+            while chunk := os.read(ours, 65536):
+                shown += chunk
+        except OSError:
+            pass  # how Linux says that the other end has closed
+        os.close(ours)
+        return running.wait(PATIENCE_S), shown
+
+
+@needs_pty
+def test_in_a_terminal_it_is_drawn_and_leaves_the_terminal_as_it_was():
+    code, shown = drawn()
+    assert code == 0
+    assert b"Traceback" not in shown
+    assert shown.count(CURSOR_OFF) == shown.count(CURSOR_ON) == 1
+    assert shown.index(CURSOR_OFF) < shown.index(CURSOR_ON)
+    text = shown.decode()
+    assert any("\u2800" < character <= "\u28ff" for character in text)  # braille
+    assert "Every block stands where it belongs" in text
+
+
+@needs_pty
+def test_ascii_is_nothing_but_ascii():
+    code, shown = drawn("--ascii")
+    assert code == 0
+    assert shown.isascii()
+
+
+def test_what_is_said_under_an_ascii_picture_is_ascii_too(capsys, monkeypatch):
+    from armdrive.cli import showing
+    from armdrive.connecting import simulated_config
+    from armdrive.sim.twin import make_twin
+
+    monkeypatch.setattr(showing, "perform", lambda arm, jobs, tell: [tell("turned by 90°")])
+    config = simulated_config("teachmover")
+    showing.show(config, make_twin(config), pace=200.0, braille=False)
+    shown = capsys.readouterr().out
+    assert "turned by 90 deg" in shown
+    assert shown.isascii()
+
+
+@needs_pty
+@pytest.mark.parametrize("size", [(2, 8), (60, 200)])
+def test_a_terminal_of_any_size_will_do(size):
+    code, shown = drawn(size=size)
+    assert code == 0
+    assert b"Traceback" not in shown
+    lines = re.sub(rb"\x1b\[[0-9;?]*[A-Za-z]", b"", shown.partition(CURSOR_ON)[0]).splitlines()
+    assert max(len(line.decode()) for line in lines) < size[1]
+
+
+def test_a_pace_that_is_no_pace_is_a_usage_error(call):
+    assert call("demo", "--pace", "0", code=2).out == ""
+
+
+def test_main_returns_what_the_shell_gets():
+    assert main(["demo", "--json"]) == 0
