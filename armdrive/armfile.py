@@ -16,9 +16,9 @@ from typing import Any
 
 from armdrive.controllers.teachmover import TeachMoverSettings
 from armdrive.dialects import dialect
-from armdrive.errors import ArmFileError
-from armdrive.sections import number, read_section, refuse_unknown, require_table
-from kinematics import ArmPreset, JointRange, KinematicsError, Pose, preset
+from armdrive.errors import ArmFileError, BadRequest
+from armdrive.sections import number, read_section, refuse_unknown, require_table, within
+from kinematics import ArmPreset, JointRange, KinematicsError, Pose, Transmission, preset
 from kinematics.spaces import JOINT_NAMES
 
 
@@ -30,6 +30,9 @@ class Connection:
     port: str = ""
     baud: int = 9600
     raise_dtr: bool = False
+
+    def __post_init__(self) -> None:
+        within("connection.baud", self.baud, 50, 4_000_000)
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,9 +53,7 @@ class MotionSettings:
 
     def __post_init__(self) -> None:
         for name, (low, high) in _MOTION_BOUNDS.items():
-            value = getattr(self, name)
-            if not low <= value <= high:
-                raise ArmFileError(f"motion.{name} must be from {low:g} to {high:g}, not {value:g}")
+            within(f"motion.{name}", getattr(self, name), low, high)
 
 
 _MOTION_BOUNDS = {
@@ -67,11 +68,23 @@ _MOTION_BOUNDS = {
 
 @dataclass(frozen=True, slots=True)
 class GripperSettings:
-    """The gripper: `trip_force_n` is the force at which its switch closes (unverified)."""
+    """The gripper: `trip_force_n` is the force at which its switch closes (unverified).
+
+    The fingers approach an object by `approach_steps` at a time; `steps_per_mm` corrects the
+    preset's.
+    """
 
     trip_force_n: float = 2.2
     max_force_n: float = 35.0
     approach_steps: int = 16
+    steps_per_mm: float | None = None
+
+    def __post_init__(self) -> None:
+        within("gripper.trip_force_n", self.trip_force_n, 0.0, 100.0)
+        within("gripper.max_force_n", self.max_force_n, self.trip_force_n, 200.0)
+        within("gripper.approach_steps", self.approach_steps, 1, 100)
+        if self.steps_per_mm is not None:
+            within("gripper.steps_per_mm", self.steps_per_mm, 0.1, 10_000.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,7 +121,7 @@ class ArmConfig:
 
         A saved position is worth nothing under another model or transmission.
         """
-        meaning = repr((self.model.arm, self.model.transmission, self.model.reference))
+        meaning = repr((self.model.arm.lengths, self.model.transmission, self.model.reference))
         return hashlib.sha256(meaning.encode()).hexdigest()[:16]
 
 
@@ -138,17 +151,24 @@ def parse_arm_file(table: Mapping[str, Any], *, name: str) -> ArmConfig:
     refuse_unknown(table, list(_TOP_KEYS), "")
     if not isinstance(table.get("model"), str):
         raise ArmFileError('the key model is missing, for example model = "teachmover"')
-    model = _corrected(preset(table["model"]), table)
+    title = table.get("title", "")
+    if not isinstance(title, str):
+        raise ArmFileError(f"title must be text, not {title!r}")
+    gripper = read_section(GripperSettings, table.get("gripper", {}), "gripper")
+    model = _corrected(preset(table["model"]), table, gripper)
     connection = read_section(Connection, table.get("connection", {}), "connection")
-    dialect(connection.dialect)
+    try:
+        dialect(connection.dialect)
+    except BadRequest as error:
+        raise ArmFileError(f"connection.dialect: {error}") from None
     park = table.get("park")
     return ArmConfig(
         name=name,
-        title=str(table.get("title", model.title)),
+        title=title or model.title,
         model=model,
         connection=connection,
         motion=read_section(MotionSettings, table.get("motion", {}), "motion"),
-        gripper=read_section(GripperSettings, table.get("gripper", {}), "gripper"),
+        gripper=gripper,
         teachmover=read_section(TeachMoverSettings, table.get("teachmover", {}), "teachmover"),
         park=read_section(PostureSettings, park, "park").pose() if park is not None else None,
     )
@@ -161,7 +181,7 @@ _TOP_KEYS = (
 )  # fmt: skip
 
 
-def _corrected(model: ArmPreset, table: Mapping[str, Any]) -> ArmPreset:
+def _corrected(model: ArmPreset, table: Mapping[str, Any], gripper: GripperSettings) -> ArmPreset:
     """Apply an arm file's corrections to its preset."""
     arm = model.arm
     lengths = require_table(table.get("lengths", {}), "lengths")
@@ -173,7 +193,7 @@ def _corrected(model: ArmPreset, table: Mapping[str, Any]) -> ArmPreset:
         arm=arm,
         joint_speeds_rad_s=_speeds(model.joint_speeds_rad_s, table.get("speeds_deg_s", {})),
         guards=_replaced(model.guards, table.get("guards", {}), "guards"),
-        transmission=_transmission(model, table),
+        transmission=_transmission(model, table, gripper.steps_per_mm),
     )
     if "reference" in table and model.reference is not None:
         pose = read_section(PostureSettings, table["reference"], "reference").pose()
@@ -225,47 +245,42 @@ def _replaced(value: Any, table: object, where: str) -> Any:
     return replace(value, **{key: number(new, f"{where}.{key}") for key, new in entries.items()})
 
 
-def _transmission(model: ArmPreset, table: Mapping[str, Any]) -> Any:
-    """Apply steps per turn (or per mm) and signs to the preset's transmission."""
+def _transmission(
+    model: ArmPreset, table: Mapping[str, Any], gripper_steps_per_mm: float | None
+) -> Transmission | None:
+    """Apply `steps_per_turn` and `signs`, both by motor name, to the preset's transmission."""
     transmission = model.transmission
-    keys = ("steps_per_turn", "steps_per_mm", "motor_signs", "joint_signs")
+    turns = require_table(table.get("steps_per_turn", {}), "steps_per_turn")
+    signs = require_table(table.get("signs", {}), "signs")
     if transmission is None:
-        if any(key in table for key in keys):
+        if turns or signs or gripper_steps_per_mm is not None:
             raise ArmFileError(f"no motors are known of the {model.title}: nothing to correct")
         return None
     names = [motor.name for motor in transmission.motors]
-    turning = names[: len(transmission.joint_names)]
-    turns = require_table(table.get("steps_per_turn", {}), "steps_per_turn")
-    refuse_unknown(turns, turning, "steps_per_turn")
-    per_unit = {
-        name: _positive(steps, f"steps_per_turn.{name}") / math.tau for name, steps in turns.items()
-    }
-    if "steps_per_mm" in table:
-        per_unit[names[-1]] = _positive(table["steps_per_mm"], "steps_per_mm")
-    motors = tuple(
+    per_unit = _steps_per_unit(turns, names[:-1] if transmission.has_gripper else names)
+    if gripper_steps_per_mm is not None:
+        per_unit[names[-1]] = gripper_steps_per_mm
+    motors = (
         replace(motor, steps_per_unit=math.copysign(per_unit[motor.name], motor.steps_per_unit))
         if motor.name in per_unit
         else motor
         for motor in transmission.motors
     )
-    axes = [*transmission.joint_names, "gripper"][: len(names)]
-    return replace(transmission, motors=motors).with_signs(
-        motors=_signs(table, "motor_signs", names), coordinates=_signs(table, "joint_signs", axes)
-    )
+    return replace(transmission, motors=tuple(motors)).with_signs(_signs(signs, names))
 
 
-def _positive(value: object, where: str) -> float:
-    steps = number(value, where)
-    if steps <= 0.0:
-        raise ArmFileError(f"{where} must be above 0: directions belong into motor_signs")
-    return steps
+def _steps_per_unit(turns: Mapping[str, Any], names: list[str]) -> dict[str, float]:
+    """Return steps per rad of the motors that are named with their steps per turn."""
+    refuse_unknown(turns, names, "steps_per_turn")
+    steps = {name: number(value, f"steps_per_turn.{name}") for name, value in turns.items()}
+    for name, count in steps.items():
+        within(f"steps_per_turn.{name}", abs(count), 1.0, 10_000_000.0)
+    return {name: abs(count) / math.tau for name, count in steps.items()}
 
 
-def _signs(table: Mapping[str, Any], where: str, names: list[str]) -> tuple[int, ...]:
-    """Return 1 or -1 for each name: -1 where a direction is the other one than the preset's."""
-    entries = require_table(table.get(where, {}), where)
-    refuse_unknown(entries, names, where)
-    for name, sign in entries.items():
-        if sign not in (1, -1) or isinstance(sign, bool):
-            raise ArmFileError(f"{where}.{name} must be 1 or -1: 1 keeps the preset's direction")
-    return tuple(int(entries.get(name, 1)) for name in names)
+def _signs(signs: Mapping[str, Any], names: list[str]) -> tuple[int, ...]:
+    refuse_unknown(signs, names, "signs")
+    for name, sign in signs.items():
+        if type(sign) is not int or sign not in (1, -1):
+            raise ArmFileError(f"signs.{name} must be 1 or -1: 1 keeps the preset's way")
+    return tuple(signs.get(name, 1) for name in names)

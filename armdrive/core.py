@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from armdrive.armfile import ArmConfig
 from armdrive.controllers.requests import Controller, Registers
-from armdrive.errors import Refused
+from armdrive.errors import BadRequest, Refused, StateFileError
 from armdrive.intents import Jog
 from armdrive.record import NoRecorder, Record, Recorder
 from armdrive.states import Event, after
@@ -44,6 +44,11 @@ class Hold:
     jog: Jog
     speed: float
     until_s: float
+
+    def __post_init__(self) -> None:
+        for name, share in self.jog.axes:
+            if not -1.0 <= share <= 1.0:
+                raise BadRequest(f"a held jog goes in directions from -1 to 1, not {name}={share}")
 
 
 class Core:
@@ -80,6 +85,8 @@ class Core:
         self.notice = ""
         self.error = ""
         self.still_since_s = 0.0
+        self.burst_s = config.motion.jog_burst_s
+        self.remembering = False
         self._marked = False
         self._saved: Record | None = None
 
@@ -91,6 +98,7 @@ class Core:
 
     def settle(self) -> None:
         """End a motion, unless a fault or a loss has taken the state elsewhere meanwhile."""
+        self.burst_s = self.config.motion.jog_burst_s
         if self.state in (State.MOVING, State.HOMING, State.STOPPING):
             self.happen(Event.DONE)
 
@@ -101,8 +109,11 @@ class Core:
             self.happen(Event.FAULT)
 
     def learn(self, evidence: Evidence, now_s: float, detail: str = "") -> None:
-        """Weigh evidence about the position."""
-        self.belief = self.belief.after(evidence, now_s, detail)
+        """Weigh evidence about the position, and remember what came of it."""
+        before = self.belief
+        self.belief = before.after(evidence, now_s, detail)
+        if self.belief is not before:
+            self._save_if_possible()
 
     def require_reference(self) -> None:
         """Raise `NotReferenced` unless planned motion may go on."""
@@ -127,6 +138,12 @@ class Core:
         self.acknowledged = self.commanded
         self.coordinates = coordinates or self.coordinates_of(self.acknowledged)
 
+    def found(self, registers: Registers) -> None:
+        """Take the registers for the position of an arm of which nothing else is known."""
+        self.inputs, self.gripping = registers.inputs, registers.gripping
+        self.commanded = self.acknowledged = self.read_back = registers.positions
+        self.coordinates = self.coordinates_of(registers.positions)
+
     def compare(self, registers: Registers) -> Motors:
         """Take a read-back; return its difference from the acknowledged position, in steps."""
         self.inputs, self.gripping = registers.inputs, registers.gripping
@@ -141,6 +158,11 @@ class Core:
             self.commanded = self.acknowledged = self.read_back
             self.coordinates = self.coordinates_of(self.acknowledged)
 
+    def count_anew(self, registers: Motors) -> None:
+        """Keep the position, and let it be what these registers mean from now on."""
+        self.offset = self.acknowledged - registers
+        self.commanded = self.read_back = self.acknowledged
+
     def refer(self, registers: Motors, there: Coordinates) -> None:
         """Make the present registers mean a known posture."""
         position = self.transmission.to_motors(there.joints, there.opening_mm)
@@ -151,16 +173,26 @@ class Core:
     def restore(self, record: Record, registers: Motors) -> bool:
         """Take up a recorded reference; False where the registers no longer agree with it."""
         self.offset = Motors(record.offset)
-        counts = self.controller.unwrap(registers, Motors(record.registers))
-        self.commanded = self.acknowledged = self.read_back = counts + self.offset
-        same = counts == Motors(record.registers)
+        recorded = Motors(record.registers)
+        counts = self.controller.unwrap(registers, recorded)
+        self.commanded = self.acknowledged = self.read_back = recorded + self.offset
+        self.coordinates = self._recorded_point(record) or self.coordinates_of(self.acknowledged)
+        if counts != recorded and not registers.largest:  # the counters lost the power, not the arm
+            self.count_anew(registers)
+        elif counts != recorded:
+            self.read_back = counts + self.offset
+            self.believe_registers()
+        return counts == recorded
+
+    def _recorded_point(self, record: Record) -> Coordinates | None:
+        """Return the unrounded point of a record, if it stands for the same whole steps."""
         names = self.coordinates.joints.names
-        if same and len(record.coordinates) == len(names) + 1:
-            *angles, opening_mm = record.coordinates
-            self.coordinates = Coordinates(Joints(tuple(angles), names), opening_mm)
-        else:
-            self.coordinates = self.coordinates_of(self.acknowledged)
-        return same
+        if len(record.coordinates) != len(names) + 1:
+            return None
+        *angles, opening_mm = record.coordinates
+        there = Coordinates(Joints(tuple(angles), names), opening_mm)
+        same = self.transmission.to_motors(there.joints, opening_mm) == self.acknowledged
+        return there if same else None
 
     def coordinates_of(self, position: Motors) -> Coordinates:
         """Return the point that whole motor steps stand for."""
@@ -170,26 +202,50 @@ class Core:
     # -- what is remembered -------------------------------------------------------------------
 
     def mark_leaving(self) -> None:
-        """Write the mark of motion, once, before the arm leaves stand-still."""
-        if not self._marked:
-            self._marked = True
+        """Write the mark of motion, once, before the arm leaves stand-still.
+
+        Raises `StateFileError` where that is not possible: then nothing may move, since a
+        program that ended in mid-motion would leave a wrong position behind.
+        """
+        if self._marked:
+            return
+        self._marked = True
+        try:
             self._save()
+        except StateFileError:
+            self._marked = False
+            raise
 
     def mark_still(self) -> None:
-        """Write the position of an arm that stands, and take the mark away."""
-        self._marked = False
-        self._save()
+        """Write the position of an arm that stands, and take the mark away if that succeeds."""
+        marked, self._marked = self._marked, False
+        if not self._save_if_possible():
+            self._marked = marked
 
     def mark_lost(self) -> None:
         """Write what is believed after the wire broke; a mark of motion stays."""
-        self._save()
+        self._save_if_possible()
 
     @property
     def marked(self) -> bool:
         """Tell whether the mark of motion stands in the record."""
         return self._marked
 
+    def _save_if_possible(self) -> bool:
+        try:
+            self._save()
+        except StateFileError as error:
+            self.notice = str(error)
+            return False
+        return True
+
     def _save(self) -> None:
+        """Write the record, unless there is none yet and nothing to be remembered."""
+        if not self.remembering:
+            return
+        nothing_known = self.belief.trust is Trust.UNKNOWN and not self._marked
+        if nothing_known and self._saved is None:
+            return  # an unusable record is left as it is until the arm has moved
         coordinates = (*self.coordinates.joints, self.coordinates.opening_mm)
         record = Record(
             arm=self.config.name,
@@ -202,7 +258,13 @@ class Core:
             in_motion=self._marked,
         )
         if record != self._saved:
-            self.recorder.save(record)
+            try:
+                self.recorder.save(record)
+            except OSError as error:
+                raise StateFileError(
+                    f"the position of {self.config.name} cannot be remembered ({error}): make "
+                    "room on the disk, or the folder writable"
+                ) from None
             self._saved = record
 
     # -- what is shown ------------------------------------------------------------------------
@@ -210,9 +272,7 @@ class Core:
     def stop_bound(self) -> StopBound:
         """Return how long and how far the tip goes on if a stop is asked for now."""
         joints = self.coordinates.joints if self.belief.trust is not Trust.UNKNOWN else None
-        planned = self.state is State.MOVING and self.hold is None and not self.nudges
-        burst_s = self.config.motion.planned_burst_s if planned else self.config.motion.jog_burst_s
-        return stop_bound(self.config, self.controller, joints, burst_s)
+        return stop_bound(self.config, self.controller, joints, self.burst_s)
 
     def status(
         self, *, link: str, simulated: bool, now_s: float, last_sent: str, last_answer: str

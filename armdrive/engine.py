@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
 from armdrive.controllers.requests import Controller, Oddity, Reply, Request, Sent
-from armdrive.errors import ArmError, LinkLost, NoAnswer
+from armdrive.errors import ArmError, LinkLost, NoAnswer, Refused, WrongState
 from armdrive.transports.link import Link
 
 T = TypeVar("T")
@@ -41,8 +41,10 @@ Flow = Generator[Ask | Until, Any, T]
 class Task(Generic[T]):
     """A flow that was handed to the engine, and what became of it."""
 
-    def __init__(self, flow: Flow[T]) -> None:
+    def __init__(self, flow: Flow[T], *, routine: bool = False) -> None:
+        """`routine` marks what the engine does by itself in quiet times."""
         self.flow = flow
+        self.routine = routine
         self.started = False
         self.done = False
         self.value: T | None = None
@@ -70,7 +72,7 @@ class Engine:
         """Take a link and a controller, and three calls.
 
         `idle(now)` gives work for quiet times and when to ask again; `stopping` hears that a
-        stop was asked for while something is at work, `lost` that the wire broke.
+        stop was asked for, `lost` that the wire broke.
         """
         self.link = link
         self.controller = controller
@@ -79,6 +81,8 @@ class Engine:
         self.last_sent = ""
         self.last_answer = ""
         self.requests_sent = 0
+        self.heard_s = -math.inf
+        self.timely = True
         self._idle = idle
         self._stopping = stopping
         self._lost = lost
@@ -99,8 +103,17 @@ class Engine:
         """The loss of the wire, once it has happened."""
         return self._broken
 
-    def start(self, flow: Flow[T]) -> Task[T]:
-        """Hand over a flow; it begins at an `advance`, when what is at work has ended."""
+    def start(self, flow: Flow[T], *, alone: bool = False) -> Task[T]:
+        """Hand over a flow; it begins at an `advance`, when what is at work has ended.
+
+        Raises `WrongState` while another one waits, or with `alone` while anything but routine
+        is at work: nothing may begin to move when its caller no longer expects it to. A stop
+        that nobody has seen yet holds for this flow as well.
+        """
+        busy = self._task is not None and not self._task.routine and alone
+        if self._next is not None or busy:
+            flow.close()
+            raise WrongState("another call is still at work: wait for its end, or stop the arm")
         task = Task(flow)
         if self._broken is not None:
             self._fail(task, self._broken)
@@ -108,12 +121,17 @@ class Engine:
             self._next = task
         return task
 
+    def close(self) -> None:
+        """Give up the wire for good: whatever is at work or comes later fails with `LinkLost`."""
+        if self._broken is None:
+            self._end(LinkLost("the connection was closed: connect again"))
+
     def advance(self, now_s: float) -> float:
         """Do what is due by now; return when to call again, on the same clock."""
         self.now_s = now_s
         if self._broken is not None:
             return math.inf
-        if self.stop_asked and self._task is not None:
+        if self.stop_asked:
             self._stopping()
         try:
             self._listen()
@@ -126,6 +144,7 @@ class Engine:
     def _listen(self) -> None:
         data = self.link.read(self.now_s)
         if data:
+            self.heard_s = self.now_s
             self.controller.receive(data)
         while (event := self.controller.next_event()) is not None:
             self._hear(event)
@@ -140,7 +159,7 @@ class Engine:
         if sent is None:
             self.last_answer = f"unexpected: {event}"
             return
-        self.controller.answered(sent, self.now_s - self._sent_at_s)
+        self.timely = self.controller.answered(sent, self.now_s - self._sent_at_s)
         self.last_answer = str(event)
         self._resume(event)
 
@@ -175,12 +194,16 @@ class Engine:
             if flow is None:
                 self.stop_asked = False  # nothing moves: there is nothing left to stop
                 return False
-            task = Task(flow)
+            task = Task(flow, routine=True)
         self._task, self._wait = task, Until(-math.inf)
         return True
 
     def _send(self, request: Request) -> None:
-        sent = self.controller.encode(request)
+        try:
+            sent = self.controller.encode(request)
+        except ValueError as error:  # a request that the dialect cannot express: the flow's fault
+            self._resume(Refused(f"nothing was sent: {error}"))
+            return
         self._sent, self._sent_at_s = sent, self.now_s
         self.last_sent = sent.text
         self.requests_sent += 1
@@ -221,19 +244,29 @@ class Engine:
         task.error, task.done = error, True
 
     def _break(self, lost: LinkLost) -> None:
+        self._end(lost)
+        self._lost(lost)
+
+    def _end(self, lost: LinkLost) -> None:
+        """Let everything at work hear of the loss where it waits, and end it."""
         self._broken = lost
         self._sent = None
-        task = self._task
-        if task is not None:
-            try:
-                task.flow.throw(lost)
-            except BaseException as error:
-                task.error = error if isinstance(error, ArmError) else lost
-            self._finish(task)
+        self.stop_asked = False  # what could still be stopped has ended with the wire
+        if self._task is not None:
+            self._abandon(self._task, lost)
         if self._next is not None:
             self._fail(self._next, lost)
             self._next = None
-        self._lost(lost)
+
+    def _abandon(self, task: Task[Any], lost: LinkLost) -> None:
+        task.error = lost
+        try:
+            task.flow.throw(lost)
+        except Exception as error:  # the flow's own words, where it has some
+            task.error = error if isinstance(error, ArmError) else lost
+        else:  # it wants to wait for something: there is nothing left to wait for
+            task.flow.close()
+        self._finish(task)
 
     def _next_s(self) -> float:
         if self._sent is not None:

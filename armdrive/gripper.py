@@ -8,6 +8,7 @@ from armdrive.errors import Refused
 from armdrive.flows.gripping import Grasped, grasp
 from armdrive.flows.motion import Moved
 from armdrive.planning import speed_fraction
+from armdrive.states import Event, after
 from kinematics.errors import finite
 
 if TYPE_CHECKING:
@@ -25,8 +26,11 @@ class Gripper:
 
     @property
     def opening_mm(self) -> float:
-        """The opening that the motors stand at; less than an object's width while it is held."""
-        return self._arm.status.gripper_mm or 0.0
+        """The opening that the motors stand at; less than an object's width while it is held.
+
+        Raises `NotReferenced` while the position is unknown.
+        """
+        return self._arm.known(self._arm.status.gripper_mm)
 
     @property
     def force_n(self) -> float:
@@ -63,5 +67,6 @@ class Gripper:
         force = finite("force_n", force_n)
         with arm.pace.lock:
             arm.core.require_reference()
-            task = arm.submit(grasp(arm.wire, arm.speeds, force))
+            after(arm.core.state, Event.MOVE)
+            task = arm.submit(grasp(arm.wire, arm.speeds, force), alone=True)
         return arm.finish(task, GRASP_PATIENCE_S)

@@ -15,6 +15,7 @@ from typing import Protocol
 
 from armdrive.engine import Engine
 from armdrive.errors import ArmError
+from armdrive.signals import SignalsBetweenSteps
 
 LONGEST_SLEEP_S = 0.25
 """The real-time thread looks around at least this often."""
@@ -60,18 +61,20 @@ class SimulatedPace:
     def wait(self, done: Callable[[], bool], timeout_s: float) -> bool:
         """Jump from deadline to deadline until `done()` or the time is over."""
         end_s = self._now_s + timeout_s
-        while not done():
-            with self.lock:
-                if self._engine is None:
-                    return False
-                next_s = self._engine.advance(self._now_s)
-                if done():
-                    break
-                if self._now_s >= end_s:
-                    return False
-                if math.isinf(next_s) and math.isinf(end_s):
-                    raise ArmError("the simulated arm has nothing left to do, and the wait no end")
-                self._now_s = max(self._now_s, min(next_s, end_s))
+        with SignalsBetweenSteps() as signals:
+            while not done():
+                with self.lock:
+                    if self._engine is None:
+                        return False
+                    next_s = self._engine.advance(self._now_s)
+                    if done():
+                        break
+                    if self._now_s >= end_s:
+                        return False
+                    if math.isinf(next_s) and math.isinf(end_s):
+                        raise ArmError("the simulated arm has nothing left to do")
+                    self._now_s = max(self._now_s, min(next_s, end_s))
+                signals.deliver()
         return True
 
     def wake(self) -> None:
@@ -136,7 +139,7 @@ class RealPace:
 
     def _drive(self) -> None:
         try:
-            while (engine := self._engine) is not None:
+            while (engine := self._engine) is not None and engine.broken is None:
                 with self._turn:
                     next_s = engine.advance(self.now_s())
                     self._turn.notify_all()

@@ -90,6 +90,12 @@ def number(value: object, where: str) -> float:
         raise ArmFileError(str(error)) from None
 
 
+def within(where: str, value: float, low: float, high: float) -> None:
+    """Raise `ArmFileError` for a number out of its bounds."""
+    if not low <= value <= high:
+        raise ArmFileError(f"{where} must be from {low:g} to {high:g}, not {value:g}")
+
+
 _WORDS: Mapping[Any, str] = types.MappingProxyType(
     {int: "a whole number", str: "text", bool: "true or false"}
 )

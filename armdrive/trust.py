@@ -27,6 +27,7 @@ class Evidence(Enum):
     ENDED_IN_MOTION = "the last program ended in mid-motion"
     RECORD_UNUSABLE = "the recorded position cannot be used"
     ANSWER_LOST = "a motion was sent and its answer never came"
+    SILENT = "the controller did not answer, and may have lost its power"
     READ_BACK_DIFFERS = "the registers are not where the motion should have left them"
     MOTION_REFUSED = "the controller refused a motion that it should have understood"
     CURRENT_DROPPED = "the motor current was switched off, and the arm can sag"
@@ -46,6 +47,7 @@ RESULTS: Mapping[Evidence, Trust] = MappingProxyType(
         Evidence.ENDED_IN_MOTION: Trust.SUSPECT,
         Evidence.RECORD_UNUSABLE: Trust.UNKNOWN,
         Evidence.ANSWER_LOST: Trust.SUSPECT,
+        Evidence.SILENT: Trust.SUSPECT,
         Evidence.READ_BACK_DIFFERS: Trust.SUSPECT,
         Evidence.MOTION_REFUSED: Trust.SUSPECT,
         Evidence.CURRENT_DROPPED: Trust.SUSPECT,

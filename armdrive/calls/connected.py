@@ -102,14 +102,15 @@ class Connected:
     @property
     def joints(self) -> Joints:
         """The acknowledged joint angles. Raises `NotReferenced` while the position is unknown."""
-        return self._known(self.status.joints)
+        return self.known(self.status.joints)
 
     @property
     def pose(self) -> Pose:
         """The acknowledged pose. Raises `NotReferenced` while the position is unknown."""
-        return self._known(self.status.pose)
+        return self.known(self.status.pose)
 
-    def _known(self, value: T | None) -> T:
+    def known(self, value: T | None) -> T:
+        """Return what a status tells, or raise `NotReferenced` where it tells nothing."""
         if value is None:
             self.core.require_reference()
             raise ArmError("the position is not known")
@@ -128,29 +129,39 @@ class Connected:
 
         A burst that is under way runs to its end; `status.stop_time_s` bounds it.
         """
-        if not self._stand_still():
+        if not self.stand_still():
             raise NoAnswer("the arm did not confirm that it stands; look at it")
 
     def estop(self) -> None:
         """Stop and latch error-stop; does not wait. Only `reset` leaves it, and moves nothing."""
-        self.core.fault("emergency stop: look at the arm, then reset")
-        self.request_stop()
+        self.request_stop()  # before the lock: the engine may be holding it
+        with self.pace.lock:
+            self.core.fault("emergency stop: look at the arm, then reset")
+            self.request_stop()
 
     def reset(self) -> None:
         """Leave error-stop: wait until the line is quiet and read the registers. Moves nothing."""
         after(self.core.state, Event.RESET)
+        self.stop()
         self.perform(referencing.reset(self.wire))
 
-    def _stand_still(self) -> bool:
+    def stand_still(self) -> bool:
+        """Stop, and tell whether the arm was seen to stand."""
         self.request_stop()
-        return self.pace.wait(lambda: not self.engine.busy, PATIENCE_S)
+        # a stop that the engine has not seen yet would be taken for one of the next motion
+        return self.pace.wait(
+            lambda: not self.engine.busy and not self.engine.stop_asked, PATIENCE_S
+        )
 
     # -- waiting ------------------------------------------------------------------------------
 
-    def submit(self, flow: Flow[T]) -> Task[T]:
-        """Hand a flow to the engine. Raises `WrongState` while another is waiting there."""
+    def submit(self, flow: Flow[T], *, alone: bool = False) -> Task[T]:
+        """Hand a flow to the engine. Raises `WrongState` while another is waiting there.
+
+        With `alone` also while one is at work: what moves the arm never waits for its turn.
+        """
         with self.pace.lock:
-            task = self.engine.start(flow)
+            task = self.engine.start(flow, alone=alone)
         self.pace.wake()
         return task
 
@@ -159,10 +170,10 @@ class Connected:
         try:
             ended = self.pace.wait(lambda: task.done, timeout_s)
         except BaseException:
-            self._stand_still()
+            self.stand_still()
             raise
         if not ended:
-            self._stand_still()
+            self.stand_still()
             raise NoAnswer(f"the motion had not ended after {timeout_s:.0f} s and was stopped")
         return task.result()
 
@@ -178,14 +189,17 @@ class Connected:
 
     def close(self) -> None:
         """Stop, remember the position, and give the port back. Closing twice is no error."""
-        if self.core.state is not State.DISCONNECTED:
-            try:
+        try:
+            if self.core.state is not State.DISCONNECTED:
                 self.stop()
-            finally:
                 with self.pace.lock:
-                    self.core.mark_still()
-                    self.core.happen(Event.LOST)
-        self._release()
+                    if self.engine.broken is None:  # else the mark of motion has to stay
+                        self.core.mark_still()
+        finally:
+            with self.pace.lock:
+                self.core.happen(Event.LOST)
+                self.engine.close()
+            self._release()
 
     def on_close(self, call: Callable[[], None]) -> None:
         """Have something done once when the arm is closed."""

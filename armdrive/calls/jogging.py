@@ -45,18 +45,18 @@ class Jogging(Connected):
         A refusal is the `notice` of the status.
         """
         with self.pace.lock:
+            until_s = self.pace.now_s() + min(for_s, LONGEST_HOLD_S)
+            hold = Hold(jog, speed_fraction(speed), until_s)
             if self._may_jog(jog):
-                until_s = self.pace.now_s() + min(for_s, LONGEST_HOLD_S)
-                self.core.hold = Hold(jog, speed_fraction(speed), until_s)
-                self._join_session()
+                self.core.hold = hold
         self.pace.wake()
 
     def nudge(self, jog: Jog, *, speed: float) -> None:
         """Jog by one increment; at most one more waits behind the one under way. Never waits."""
         with self.pace.lock:
-            if self._may_jog(jog) and not self.core.nudges:
-                self.core.nudges.append((jog, speed_fraction(speed)))
-                self._join_session()
+            nudge = (jog, speed_fraction(speed))
+            if not self.core.nudges and self._may_jog(jog):
+                self.core.nudges.append(nudge)
         self.pace.wake()
 
     def release(self) -> None:
@@ -74,19 +74,24 @@ class Jogging(Connected):
             if self.core.state is not State.HOMING:
                 after(self.core.state, Event.MOVE)
             if duration_s is None:
+                task = self._join_session()
                 self.core.nudges.append((jog, fraction))
             else:
-                until_s = self.pace.now_s() + finite("duration_s", duration_s)
-                self.core.hold = Hold(jog, fraction, until_s)
-            task = self._join_session()
+                if not finite("duration_s", duration_s) > 0.0:
+                    raise BadRequest(f"duration_s must be above 0, not {duration_s!r}")
+                hold = Hold(jog, fraction, self.pace.now_s() + duration_s)
+                task = self._join_session()
+                self.core.hold = hold
         return self.finish(task, (duration_s or 0.0) + PATIENCE_S * 10)
 
     def _may_jog(self, jog: Jog) -> bool:
+        """Have a session ready to take up a jog; where that is refused, say so in the notice."""
         alive = self._session is not None and not self._session.done
         try:
             check_jog(self.core, jog)
             if not alive and self.core.state is not State.HOMING:
                 after(self.core.state, Event.MOVE)
+            self._join_session()
         except Refused as refusal:
             self.core.notice = str(refusal)
             return False
@@ -95,7 +100,7 @@ class Jogging(Connected):
     def _join_session(self) -> Task[Jogged]:
         """Return the jogging under way, which takes up what was just asked, or begin one."""
         if self._session is None or self._session.done:
-            self._session = self.submit(jog_session(self.wire, self.speeds))
+            self._session = self.submit(jog_session(self.wire, self.speeds), alone=True)
         return self._session
 
 

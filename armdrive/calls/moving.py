@@ -121,7 +121,8 @@ class Moving(Connected):
         with self.pace.lock:
             if self.core.state is not State.HOMING:
                 after(self.core.state, Event.MOVE)
-            task = self.submit(motion.bench_move(self.wire, self.speeds, motors, fraction))
+            flow = motion.bench_move(self.wire, self.speeds, motors, fraction)
+            task = self.submit(flow, alone=True)
         return self.finish(task, PATIENCE_S * 10)
 
     def park(self, *, speed: float = 1.0) -> Moved:
@@ -145,7 +146,7 @@ class Moving(Connected):
             self.core.require_reference()
             after(self.core.state, Event.MOVE)
             made = plan(self.core.coordinates)
-            task = self.submit(motion.follow(self.wire, made))
+            task = self.submit(motion.follow(self.wire, made), alone=True)
         return Handle(self, task, made.duration_s * PATIENCE + PATIENCE_S)
 
 

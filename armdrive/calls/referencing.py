@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, cast
 
 from armdrive.calls.connected import Connected
 from armdrive.core import Coordinates
-from armdrive.errors import OperatorNeeded, Refused
+from armdrive.errors import OperatorNeeded, Refused, Stopped
 from armdrive.flows import referencing
 from armdrive.posture import Operator, PostureRequest
 from armdrive.states import Event, after
-from armdrive.status import Trust
+from armdrive.status import State, Trust
 from armdrive.trust import Evidence
 from kinematics import Joints, Pose
 from kinematics.errors import finite
@@ -36,19 +36,33 @@ class Referencing(Connected):
                 "a terminal, pass home(operator=...), or bring it to a known posture and call "
                 f"declare_posture(). {request}"
             )
+        after(self.core.state, Event.HOME)
         self.perform(referencing.begin_home(self.wire))
-        confirmed = False
         try:
-            confirmed = operator(request)
-        finally:
-            if not confirmed:
-                self.perform(referencing.end_home(self.wire))
+            self._have_confirmed(operator, request)
+            self._vouch(request.joints, request.opening_mm, Evidence.HOMED)
+        except BaseException:
+            self._leave_homing()
+            raise
+        return self.pose
+
+    def _have_confirmed(self, operator: Operator, request: PostureRequest) -> None:
+        """Raise unless the operator confirms the posture and nobody has stopped meanwhile."""
+        confirmed = operator(request)
+        if self.core.state is not State.HOMING:
+            raise Stopped("homing was stopped: nothing was referenced")
         if not confirmed:
             raise OperatorNeeded(
                 f"the posture was not confirmed: nothing was referenced. {request}"
             )
-        self._vouch(request.joints, request.opening_mm, Evidence.HOMED)
-        return self.pose
+
+    def _leave_homing(self) -> None:
+        """Stop what the operator may have left in motion, and go back to where homing began."""
+        try:
+            self.stand_still()
+        finally:
+            with self.pace.lock:
+                self.core.settle()
 
     def confirm_reference(self) -> None:
         """Say that the arm stands in its reference posture now."""

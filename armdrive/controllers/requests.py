@@ -104,8 +104,12 @@ class Controller(Protocol):
     def next_event(self) -> Reply | Oddity | None:
         """Return the next thing heard, or None when more bytes are needed."""
 
-    def answered(self, sent: Sent, elapsed_s: float) -> None:
-        """Learn from the time that an answer took."""
+    def answered(self, sent: Sent, elapsed_s: float) -> bool:
+        """Learn from the time that an answer took; False where that time is hard to believe.
+
+        An answer far too early may belong to another request; one far too late may be that of
+        another motion than the one meant. Either way the registers are to be looked at.
+        """
 
     def forget(self) -> None:
         """Give up on the unanswered request and on half a line that was received."""

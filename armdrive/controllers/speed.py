@@ -17,7 +17,10 @@ from armdrive.errors import ArmFileError
 
 @dataclass(frozen=True, slots=True)
 class SpeedTable:
-    """Pairs of (setting, steps a second), rising in both; settings between are interpolated."""
+    """Pairs of (setting, steps a second), rising in both; settings between are interpolated.
+
+    Raises `ArmFileError`, since the pairs come from an arm file.
+    """
 
     points: tuple[tuple[int, float], ...]
 
@@ -64,13 +67,28 @@ class SpeedMeter:
 
     def learn(self, setting: int, expected_s: float, measured_s: float) -> None:
         """Weigh one answer time. Slower is believed at once, faster only bit by bit."""
-        if expected_s < SHORTEST_MEASURED_S:
-            return  # the rounding of a few steps and of the clock would be measured instead
+        if expected_s <= 0.0:
+            return
         factor = max(measured_s / expected_s, 1.0)
         part = self.table.part(setting)
-        known = self._factors.get(part, factor)
+        known = self._factors.get(part)
+        if expected_s < SHORTEST_MEASURED_S and (known is None or factor > known):
+            return  # the wire's own delays make short motions look slower, never faster
+        known = factor if known is None else known
         self._factors[part] = max(factor, known + (factor - known) / 4.0)
+
+    def believable(self, setting: int, expected_s: float, measured_s: float) -> bool:
+        """Tell whether a motion can have taken that long on this arm as it is known."""
+        longest_s = expected_s * self.doubt(setting) * LATE + DELAY_S
+        return expected_s * EARLY - CLOCK_S <= measured_s <= longest_s
 
 
 SHORTEST_MEASURED_S = 0.04
 """Answers to shorter motions say more about the wire than about the motors."""
+
+EARLY = 0.4
+LATE = 1.5
+DELAY_S = 0.05
+"""What the operating system and an adapter may add to an answer's time."""
+CLOCK_S = 0.02
+"""What a clock's own steps may take off it."""

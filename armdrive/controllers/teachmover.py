@@ -23,7 +23,9 @@ from armdrive.controllers.requests import (
     SetOutputs,
 )
 from armdrive.controllers.speed import SpeedMeter, SpeedTable
+from armdrive.sections import within
 from firmware_protocol.teachmover import (
+    SPEED_MAX,
     Command,
     Completed,
     Host,
@@ -59,6 +61,14 @@ class TeachMoverSettings:
     speed_doubt: float = 2.0
     grip_bit: int = 0
     answer_margin_s: float = 0.5
+
+    def __post_init__(self) -> None:
+        within("teachmover.speed_doubt", self.speed_doubt, 1.0, 20.0)
+        within("teachmover.grip_bit", self.grip_bit, 0, 7)
+        within("teachmover.answer_margin_s", self.answer_margin_s, 0.1, 10.0)
+        for setting, rate_hz in SpeedTable(self.speed_table).points:
+            within("teachmover.speed_table's setting", setting, 0, SPEED_MAX)
+            within("teachmover.speed_table's rate", rate_hz, 1.0, 20_000.0)
 
 
 class TeachMoverController:
@@ -100,11 +110,15 @@ class TeachMoverController:
             return None
         return self._reply(event) if isinstance(event, Completed) else Oddity(str(event))
 
-    def answered(self, sent: Sent, elapsed_s: float) -> None:
-        """Measure a burst against the speed table."""
-        if isinstance(sent.request, MoveBy):
-            setting = self._table.setting(sent.request.rate_hz)
-            self._meter.learn(setting, sent.motion_s, elapsed_s - sent.wire_s)
+    def answered(self, sent: Sent, elapsed_s: float) -> bool:
+        """Measure a burst against the speed table; False where no such burst takes so long."""
+        if not isinstance(sent.request, MoveBy):
+            return True
+        setting = self._table.setting(sent.request.rate_hz)
+        moved_s = elapsed_s - sent.wire_s
+        believable = self._meter.believable(setting, sent.motion_s, moved_s)
+        self._meter.learn(setting, sent.motion_s, moved_s)
+        return believable
 
     def forget(self) -> None:
         """Give up on the unanswered command."""
@@ -139,8 +153,9 @@ class TeachMoverController:
             case ReadPosition():
                 return Read()
             case SetOutputs(bits):
+                step = Step(self._table.points[0][0], STILL, bits)
                 self._outputs = bits
-                return Step(self._table.points[0][0], STILL, bits)
+                return step
             case DropCurrent():
                 return Reset()
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from armdrive.controllers.requests import (
@@ -14,13 +15,26 @@ from armdrive.controllers.requests import (
     Request,
 )
 from armdrive.core import Coordinates, Core
-from armdrive.engine import Ask, Flow
+from armdrive.engine import Ask, Flow, Until
 from armdrive.errors import DeviceFault, LinkLost, NoAnswer, PendantStop, PositionMismatch
+from armdrive.status import Current, Trust
 from armdrive.trust import Evidence
 
 if TYPE_CHECKING:
     from armdrive.engine import Engine
     from kinematics import Motors
+
+QUIET_S = 0.3
+"""A silence this long ends whatever a disturbed controller had still to say."""
+
+TRIES = 3
+"""How often the registers are asked for: reading moves nothing, so it may be repeated."""
+
+FRESH_S = 0.3
+"""A look at the registers this long ago still tells where a motion starts from."""
+
+BLIND_S = 2.0
+"""A motion is compared with the registers at least this often."""
 
 
 class Wire:
@@ -29,6 +43,7 @@ class Wire:
     def __init__(self, engine: Engine, core: Core) -> None:
         self.engine = engine
         self.core = core
+        self._looked_s = -math.inf
 
     @property
     def now_s(self) -> float:
@@ -40,24 +55,80 @@ class Wire:
         """Whether a stop has been asked for."""
         return self.engine.stop_asked
 
-    def request(self, request: Request) -> Flow[Reply]:
-        """Send one request and return its reply; a refusal or silence is a fault of the arm."""
+    def request(self, request: Request, silence: Evidence = Evidence.SILENT) -> Flow[Reply]:
+        """Send one request and return its reply; silence is a fault of the arm."""
         try:
             reply: Reply = yield Ask(request)
-        except NoAnswer as silence:
-            self.core.learn(Evidence.ANSWER_LOST, self.now_s)
-            self.core.fault(str(silence))
+        except NoAnswer as error:
+            self.core.learn(silence, self.now_s)
+            self.core.fault(str(error))
             raise
         return reply
 
-    def read(self) -> Flow[Motors]:
-        """Read the registers; return how far they are from the acknowledged position."""
-        reply = yield from self.request(ReadPosition())
-        if isinstance(reply, Registers):
-            return self.core.compare(reply)
-        raise self._fault(
-            DeviceFault("the controller did not tell its position: look at the arm, then reset")
+    def ask_registers(self) -> Flow[Registers]:
+        """Read the registers, again where an exchange was disturbed. Raises `DeviceFault`.
+
+        After a disturbance an answer counts only if the line falls silent behind it: else it
+        may be the late one of the try before, and the next answer would be taken for another's.
+        """
+        silence: NoAnswer | None = None
+        for attempt in range(TRIES):
+            if attempt:
+                yield from self.quiet()
+            try:
+                reply: Reply = yield Ask(ReadPosition())
+            except NoAnswer as error:
+                silence = error
+                continue
+            heard_s = self.engine.heard_s
+            if attempt and isinstance(reply, Registers):
+                yield from self.quiet()
+            if isinstance(reply, Registers) and heard_s == self.engine.heard_s:
+                self._looked_s = self.now_s
+                return reply
+        raise silence or DeviceFault(
+            f"whatever is on {self.engine.link.description} does not answer as this arm does: "
+            "check the cable, the port and the dialect"
         )
+
+    def quiet(self) -> Flow[None]:
+        """Wait until nothing has been heard for a while, and forget what was."""
+        since_s = self.now_s
+        while self.now_s < (end_s := max(since_s, self.engine.heard_s) + QUIET_S):
+            if self.stopping:
+                break
+            yield Until(end_s)
+        self.engine.controller.forget()
+
+    def read(self) -> Flow[Motors]:
+        """Read the registers; return how far they are from the acknowledged position.
+
+        A difference is believed when it is read twice: the line has no check bytes.
+        """
+        difference = yield from self._read_once()
+        seen = None
+        while difference.largest and difference != seen:
+            seen = difference
+            difference = yield from self._read_once()
+        return difference
+
+    def _read_once(self) -> Flow[Motors]:
+        try:
+            registers = yield from self.ask_registers()
+        except DeviceFault as fault:
+            self.core.learn(Evidence.SILENT, self.now_s)
+            self.core.fault(str(fault))
+            raise
+        return self.core.compare(registers)
+
+    def look(self) -> Flow[None]:
+        """Weigh what the registers show of an arm that stands: somebody else may move it."""
+        weigh_difference(self, (yield from self.read()))
+
+    def look_before_motion(self) -> Flow[None]:
+        """Look, unless that was done a moment ago."""
+        if self.now_s > self._looked_s + FRESH_S:
+            yield from self.look()
 
     def move(self, target: Motors, rate_hz: float, there: Coordinates | None) -> Flow[None]:
         """Send one burst to an absolute target and wait until it has ended."""
@@ -69,7 +140,7 @@ class Wire:
         core.mark_leaving()
         core.goes_to(target)
         try:
-            reply = yield from self.request(MoveBy(steps, rate_hz))
+            reply = yield from self.request(MoveBy(steps, rate_hz), Evidence.ANSWER_LOST)
         except LinkLost:
             core.learn(Evidence.LOST_IN_MOTION, self.now_s)
             raise
@@ -78,14 +149,17 @@ class Wire:
         elif isinstance(reply, Denied):
             yield from self._refusal()
         core.arrived(there)
+        if not self.engine.timely or self.now_s > self._looked_s + BLIND_S:
+            yield from self.verify()
 
     def verify(self) -> Flow[None]:
         """Compare the registers with what was acknowledged; a difference is a fault."""
         difference = yield from self.read()
         if not difference.largest:
             return
-        self.core.believe_registers()
-        self.core.learn(Evidence.READ_BACK_DIFFERS, self.now_s, f"by {tuple(difference)} steps")
+        core = self.core
+        core.learn(Evidence.READ_BACK_DIFFERS, self.now_s, f"by {tuple(difference)} steps")
+        take_difference(core)
         raise self._fault(
             PositionMismatch(
                 f"the registers differ by {tuple(difference)} steps from where the motion should "
@@ -108,8 +182,8 @@ class Wire:
 
     def _refusal(self) -> Flow[None]:
         yield from self.read()
-        self.core.believe_registers()
         self.core.learn(Evidence.MOTION_REFUSED, self.now_s)
+        self.core.believe_registers()
         raise self._fault(
             DeviceFault(
                 "the controller refused a motion that it should have understood; a byte may have "
@@ -120,6 +194,28 @@ class Wire:
     def _fault(self, error: DeviceFault | PendantStop) -> DeviceFault | PendantStop:
         self.core.fault(str(error))
         return error
+
+
+def weigh_difference(wire: Wire, difference: Motors) -> None:
+    """Say what registers mean that changed while nothing was moved from here."""
+    core = wire.core
+    if not difference.largest:
+        return
+    zeroed = take_difference(core)
+    core.learn(Evidence.CONTROLLER_RESTARTED if zeroed else Evidence.MOVED_BY_OTHERS, wire.now_s)
+    core.notice = core.belief.reason
+
+
+def take_difference(core: Core) -> bool:
+    """Take the registers for where the arm is; True where they were zeroed, which moves nothing."""
+    registers = (core.read_back or core.acknowledged) - core.offset
+    zeroed = not registers.largest
+    if zeroed and core.belief.trust is not Trust.UNKNOWN:
+        core.count_anew(registers)
+        core.current = Current.UNKNOWN
+    else:
+        core.believe_registers()
+    return zeroed
 
 
 def _on_the_way(came: Motors, way: Motors) -> bool:

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 
 from armdrive.core import Coordinates
 from armdrive.engine import Flow
-from armdrive.errors import Refused, Stopped
-from armdrive.flows.motion import paced_move
-from armdrive.states import Event
+from armdrive.errors import BadRequest, DeviceFault, Refused, Stopped
+from armdrive.flows.motion import begin, follow_leg
+from armdrive.planning import Leg
 
 if TYPE_CHECKING:
     from armdrive.core import Core
@@ -47,21 +47,25 @@ def grasp(wire: Wire, speeds: Speeds, force_n: float) -> Flow[Grasped]:
     core = wire.core
     settings = core.config.gripper
     if not 0.0 <= force_n <= settings.max_force_n:
-        raise Refused(f"the gripper presses with 0 to {settings.max_force_n:g} N, not {force_n:g}")
+        raise BadRequest(
+            f"the gripper presses with 0 to {settings.max_force_n:g} N, not {force_n:g}"
+        )
     steps_per_n = core.config.model.grip_steps_per_n
     if steps_per_n is None:
         raise Refused("no grip force is known of this arm: use gripper.close() with a width")
     depth_mm = settings.trip_force_n * steps_per_n / steps_per_mm(core)
-    core.happen(Event.MOVE)
+    begin(wire)
     try:
-        yield from wire.verify()
+        yield from wire.look_before_motion()
+        core.require_reference()
         yield from _close_until_grip(wire, speeds, settings.approach_steps, depth_mm)
-        yield from _open_until_free(wire, speeds)
+        yield from _open_until_free(wire, speeds, settings.max_force_n * steps_per_n)
         yield from _close_until_grip(wire, speeds, FINE_STEPS, depth_mm)
         width_mm = max(core.coordinates.opening_mm + depth_mm, 0.0)
         extra_n = max(force_n - settings.trip_force_n, 0.0)
         yield from _slide(wire, speeds, -round(extra_n * steps_per_n))
         yield from wire.verify()
+        _raise_if_stopped(wire)
     finally:
         core.settle()
         core.still_since_s = wire.now_s
@@ -77,7 +81,7 @@ def _close_until_grip(wire: Wire, speeds: Speeds, steps: int, depth_mm: float) -
     while not core.gripping:
         _raise_if_stopped(wire)
         if core.coordinates.opening_mm < -behind_mm:
-            raise Refused(
+            raise DeviceFault(
                 "the gripper is closed and its switch did not trip: check teachmover.grip_bit and "
                 "gripper.trip_force_n in the arm file"
             )
@@ -85,10 +89,18 @@ def _close_until_grip(wire: Wire, speeds: Speeds, steps: int, depth_mm: float) -
         yield from wire.verify()
 
 
-def _open_until_free(wire: Wire, speeds: Speeds) -> Flow[None]:
-    """Open in fine bursts until the switch lets go."""
-    while wire.core.gripping:
+def _open_until_free(wire: Wire, speeds: Speeds, deepest_steps: float) -> Flow[None]:
+    """Open in fine bursts until the switch lets go, further than any grip is deep at most."""
+    core = wire.core
+    deepest_mm = (deepest_steps + core.config.gripper.approach_steps) / steps_per_mm(core)
+    furthest_mm = core.coordinates.opening_mm + deepest_mm
+    while core.gripping:
         _raise_if_stopped(wire)
+        if core.coordinates.opening_mm > furthest_mm:
+            raise DeviceFault(
+                "the gripper was opened and its switch did not let go: look at the switch, and "
+                "check teachmover.grip_bit in the arm file"
+            )
         yield from _slide(wire, speeds, FINE_STEPS)
         yield from wire.verify()
 
@@ -100,8 +112,8 @@ def _slide(wire: Wire, speeds: Speeds, steps: int) -> Flow[None]:
     core = wire.core
     here = core.coordinates
     there = Coordinates(here.joints, here.opening_mm + steps / steps_per_mm(core))
-    target = core.transmission.to_motors(there.joints, there.opening_mm)
-    yield from paced_move(wire, target, speeds.duration_s(here, there, 1.0), there)
+    leg = Leg(here, there, speeds.duration_s(here, there, 1.0))
+    yield from follow_leg(wire, leg, core.config.motion.jog_burst_s)
 
 
 def _raise_if_stopped(wire: Wire) -> None:

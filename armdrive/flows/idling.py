@@ -5,14 +5,16 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from armdrive.controllers.requests import Denied, SetOutputs
+from armdrive.controllers.requests import Done, SetOutputs
 from armdrive.engine import Flow
-from armdrive.errors import DeviceFault
+from armdrive.errors import BadRequest, DeviceFault
 from armdrive.flows.referencing import poll
 from armdrive.status import State
 
 if TYPE_CHECKING:
     from armdrive.flows.exchange import Wire
+
+MOST_OUTPUTS = 255
 
 STILL_S = 2.0
 """An arm that has stood this long is recorded as standing."""
@@ -28,10 +30,13 @@ class Idling:
     def due(self, now_s: float) -> tuple[float, Flow[Any] | None]:
         """Return when to ask again, and what to do now, if anything."""
         core = self._wire.core
-        if core.state is not State.STANDBY:
+        if core.state is State.STOPPING:  # nothing is at work: the arm stands
+            core.settle()
+        if core.state not in (State.STANDBY, State.HOMING):
             return math.inf, None
         if core.marked and now_s >= core.still_since_s + STILL_S:
             core.mark_still()
+            core.still_since_s = now_s  # where it could not be written, try again later
         mark_s = core.still_since_s + STILL_S if core.marked else math.inf
         every_s = core.config.motion.idle_poll_s
         if every_s == 0.0:
@@ -45,7 +50,9 @@ class Idling:
 
 def set_outputs(wire: Wire, bits: int) -> Flow[None]:
     """Write the output bits."""
+    if isinstance(bits, bool) or not isinstance(bits, int) or not 0 <= bits <= MOST_OUTPUTS:
+        raise BadRequest(f"outputs are a whole number from 0 to {MOST_OUTPUTS}, not {bits!r}")
     reply = yield from wire.request(SetOutputs(bits))
-    if isinstance(reply, Denied):
-        raise DeviceFault(f"the controller refused the output bits {bits}")
+    if not isinstance(reply, Done):
+        raise DeviceFault(f"the controller did not take the output bits {bits}: look at the arm")
     wire.core.outputs = bits

@@ -14,21 +14,23 @@ from typing import TYPE_CHECKING
 
 from armdrive.core import Coordinates
 from armdrive.engine import Flow
-from armdrive.errors import ArmError, BadRequest, NotReferenced
-from armdrive.flows.motion import paced_move, true_duration_s
+from armdrive.errors import ArmError, BadRequest, NotReferenced, Refused
+from armdrive.flows.motion import begin, follow_leg, next_share, paced_move
 from armdrive.intents import CARTESIAN_AXES, GRIPPER_AXIS, Jog, Space
-from armdrive.planning import audit
-from armdrive.states import Event
+from armdrive.planning import Leg, audit
 from armdrive.status import State
 from kinematics import Joints, KinematicsError, Pose
 
 if TYPE_CHECKING:
-    from armdrive.core import Core
+    from armdrive.core import Core, Hold
     from armdrive.flows.exchange import Wire
     from armdrive.planning import Speeds
 
 ANGULAR_JOG_RAD_S = math.radians(45.0)
 """Pitch and roll of a Cartesian jog at full speed, before the joints' limits slow it."""
+
+SHORTER_TRIES = 8
+"""How often a held burst is made shorter before it is given up."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,18 +63,15 @@ def jog_session(wire: Wire, speeds: Speeds) -> Flow[Jogged]:
     """Serve increments and the held jog until neither is left, or somebody stops."""
     core = wire.core
     homing = core.state is State.HOMING
-    if not homing:
-        core.happen(Event.MOVE)
     core.notice = ""
     try:
-        while not wire.stopping:
-            if core.nudges:
-                jog, speed = core.nudges.pop(0)
-                yield from _increment(wire, speeds, jog, speed)
-            elif not (_held(wire) and (yield from _held_burst(wire, speeds))):
-                yield from wire.verify()  # more may be asked for while this is on the wire
-                if not core.nudges and not _held(wire):
-                    break
+        if not homing:
+            begin(wire)
+        yield from wire.look_before_motion()
+        yield from _serve(wire, speeds)
+        if wire.stopping:
+            yield from wire.verify()
+            core.notice = "the jog was stopped"
     finally:
         core.hold = None
         core.nudges.clear()
@@ -83,23 +82,31 @@ def jog_session(wire: Wire, speeds: Speeds) -> Flow[Jogged]:
     return Jogged(joints, core.config.model.arm.fk(joints), core.notice)
 
 
+def _serve(wire: Wire, speeds: Speeds) -> Flow[None]:
+    core = wire.core
+    while not wire.stopping:
+        if core.nudges:
+            jog, speed = core.nudges.pop(0)
+            yield from _increment(wire, speeds, jog, speed)
+        elif not (_held(wire) and (yield from _held_burst(wire, speeds))):
+            yield from wire.verify()  # more may be asked for while this is on the wire
+            if not core.nudges and not _held(wire):
+                return
+
+
 def _increment(wire: Wire, speeds: Speeds, jog: Jog, speed: float) -> Flow[None]:
     """Move by fixed distances, in bursts of jogging length, as far as the bounds allow."""
     core = wire.core
     start = core.coordinates
     try:
+        check_jog(core, jog)
         goal = _allowed(core, start, displaced(core, start, jog, 1.0))
     except (ArmError, KinematicsError) as refusal:
         core.notice = str(refusal)
         return
-    duration_s = speeds.duration_s(start, goal, _capped(core, speed))
-    bursts = _bursts(wire, start, goal, duration_s)
-    for index in range(1, bursts + 1):
-        if wire.stopping:
-            return
-        there = start.towards(goal, index / bursts)
-        target = core.transmission.to_motors(there.joints, there.opening_mm)
-        yield from paced_move(wire, target, duration_s / bursts, there)
+    leg = Leg(start, goal, speeds.duration_s(start, goal, _capped(core, speed)))
+    if start != goal:
+        yield from follow_leg(wire, leg, core.config.motion.jog_burst_s)
 
 
 def _held(wire: Wire) -> bool:
@@ -113,36 +120,43 @@ def _held_burst(wire: Wire, speeds: Speeds) -> Flow[bool]:
     hold = core.hold
     if hold is None:
         return False
-    start = core.coordinates
-    burst_s = core.config.motion.jog_burst_s
-    speed = _capped(core, hold.speed)
-    rates = _rates(core, hold.jog, speeds)
     try:
-        goal = _allowed(core, start, displaced(core, start, rates, speed * burst_s))
-        duration_s = max(speeds.duration_s(start, goal, speed), burst_s)
-        bursts = _bursts(wire, start, goal, duration_s)
-        if bursts > 1:  # solved anew: a share of the joint motion would leave the straight line
-            goal = _allowed(core, start, displaced(core, start, rates, speed * burst_s / bursts))
+        check_jog(core, hold.jog)
+        leg = _held_leg(wire, speeds, hold)
     except (ArmError, KinematicsError) as refusal:
         core.notice, core.hold = str(refusal), None
         return False
-    target = core.transmission.to_motors(goal.joints, goal.opening_mm)
-    if goal == start:
+    if leg.start == leg.end:
         core.hold = None
         return False
-    yield from paced_move(wire, target, duration_s / bursts, goal)
+    yield from paced_move(wire, leg.end, leg.duration_s)
     return True
 
 
-def _bursts(wire: Wire, start: Coordinates, goal: Coordinates, duration_s: float) -> int:
-    """Return how many bursts of jogging length a motion needs on a device as slow as feared."""
-    if duration_s <= 0.0:
-        return 1
-    before = wire.core.transmission.to_exact(start.joints, start.opening_mm)
-    behind = wire.core.transmission.to_exact(goal.joints, goal.opening_mm)
-    busiest = max(abs(b - a) for a, b in zip(before, behind, strict=True))
-    takes_s = true_duration_s(wire, busiest, busiest / duration_s)
-    return max(math.ceil(takes_s / wire.core.config.motion.jog_burst_s - 1e-9), 1)
+def _held_leg(wire: Wire, speeds: Speeds, hold: Hold) -> Leg:
+    """Return what one burst covers; near a guard or the edge of the reach, as much as there is.
+
+    A leg that is too long for a burst on this device is solved anew for a shorter time: a share
+    of its joint motion would leave the straight line of a Cartesian jog.
+    """
+    core = wire.core
+    start, speed = core.coordinates, _capped(core, hold.speed)
+    rates = _rates(core, hold.jog, speeds)
+    longest_s = core.config.motion.jog_burst_s
+    burst_s = longest_s
+    refused: ArmError | KinematicsError | None = None
+    for _ in range(SHORTER_TRIES):
+        try:
+            goal = _allowed(core, start, displaced(core, start, rates, speed * burst_s))
+        except (ArmError, KinematicsError) as refusal:
+            refused, burst_s = refused or refusal, burst_s / 2.0
+            continue
+        leg = Leg(start, goal, max(speeds.duration_s(start, goal, speed), burst_s))
+        share = next_share(wire, leg, longest_s, 0.0)
+        if share >= 1.0:
+            return leg
+        burst_s *= share
+    raise refused or Refused("no burst is short enough for this device: see motion.jog_burst_s")
 
 
 def _capped(core: Core, speed: float) -> float:

@@ -13,7 +13,7 @@ from armdrive.states import Event
 from armdrive.status import State
 
 if TYPE_CHECKING:
-    from armdrive.core import Coordinates
+    from armdrive.core import Coordinates, Core
     from armdrive.flows.exchange import Wire
     from armdrive.planning import Plan, Speeds
     from kinematics import Joints, Motors, Pose
@@ -42,14 +42,16 @@ class Moved:
 def follow(wire: Wire, plan: Plan) -> Flow[Moved]:
     """Carry out an audited plan. Raises `Stopped` where a stop ended it early."""
     core = wire.core
-    core.require_reference()
-    if core.coordinates != plan.start:
-        raise WrongState("the arm is no longer where the motion was planned from: plan it again")
-    core.happen(Event.MOVE)
     began_s, bursts_before = wire.now_s, wire.engine.requests_sent
+    begin(wire)
     try:
+        core.burst_s = core.config.motion.planned_burst_s
+        yield from wire.look_before_motion()
+        core.require_reference()
+        if core.coordinates != plan.start:
+            raise WrongState("the arm is no longer where the motion was planned from: plan anew")
         for leg in plan.legs:
-            yield from _follow_leg(wire, leg, core.config.motion.planned_burst_s)
+            yield from follow_leg(wire, leg, core.config.motion.planned_burst_s)
         yield from wire.verify()
     finally:
         core.settle()
@@ -57,6 +59,13 @@ def follow(wire: Wire, plan: Plan) -> Flow[Moved]:
     if wire.stopping and core.coordinates != plan.end:
         raise Stopped("the motion was stopped before its goal")
     return report(wire, plan.end, began_s, bursts_before)
+
+
+def begin(wire: Wire) -> None:
+    """Enter the state of motion, unless a stop was asked for before it began."""
+    if wire.stopping:
+        raise Stopped("the motion was stopped before it began")
+    wire.core.happen(Event.MOVE)
 
 
 def report(wire: Wire, goal: Coordinates, began_s: float, requests_before: int) -> Moved:
@@ -73,48 +82,67 @@ def report(wire: Wire, goal: Coordinates, began_s: float, requests_before: int) 
     )
 
 
-def _follow_leg(wire: Wire, leg: Leg, burst_s: float) -> Flow[None]:
+def follow_leg(wire: Wire, leg: Leg, burst_s: float) -> Flow[None]:
+    """Go along a leg in bursts, each of which lasts `burst_s` at most, until a stop."""
     done = 0.0
     while done < 1.0 and not wire.stopping:
-        share = _share(wire, leg, burst_s, done)
+        share = next_share(wire, leg, burst_s, done)
         done = 1.0 if share >= 1.0 - done - 1e-9 else done + share
         there = leg.start.towards(leg.end, done)
-        target = wire.core.transmission.to_motors(there.joints, there.opening_mm)
-        yield from paced_move(wire, target, leg.duration_s * share, there)
+        yield from paced_move(wire, there, leg.duration_s * share)
 
 
-def _share(wire: Wire, leg: Leg, burst_s: float, done: float) -> float:
-    """Return the share of a leg that the next burst may cover, all bursts of it being equal."""
-    transmission = wire.core.transmission
-    before = transmission.to_exact(leg.start.joints, leg.start.opening_mm)
-    behind = transmission.to_exact(leg.end.joints, leg.end.opening_mm)
-    busiest = max(abs(b - a) for a, b in zip(before, behind, strict=True))
-    if busiest == 0.0 or leg.duration_s == 0.0:
-        return 1.0
-    takes_s = true_duration_s(wire, busiest, busiest / leg.duration_s)
+def next_share(wire: Wire, leg: Leg, burst_s: float, done: float) -> float:
+    """Return the share of a leg that the next burst may cover, about all the left ones' equal.
+
+    Its whole steps are counted, so that neither rounding nor the coarseness of the device's
+    speeds makes a burst last longer than announced; only a single step may.
+    """
     left = 1.0 - done
-    return left / max(math.ceil(takes_s * left / burst_s - 1e-9), 1)
+    count = max(math.ceil(_leg_takes_s(wire, leg) * left / burst_s - 1e-9), 1)
+    while True:
+        share = left / count
+        target = _motors(wire.core, leg.start.towards(leg.end, done + share))
+        steps = (target - wire.core.acknowledged).largest
+        if steps <= 1 or true_duration_s(wire, steps, leg.duration_s * share) <= burst_s:
+            return share
+        count += 1 + count // 50
 
 
-def true_duration_s(wire: Wire, steps: float, rate_hz: float) -> float:
-    """Return how long the device may take for so many steps of the busiest motor."""
+def _leg_takes_s(wire: Wire, leg: Leg) -> float:
+    before = wire.core.transmission.to_exact(leg.start.joints, leg.start.opening_mm)
+    behind = wire.core.transmission.to_exact(leg.end.joints, leg.end.opening_mm)
+    busiest = max(abs(b - a) for a, b in zip(before, behind, strict=True))
+    return true_duration_s(wire, busiest, leg.duration_s)
+
+
+def true_duration_s(wire: Wire, steps: float, duration_s: float) -> float:
+    """Return how long the device may take for steps that should take `duration_s` or longer."""
     controller = wire.core.controller
-    return steps / controller.usable_rate_hz(rate_hz) * controller.doubt(rate_hz)
+    wanted_hz = _rate_hz(steps, duration_s)
+    return steps / controller.usable_rate_hz(wanted_hz) * controller.doubt(wanted_hz)
 
 
-def paced_move(
-    wire: Wire, target: Motors, duration_s: float, there: Coordinates | None
-) -> Flow[None]:
+def paced_move(wire: Wire, there: Coordinates, duration_s: float) -> Flow[None]:
     """Send one burst that takes `duration_s` or longer.
 
     Where the device's slowest setting is still faster than that, the rest of the time is waited.
     """
+    target = _motors(wire.core, there)
     steps = (target - wire.core.acknowledged).largest
     until_s = wire.now_s + duration_s
-    yield from wire.move(target, steps / duration_s if duration_s > 0.0 else math.inf, there)
+    yield from wire.move(target, _rate_hz(steps, duration_s), there)
     slowest_hz = wire.core.controller.usable_rate_hz(0.0)
-    if steps and steps / slowest_hz < duration_s:
+    if steps / slowest_hz < duration_s:
         yield Until(until_s)
+
+
+def _rate_hz(steps: float, duration_s: float) -> float:
+    return steps / duration_s if duration_s > 0.0 else math.inf
+
+
+def _motors(core: Core, there: Coordinates) -> Motors:
+    return core.transmission.to_motors(there.joints, there.opening_mm)
 
 
 def bench_move(wire: Wire, speeds: Speeds, steps: Motors, fraction: float) -> Flow[Moved]:
@@ -122,20 +150,19 @@ def bench_move(wire: Wire, speeds: Speeds, steps: Motors, fraction: float) -> Fl
     core = wire.core
     homing = core.state is State.HOMING
     if not homing:
-        core.happen(Event.MOVE)
+        begin(wire)
     began_s, before = wire.now_s, wire.engine.requests_sent
-    start, goal = core.coordinates, core.coordinates_of(core.acknowledged + steps)
-    leg = Leg(start, goal, speeds.duration_s(start, goal, fraction))
     try:
-        if steps.largest:
-            yield from _follow_leg(wire, leg, core.config.motion.jog_burst_s)
+        yield from wire.look_before_motion()
+        start, goal = core.coordinates, core.coordinates_of(core.acknowledged + steps)
+        target = core.acknowledged + steps
+        leg = Leg(start, goal, speeds.duration_s(start, goal, fraction))
+        yield from follow_leg(wire, leg, core.config.motion.jog_burst_s)
         yield from wire.verify()
     finally:
         if not homing:
             core.settle()
         core.still_since_s = wire.now_s
-    if wire.stopping and core.acknowledged != core.transmission.to_motors(
-        goal.joints, goal.opening_mm
-    ):
+    if wire.stopping and core.acknowledged != target:
         raise Stopped("the motion was stopped before its goal")
     return report(wire, goal, began_s, before)

@@ -10,39 +10,33 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from armdrive.abilities import Switching
-from armdrive.controllers.requests import DropCurrent, ReadPosition, Registers, Reply
+from armdrive.controllers.requests import Done, DropCurrent, Registers
 from armdrive.core import Coordinates
-from armdrive.engine import Ask, Flow, Until
-from armdrive.errors import DeviceFault, NoAnswer, StateFileError
-from armdrive.states import Event
-from armdrive.status import Current, Trust
+from armdrive.engine import Flow
+from armdrive.errors import DeviceFault, NotReferenced, StateFileError, Stopped
+from armdrive.flows.exchange import weigh_difference
+from armdrive.states import Event, after
+from armdrive.status import Current, State, Trust
 from armdrive.trust import Belief, Evidence
-from kinematics import Motors
 
 if TYPE_CHECKING:
     from armdrive.flows.exchange import Wire
-
-QUIET_S = 0.3
-"""A silence this long ends whatever a disturbed controller had still to say."""
-
-TRIES = 3
 
 
 def connect(wire: Wire) -> Flow[None]:
     """Find the controller, take up its record, and end in stand-still. Moves nothing."""
     core = wire.core
-    registers = yield from _patient_read(wire)
+    registers = yield from wire.ask_registers()
     switched = core.controller.abilities.current is Switching.BOTH
     core.happen(Event.OPENED_SWITCHED if switched else Event.OPENED_HELD)
     _take_up_record(wire, registers)
+    core.remembering = True  # from here on: a connection that failed leaves the record as it was
     core.still_since_s = wire.now_s
 
 
 def _take_up_record(wire: Wire, registers: Registers) -> None:
     core = wire.core
-    core.inputs, core.gripping = registers.inputs, registers.gripping
-    core.commanded = core.acknowledged = core.read_back = registers.positions
-    core.believe_registers()
+    core.found(registers)
     try:
         record = core.recorder.load()
     except StateFileError as error:
@@ -50,6 +44,8 @@ def _take_up_record(wire: Wire, registers: Registers) -> None:
         return
     if record is None:
         core.learn(Evidence.NO_RECORD, wire.now_s)
+    elif record.arm != core.config.name:
+        core.learn(Evidence.RECORD_UNUSABLE, wire.now_s, f"it is of the arm {record.arm}")
     elif record.calibration != core.config.calibration:
         core.learn(Evidence.RECORD_UNUSABLE, wire.now_s, "it was made with another calibration")
     elif len(record.offset) != len(registers.positions):
@@ -67,38 +63,9 @@ def _take_up_record(wire: Wire, registers: Registers) -> None:
             core.learn(Evidence.ENDED_IN_MOTION, wire.now_s)
 
 
-def _patient_read(wire: Wire) -> Flow[Registers]:
-    """Read the registers, trying again where an earlier exchange has left its traces."""
-    for attempt in range(TRIES):
-        try:
-            reply = yield from _plain_read()
-        except NoAnswer:
-            if attempt == TRIES - 1:
-                raise
-            continue
-        if isinstance(reply, Registers):
-            return reply
-        yield Until(wire.now_s + QUIET_S)
-    raise DeviceFault(
-        f"whatever is on {wire.engine.link.description} does not answer as this arm does: check "
-        "the port and the dialect"
-    )
-
-
-def _plain_read() -> Flow[Reply]:
-    reply: Reply = yield Ask(ReadPosition())
-    return reply
-
-
 def begin_home(wire: Wire) -> Flow[None]:
     """Enter the state in which an operator brings the arm to its posture."""
     wire.core.happen(Event.HOME)
-    yield from ()
-
-
-def end_home(wire: Wire) -> Flow[None]:
-    """Leave it again without a reference."""
-    wire.core.settle()
     yield from ()
 
 
@@ -106,6 +73,8 @@ def take_reference(wire: Wire, there: Coordinates, evidence: Evidence) -> Flow[N
     """Let the present registers mean a posture that somebody vouches for."""
     core = wire.core
     yield from wire.read()
+    if wire.stopping or core.state not in (State.STANDBY, State.HOMING):
+        raise Stopped("a stop came between: nothing was referenced")
     registers = (core.read_back or core.acknowledged) - core.offset
     core.refer(registers, there)
     core.learn(evidence, wire.now_s)
@@ -116,24 +85,33 @@ def take_reference(wire: Wire, there: Coordinates, evidence: Evidence) -> Flow[N
 
 def confirm_record(wire: Wire) -> Flow[None]:
     """Let a restored position count as referenced: the operator compared it with the arm."""
-    wire.core.learn(Evidence.CONFIRMED, wire.now_s)
-    wire.core.mark_still()
-    yield from ()
+    core = wire.core
+    yield from wire.look()
+    if core.belief.trust is not Trust.RESTORED:
+        raise NotReferenced(
+            f"there is no restored position to confirm, this one is {core.belief.trust.value}: "
+            f"{core.belief.reason}. Run `armdrive home`, or call home() or declare_posture()"
+        )
+    core.learn(Evidence.CONFIRMED, wire.now_s)
+    core.mark_still()
 
 
 def disable(wire: Wire) -> Flow[None]:
     """Drop the motor current: the arm can sag, so its position is suspect from then on."""
     core = wire.core
-    core.happen(Event.DISABLE)
+    after(core.state, Event.DISABLE)
     core.mark_leaving()
-    yield from wire.request(DropCurrent())
+    core.happen(Event.DISABLE)
+    core.learn(Evidence.CURRENT_DROPPED, wire.now_s)  # whatever the answer will be
+    core.current = Current.UNKNOWN
+    reply = yield from wire.request(DropCurrent())
+    if not isinstance(reply, Done):
+        core.fault("the controller did not say that it switched the motor current off: look at it")
+        raise DeviceFault(core.error)
     core.current = Current.OFF
-    core.learn(Evidence.CURRENT_DROPPED, wire.now_s)
-    reply = yield from wire.request(ReadPosition())
-    if isinstance(reply, Registers):
-        # the registers may have been zeroed: keep the position by moving the offset instead
-        core.offset = core.acknowledged - reply.positions
-        core.compare(reply)
+    registers = yield from wire.ask_registers()
+    core.count_anew(registers.positions)  # they may have been zeroed, which moves nothing
+    core.inputs, core.gripping = registers.inputs, registers.gripping
     core.mark_still()
 
 
@@ -146,32 +124,16 @@ def enable(wire: Wire) -> Flow[None]:
 def reset(wire: Wire) -> Flow[None]:
     """Leave error-stop: listen until the line is quiet, and take up what the registers say."""
     core = wire.core
-    wire.engine.controller.forget()
-    yield Until(wire.now_s + QUIET_S)
-    reply = yield from _patient_read(wire)
+    yield from wire.quiet()
+    registers = yield from wire.ask_registers()
+    if wire.stopping:
+        raise Stopped("a stop came during the reset: reset again")
     core.happen(Event.RESET)
     core.error = core.notice = ""
-    weigh_difference(wire, core.compare(reply))
+    weigh_difference(wire, core.compare(registers))
     core.still_since_s = wire.now_s
 
 
 def poll(wire: Wire) -> Flow[None]:
     """Look at a standing arm: inputs, and whether its registers are still what they were."""
-    difference = yield from wire.read()
-    weigh_difference(wire, difference)
-
-
-def weigh_difference(wire: Wire, difference: Motors) -> None:
-    """Say what registers mean that changed while nothing was moved from here."""
-    core = wire.core
-    if not difference.largest:
-        return
-    registers = (core.read_back or core.acknowledged) - core.offset
-    zeroed = not registers.largest
-    core.learn(Evidence.CONTROLLER_RESTARTED if zeroed else Evidence.MOVED_BY_OTHERS, wire.now_s)
-    if core.belief.trust is Trust.UNKNOWN or not zeroed:
-        core.believe_registers()
-    else:
-        core.offset = core.acknowledged - registers
-        core.read_back = core.acknowledged
-    core.notice = core.belief.reason
+    yield from wire.look()

@@ -12,6 +12,9 @@ import serial
 from armdrive.errors import LinkLost, PortUnavailable
 from armdrive.transports.waking import Waker
 
+WRITE_PATIENCE_S = 1.0
+"""A port that takes no byte for this long is lost: a line is sent only when all is quiet."""
+
 
 class SerialLink:
     """A `Link` over pyserial."""
@@ -21,7 +24,9 @@ class SerialLink:
         self._name = port
         self._baud = baud
         try:
-            made = serial.serial_for_url(port, baudrate=baud, timeout=0, do_not_open=True)
+            made = serial.serial_for_url(
+                port, baudrate=baud, timeout=0, write_timeout=WRITE_PATIENCE_S, do_not_open=True
+            )
             made.dtr = made.rts = raise_dtr
             if "://" not in port:
                 made.exclusive = True if os.name == "posix" else None

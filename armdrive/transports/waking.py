@@ -25,21 +25,28 @@ class Waker:
     def wait(self, fileno: int | None, timeout_s: float) -> None:
         """Sleep until the file is readable, `wake` is called, or the time is over."""
         ends = self._ends
-        if fileno is None or ends is None:
+        if ends is None:
             self._event.wait(min(timeout_s, POLL_S))
             self._event.clear()
             return
-        readable, _, _ = select.select([fileno, ends[0]], [], [], timeout_s)
+        ears = [ends[0]] if fileno is None else [fileno, ends[0]]
+        longest_s = POLL_S if fileno is None else timeout_s
+        readable, _, _ = select.select(ears, [], [], min(timeout_s, longest_s))
         if ends[0] in readable:
             with contextlib.suppress(BlockingIOError):
                 os.read(ends[0], 4096)
 
     def wake(self) -> None:
-        """End a `wait`; one that has not begun yet ends at once."""
-        self._event.set()
-        if self._ends is not None:
-            with contextlib.suppress(OSError):
-                os.write(self._ends[1], b"!")
+        """End a `wait`; one that has not begun yet ends at once.
+
+        A signal handler may call it: where there is a pipe, no lock is taken.
+        """
+        ends = self._ends
+        if ends is None:
+            self._event.set()
+        else:
+            with contextlib.suppress(OSError):  # full: it wakes already; closed: nobody sleeps
+                os.write(ends[1], b"!")
 
     def close(self) -> None:
         """Give the pipe back."""
