@@ -1,0 +1,76 @@
+"""A simulated TeachMover on a pseudo-terminal, in a process of its own, and questions to it."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any, Self
+
+LOOK_S = 0.002
+"""How often the arm is looked at while it comes to rest: the resolution of what is measured."""
+
+QUIET_S = 0.3
+"""An arm that has not moved for this long stands."""
+
+PATIENCE_S = 30.0
+
+
+class SimProcess:
+    """`armdrive sim teachmover --pty PORT`; a program opens `port` as it would a real arm's."""
+
+    def __init__(self, port: Path) -> None:
+        """Start it, and wait until the port is there."""
+        self.port = str(port)
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "armdrive", "sim", "teachmover", "--pty", self.port],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            bufsize=1,
+        )
+        self._heard()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        if self.process.poll() is None:
+            self.process.terminate()
+        with contextlib.suppress(BrokenPipeError):
+            self.process.communicate(timeout=PATIENCE_S)
+
+    def state(self) -> dict[str, Any]:
+        """Return the physical state of the arm at this moment."""
+        if self.process.stdin is None:
+            raise RuntimeError("the simulation was started without an input")
+        self.process.stdin.write("state --json\n")
+        answer = json.loads(self._heard())
+        return answer if isinstance(answer, dict) else {}
+
+    def wait_until_moving(self) -> None:
+        """Wait until a motor turns."""
+        end_s = time.monotonic() + PATIENCE_S
+        while not self.state()["moving"]:
+            if time.monotonic() > end_s:
+                raise TimeoutError("the simulated arm never began to move")
+            time.sleep(LOOK_S)
+
+    def rest_after_s(self, since_s: float) -> float:
+        """Return how long after `since_s` (monotonic) the arm first stood where it then stayed."""
+        motors, changed_s = None, since_s
+        while (now_s := time.monotonic()) < max(changed_s, since_s) + QUIET_S:
+            seen = self.state()["motors"]
+            if seen != motors:
+                motors, changed_s = seen, now_s
+            time.sleep(LOOK_S)
+        return changed_s - since_s
+
+    def _heard(self) -> str:
+        line = self.process.stdout.readline() if self.process.stdout else ""
+        if not line:
+            raise RuntimeError("the simulation has ended")
+        return line

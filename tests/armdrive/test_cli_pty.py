@@ -1,0 +1,128 @@
+"""End to end, each part a process of its own: a simulated arm on a pty, and commands on it."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from cli_calls import Caller
+
+from kinematics import Motors
+
+if sys.platform == "win32":
+    pytest.skip("Windows has no pseudo-terminals", allow_module_level=True)
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
+from sim_process import SimProcess
+
+NOISE_S = 0.25
+"""What a busy computer may add to a time; the bounds themselves are of the arm alone."""
+
+PATIENCE_S = 20.0
+
+
+@pytest.fixture
+def call(capsys):
+    return Caller(capsys)
+
+
+@pytest.fixture
+def sim(tmp_path):
+    with SimProcess(tmp_path / "arm") as sim:
+        yield sim
+
+
+class Moving:
+    """`armdrive move` in a process of its own, on a long way, seen to move."""
+
+    def __init__(self, sim: SimProcess) -> None:
+        words = ["move", "--base", "80", "--port", sim.port, "--allow-restored"]
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "armdrive", *words],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        sim.wait_until_moving()
+
+    def end(self) -> tuple[int, str]:
+        """Wait for its end; return its exit code and what it complained of."""
+        _, err = self.process.communicate(timeout=PATIENCE_S)
+        assert "Traceback" not in err
+        return self.process.returncode, err
+
+
+@pytest.fixture
+def moving(call, sim):
+    call("home", "--yes", "--port", sim.port, code=0)
+    moving = Moving(sim)
+    yield moving
+    moving.process.kill()
+    moving.process.communicate()
+
+
+def stop_time_s(call, sim) -> float:
+    """Ask the program that holds the arm what a stop may take now."""
+    return float(call("status", "--port", sim.port, "--json", code=0).json["stop_time_s"])
+
+
+def test_a_move_on_the_wire_turns_the_physical_motors_by_as_much(call, sim):
+    port = ("--port", sim.port)
+    homed = call("home", "--yes", *port, "--json", code=0).json
+    assert homed["simulated"] is False
+    before = sim.state()["motors"]
+    moved = call("move", "--z", "10", *port, "--allow-restored", "--json", code=0).json
+    told = Motors(moved["acknowledged_steps"]) - Motors(homed["acknowledged_steps"])
+    made = Motors(sim.state()["motors"]) - Motors(before)
+    assert told.largest > 0
+    assert made == told
+    assert call("status", *port, "--json", code=0).json["trust"] == "restored"
+
+
+def test_a_restored_position_of_a_real_arm_wants_to_be_confirmed(call, sim):
+    call("home", "--yes", "--port", sim.port, code=0)
+    called = call("move", "--z", "10", "--port", sim.port, code=3)
+    assert "--confirm" in called.err
+    assert not sim.state()["moving"]
+
+
+def test_a_stop_from_another_terminal_ends_a_move(call, sim, moving):
+    bound_s = stop_time_s(call, sim)
+    asked_s = time.monotonic()
+    call("stop", "--port", sim.port, code=0)
+    assert sim.rest_after_s(asked_s) < bound_s + NOISE_S
+    code, err = moving.end()
+    assert code == 5
+    assert err.startswith("armdrive: ")
+    assert err.count("\n") == 1
+    assert call("status", "--port", sim.port, "--json", code=0).json["trust"] == "restored"
+
+
+@pytest.mark.parametrize(
+    ("number", "code"), [(signal.SIGTERM, 143), (signal.SIGINT, 130), (signal.SIGKILL, -9)]
+)
+def test_a_move_that_is_ended_by_a_signal_leaves_a_still_arm(call, sim, moving, number, code):
+    bound_s = stop_time_s(call, sim)
+    asked_s = time.monotonic()
+    moving.process.send_signal(number)
+    assert sim.rest_after_s(asked_s) < bound_s + NOISE_S
+    ended, err = moving.end()
+    assert ended == code
+    assert ("the arm was stopped" in err) == (number is not signal.SIGKILL)
+    trust = call("status", "--port", sim.port, "--json", code=0).json["trust"]
+    assert trust == ("suspect" if number is signal.SIGKILL else "restored")
+
+
+def test_an_arm_that_vanishes_in_mid_move_is_reported_within_a_second(call, sim, moving):
+    sim.process.kill()
+    killed_s = time.monotonic()
+    code, err = moving.end()
+    assert time.monotonic() - killed_s < 1.0
+    assert code == 4
+    assert err.startswith("armdrive: ")
+    assert err.count("\n") == 1
