@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from kinematics.numbers import cos, sin
 from kinematics.orientation_solution import DEGENERATE_RAD, Degeneracy, OrientationSolution
 from kinematics.quaternions import Quaternion, quaternion_of, solve_quaternion
 from kinematics.rotations import Matrix3
@@ -35,8 +36,8 @@ class AxisAngle:
     def rotation(self) -> Matrix3:
         """Return the rotation matrix (Rodrigues' formula)."""
         x, y, z = self.axis
-        c, s = math.cos(self.angle_rad), math.sin(self.angle_rad)
-        v = 2.0 * math.sin(self.angle_rad / 2.0) ** 2  # 1 - c, with all its digits
+        c, s, half = cos(self.angle_rad), sin(self.angle_rad), sin(self.angle_rad / 2.0)
+        v = 2.0 * half * half  # 1 - c, with all its digits
         return (
             (x * x * v + c, x * y * v - z * s, x * z * v + y * s),
             (x * y * v + z * s, y * y * v + c, y * z * v - x * s),

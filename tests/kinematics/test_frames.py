@@ -32,6 +32,8 @@ from kinematics.frames import (
     IN_PLACE,
     compose,
     invert,
+    moved_in_itself,
+    moved_in_reference,
     position_of,
     rotation_of,
     transform,
@@ -82,6 +84,20 @@ def test_a_free_vector_is_turned_and_not_moved(frame, p, q):
     moved = subtract(transform_point(frame, p), transform_point(frame, q))
     assert gap(transform_vector(frame, subtract(p, q)), moved) < 1e-9
     assert transform_vector(translation(1.0, 2.0, 3.0), p) == p
+
+
+@given(transforms, any_angle)
+def test_a_frame_moves_along_its_own_axes_or_those_of_its_reference(frame, angle):
+    step = translation(0.0, 0.0, 5.0)
+    x, y, z = position_of(frame)
+    along = scale(5.0, columns(rotation_of(frame))[2])
+    own = moved_in_itself(frame, step)
+    assert gap(position_of(own), add((x, y, z), along)) < 1e-9
+    assert gap(position_of(moved_in_reference(frame, step)), (x, y, z + 5.0)) < 1e-9
+    turn = transform(rot_z(angle), (0.0, 0.0, 0.0))
+    assert gap(position_of(moved_in_itself(frame, turn)), (x, y, z)) < 1e-12
+    around = position_of(moved_in_reference(frame, turn))
+    assert gap(around, rotate(rot_z(angle), (x, y, z))) < 1e-9
 
 
 def test_a_moved_frame_is_where_it_was_moved_to():

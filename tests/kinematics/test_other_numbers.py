@@ -1,0 +1,116 @@
+"""The formulas of vectors, rotations and frames run on numbers that are not floats.
+
+Here on dual numbers, a value with its slope: what comes out must be the derivative.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import pytest
+from frame_cases import any_angle
+from hypothesis import given
+
+from kinematics.axis_angle import AxisAngle
+from kinematics.frames import compose, invert, position_of, transform, transform_point, translation
+from kinematics.orientation_angles import RPY, EulerZYZ
+from kinematics.rotations import multiply, rot_x, rot_y, rot_z
+from kinematics.vectors import X_AXIS, Z_AXIS, angle_between, norm, signed_angle
+
+
+@dataclass(frozen=True)
+class Dual:
+    value: float
+    slope: float = 0.0
+
+    @staticmethod
+    def of(x):
+        return x if isinstance(x, Dual) else Dual(x)
+
+    def __add__(self, other):
+        other = Dual.of(other)
+        return Dual(self.value + other.value, self.slope + other.slope)
+
+    def __neg__(self):
+        return Dual(-self.value, -self.slope)
+
+    def __sub__(self, other):
+        return self + -Dual.of(other)
+
+    def __rsub__(self, other):
+        return Dual.of(other) - self
+
+    def __mul__(self, other):
+        other = Dual.of(other)
+        return Dual(self.value * other.value, self.slope * other.value + self.value * other.slope)
+
+    def __truediv__(self, other):
+        other = Dual.of(other)
+        slope = (self.slope * other.value - self.value * other.slope) / other.value**2
+        return Dual(self.value / other.value, slope)
+
+    def __rtruediv__(self, other):
+        return Dual.of(other) / self
+
+    __radd__ = __add__
+    __rmul__ = __mul__
+
+    def sin(self):
+        return Dual(math.sin(self.value), math.cos(self.value) * self.slope)
+
+    def cos(self):
+        return Dual(math.cos(self.value), -math.sin(self.value) * self.slope)
+
+    def sqrt(self):
+        root = math.sqrt(self.value)
+        return Dual(root, self.slope / (2.0 * root))
+
+    def atan2(self, x):
+        x = Dual.of(x)
+        size = x.value**2 + self.value**2
+        slope = (self.slope * x.value - self.value * x.slope) / size
+        return Dual(math.atan2(self.value, x.value), slope)
+
+
+def slopes(rows):
+    return [[entry.slope if isinstance(entry, Dual) else 0.0 for entry in row] for row in rows]
+
+
+def differences(make, angle, step=1e-6):
+    ahead, behind = make(angle + step), make(angle - step)
+    return [
+        [(a - b) / (2.0 * step) for a, b in zip(*rows, strict=True)]
+        for rows in zip(ahead, behind, strict=True)
+    ]
+
+
+def makers():
+    yield rot_x
+    yield rot_y
+    yield rot_z
+    yield lambda a: multiply(rot_x(a), rot_y(2.0 * a), rot_z(a))
+    yield lambda a: RPY(a, 0.3, 2.0 * a).rotation()
+    yield lambda a: EulerZYZ(a, a, 0.2).rotation()
+    yield lambda a: AxisAngle((1.0, 2.0, 2.0), a).rotation()
+    yield lambda a: compose(transform(rot_x(a), (1.0, 2.0, 3.0)), translation(10.0 * a, 0.0, 5.0))
+    yield lambda a: invert(transform(rot_x(a), (a, 2.0, 3.0)))
+    yield lambda a: (transform_point(transform(rot_z(a), (a, 0.0, 0.0)), (a, 1.0, 2.0)),)
+
+
+@pytest.mark.parametrize("make", makers())
+@given(angle=any_angle)
+def test_a_matrix_of_dual_numbers_is_the_matrix_and_its_derivative(make, angle):
+    found = slopes(make(Dual(angle, 1.0)))
+    expected = differences(make, angle)
+    for row, other in zip(found, expected, strict=True):
+        assert row == pytest.approx(other, abs=1e-6)
+
+
+def test_lengths_and_angles_of_dual_numbers_have_their_slopes():
+    turning = (Dual(3.0, -4.0), Dual(4.0, 3.0), 0.0)  # one rad/s about Z, at the length 5
+    assert norm(turning) == Dual(5.0, 0.0)
+    assert signed_angle(X_AXIS, turning, Z_AXIS).slope == pytest.approx(1.0)
+    assert angle_between(X_AXIS, turning).slope == pytest.approx(1.0)
+    hand = position_of(compose(transform(rot_z(Dual(0.0, 1.0)), (0, 0, 0)), translation(7.0, 0, 0)))
+    assert hand[1] == Dual(0.0, 7.0)
