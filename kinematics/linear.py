@@ -1,10 +1,21 @@
-"""Small linear systems by elimination on plain floats: enough for six motors, without numpy."""
+"""Small linear systems on plain floats, without numpy: inverses, products, singular values.
+
+Enough for six motors or seven joints; beyond that numpy is the tool.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 Matrix = tuple[tuple[float, ...], ...]
+
+ORTHOGONAL = 1e-15
+"""Cosine between two columns below which a sweep of rotations leaves them alone."""
+
+SWEEPS = 60
+"""Sweeps after which singular values are taken as they are; some six are usual."""
 
 PIVOT = 1e-12
 """A pivot smaller than this, against its row's largest entry, is a row that adds nothing."""
@@ -48,3 +59,71 @@ def inverse(matrix: Matrix) -> Matrix:
 def times(matrix: Matrix, vector: Sequence[float]) -> tuple[float, ...]:
     """Return the product of a matrix and a vector."""
     return tuple(sum(a * b for a, b in zip(row, vector, strict=True)) for row in matrix)
+
+
+def transposed(matrix: Matrix) -> Matrix:
+    """Return the matrix with rows and columns exchanged."""
+    return tuple(zip(*matrix, strict=True))
+
+
+@dataclass(frozen=True, slots=True)
+class Singular:
+    """A matrix as the sum of value * left * right over its singular values, largest first.
+
+    There are as many as the smaller of its dimensions. `left` are unit vectors of the rows'
+    space and `right` of the columns', each set orthogonal; the left vector of a value that is
+    exactly zero is zero too (of a matrix wider than high, the right one).
+    """
+
+    values: tuple[float, ...]
+    left: Matrix
+    right: Matrix
+
+
+def singular(matrix: Matrix) -> Singular:
+    """Return the singular value decomposition, by one-sided rotations (Hestenes, 1958).
+
+    Columns are rotated in pairs until they are orthogonal: small singular values come out as
+    exact, against their own size, as large ones, which elimination and normal equations lose.
+    """
+    if len(matrix) < len(matrix[0]):
+        turned = singular(transposed(matrix))
+        return Singular(turned.values, turned.right, turned.left)
+    columns = [list(column) for column in transposed(matrix)]
+    size = len(columns)
+    turns = [[1.0 if i == j else 0.0 for i in range(size)] for j in range(size)]
+    for _ in range(SWEEPS):
+        if not _sweep(columns, turns):
+            break
+    lengths = [math.hypot(*column) for column in columns]
+    order = sorted(range(size), key=lambda index: -lengths[index])
+    return Singular(
+        tuple(lengths[index] for index in order),
+        tuple(
+            tuple(entry / lengths[index] if lengths[index] else 0.0 for entry in columns[index])
+            for index in order
+        ),
+        tuple(tuple(turns[index]) for index in order),
+    )
+
+
+def _sweep(columns: list[list[float]], turns: list[list[float]]) -> bool:
+    """Make every pair of columns orthogonal once; whether any was not."""
+    turned = False
+    for i in range(len(columns) - 1):
+        for j in range(i + 1, len(columns)):
+            one, other = columns[i], columns[j]
+            across = sum([a * b for a, b in zip(one, other, strict=True)])
+            size_one = sum([a * a for a in one])
+            size_other = sum([b * b for b in other])
+            if abs(across) <= ORTHOGONAL * math.sqrt(size_one * size_other):
+                continue
+            turned = True
+            ratio = (size_other - size_one) / (2.0 * across)
+            tangent = math.copysign(1.0, ratio) / (abs(ratio) + math.hypot(1.0, ratio))
+            cosine = 1.0 / math.hypot(1.0, tangent)
+            for pair in (columns, turns):
+                one, other = pair[i], pair[j]
+                pair[i] = [cosine * (a - tangent * b) for a, b in zip(one, other, strict=True)]
+                pair[j] = [cosine * (tangent * a + b) for a, b in zip(one, other, strict=True)]
+    return turned
