@@ -1,0 +1,189 @@
+"""Trust in the position: its table, what planned motion needs, and what lowers it on a wire."""
+
+import pytest
+from faults import OVER_THE_TABLE, Rule, lost, ready_arm, sim_arm
+from hypothesis import given
+from hypothesis import strategies as st
+
+from armdrive.errors import ArmError, DeviceFault, NotReferenced, PositionMismatch, Refused
+from armdrive.status import Current, State, Trust
+from armdrive.trust import FIRST_BELIEF, RESULTS, Belief, Evidence, require_reference
+from kinematics import Pose
+
+RAISING = {Evidence.HOMED, Evidence.DECLARED, Evidence.CONFIRMED}
+RANK = {Trust.UNKNOWN: 0, Trust.SUSPECT: 1, Trust.RESTORED: 2, Trust.REFERENCED: 3}
+AT_CONNECT = {Evidence.RECORD_MATCHES}
+
+
+@pytest.mark.parametrize("evidence", Evidence, ids=lambda one: one.name)
+def test_every_kind_of_evidence_has_a_row_and_words(evidence):
+    belief = Belief(Trust.REFERENCED, "it was homed").after(evidence, 3.0, "detail")
+    assert belief.trust is RESULTS[evidence]
+    assert belief.since_s == 3.0
+    assert evidence.value in belief.reason
+    assert "detail" in belief.reason
+
+
+@given(st.lists(st.sampled_from([e for e in Evidence if e not in RAISING | AT_CONNECT])))
+def test_nothing_but_a_reference_or_a_confirmation_raises_trust(history):
+    for start in Trust:
+        belief = Belief(start, "as it was")
+        for evidence in history:
+            after = belief.after(evidence, 0.0)
+            assert RANK[after.trust] <= RANK[belief.trust]
+            belief = after
+
+
+@pytest.mark.parametrize("evidence", [e for e in Evidence if RESULTS[e] is Trust.SUSPECT])
+def test_what_is_unknown_stays_unknown_and_the_first_doubt_stays_the_reason(evidence):
+    assert FIRST_BELIEF.after(evidence, 1.0) == FIRST_BELIEF
+    doubt = Belief(Trust.SUSPECT, "the first reason")
+    assert doubt.after(evidence, 1.0) == doubt
+
+
+@pytest.mark.parametrize(
+    ("trust", "allowed", "word"),
+    [
+        (Trust.UNKNOWN, True, "declare_posture"),
+        (Trust.SUSPECT, True, "armdrive home"),
+        (Trust.RESTORED, False, "allow_restored"),
+    ],
+)
+def test_a_refusal_says_why_and_how_to_mend_it(trust, allowed, word):
+    with pytest.raises(NotReferenced) as refusal:
+        require_reference(Belief(trust, "for a reason"), allow_restored=allowed)
+    assert "for a reason" in str(refusal.value)
+    assert word in str(refusal.value)
+
+
+def test_a_restored_position_serves_who_allowed_it():
+    require_reference(Belief(Trust.RESTORED, ""), allow_restored=True)
+    require_reference(Belief(Trust.REFERENCED, ""), allow_restored=False)
+
+
+PLANNED = [
+    lambda arm: arm.move_j(base_deg=5),
+    lambda arm: arm.move_to(Pose.of(x_mm=250, y_mm=0, z_mm=150, pitch_deg=-90)),
+    lambda arm: arm.move_l(Pose.of(x_mm=250, y_mm=0, z_mm=150, pitch_deg=-90)),
+    lambda arm: arm.park(),
+    lambda arm: arm.gripper.open(),
+    lambda arm: arm.gripper.grasp(),
+]
+
+
+@pytest.mark.parametrize("call", PLANNED)
+def test_no_planned_motion_without_a_reference_and_no_byte_of_one(call):
+    arm = sim_arm()
+    before = len(arm.twin.link.sent)
+    with pytest.raises(NotReferenced, match="home"):
+        call(arm)
+    assert len(arm.twin.link.sent) == before
+    with pytest.raises(NotReferenced):
+        _ = arm.pose
+
+
+def test_the_pendant_makes_a_standing_arm_suspect_within_seconds():
+    arm = ready_arm()
+    arm.twin.device.pendant_move((30, 0, 0, 0, 0, 0))
+    arm.sleep(2.5)
+    assert arm.status.trust is Trust.SUSPECT
+    assert "pendant" in arm.status.trust_reason
+    assert arm.status.joints.deg["base"] == pytest.approx(30 / 7072 * 360, abs=0.05)
+
+
+@pytest.mark.parametrize("seconds", [0.35, 0.6, 0.9])
+def test_a_pendant_move_just_before_a_motion_is_seen_before_the_motion(seconds):
+    arm = ready_arm()
+    arm.sleep(2.0)
+    arm.sleep(seconds)
+    arm.twin.device.pendant_move((200, 0, 0, 0, 0, 0))
+    before = arm.twin.world.motors
+    with pytest.raises(NotReferenced):
+        arm.move_j(base_deg=40)
+    assert arm.twin.world.motors == before
+
+
+@pytest.mark.parametrize("off_s", [0.1, 5.0])
+def test_a_controller_that_lost_its_power_while_idle_is_suspect_and_keeps_its_posture(off_s):
+    arm = ready_arm()
+    arm.move_j(base_deg=20)
+    device = arm.twin.device
+    device.power_off()
+    device.at(device.now_s + off_s, device.power_on)
+    arm.sleep(off_s + 8.0)
+    assert arm.status.trust is Trust.SUSPECT
+    if arm.status.state is State.ERROR_STOP:
+        arm.reset()
+    assert arm.status.joints.deg["base"] == pytest.approx(20.0, abs=0.05)
+    assert arm.status.current is not Current.HELD
+    with pytest.raises(NotReferenced):
+        arm.move_j(base_deg=0)
+
+
+def test_a_power_cut_in_mid_motion_is_an_error_stop_with_a_suspect_position():
+    arm = ready_arm()
+    device = arm.twin.device
+    device.at(device.now_s + 0.7, device.power_off)
+    device.at(device.now_s + 0.9, device.power_on)
+    with pytest.raises(DeviceFault):
+        arm.move_j(base_deg=60)
+    assert arm.status.state is State.ERROR_STOP
+    assert arm.status.trust is Trust.SUSPECT
+    arm.reset()
+    assert arm.status.trust is Trust.SUSPECT
+
+
+def test_a_brown_out_between_bursts_is_found_while_the_motion_goes_on():
+    arm = ready_arm()
+    device = arm.twin.device
+    steps = []
+
+    def cut_once(data):
+        steps.append(data)
+        if len(steps) == 4:
+            device.power_off()
+            device.power_on()
+
+    arm.twin.link.on_write = cut_once
+    began_s = arm.status.time_s
+    with pytest.raises((PositionMismatch, DeviceFault)):
+        arm.move_j(base_deg=85, shoulder_deg=80, speed=0.3)
+    assert arm.status.time_s - began_s < 6.0
+    assert arm.status.trust is Trust.SUSPECT
+
+
+def test_a_lost_answer_to_a_motion_is_suspect_and_a_reset_does_not_mend_that():
+    arm = ready_arm()
+    arm.twin.link.back.append(Rule(b"1", lost))
+    with pytest.raises(ArmError):
+        arm.move_j(base_deg=1)
+    assert (arm.status.trust, arm.status.state) == (Trust.SUSPECT, State.ERROR_STOP)
+    arm.reset()
+    assert (arm.status.trust, arm.status.state) == (Trust.SUSPECT, State.STANDBY)
+    arm.declare_posture(OVER_THE_TABLE)
+    assert arm.status.trust is Trust.REFERENCED
+
+
+def test_dropping_the_current_says_suspect_and_only_disable_sends_it():
+    arm = sim_arm()
+    arm.home()
+    arm.estop()
+    arm.reset()
+    arm.move_j(shoulder_deg=60)
+    assert not arm.twin.link.named(b"@RESET")
+    arm.disable()
+    assert len(arm.twin.link.named(b"@RESET")) == 1
+    assert arm.status.trust is Trust.SUSPECT
+    assert arm.status.current is Current.OFF
+    assert "sag" in arm.status.trust_reason
+    arm.enable()
+    with pytest.raises(NotReferenced):
+        arm.move_j(base_deg=1)
+    arm.close()
+    assert len(arm.twin.link.named(b"@RESET")) == 1
+
+
+def test_there_is_nothing_to_confirm_without_a_restored_position():
+    arm = ready_arm()
+    with pytest.raises(Refused, match="no restored position"):
+        arm.confirm_restored()
