@@ -1,0 +1,84 @@
+"""Measuring things side by side: every case in turn, round after round, then medians and ratios."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from statistics import median
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One thing that was measured; `times` holds its ratios to what it is compared with."""
+
+    what: str
+    value: float
+    unit: str
+    p99: float | None = None
+    times: Mapping[str, float] = field(default_factory=dict)
+
+    def __str__(self) -> str:
+        words = [f"{self.what:<46}{self.value:>10.4g} {self.unit}"]
+        if self.p99 is not None:
+            words.append(f"p99 {self.p99:.4g}")
+        words += [f"{ratio:.3g} x {other}" for other, ratio in self.times.items()]
+        return ", ".join(words)
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """What one part of the benchmark found, and how to read it."""
+
+    title: str
+    rows: tuple[Row, ...]
+    note: str = ""
+
+
+def interleaved(cases: Mapping[str, Callable[[], object]], rounds: int) -> dict[str, list[float]]:
+    """Call every case in turn, `rounds` times; return the seconds that each call took.
+
+    What disturbs the computer for a while then disturbs all cases alike. One call of each
+    beforehand warms it up, and is not counted.
+    """
+    for case in cases.values():
+        case()
+    taken_s: dict[str, list[float]] = {name: [] for name in cases}
+    for _ in range(rounds):
+        for name, case in cases.items():
+            began_s = time.perf_counter()
+            case()
+            taken_s[name].append(time.perf_counter() - began_s)
+    return taken_s
+
+
+def p99(values: list[float]) -> float:
+    """Return the value that one in a hundred reaches or passes; of fewer values, the largest."""
+    ordered = sorted(values)
+    return ordered[min(int(len(ordered) * 0.99), len(ordered) - 1)]
+
+
+def ratio(values: list[float], others: list[float]) -> float:
+    """Return how many times larger the one median is than the other."""
+    return median(values) / median(others)
+
+
+@contextlib.contextmanager
+def own_home() -> Iterator[Path]:
+    """Keep arm files, positions and locks in a folder of this run, away from the user's."""
+    kept = {name: os.environ.get(name) for name in ("ARMDRIVE_HOME", "ARMDRIVE_FORCE_SIM")}
+    with tempfile.TemporaryDirectory(prefix="armdrive-bench-") as folder:
+        os.environ["ARMDRIVE_HOME"] = folder
+        os.environ.pop("ARMDRIVE_FORCE_SIM", None)
+        try:
+            yield Path(folder)
+        finally:
+            for name, value in kept.items():
+                if value is None:
+                    os.environ.pop(name, None)
+                else:
+                    os.environ[name] = value
