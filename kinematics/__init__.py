@@ -20,12 +20,14 @@ from kinematics.errors import (
     NoNearestRotation,
     NotARotation,
     NotAUnitQuaternion,
+    OutOfReach,
     PathBroken,
     RotationFlaw,
     RotationProperty,
     SingularTransmission,
     UnknownFrame,
     UnknownPreset,
+    UnknownSystem,
     Unreachable,
     ZeroVector,
 )
@@ -74,6 +76,7 @@ if TYPE_CHECKING:
     from kinematics.rotation_check import check_rotation, check_transform, is_rotation
     from kinematics.rotation_fit import nearest_rotation
     from kinematics.rotations import Matrix3, multiply, rot_x, rot_y, rot_z, rotate, transpose
+    from kinematics.systems import SYSTEMS, NamedBranch, System, system
     from kinematics.vectors import Vector, angle_between, cross, dot, norm, unit
 
 _TEXTBOOK: Mapping[str, tuple[str, ...]] = MappingProxyType(
@@ -129,6 +132,12 @@ _TEXTBOOK: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "rotate",
             "transpose",
         ),
+        "kinematics.systems": (
+            "SYSTEMS",
+            "NamedBranch",
+            "System",
+            "system",
+        ),
         "kinematics.vectors": (
             "Vector",
             "angle_between",
@@ -149,6 +158,7 @@ __all__ = [
     "JOINT_NAMES",
     "PRESETS",
     "RPY",
+    "SYSTEMS",
     "ArmPreset",
     "AxisAngle",
     "BadNumber",
@@ -175,11 +185,13 @@ __all__ = [
     "Matrix3",
     "MotorSpec",
     "Motors",
+    "NamedBranch",
     "Nearest",
     "NoNearestRotation",
     "NotARotation",
     "NotAUnitQuaternion",
     "OrientationSolution",
+    "OutOfReach",
     "PathBroken",
     "Pose",
     "Quaternion",
@@ -188,10 +200,12 @@ __all__ = [
     "RotationFlaw",
     "RotationProperty",
     "SingularTransmission",
+    "System",
     "Transform",
     "Transmission",
     "UnknownFrame",
     "UnknownPreset",
+    "UnknownSystem",
     "Unreachable",
     "Vector",
     "ZeroVector",
@@ -229,6 +243,7 @@ __all__ = [
     "solve_loop",
     "solve_quaternion",
     "solve_rpy",
+    "system",
     "third_axis",
     "transform",
     "transform_point",
