@@ -6,10 +6,10 @@
 from kinematics.systems.alpha2 import Alpha2
 from kinematics.systems.mini_build import MiniBuild
 from kinematics.systems.minimover import MiniMover
+from kinematics.systems.named_system import Miss, NamedBranch, Quantity, Step, System
 from kinematics.systems.puma import Puma
 from kinematics.systems.registry import SYSTEMS, system
 from kinematics.systems.revolute_transporter import RevoluteTransporter
-from kinematics.systems.system import Miss, NamedBranch, Quantity, Step, System
 from kinematics.systems.three_link import ThreeLink
 from kinematics.systems.transporters import (
     CartesianTransporter,

@@ -20,7 +20,7 @@ from kinematics.frames import LAST_ROW, Transform, position_of
 from kinematics.nearest import nearest
 from kinematics.numbers import atan2, cos, sin, sqrt
 from kinematics.spaces import Joints, Pose
-from kinematics.systems.system import (
+from kinematics.systems.named_system import (
     ON_AXIS,
     REACH_MM,
     Miss,

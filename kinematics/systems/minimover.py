@@ -17,7 +17,7 @@ from kinematics.links import DHLink
 from kinematics.presets import preset
 from kinematics.spaces import JOINT_NAMES
 from kinematics.systems.mini_build import ELBOW_TRIANGLE, MiniBuild
-from kinematics.systems.system import Step
+from kinematics.systems.named_system import Step
 
 QUARTER_TURN = math.pi / 2.0
 

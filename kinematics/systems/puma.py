@@ -30,9 +30,7 @@ from kinematics.numbers import atan2, cos, sin
 from kinematics.orientation_angles import RPY, solve_rpy
 from kinematics.rotation_check import check_transform
 from kinematics.systems import puma_text
-from kinematics.systems.puma_reach import nearest_wrist, reach_broken
-from kinematics.systems.spherical_wrist import STRAIGHT, Angles6, WristArm, inverse
-from kinematics.systems.system import (
+from kinematics.systems.named_system import (
     REACH_MM,
     Miss,
     NamedBranch,
@@ -41,6 +39,8 @@ from kinematics.systems.system import (
     Step,
     System,
 )
+from kinematics.systems.puma_reach import nearest_wrist, reach_broken
+from kinematics.systems.spherical_wrist import STRAIGHT, Angles6, WristArm, inverse
 from kinematics.systems.triangle import FOLDED, STRAIGHT_SINE, STRETCHED, root, triangle
 
 QUARTER_TURN = math.pi / 2.0

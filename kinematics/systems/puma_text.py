@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from kinematics.systems.system import Step
+from kinematics.systems.named_system import Step
 
 DRAWING = r"""
                  a2           z up, x outwards, in the arm's own plane

@@ -9,9 +9,9 @@ from types import MappingProxyType
 from kinematics.errors import UnknownSystem
 from kinematics.systems.alpha2 import Alpha2
 from kinematics.systems.minimover import MiniMover
+from kinematics.systems.named_system import System
 from kinematics.systems.puma import Puma
 from kinematics.systems.revolute_transporter import RevoluteTransporter
-from kinematics.systems.system import System
 from kinematics.systems.three_link import ThreeLink
 from kinematics.systems.transporters import (
     CartesianTransporter,

@@ -17,7 +17,7 @@ from kinematics.chains import Chain
 from kinematics.frames import LAST_ROW, Transform
 from kinematics.links import DHLink
 from kinematics.numbers import atan2, cos, sin, sqrt
-from kinematics.systems.system import ON_AXIS, REACH_MM, NamedBranch, Quantity, Solved, Step
+from kinematics.systems.named_system import ON_AXIS, REACH_MM, NamedBranch, Quantity, Solved, Step
 from kinematics.systems.transporters import QUARTER_TURN, UPRIGHT, Transporter
 from kinematics.systems.triangle import broken_bound, brought_within, sides, triangle
 

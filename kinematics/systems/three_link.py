@@ -16,7 +16,7 @@ from kinematics.chains import Chain
 from kinematics.frames import LAST_ROW, Transform, position_of, translation
 from kinematics.links import Convention, DHLink
 from kinematics.numbers import atan2, cos, sin
-from kinematics.systems.system import NamedBranch, Solved, Step, System
+from kinematics.systems.named_system import NamedBranch, Solved, Step, System
 from kinematics.systems.triangle import ELBOWS, broken_bound, brought_within, sides, triangle
 
 

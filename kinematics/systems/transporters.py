@@ -17,7 +17,7 @@ from kinematics.chains import Chain
 from kinematics.frames import LAST_ROW, Transform, position_of, transform
 from kinematics.links import DHLink, JointKind
 from kinematics.numbers import atan2, cos, sin, sqrt
-from kinematics.systems.system import (
+from kinematics.systems.named_system import (
     ON_AXIS,
     REACH_MM,
     NamedBranch,

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from kinematics.numbers import atan2, sqrt
-from kinematics.systems.system import REACH_MM, Quantity
+from kinematics.systems.named_system import REACH_MM, Quantity
 
 STRAIGHT_SINE = 1e-7
 """An elbow whose sine is less has one posture: rounding of the tip alone makes some 1e-8."""

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 from kinematics.frames import LAST_ROW, Transform, compose
 from kinematics.numbers import cos, sin
-from kinematics.systems.system import REACH_MM, System
+from kinematics.systems.named_system import REACH_MM, System
 from kinematics.vectors import Vector
 
 Span = tuple[float, float]

@@ -17,7 +17,7 @@ from kinematics.frames import LAST_ROW, Transform, position_of, translation
 from kinematics.links import DHLink, JointKind
 from kinematics.numbers import atan2, cos, sin, sqrt
 from kinematics.rotations import rot_x, rot_y, rotate
-from kinematics.systems.system import (
+from kinematics.systems.named_system import (
     REACH_MM,
     NamedBranch,
     Quantity,

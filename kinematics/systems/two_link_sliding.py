@@ -17,7 +17,7 @@ from kinematics.frames import LAST_ROW, Transform, position_of, translation
 from kinematics.links import DHLink, JointKind
 from kinematics.numbers import atan2, cos, sin, sqrt
 from kinematics.rotations import rot_x, rot_z, rotate
-from kinematics.systems.system import (
+from kinematics.systems.named_system import (
     ON_AXIS,
     REACH_MM,
     NamedBranch,

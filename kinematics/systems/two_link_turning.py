@@ -17,7 +17,7 @@ from kinematics.frames import LAST_ROW, Transform, position_of
 from kinematics.links import DHLink
 from kinematics.numbers import atan2, cos, sin, sqrt
 from kinematics.rotations import multiply, rot_x, rot_z, rotate
-from kinematics.systems.system import ON_AXIS, REACH_MM, NamedBranch, Quantity, Solved, Step
+from kinematics.systems.named_system import ON_AXIS, REACH_MM, NamedBranch, Quantity, Solved, Step
 from kinematics.systems.triangle import ELBOWS, broken_bound, brought_within, sides, triangle
 from kinematics.systems.two_link import TwoLink, Workspace, turned_column, turned_link
 from kinematics.vectors import Vector, add
