@@ -68,7 +68,12 @@ class Holding:
         self._listener = Listener(address)
         if os.name == "posix":
             Path(address).chmod(0o600)
-        notice = {"pid": os.getpid(), "program": Path(sys.argv[0]).name, "address": address}
+        notice = {
+            "arm": self._names[0],
+            "pid": os.getpid(),
+            "program": Path(sys.argv[0]).name,
+            "address": address,
+        }
         for name in self._names:
             _path(name, "holder").write_text(json.dumps(notice), encoding="utf-8")
         threading.Thread(
@@ -146,10 +151,13 @@ def held_arms() -> list[str]:
     found: dict[str, str] = {}
     for path in sorted(places.states().glob("*.holder")):
         name = path.name.removesuffix(".holder")
-        address = str((_notice(name) or {}).get("address"))
+        notice = _notice(name) or {}
+        address = str(notice.get("address"))
         with contextlib.suppress(OSError, EOFError):  # left behind by a program that was killed
             _knock(address)
-            found.setdefault(address, name)  # an arm goes by its own name and by its port's
+            found[address] = str(
+                notice.get("arm", name)
+            )  # an arm goes by its own name and by its port's
     return list(found.values())
 
 
