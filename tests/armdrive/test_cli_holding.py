@@ -62,7 +62,7 @@ def test_a_stop_from_outside_ends_a_motion(call, held):
     while held.status.state is not State.MOVING:
         moving.wait(0.001)
     said = call("stop", code=0).out
-    assert "asked" in said
+    assert f"asked {ARM} to stop" in said
     with pytest.raises(Stopped):
         handle.wait(SOON_S)
     assert held.status.state is State.STANDBY

@@ -17,6 +17,9 @@ from armdrive.demo import JOBS, NEAR_ENOUGH_MM, blocks_of
 
 CURSOR_OFF, CURSOR_ON = b"\x1b[?25l", b"\x1b[?25h"
 PATIENCE_S = 60.0
+PACE = "60"
+"""Deadlines are in the arm's seconds: much faster, and a busy computer would miss them."""
+
 needs_pty = pytest.mark.skipif(
     sys.platform == "win32", reason="Windows has no pseudo-terminal that a test could open"
 )
@@ -121,7 +124,7 @@ def drawn(*words: str, size: tuple[int, int] = (24, 80)) -> tuple[int, bytes]:
     for name in ("COLUMNS", "LINES"):  # the terminal's own size is meant
         environment.pop(name, None)
     with subprocess.Popen(
-        [sys.executable, "-m", "armdrive", "demo", "--pace", "200", *words],
+        [sys.executable, "-m", "armdrive", "demo", "--pace", PACE, *words],
         stdin=theirs,
         stdout=theirs,
         stderr=theirs,
