@@ -99,6 +99,11 @@ class Engine:
         return self._task is not None or self._next is not None
 
     @property
+    def at_rest(self) -> bool:
+        """Tell whether nothing is at work and no stop is left that nobody has seen."""
+        return self._broken is not None or not (self.busy or self.stop_asked)
+
+    @property
     def broken(self) -> LinkLost | None:
         """The loss of the wire, once it has happened."""
         return self._broken

@@ -149,9 +149,7 @@ class Connected:
         """Stop, and tell whether the arm was seen to stand."""
         self.request_stop()
         # a stop that the engine has not seen yet would be taken for one of the next motion
-        return self.pace.wait(
-            lambda: not self.engine.busy and not self.engine.stop_asked, PATIENCE_S
-        )
+        return self.pace.wait(lambda: self.engine.at_rest, PATIENCE_S)
 
     # -- waiting ------------------------------------------------------------------------------
 

@@ -1,0 +1,236 @@
+"""A disturbed wire: whatever is lost, garbled, repeated or late, nothing false is trusted."""
+
+import pytest
+from faults import (
+    OVER_THE_TABLE,
+    Rule,
+    echoed_after,
+    garbled,
+    instead,
+    late_by,
+    lost,
+    ready_arm,
+    sim_arm,
+    twice,
+    without_byte,
+)
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from armdrive import Jog
+from armdrive.errors import ArmError, DeviceFault, LinkLost, NoAnswer, Stopped
+from armdrive.status import State, Trust
+from kinematics import KinematicsError
+
+CHANGES = {
+    "lost": lost,
+    "twice": twice,
+    "echoed later": echoed_after(0.12),
+    "echoed much later": echoed_after(0.7),
+    "late": late_by(0.2),
+    "very late": late_by(3.0),
+    "first byte gone": without_byte(0),
+    "second byte gone": without_byte(1),
+    "end gone": without_byte(-1),
+    "first byte garbled": garbled(0),
+    "middle garbled": garbled(7),
+    "a digit changed": garbled(-2, ord("7")),
+    "answered no": instead(b"0\r"),
+}
+
+
+def honest(arm):
+    """A referenced arm stands where it says, by its physical motors."""
+    status = arm.status
+    return status.trust is not Trust.REFERENCED or arm.twin.world.motors == status.acknowledged
+
+
+@pytest.mark.parametrize("skip", [0, 1, 2])
+@pytest.mark.parametrize("start", [b"1", b"-", b""], ids=["status", "registers", "any"])
+@pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
+def test_a_disturbed_answer_is_survived_or_found_out(change, start, skip):
+    arm = ready_arm()
+    arm.twin.link.back.append(Rule(start, change, skip=skip))
+    try:
+        arm.move_j(base_deg=25)
+        arm.jog_j(shoulder_deg=1)
+    except DeviceFault:
+        assert arm.status.state is State.ERROR_STOP
+    arm.sleep(6.0)
+    assert honest(arm)
+    if arm.status.state is State.ERROR_STOP:
+        moved = arm.twin.world.motors
+        arm.reset()
+        assert arm.twin.world.motors == moved
+    arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
+    arm.move_j(base_deg=-5)
+    assert arm.twin.world.joints.deg["base"] == pytest.approx(-5.0, abs=0.1)
+    assert honest(arm)
+
+
+@pytest.mark.parametrize("skip", [0, 1, 3])
+@pytest.mark.parametrize("start", [b"@STEP", b"@READ"])
+@pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
+def test_a_disturbed_command_is_survived_or_found_out(change, start, skip):
+    arm = ready_arm()
+    arm.twin.link.to.append(Rule(start, change, skip=skip))
+    try:
+        arm.move_j(base_deg=25)
+        arm.jog_j(shoulder_deg=1)
+    except DeviceFault:
+        assert arm.status.state is State.ERROR_STOP
+    arm.sleep(8.0)
+    assert honest(arm)
+    if arm.status.state is State.ERROR_STOP:
+        arm.reset()
+    arm.move_motors(10, 0, 0, 0, 0, 0)
+
+
+@pytest.mark.parametrize("noise", [b"\x00\xff\x80", b"1\r", b"2\r", b"0\r", b"x" * 700 + b"\r"])
+def test_noise_on_an_idle_line_moves_nothing_and_harms_nothing(noise):
+    arm = ready_arm()
+    before = arm.twin.world.motors
+    arm.twin.link._arriving.append((arm.status.time_s + 0.3, noise))
+    arm.sleep(3.0)
+    assert arm.twin.world.motors == before
+    arm.move_j(base_deg=5)
+    assert honest(arm)
+
+
+def test_a_silent_arm_is_given_up_after_its_deadline_and_not_before():
+    arm = ready_arm()
+    arm.twin.link.back.append(Rule(b"", lost, times=1e9))
+    began_s = arm.status.time_s
+    with pytest.raises(NoAnswer, match="switched on"):
+        arm.move_j(base_deg=80)
+    assert 0.5 < arm.status.time_s - began_s < 5.0
+
+
+def test_an_arm_that_answers_nothing_is_no_arm_and_nothing_is_left_open():
+    closed = []
+    from dataclasses import replace
+
+    from faults import FaultyLink
+
+    from armdrive.connecting import connect_simulated, simulated_config
+    from armdrive.sim.twin import make_twin
+
+    twin = make_twin(simulated_config("teachmover"))
+    link = FaultyLink(twin.link)
+    link.to.append(Rule(b"", lost, times=1e9))
+    link.close = lambda: closed.append(True)
+    with pytest.raises(NoAnswer, match="plugged in"):
+        connect_simulated(simulated_config("teachmover"), twin=replace(twin, link=link))
+    assert closed
+
+
+@pytest.mark.parametrize("moment", ["idle", "burst", "home"])
+def test_a_pulled_cable_is_seen_at_once_in_words(moment):
+    arm = ready_arm() if moment != "home" else sim_arm()
+    link = arm.twin.link
+    if moment == "idle":
+        link.cut()
+        arm.sleep(1.0)
+    else:
+        link.on_write = lambda data: link.cut() if data.startswith(b"@STEP") else None
+        with pytest.raises(LinkLost, match="pulled"):
+            arm.move_j(base_deg=50) if moment == "burst" else arm.home()
+    assert arm.status.state is State.DISCONNECTED
+    assert "pulled" in arm.status.error
+    assert (arm.status.trust is Trust.REFERENCED) == (moment == "idle")
+    arm.stop()
+    arm.estop()
+    arm.close()
+    with pytest.raises(ArmError):
+        arm.move_j(base_deg=1)
+
+
+CALLS = st.sampled_from(
+    [
+        lambda arm: arm.move_j(base_deg=4),
+        lambda arm: arm.move_j(base_deg=-4, wait=False),
+        lambda arm: arm.jog_j(elbow_deg=1),
+        lambda arm: arm.jog_l(z_mm=2),
+        lambda arm: arm.hold(Jog.joint(base=1.0), speed=0.5, for_s=0.3),
+        lambda arm: arm.nudge(Jog.joint(shoulder=-1.0), speed=0.5),
+        lambda arm: arm.release(),
+        lambda arm: arm.request_stop(),
+        lambda arm: arm.stop(),
+        lambda arm: arm.estop(),
+        lambda arm: arm.reset(),
+        lambda arm: arm.home(),
+        lambda arm: arm.disable(),
+        lambda arm: arm.enable(),
+        lambda arm: arm.read_inputs(),
+        lambda arm: arm.set_outputs(3),
+        lambda arm: arm.gripper.move(15.0),
+        lambda arm: arm.sleep(0.07),
+        lambda arm: arm.sleep(1.3),
+    ]
+)
+
+
+@settings(max_examples=40)
+@given(st.lists(CALLS, max_size=9))
+def test_nothing_is_sent_before_the_answer_to_what_went_before(calls):
+    arm = ready_arm()
+    for call in calls:
+        try:
+            call(arm)
+        except (ArmError, KinematicsError):
+            continue
+    arm.close()
+    assert arm.twin.link.overlaps == []
+    assert arm.twin.device.lost_bytes == 0
+    assert arm.twin.link.lines.count(b"@RESET\r") <= sum(1 for _ in calls)
+    assert honest(arm)
+
+
+def test_connecting_homing_resetting_and_closing_send_no_reset():
+    arm = sim_arm()
+    arm.home()
+    arm.estop()
+    arm.reset()
+    arm.home()
+    arm.close()
+    assert arm.twin.link.named(b"@STEP")
+    assert not arm.twin.link.named(b"@RESET")
+
+
+def test_connect_estop_reset_and_the_start_of_homing_move_nothing():
+    arm = sim_arm()
+    arm.estop()
+    arm.reset()
+    with pytest.raises(Stopped):
+        arm.home(operator=lambda request: arm.request_stop() or arm.sleep(0.1) or True)
+    arm.close()
+    assert not arm.twin.link.named(b"@STEP")
+
+
+def test_registers_that_are_not_zero_at_first_do_not_make_the_first_jog_a_leap():
+    from dataclasses import replace
+
+    from faults import FaultyLink
+
+    from armdrive.connecting import connect_simulated, simulated_config
+    from armdrive.sim.twin import make_twin
+
+    twin = make_twin(simulated_config("teachmover"))
+    twin.device.count_from((4000, -3000, 2500, 100, -900, 32000))
+    before = twin.world.motors
+    arm = connect_simulated(
+        simulated_config("teachmover"), twin=replace(twin, link=FaultyLink(twin.link))
+    )
+    arm.jog_j(base_deg=1.0)
+    assert tuple(arm.twin.world.motors - before) == (20, 0, 0, 0, 0, 0)
+
+
+def test_registers_may_wrap_without_a_step_being_lost():
+    arm = ready_arm()
+    arm.twin.device.count_from((32760, -32760, 32000, -32768, 32767, 5))
+    arm.sleep(2.0)
+    arm.declare_posture(OVER_THE_TABLE, opening_mm=20.0)
+    arm.move_j(base_deg=60, shoulder_deg=60)
+    arm.move_j(base_deg=-60, shoulder_deg=30)
+    assert arm.status.trust is Trust.REFERENCED
+    assert honest(arm)
