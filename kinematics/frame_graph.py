@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
+from types import MappingProxyType
 
 from kinematics.axis_angle import turn_between
 from kinematics.errors import (
@@ -45,7 +46,7 @@ class FrameGraph:
         for (reference, name), frame in checked.items():
             neighbours.setdefault(reference, {}).setdefault(name, frame)
             neighbours.setdefault(name, {}).setdefault(reference, invert(frame))
-        object.__setattr__(self, "relations", checked)
+        object.__setattr__(self, "relations", MappingProxyType(checked))
         object.__setattr__(self, "_neighbours", neighbours)
         self._check_loops()
 
