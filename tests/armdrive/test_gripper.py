@@ -1,0 +1,120 @@
+"""Grasping: widths, forces, a switch that is closed already or never trips, and stopping."""
+
+from dataclasses import replace
+
+import pytest
+from faults import OVER_THE_TABLE, sim_arm, sim_config
+
+from armdrive.errors import BadRequest, DeviceFault, OutOfBounds, Stopped
+from armdrive.sim.blocks import Block
+from armdrive.status import State, Trust
+from kinematics import Pose
+
+TAKE = Pose.of(x_mm=260, y_mm=0, z_mm=15, pitch_deg=-90)
+
+
+def arm_around_a_block(width_mm, config=None):
+    """An arm whose open fingers stand around a block."""
+    block = Block("A", 260.0, 0.0, 0.0, width_mm, 30.0)
+    arm = sim_arm(config, at=OVER_THE_TABLE, blocks=[block])
+    arm.gripper.open()
+    arm.move_to(Pose.of(x_mm=260, y_mm=0, z_mm=80, pitch_deg=-90))
+    arm.move_l(TAKE)
+    return arm
+
+
+@pytest.mark.parametrize("width_mm", [3.0, 12.7, 25.0, 38.4, 60.0, 74.0])
+@pytest.mark.parametrize("force_n", [4.0, 8.9, 20.0])
+def test_a_grasp_measures_the_block_and_presses_as_asked(width_mm, force_n):
+    arm = arm_around_a_block(width_mm)
+    found = arm.gripper.feel(force_n=force_n)
+    assert found.holding
+    assert found.width_mm == pytest.approx(width_mm, abs=0.3)
+    assert arm.twin.world.grip_force_n == pytest.approx(force_n, abs=1.0)
+    assert found.force_n == pytest.approx(arm.gripper.force_n)
+    arm.move_l(Pose.of(x_mm=260, y_mm=0, z_mm=70, pitch_deg=-90))
+    assert arm.twin.world.scene.blocks["A"].z_mm == pytest.approx(55.0, abs=1.0)
+    arm.gripper.open()
+    assert arm.gripper.force_n == 0.0
+
+
+def test_nothing_between_the_fingers_is_a_width_of_zero():
+    arm = sim_arm(at=OVER_THE_TABLE)
+    assert arm.gripper.grasp() == 0.0
+    assert arm.status.trust is Trust.REFERENCED
+
+
+def test_a_switch_that_is_tripped_already_lets_go_first_and_measures_anew():
+    arm = arm_around_a_block(30.0)
+    first = arm.gripper.grasp(force_n=25.0)
+    assert arm.status.gripping
+    again = arm.gripper.grasp(force_n=4.0)
+    assert again == pytest.approx(first, abs=0.3)
+    assert arm.twin.world.grip_force_n == pytest.approx(4.0, abs=1.0)
+
+
+@pytest.mark.parametrize("force_n", [-1.0, 36.0])
+def test_a_force_out_of_range_is_refused_and_nothing_moves(force_n):
+    arm = sim_arm(at=OVER_THE_TABLE)
+    with pytest.raises(BadRequest, match="0 to 35 N"):
+        arm.gripper.grasp(force_n=force_n)
+    assert not arm.twin.link.named(b"@STEP")
+    assert arm.status.state is State.STANDBY
+
+
+@pytest.mark.parametrize("after_s", [0.05, 0.6, 1.5, 2.2])
+def test_a_stopped_grasp_stops_closing_within_the_stated_time(after_s):
+    arm = arm_around_a_block(20.0)
+
+    class Clock:
+        asked_s = None
+
+    def stop_later(data):
+        now_s = arm.twin.link.now_s
+        Clock.began_s = getattr(Clock, "began_s", now_s)
+        if Clock.asked_s is None and now_s - Clock.began_s >= after_s:
+            Clock.asked_s, Clock.bound_s = now_s, arm.status.stop_time_s
+            arm.request_stop()
+
+    arm.twin.link.on_write = stop_later
+    with pytest.raises(Stopped):
+        arm.gripper.grasp(force_n=35.0)
+    last_step_s = [at for at, line in arm.twin.link.sent if line.startswith(b"@STEP")][-1]
+    assert last_step_s <= Clock.asked_s
+    assert arm.status.state is State.STANDBY
+    assert not arm.twin.device.moving
+
+
+def with_grip_bit(bit):
+    config = sim_config()
+    return replace(config, teachmover=replace(config.teachmover, grip_bit=bit))
+
+
+def test_a_switch_that_never_trips_is_found_out_before_the_fingers_are_hurt():
+    arm = sim_arm(at=OVER_THE_TABLE)
+    arm.core.controller._settings = with_grip_bit(3).teachmover
+    with pytest.raises(DeviceFault, match="did not trip"):
+        arm.gripper.grasp()
+    assert arm.twin.world.grip_force_n <= 10.0
+    assert arm.status.state is State.STANDBY
+
+
+def test_a_switch_that_never_lets_go_is_found_out():
+    arm = sim_arm(at=OVER_THE_TABLE)
+    arm.twin.device.set_input(3, True)
+    arm.core.controller._settings = with_grip_bit(3).teachmover
+    with pytest.raises(DeviceFault, match="did not let go"):
+        arm.gripper.grasp()
+    assert arm.twin.world.opening_mm < 50.0
+
+
+def test_opening_and_closing_end_where_asked_while_the_elbow_turns():
+    arm = sim_arm(at=OVER_THE_TABLE)
+    arm.gripper.open(40.0)
+    arm.move_j(elbow_deg=-120)
+    assert arm.twin.world.opening_mm == pytest.approx(40.0, abs=0.05)
+    assert arm.gripper.opening_mm == pytest.approx(40.0, abs=0.05)
+    arm.gripper.close(5.0)
+    assert arm.twin.world.opening_mm == pytest.approx(5.0, abs=0.05)
+    with pytest.raises(OutOfBounds, match="gripper"):
+        arm.gripper.open(90.0)

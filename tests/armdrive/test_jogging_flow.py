@@ -1,0 +1,212 @@
+"""Jogging on the simulated arm: increments, holds that expire, limits, and unknown positions."""
+
+import math
+
+import pytest
+from faults import ready_arm, sim_arm
+
+from armdrive import Jog
+from armdrive.errors import BadRequest, NotReferenced
+from armdrive.status import State, Trust
+from kinematics import Joints
+
+
+def test_an_increment_goes_that_far_and_says_where_it_ended():
+    arm = ready_arm()
+    jogged = arm.jog_j(base_deg=7.0, speed=1.0)
+    assert jogged.note == ""
+    assert jogged.joints.deg["base"] == pytest.approx(7.0, abs=0.03)
+    assert arm.twin.world.joints.deg["base"] == pytest.approx(7.0, abs=0.03)
+
+
+def test_increments_out_and_back_end_on_the_same_steps():
+    arm = ready_arm()
+    before = arm.twin.world.motors
+    for axis in ("x", "y", "z"):
+        arm.jog_l(**{f"{axis}_mm": 7.3})
+    for axis in ("z", "y", "x"):
+        arm.jog_l(**{f"{axis}_mm": -7.3})
+    arm.jog_l(pitch_deg=4)
+    arm.jog_l(pitch_deg=-4)
+    assert arm.twin.world.motors == before
+
+
+@pytest.mark.parametrize("error", [0.0, 0.6])
+@pytest.mark.parametrize("held_s", [0.05, 0.2, 0.45])
+def test_a_hold_that_is_not_renewed_ends_by_itself(held_s, error):
+    arm = ready_arm(speed_error=error)
+    arm.sleep(0.01)
+    began_s, bound_s = arm.status.time_s, arm.status.stop_time_s
+    arm.hold(Jog.joint(base=1.0), speed=1.0, for_s=held_s)
+    last, moved_s = arm.twin.world.motors, began_s
+    for _ in range(300):
+        arm.sleep(0.005)
+        if arm.twin.world.motors != last:
+            last, moved_s = arm.twin.world.motors, arm.status.time_s
+    assert moved_s > began_s
+    assert moved_s - began_s <= held_s + bound_s + 0.006
+    assert arm.status.state is State.STANDBY
+
+
+def test_a_renewed_hold_goes_on_and_a_release_ends_it_after_one_burst():
+    arm = ready_arm()
+    for _ in range(12):
+        arm.hold(Jog.joint(base=-1.0), speed=1.0, for_s=0.25)
+        arm.sleep(0.1)
+    assert arm.status.state is State.MOVING
+    bound_s = arm.status.stop_time_s
+    arm.release()
+    released_s = arm.status.time_s
+    last, moved_s = arm.twin.world.motors, released_s
+    for _ in range(200):
+        arm.sleep(0.005)
+        if arm.twin.world.motors != last:
+            last, moved_s = arm.twin.world.motors, arm.status.time_s
+    assert moved_s - released_s <= bound_s + 0.006
+    assert arm.joints.deg["base"] < -10.0
+
+
+def test_a_hold_renewed_while_the_jog_is_ending_takes_it_up_again():
+    arm = ready_arm()
+    arm.hold(Jog.joint(base=1.0), speed=1.0, for_s=0.1)
+    for _ in range(60):
+        arm.sleep(0.01)
+        if arm.twin.link.lines[-1].startswith(b"@READ") and arm.twin.link.named(b"@STEP"):
+            break
+    here = arm.twin.world.joints.deg["base"]
+    arm.hold(Jog.joint(base=1.0), speed=1.0, for_s=0.2)
+    arm.sleep(1.0)
+    assert arm.twin.world.joints.deg["base"] > here + 1.0
+    assert arm.status.state is State.STANDBY
+
+
+def test_a_hold_is_never_longer_than_a_second_however_long_was_asked():
+    arm = ready_arm()
+    arm.hold(Jog.joint(base=1.0), speed=0.5, for_s=1e9)
+    arm.sleep(1.5)
+    assert not arm.twin.device.moving
+    arm.hold(Jog.joint(base=1.0), speed=0.5, for_s=math.nan)
+    steps = len(arm.twin.link.named(b"@STEP"))
+    arm.sleep(1.0)
+    assert len(arm.twin.link.named(b"@STEP")) == steps
+
+
+def test_a_slow_hold_is_as_slow_as_asked_even_below_a_step_a_burst():
+    arm = ready_arm()
+    arm.jog_j(base=1.0, speed=0.01, duration_s=4.0)
+    angle = arm.core.coordinates.joints.deg["base"]
+    assert 0.4 * 4.0 * 0.01 * math.degrees(0.37) < angle <= 4.1 * 0.01 * math.degrees(0.37)
+    assert abs(arm.twin.world.motors[0]) <= angle * 7072 / 360 + 1
+
+
+def test_at_most_one_increment_waits_behind_the_one_under_way():
+    arm = ready_arm()
+    arm.nudge(Jog.joint(base=2.0), speed=1.0)
+    arm.sleep(0.1)
+    for _ in range(20):
+        arm.nudge(Jog.joint(base=2.0), speed=1.0)
+    arm.sleep(3.0)
+    assert arm.joints.deg["base"] == pytest.approx(4.0, abs=0.03)
+
+
+def test_a_jog_slides_up_to_its_limit_and_stops_there_without_an_error():
+    arm = ready_arm()
+    arm.move_j(base_deg=86)
+    for _ in range(12):
+        arm.hold(Jog.joint(base=1.0, wrist_roll=0.2), speed=1.0, for_s=0.3)
+        arm.sleep(0.1)
+    arm.sleep(1.0)
+    assert arm.status.state is State.STANDBY
+    assert arm.joints.deg["base"] == pytest.approx(90.0, abs=0.03)
+    assert arm.joints.deg["wrist_roll"] > 5.0
+    jogged = arm.jog_j(base_deg=5)
+    assert "limit" in jogged.note
+    arm.jog_j(base_deg=-5)
+    assert arm.joints.deg["base"] == pytest.approx(85.0, abs=0.03)
+
+
+def test_a_cartesian_jog_comes_close_to_the_table_and_no_further():
+    arm = ready_arm()
+    jogged = arm.jog_l(z=-1.0, speed=1.0, duration_s=8.0)
+    assert jogged.note
+    assert -1.5 < arm.twin.world.pose.z_mm < 6.0
+    assert not [one for one in arm.twin.world.incidents if "table" in one.sentence]
+    arm.jog_l(z_mm=20)
+
+
+def test_joints_of_an_unknown_posture_are_jogged_slowly_and_without_limits():
+    arm = sim_arm()
+    began_s = arm.status.time_s
+    arm.jog_j(shoulder_deg=-3, speed=1.0)
+    slow = 0.15 * arm.config.motion.unreferenced_speed
+    assert arm.status.time_s - began_s >= math.radians(3) / slow
+    assert arm.status.trust is Trust.UNKNOWN
+    assert arm.status.joints is None
+    arm.twin.world.drive_to(
+        arm.twin.world.body.transmission.to_motors(Joints.of(80, 60, -90, 0, 0))
+    )
+    assert arm.jog_j(base_deg=12).note == ""
+
+
+def test_cartesian_jogging_of_an_unknown_posture_is_refused_in_a_sentence():
+    arm = sim_arm()
+    with pytest.raises(NotReferenced, match="joint by joint"):
+        arm.jog_l(x_mm=1)
+    arm.hold(Jog.cartesian(x=1.0), speed=0.5, for_s=0.5)
+    arm.sleep(1.0)
+    assert "joint by joint" in arm.status.notice
+    assert not arm.twin.link.named(b"@STEP")
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda arm: arm.jog_j(knee_deg=1),
+        lambda arm: arm.jog_l(shoulder_deg=1),
+        lambda arm: arm.jog_j(shoulder_mm=1),
+        lambda arm: arm.jog_j(),
+        lambda arm: arm.jog_j(base=2.0, duration_s=1.0),
+        lambda arm: arm.jog_j(base=1.0, duration_s=-1.0),
+        lambda arm: arm.hold(Jog.joint(base=1.5), speed=0.5, for_s=0.2),
+    ],
+)
+def test_a_jog_that_means_nothing_is_refused_before_anything_moves(call):
+    arm = ready_arm()
+    with pytest.raises(BadRequest):
+        call(arm)
+    arm.sleep(1.0)
+    assert not arm.twin.link.named(b"@STEP")
+
+
+def test_while_homing_the_operator_jogs_and_nobody_plans():
+    arm = sim_arm()
+    seen = []
+
+    def operator(request):
+        request.arm.jog_j(shoulder_deg=2)
+        request.arm.hold(Jog.joint(base=1.0), speed=0.3, for_s=0.3)
+        request.arm.sleep(1.0)
+        request.arm.move_motors(5, 0, 0, 0, 0, 0)
+        seen.append(request.arm.status.state)
+        with pytest.raises(NotReferenced):
+            request.arm.move_j(base_deg=1)
+        return arm.operator(request)
+
+    arm.home(operator=operator)
+    assert seen == [State.HOMING]
+    assert arm.status.trust is Trust.REFERENCED
+    assert arm.twin.world.pose.x_mm == pytest.approx(127.0, abs=0.3)
+
+
+def test_the_operator_may_use_the_pendant_between_his_jogs():
+    arm = sim_arm()
+
+    def operator(request):
+        request.arm.jog_j(shoulder_deg=2)
+        arm.twin.device.pendant_move((40, 0, -10, 0, 0, 0))
+        request.arm.sleep(1.0)
+        request.arm.jog_j(shoulder_deg=1)
+        return arm.operator(request)
+
+    arm.home(operator=operator)
+    assert arm.twin.world.motors == arm.status.acknowledged

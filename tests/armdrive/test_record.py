@@ -1,0 +1,201 @@
+"""What one program leaves to the next: records that are right, marked, corrupt, or another arm's."""
+
+import json
+from dataclasses import replace
+
+import pytest
+from faults import OVER_THE_TABLE, FaultyLink, sim_config
+
+from armdrive.connecting import connect_simulated
+from armdrive.errors import ArmError, NotReferenced, StateFileError
+from armdrive.record import FileRecorder, Record
+from armdrive.sim.twin import make_twin
+from armdrive.status import State, Trust
+
+
+@pytest.fixture
+def bench(tmp_path):
+    """One physical arm and its state file, to which programs connect one after the other."""
+    config = sim_config()
+    twin = make_twin(config)
+    world = twin.world
+    world.drive_to(world.body.transmission.to_motors(OVER_THE_TABLE, 20.0))
+
+    class Bench:
+        path = tmp_path / "arm.json"
+        recorder = FileRecorder(path)
+
+        def connect(self, **options):
+            inner = make_twin(options.get("config", config)).link
+            inner._line.device = twin.device
+            self.link = FaultyLink(inner)
+            options.setdefault("config", config)
+            used = replace(twin, link=self.link)
+            return connect_simulated(twin=used, recorder=self.recorder, **options)
+
+        def edit(self, **changes):
+            entries = json.loads(self.path.read_text())
+            self.path.write_text(json.dumps({**entries, **changes}))
+
+    made = Bench()
+    made.twin, made.config = twin, config
+    return made
+
+
+def referenced(bench):
+    arm = bench.connect()
+    arm.declare_posture(OVER_THE_TABLE, opening_mm=20.0)
+    arm.move_j(base_deg=12.345)
+    return arm
+
+
+def test_the_next_program_takes_up_where_the_last_one_ended(bench):
+    arm = referenced(bench)
+    last = arm.core.coordinates
+    arm.close()
+    after = bench.connect()
+    assert after.status.trust is Trust.RESTORED
+    assert after.core.coordinates == last
+    assert after.status.acknowledged == bench.twin.world.motors
+    with pytest.raises(NotReferenced, match="confirm"):
+        after.move_j(base_deg=0)
+    after.confirm_restored()
+    after.move_j(base_deg=0)
+    assert bench.twin.world.joints.deg["base"] == pytest.approx(0.0, abs=0.03)
+
+
+def test_a_restored_position_moves_for_who_allowed_it(bench):
+    referenced(bench).close()
+    arm = bench.connect(allow_restored=True)
+    arm.move_j(base_deg=0)
+    arm.jog_l(x_mm=-5)
+    assert arm.status.trust is Trust.RESTORED
+    assert arm.status.acknowledged == bench.twin.world.motors
+
+
+@pytest.mark.parametrize("after_s", [0.01, 0.5, 1.5])
+def test_a_program_that_dies_in_mid_motion_leaves_a_mark(bench, after_s):
+    arm = referenced(bench)
+    arm.move_j(base_deg=80, wait=False)
+    arm.sleep(after_s)
+    assert bench.recorder.load().in_motion
+    bench.twin.device.transmit(arm.status.time_s + 5.0)
+    after = bench.connect()
+    assert after.status.trust is Trust.SUSPECT
+
+
+def test_the_mark_is_taken_away_two_seconds_after_the_arm_stands(bench):
+    arm = referenced(bench)
+    assert bench.recorder.load().in_motion
+    arm.sleep(2.5)
+    assert not bench.recorder.load().in_motion
+    bench.twin.device.transmit(arm.status.time_s)
+    assert bench.connect().status.trust is Trust.RESTORED
+
+
+def test_a_pendant_move_between_programs_is_suspect(bench):
+    referenced(bench).close()
+    bench.twin.device.pendant_move((0, 25, 0, 0, 0, 0))
+    arm = bench.connect()
+    assert arm.status.trust is Trust.SUSPECT
+    assert arm.status.acknowledged == bench.twin.world.motors
+
+
+def test_a_power_cut_between_programs_is_suspect_and_keeps_the_posture(bench):
+    arm = referenced(bench)
+    before = arm.status.acknowledged
+    arm.close()
+    bench.twin.device.power_off()
+    bench.twin.device.power_on()
+    after = bench.connect()
+    assert after.status.trust is Trust.SUSPECT
+    assert after.status.acknowledged == before
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"calibration": "0123456789abcdef"}, "another calibration"),
+        ({"arm": "the other one"}, "the other one"),
+        ({"offset": [0], "registers": [0]}, "other motors"),
+        ({"trust": "certain"}, "damaged"),
+        ({"format": 99}, "damaged"),
+        ({"registers": [0, 0, 0, 0, 0, 0.5]}, "damaged"),
+        ({"coordinates": ["a", 0, 0, 0, 0, 0]}, "damaged"),
+    ],
+)
+def test_a_record_that_does_not_fit_is_refused_with_the_reason(bench, changes, words):
+    referenced(bench).close()
+    bench.edit(**changes)
+    arm = bench.connect(allow_restored=True)
+    assert arm.status.trust is Trust.UNKNOWN
+    assert words in arm.status.trust_reason
+    with pytest.raises(NotReferenced):
+        arm.move_j(base_deg=0)
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", "\x00\x01", '{"format": 1}', "null"])
+def test_a_corrupt_record_is_no_position(bench, text):
+    bench.path.write_text(text)
+    with pytest.raises(StateFileError, match="damaged"):
+        bench.recorder.load()
+    assert bench.connect().status.trust is Trust.UNKNOWN
+
+
+def test_coordinates_that_are_not_those_of_the_steps_are_not_believed(bench):
+    referenced(bench).close()
+    bench.edit(coordinates=[1.0, 1.0, -1.0, 0.0, 0.0, 5.0])
+    arm = bench.connect(allow_restored=True)
+    before = bench.twin.world.motors
+    arm.jog_j(base_deg=1)
+    moved = bench.twin.world.motors - before
+    assert abs(moved[0]) <= 20
+    assert not any(moved[1:])
+
+
+def test_a_connection_that_fails_or_does_nothing_leaves_the_record_alone(bench):
+    referenced(bench).close()
+    kept = bench.path.read_text()
+    other = replace(bench.config, name="another")
+    bench.connect(config=other).close()
+    assert bench.path.read_text() == kept
+    bench.link.cut()
+    broken = make_twin(bench.config)
+    link = FaultyLink(broken.link)
+    link.cut()
+    with pytest.raises(ArmError):
+        connect_simulated(bench.config, twin=replace(broken, link=link), recorder=bench.recorder)
+    assert bench.path.read_text() == kept
+
+
+def test_an_arm_whose_position_cannot_be_remembered_does_not_move(bench):
+    class Full:
+        def load(self):
+            return None
+
+        def save(self, record: Record) -> None:
+            raise OSError(28, "No space left on device")
+
+    bench.recorder = Full()
+    arm = bench.connect()
+    arm.declare_posture(OVER_THE_TABLE, opening_mm=20.0)
+    assert "No space" in arm.status.notice
+    before = bench.twin.world.motors
+    with pytest.raises(StateFileError, match="No space"):
+        arm.move_j(base_deg=5)
+    arm.sleep(5.0)
+    arm.close()
+    assert bench.twin.world.motors == before
+    assert arm.status.state is State.DISCONNECTED
+
+
+def test_a_cable_pulled_in_mid_motion_leaves_a_suspect_record(bench):
+    arm = referenced(bench)
+    arm.sleep(3.0)
+    bench.link.on_write = lambda data: bench.link.cut() if data.startswith(b"@STEP") else None
+    with pytest.raises(ArmError):
+        arm.move_j(base_deg=50)
+    arm.close()
+    record = bench.recorder.load()
+    assert record.trust == "suspect"
+    assert record.in_motion
