@@ -182,8 +182,8 @@ def _pace(pace: str | float | None) -> Pace:
 def _arm_file(name: str) -> Path | None:
     if name.endswith(".toml"):
         return Path(name)
-    path = places.arm_files() / f"{places.file_name(name)}.toml"
-    return path if path.is_file() else None
+    path = places.arm_files() / f"{name}.toml"
+    return path if path.parent == places.arm_files() and path.is_file() else None
 
 
 def _looks_like_port(name: str) -> bool:

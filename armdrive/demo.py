@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from armdrive.status import Trust
 from kinematics import Pose
 
 if TYPE_CHECKING:
@@ -54,9 +55,10 @@ class Carried:
 
 
 def perform(arm: Arm, jobs: tuple[Job, ...], tell: Callable[[str], None]) -> list[Carried]:
-    """Reference the arm, carry every block to its place, and park."""
-    tell("referencing: the fingers go to the mark on the table")
-    arm.home()
+    """Reference the arm where it is not, carry every block to its place, and park."""
+    if arm.status.trust is not Trust.REFERENCED:
+        tell("referencing: the fingers go to the mark on the table")
+        arm.home()
     tell(f"referenced at {arm.pose}")
     done = [_carry(arm, job, tell) for job in jobs]
     tell("parking")

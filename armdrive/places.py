@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import re
 from pathlib import Path
@@ -21,8 +22,11 @@ def states() -> Path:
 
 
 def file_name(arm: str) -> str:
-    """Return a file name for an arm, whatever characters its name or port has."""
-    return re.sub(r"[^A-Za-z0-9._-]+", "_", arm).strip("._") or "arm"
+    """Return a file name for an arm, another one for every name, whatever characters it has."""
+    plain = re.sub(r"[^A-Za-z0-9._-]+", "_", arm).strip("._")
+    if plain == arm:
+        return plain
+    return f"{plain or 'arm'}-{hashlib.sha256(arm.encode()).hexdigest()[:8]}"
 
 
 def _folder(kind: str) -> Path:

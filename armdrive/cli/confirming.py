@@ -43,7 +43,7 @@ def ask_operator(request: PostureRequest) -> bool:
     for line in posture_drawing(request.arm, request.joints, request.opening_mm):
         say(line)
     say(str(request))
-    return _yes("Does the arm stand exactly like this? Type yes: ")
+    return agreed("Does the arm stand exactly like this? Type yes: ")
 
 
 def settle_trust(arm: Arm, options: argparse.Namespace) -> None:
@@ -60,12 +60,13 @@ def settle_trust(arm: Arm, options: argparse.Namespace) -> None:
     for line in posture_drawing(arm, status.joints, status.gripper_mm or 0.0):
         say(line)
     say(f"An earlier program left the arm at {status.joints}.")
-    if not _yes("Does the arm stand like this? Type yes: "):
+    if not agreed("Does the arm stand like this? Type yes: "):
         raise OperatorNeeded("not confirmed: run `armdrive home`")
     arm.confirm_restored()
 
 
-def _yes(question: str) -> bool:
+def agreed(question: str) -> bool:
+    """Ask a question at the terminal; anything but a yes is a no."""
     if not sys.stdin.isatty():
         return False
     sys.stdout.write(question)

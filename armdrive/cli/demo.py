@@ -2,7 +2,8 @@
 
 Where the finished tower stands is looked up in the simulated world itself: a block out of place
 ends the command with exit code 1. The blocks and the world of the demonstration are its own; the
-simulated arm of the other commands stays as it was.
+simulated arm of the other commands stays as it was. On a real arm, named with --arm or --port, you
+put the blocks down yourself, and look yourself where they end.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import sys
 import time
 from typing import TYPE_CHECKING
 
-from armdrive.cli.choosing import DEFAULT_SIM, default_arm
+from armdrive.cli.choosing import DEFAULT_SIM, add_arm_options, chosen_target, default_arm
 from armdrive.cli.numbers import positive
 from armdrive.cli.output import emit, say
 from armdrive.demo import JOBS, blocks_of, misplaced, perform
@@ -36,11 +37,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--plain", action="store_true", help="lines instead of a drawing")
     parser.add_argument("--ascii", action="store_true", help="draw without braille characters")
-    parser.add_argument("--json", action="store_true", help="print JSON lines")
+    add_arm_options(parser)
 
 
 def run(options: argparse.Namespace) -> int:
     """Show the demonstration, check the world, and say what to try next."""
+    if (options.arm or options.port) and not chosen_target(options).simulated:
+        from armdrive.cli.demo_real import run_on_real_arm
+
+        return run_on_real_arm(options)
+    return _run_simulated(options)
+
+
+def _run_simulated(options: argparse.Namespace) -> int:
     from armdrive.connecting import simulated_config
     from armdrive.sim.twin import make_twin
 

@@ -54,9 +54,9 @@ def run_command(name: str, words: list[str]) -> int:
         with _signals():
             return module.run(options)
     except KeyboardInterrupt:
-        return _say("interrupted; the arm was stopped", INTERRUPTED)
+        return _say("interrupted; an arm that moved was stopped", INTERRUPTED)
     except Ended as ended:
-        return _say(f"ended by {ended}; the arm was stopped", 128 + ended.number)
+        return _say(f"ended by {ended}; an arm that moved was stopped", 128 + ended.number)
     except ArmError as error:
         return _say(str(error), error.exit_code)
     except (BadNumber, UnknownPreset) as error:

@@ -113,7 +113,7 @@ def test_a_move_that_is_ended_by_a_signal_leaves_a_still_arm(call, sim, moving, 
     assert sim.rest_after_s(asked_s) < bound_s + NOISE_S
     ended, err = moving.end()
     assert ended == code
-    assert ("the arm was stopped" in err) == (number is not signal.SIGKILL)
+    assert ("that moved was stopped" in err) == (number is not signal.SIGKILL)
     trust = call("status", "--port", sim.port, "--json", code=0).json["trust"]
     assert trust == ("suspect" if number is signal.SIGKILL else "restored")
 

@@ -173,4 +173,11 @@ def test_nothing_but_the_arm_s_own_files_stays_behind(referenced):
     assert state_files(".holder") == []
     assert state_files(".socket") == []
     left = {path.name for path in places.states().iterdir()}
-    assert left == {"sim_teachmover.json", "sim_teachmover.lock", "sim_teachmover.world.json"}
+    name = places.file_name("sim:teachmover")
+    assert left == {f"{name}.json", f"{name}.lock", f"{name}.world.json"}
+
+
+def test_arms_of_different_names_never_share_a_file():
+    names = ("bench", "my arm", "my_arm", "/dev/ttyUSB0", "_dev_ttyUSB0", "Ärm", "Örm", "...")
+    assert len({places.file_name(name) for name in names}) == len(names)
+    assert places.file_name("bench") == "bench"

@@ -189,3 +189,7 @@ def test_a_pace_that_is_no_pace_is_a_usage_error(call):
 
 def test_main_returns_what_the_shell_gets():
     assert main(["demo", "--json"]) == 0
+
+
+def test_on_a_real_arm_the_demonstration_needs_a_person(call):
+    assert "a person at a terminal" in call.refused("demo", "--port", "/dev/nothing", code=3)
