@@ -122,7 +122,7 @@ def _touch(excess: Array, tolerance: float) -> None:
         excess[(excess < 0.0) & (excess >= -tolerance)] = 0.0
 
 
-def _shoulder(  # noqa: PLR0913, RUF100 - one point of the stack
+def _shoulder(
     wrist_r: Array,
     wrist_z: Array,
     along: Array,

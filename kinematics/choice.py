@@ -75,13 +75,13 @@ def solve_pose(
     )
 
 
-def nearest_posture(  # noqa: PLR0913, RUF100 - one call, one posture
+def nearest_posture(
     base: float,
     wrist_r: float,
     wrist_z: float,
     pitch: float,
     roll: float,
-    mirrored_too: bool,  # noqa: FBT001, RUF100 - bare for speed
+    mirrored_too: bool,
     arm: Build,
     near: Angles,
 ) -> Angles | None:

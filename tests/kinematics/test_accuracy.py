@@ -1,0 +1,155 @@
+"""What steps, roundings and wrong parameters do to the tip."""
+
+import math
+
+import pytest
+from hypothesis import given
+from kinematics_cases import TEACHMOVER, distance_mm, postures
+
+from kinematics import Joints, Pose, preset
+from kinematics.accuracy import (
+    accuracy_map,
+    gearing_errors,
+    length_errors,
+    rounding_bound_mm,
+    rounding_rms_mm,
+    step_errors,
+    zero_errors,
+)
+from kinematics.resolution import explain_resolution, step_ranges
+
+MODEL = preset("teachmover")
+STEPS = MODEL.transmission
+REACHING = Joints.of(20, 50, -70, -10, 30)
+
+
+def by_cause(errors):
+    return {error.cause: error for error in errors}
+
+
+@given(postures(TEACHMOVER))
+def test_one_step_turns_one_link_and_carries_the_rest_along(joints):
+    found = by_cause(step_errors(TEACHMOVER, STEPS, joints))
+    tip = TEACHMOVER.fk(joints)
+    out = math.hypot(tip.x_mm, tip.y_mm)
+    assert found["base"].distance_mm == pytest.approx(out * math.tau / 7072, rel=1e-6, abs=1e-9)
+    assert found["shoulder"].distance_mm == pytest.approx(177.8 * math.tau / 7072, rel=1e-6)
+    assert found["elbow"].distance_mm == pytest.approx(177.8 * math.tau / 4158, rel=1e-6)
+    for wrist in ("right wrist", "left wrist"):
+        assert found[wrist].distance_mm == pytest.approx(96.5 * math.pi / 1536, rel=1e-6)
+        assert abs(found[wrist].roll_rad) == pytest.approx(math.pi / 1536)
+    assert found["shoulder"].pitch_rad == pytest.approx(0.0, abs=1e-12)
+    assert "gripper" not in found
+
+
+def test_the_step_of_a_motor_is_what_the_driver_s_own_arithmetic_gives():
+    motors = STEPS.to_motors(REACHING)
+    exactly, _ = STEPS.to_joints(motors)
+    for index, error in enumerate(step_errors(TEACHMOVER, STEPS, exactly)):
+        stepped = list(motors)
+        stepped[index] += 1
+        there, _ = STEPS.to_joints(stepped)
+        moved = distance_mm(TEACHMOVER.fk(there), TEACHMOVER.fk(exactly))
+        assert error.distance_mm == pytest.approx(moved, rel=1e-9)
+
+
+@given(postures(TEACHMOVER))
+def test_rounding_to_whole_steps_stays_within_the_bound(joints):
+    rounded, _ = STEPS.to_joints(STEPS.to_motors(joints))
+    missed = distance_mm(TEACHMOVER.fk(rounded), TEACHMOVER.fk(joints))
+    bound = rounding_bound_mm(TEACHMOVER, STEPS, joints)
+    assert missed <= bound * 1.01
+    assert 0.05 < rounding_rms_mm(TEACHMOVER, STEPS, joints) < bound < 0.8
+
+
+def test_the_root_mean_square_of_roundings_is_what_roundings_show():
+    squares, expected = [], []
+    for step in range(400):
+        joints = Joints.of(*(low + 0.137 * step for low in (10, 40, -80, -20, 0)))
+        rounded, _ = STEPS.to_joints(STEPS.to_motors(joints))
+        squares.append(distance_mm(TEACHMOVER.fk(rounded), TEACHMOVER.fk(joints)) ** 2)
+        expected.append(rounding_rms_mm(TEACHMOVER, STEPS, joints) ** 2)
+    assert math.sqrt(sum(squares) / sum(expected)) == pytest.approx(1.0, abs=0.1)
+
+
+def test_the_stated_resolution_is_the_elbow_s_step_rounded_in_inches():
+    ranges = {one.motor: one for one in step_ranges(TEACHMOVER, STEPS)}
+    elbow = ranges["elbow"]
+    assert elbow.same_everywhere
+    assert round(elbow.most_mm / 25.4, 3) == 0.011
+    assert round(0.011 * 25.4, 2) == 0.28
+    assert [name for name, one in ranges.items() if one.same_everywhere and one.explains(0.28)] == [
+        "elbow"
+    ]
+    assert ranges["base"].least_mm < 0.28 < ranges["base"].most_mm
+    assert ranges["base"].most_mm == pytest.approx(452.1 * math.tau / 7072, rel=1e-3)
+
+
+def test_the_resolution_is_explained_in_words():
+    said = explain_resolution(TEACHMOVER, STEPS, 0.28)
+    assert said[2] == (
+        "one step of elbow moves the tip by 0.269 mm (0.0106 in) anywhere: "
+        "to the thousandth of an inch this is the stated 0.28 mm"
+    )
+    assert said[0].endswith(
+        "depending on the posture: the stated 0.28 mm holds only somewhere between"
+    )
+    assert said[1] == "one step of shoulder moves the tip by 0.158 mm (0.0062 in) anywhere"
+
+
+def test_a_length_s_error_moves_the_tip_along_its_link():
+    found = by_cause(length_errors(TEACHMOVER, REACHING, 0.5))
+    for error in found.values():
+        assert error.distance_mm == pytest.approx(0.5)
+        assert (error.pitch_rad, error.roll_rad) == (0.0, 0.0)
+    assert found["base_height_mm"].offset_mm == pytest.approx((0.0, 0.0, 0.5))
+    out = math.cos(math.radians(50)) * 0.5
+    assert math.hypot(*found["upper_arm_mm"].offset_mm[:2]) == pytest.approx(out)
+
+
+def test_a_joint_s_zero_turns_the_arm_about_that_joint():
+    found = by_cause(zero_errors(TEACHMOVER, REACHING, 0.01))
+    tip = TEACHMOVER.points(REACHING)[4]
+    for name, joint in (("shoulder", 1), ("elbow", 2), ("wrist_pitch", 3)):
+        lever = math.dist(tip, TEACHMOVER.points(REACHING)[joint])
+        assert found[name].distance_mm == pytest.approx(2 * lever * math.sin(0.005))
+        assert found[name].pitch_rad == pytest.approx(0.01)
+    assert found["wrist_roll"].distance_mm == pytest.approx(0.0, abs=1e-9)
+    assert found["wrist_roll"].roll_rad == pytest.approx(0.01)
+
+
+def test_a_wrong_gearing_shows_the_more_the_farther_from_the_reference():
+    at_reference = gearing_errors(TEACHMOVER, STEPS, REACHING, 0.02, REACHING)
+    assert all(error.distance_mm < 1e-9 for error in at_reference)
+    near, far = (
+        by_cause(gearing_errors(TEACHMOVER, STEPS, Joints.of(turn, 40, -60, 0, 0), 0.02))["base"]
+        for turn in (10, 40)
+    )
+    assert far.distance_mm == pytest.approx(4 * near.distance_mm, rel=0.01)
+    tip = TEACHMOVER.fk(Joints.of(10, 40, -60, 0, 0))
+    missed = math.radians(10) * (1 - 1 / 1.02)
+    out = math.hypot(tip.x_mm, tip.y_mm)
+    assert near.distance_mm == pytest.approx(out * missed, rel=1e-4)
+
+
+def test_a_wrong_elbow_gearing_is_the_published_contradiction():
+    errors = gearing_errors(TEACHMOVER, STEPS, Joints.of(0, 40, -60, 0, 0), 672 / 661.8 - 1)
+    assert by_cause(errors)["elbow"].distance_mm == pytest.approx(
+        177.8 * math.radians(20) * (1 - 661.8 / 672), rel=1e-3
+    )
+
+
+def test_a_map_holds_what_is_reached_and_its_measure():
+    down = math.radians(-90)
+    points = accuracy_map(
+        TEACHMOVER, lambda q: rounding_rms_mm(TEACHMOVER, STEPS, q), down, spacing_mm=40.0
+    )
+    assert len(points) > 20
+    for point in points:
+        pose = TEACHMOVER.fk(point.joints)
+        assert distance_mm(pose, Pose(point.r_mm, 0.0, point.z_mm, down)) < 1e-6
+        assert not TEACHMOVER.violations(point.joints)
+    outermost = max(points, key=lambda point: point.r_mm)
+    innermost = min(points, key=lambda point: point.r_mm)
+    assert outermost.value > innermost.value
+    assert TEACHMOVER.solve(Pose(outermost.r_mm + 40.0, 0.0, outermost.z_mm, down)) is None
