@@ -17,6 +17,7 @@ from armdrive.sim.saved import Json
 from armdrive.sim.teachmover import SimTeachMover
 from armdrive.transports.serve import Server
 from firmware_protocol.teachmover import Key
+from kinematics.presets import preset
 
 JSON_FLAG = "--json"
 DROP_FROM_MM = 1000.0
@@ -101,6 +102,15 @@ def _return(console: Console, _: list[str]) -> Answer:
     if console.device.pendant_returns():
         return Answer("the host has control again")
     raise BadRequest("the pendant has no control to give back: the host has not sent @SET")
+
+
+def _guide(console: Console, _: list[str]) -> Answer:
+    reference = preset(console.device.world.body.key).reference
+    if reference is None:
+        raise BadRequest("no reference posture is known of this arm")
+    joints = console.device.world.body.arm.ik(reference.pose)
+    console.device.pendant_to(joints, reference.opening_mm)
+    return Answer("somebody brought the arm to its reference posture with the pendant")
 
 
 def _put(console: Console, words: list[str]) -> Answer:
@@ -195,6 +205,7 @@ COMMANDS: dict[str, ConsoleCommand] = {
         ConsoleCommand("state", "", "the arm as it stands, physically", _state, (0, 0)),
         ConsoleCommand("key", "NAME", "press a key of the pendant, STOP say", _key, (1, 1)),
         ConsoleCommand("return", "", "the pendant gives control back (@SET)", _return, (0, 0)),
+        ConsoleCommand("guide", "", "bring the arm to its reference posture", _guide, (0, 0)),
         ConsoleCommand("put", "NAME X Y [WIDTH [HEIGHT]]", "set a block down, mm", _put, (3, 5)),
         ConsoleCommand("take", "NAME", "take a block away", _take, (1, 1)),
         ConsoleCommand("power", "on|off", "switch the controller; off lets it sag", _power, (1, 1)),

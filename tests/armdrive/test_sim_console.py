@@ -61,6 +61,15 @@ def test_a_key_is_pressed_whatever_its_case(console):
     assert "TRAIN" in console.answer("key sotp")
 
 
+def test_somebody_guides_the_arm_to_its_reference_posture(console):
+    before = console.device.registers
+    assert "reference posture" in console.answer("guide")
+    world = console.device.world
+    assert world.pose.x_mm == pytest.approx(127.0, abs=0.3)
+    assert world.pose.z_mm == pytest.approx(0.0, abs=0.3)
+    assert console.device.registers != before  # the pendant's moves are counted
+
+
 def test_blocks_are_put_and_taken(console):
     assert "z 0.0" in console.answer("put A 200 10 30 20")
     assert "z 20.0" in console.answer("put B 200 10")
