@@ -11,12 +11,15 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from types import MappingProxyType
 from typing import ClassVar
 
 from kinematics.errors import OutOfReach
 from kinematics.five_axis import Branch, FiveAxisArm, RollFrame
-from kinematics.frames import LAST_ROW, Transform, position_of
+from kinematics.frames import LAST_ROW, Transform
+from kinematics.hand_frame import UPRIGHT
+from kinematics.limits import turn_into
 from kinematics.nearest import nearest
 from kinematics.numbers import atan2, cos, sin, sqrt
 from kinematics.spaces import Joints, Pose
@@ -38,6 +41,7 @@ from kinematics.systems.triangle import (
 )
 
 HALF_TURN = math.pi
+HAND_SETS_BASE = "the tip is on the base axis: the hand's direction sets the base"
 ELBOW_TRIANGLE = (
     "cos(bend) = (r0^2 + z0^2 - a2^2 - a3^2) / (2 a2 a3)",
     "cosine rule in the elbow triangle: upper arm, forearm, and the line from shoulder to wrist",
@@ -101,15 +105,47 @@ class MiniBuild(System):
     ) -> tuple[tuple[NamedBranch, Miss], ...]:
         """Return every branch for a frame, with what five axes leave of it unmet.
 
-        With the tip on the base axis the hand's direction sets the base, unless it is vertical.
+        With the tip on the base axis the hand's direction sets the base, unless it is vertical:
+        then the base is free, and the roll is turned to the seed's base. No branch comes back
+        where the base cannot turn that way.
         """
         near = self._seed(seed)
-        x, y, _ = position_of(frame)
+        pose = self.arm.solve_transform(frame, Joints(self.relative(near))).pose
         ahead, aside = frame[0][2], frame[1][2]
-        if math.hypot(x, y) <= REACH_MM and math.hypot(ahead, aside) > REACH_MM:
-            angles = self.relative(near)
-            near = self.own((math.atan2(aside, ahead), *angles[1:]))
-        return super().ik_frame(frame, near)
+        on_axis = math.hypot(pose.x_mm, pose.y_mm) <= REACH_MM
+        if not on_axis or math.hypot(ahead, aside) <= UPRIGHT:
+            return self._missed(self.ik(_numbers(pose), near), frame)
+        found: list[NamedBranch] = []
+        front = math.atan2(aside, ahead)
+        for words, base, goal in (
+            ("base front", front, pose),
+            ("base back", front + HALF_TURN, _seen_from_behind(pose)),
+        ):
+            found += [
+                replace(branch, name=branch.name.replace("base front", words))
+                for branch in self._with_base(base, goal, near)
+            ]
+        return self._missed(found, frame)
+
+    def _with_base(self, base: float, pose: Pose, near: tuple[float, ...]) -> list[NamedBranch]:
+        """Return the branches of a tip on the base axis whose hand wants this base angle.
+
+        None where the base cannot take it.
+        """
+        limits = self.arm.limits[0]
+        turned = turn_into(base, limits.low_rad, limits.high_rad, self.relative(near)[0])
+        if limits.clamp(turned) != turned:
+            return []
+        seed = self.own((turned, *self.relative(near)[1:]))
+        name = self.joint_names[0]
+        return [
+            replace(
+                branch,
+                free=tuple(joint for joint in branch.free if joint != name),
+                degenerate=branch.degenerate.replace(ON_AXIS, HAND_SETS_BASE),
+            )
+            for branch in self.ik(_numbers(pose), seed)
+        ]
 
     def _solution(self, goal: tuple[float, ...], *signs: float) -> Solved:
         height, upper, fore, hand = self.arm.lengths
@@ -162,3 +198,10 @@ class MiniBuild(System):
 
 def _numbers(pose: Pose) -> tuple[float, ...]:
     return pose.x_mm, pose.y_mm, pose.z_mm, pose.pitch_rad, pose.roll_rad
+
+
+def _seen_from_behind(pose: Pose) -> Pose:
+    """Return the pose with pitch and roll counted from the other side of the arm's plane."""
+    return Pose(
+        pose.x_mm, pose.y_mm, pose.z_mm, HALF_TURN - pose.pitch_rad, pose.roll_rad + HALF_TURN
+    )

@@ -8,6 +8,7 @@ of any kind.
 from __future__ import annotations
 
 import math
+import textwrap
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -23,6 +24,9 @@ from kinematics.vectors import angle_between, distance
 
 REACH_MM = 1e-9
 """How far beyond its reach rounding may put a goal that touches it."""
+
+WIDTH = 79
+"""Columns of a figure in text."""
 
 ON_AXIS = "the tip is on the base axis: the base is free"
 
@@ -161,10 +165,12 @@ class System(ABC):
 
         A system of fewer than six joints holds only its own coordinates of a frame.
         """
-        return tuple(
-            (branch, self.miss(branch.joints, frame))
-            for branch in self.ik(self.goal_of(frame), seed)
-        )
+        return self._missed(self.ik(self.goal_of(frame), seed), frame)
+
+    def _missed(
+        self, branches: Sequence[NamedBranch], frame: Transform
+    ) -> tuple[tuple[NamedBranch, Miss], ...]:
+        return tuple((branch, self.miss(branch.joints, frame)) for branch in branches)
 
     def miss(self, joints: Sequence[float], frame: Transform) -> Miss:
         """Return how far a posture leaves the hand from a frame: mm, and rad of the worst axis."""
@@ -177,9 +183,9 @@ class System(ABC):
 
     def figure(self) -> str:
         """Return the system's figure in text, with its own lengths in mm."""
-        values = {name: f"{value:g}" for name, value in self.lengths().items()}
-        legend = ", ".join(f"{name} = {value} mm" for name, value in values.items())
-        return f"{self.drawing.strip(chr(10))}\n\n{legend}" if legend else self.drawing.strip("\n")
+        drawing = self.drawing.strip("\n").rstrip()
+        legend = ", ".join(f"{name} = {value:g} mm" for name, value in self.lengths().items())
+        return f"{drawing}\n\n{textwrap.fill(legend, WIDTH)}" if legend else drawing
 
     @abstractmethod
     def lengths(self) -> dict[str, float]:

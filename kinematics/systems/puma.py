@@ -187,7 +187,7 @@ class Puma(System):
         """
         near = self._seed(seed)
         found = self._finished(self._of_frame(check_transform(frame), near), near)
-        return tuple((branch, self.miss(branch.joints, frame)) for branch in found)
+        return self._missed(found, frame)
 
     def _solution(self, goal: tuple[float, ...], *signs: float) -> Solved:
         return self._by_formulas(self.frame_of(goal), *signs)

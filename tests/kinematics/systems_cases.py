@@ -1,0 +1,98 @@
+"""Strategies, comparisons and numbers of another kind for the named systems."""
+
+import math
+from dataclasses import dataclass
+from itertools import chain as joined
+
+from hypothesis import strategies as st
+
+from kinematics.links import JointKind
+
+QUARTERS = tuple(n * math.pi / 2 for n in range(-2, 3))
+FURTHEST_MM = 300.0
+
+
+def _values(low, high, kind):
+    if kind is JointKind.REVOLUTE:
+        low, high = max(low, -math.pi), min(high, math.pi)
+        corners = [quarter for quarter in QUARTERS if low <= quarter <= high]
+        return st.floats(low, high) | st.sampled_from(corners)
+    return st.floats(max(low, 0.0), min(high, FURTHEST_MM)).map(lambda d: round(d, 6))
+
+
+def postures(system):
+    """Postures within a system's limits, right angles among them."""
+    chain = system.chain()
+    return st.tuples(
+        *(_values(*limits, kind) for limits, kind in zip(chain.limits, chain.kinds, strict=True))
+    )
+
+
+def gap(a, b):
+    """The largest difference of two matrices or two tuples, entry by entry."""
+    if isinstance(a[0], tuple):
+        a, b = tuple(joined(*a)), tuple(joined(*b))
+    return max(abs(x - y) for x, y in zip(a, b, strict=True))
+
+
+def same_joints(system, a, b, rad=1e-6, mm=1e-4):
+    return all(
+        abs(math.remainder(x - y, math.tau)) <= rad
+        if kind is JointKind.REVOLUTE
+        else abs(x - y) <= mm
+        for x, y, kind in zip(a, b, system.chain().kinds, strict=True)
+    )
+
+
+def same_goal(system, a, b, rad=1e-7, mm=1e-6):
+    return all(
+        abs(math.remainder(x - y, math.tau)) <= rad if name.endswith("_rad") else abs(x - y) <= mm
+        for name, x, y in zip(system.coordinates, a, b, strict=True)
+    )
+
+
+@dataclass(frozen=True)
+class Wrapped:
+    """A number that is no float and cannot be compared: formulas must do without."""
+
+    value: float
+
+    @staticmethod
+    def of(x):
+        return x.value if isinstance(x, Wrapped) else x
+
+    def __add__(self, other):
+        return Wrapped(self.value + Wrapped.of(other))
+
+    def __sub__(self, other):
+        return Wrapped(self.value - Wrapped.of(other))
+
+    def __rsub__(self, other):
+        return Wrapped(Wrapped.of(other) - self.value)
+
+    def __mul__(self, other):
+        return Wrapped(self.value * Wrapped.of(other))
+
+    def __truediv__(self, other):
+        return Wrapped(self.value / Wrapped.of(other))
+
+    def __neg__(self):
+        return Wrapped(-self.value)
+
+    __radd__ = __add__
+    __rmul__ = __mul__
+
+    def sin(self):
+        return Wrapped(math.sin(self.value))
+
+    def cos(self):
+        return Wrapped(math.cos(self.value))
+
+    def sqrt(self):
+        return Wrapped(math.sqrt(max(self.value, 0.0)))
+
+    def atan2(self, x):
+        return Wrapped(math.atan2(self.value, Wrapped.of(x)))
+
+    def atan2_of(self, y):
+        return Wrapped(math.atan2(y, self.value))

@@ -1,0 +1,169 @@
+"""The laws that every named system of the textbook keeps."""
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from systems_cases import Wrapped, gap, postures, same_goal, same_joints
+
+from kinematics.errors import BadNumber, KinematicsError, OutOfReach, UnknownSystem
+from kinematics.frames import position_of
+from kinematics.systems import SYSTEMS, system
+
+EACH = pytest.mark.parametrize("one", SYSTEMS.values(), ids=SYSTEMS)
+
+
+@EACH
+@settings(max_examples=40)
+@given(data=st.data())
+def test_the_closed_form_is_the_product_of_the_link_table(one, data):
+    joints = data.draw(postures(one))
+    assert gap(one.fk(joints), one.chain().fk(joints)) < 1e-9
+
+
+@EACH
+@settings(max_examples=40)
+@given(data=st.data())
+def test_every_branch_meets_the_goal(one, data):
+    tip = one.fk(data.draw(postures(one)))
+    goal = one.goal_of(tip)
+    for branch in one.ik(goal):
+        # An elbow that rounding bends beyond its limit is put on it, at no more than 1e-4 mm.
+        mm, rad = (1e-4, 1e-6) if branch.degenerate else (1e-7, 1e-8)
+        reached = one.fk(branch.joints)
+        assert gap(position_of(reached), position_of(tip)) < mm
+        if not branch.free:  # with a free base the goal's angles count from the seed's base
+            assert same_goal(one, one.goal_of(reached), goal, rad, mm)
+
+
+@EACH
+@settings(max_examples=40)
+@given(data=st.data())
+def test_the_branches_hold_the_posture_that_made_the_goal(one, data):
+    joints = data.draw(postures(one))
+    found = one.ik_frame(one.fk(joints), joints)
+    met = [branch for branch, miss in found if miss.mm < 1e-4 and miss.rad < 1e-6]
+    kept = [branch for branch in met if branch.within_limits]
+    assert kept
+    lost = one.name == "puma" and any(
+        "stretched" in b.degenerate and "joint 5" not in b.degenerate for b in met
+    )
+    # Rounding of a stretched Puma tilts the forearm more than a wrist that is straight as well.
+    assert lost or any(same_joints(one, branch.joints, joints) for branch in kept)
+
+
+@EACH
+@settings(max_examples=40)
+@given(data=st.data())
+def test_the_formulas_alone_give_the_checked_branches(one, data):
+    frame = one.fk(data.draw(postures(one)))
+    goal = one.goal_of(frame)
+    for branch in one.ik(goal):
+        if not branch.degenerate:
+            assert same_joints(one, one.solution(goal, branch.name).joints, branch.joints)
+
+
+@EACH
+@settings(max_examples=20)
+@given(data=st.data())
+def test_forward_and_inverse_run_on_numbers_that_cannot_be_compared(one, data):
+    joints = data.draw(postures(one))
+    frame = one.fk(joints)
+    seen = one.fk([Wrapped(value) for value in joints])
+    assert gap([tuple(map(Wrapped.of, row)) for row in seen], list(frame)) < 1e-9
+    goal = one.goal_of(frame)
+    for name in one.signs:
+        plain = one.solution(goal, name)
+        other = one.solution([Wrapped(value) for value in goal], name)
+        assert same_joints(one, tuple(map(Wrapped.of, other.joints)), plain.joints)
+        assert [q.symbol for q in other.workings] == [q.symbol for q in plain.workings]
+
+
+FAR = {
+    "two-link-1": (300.0, 400.0),
+    "two-link-2": (90.0, 0.0, 200.0),
+    "two-link-4": (-151.0, 100.0),
+    "three-link": (500.0, 0.0, 1.0),
+    "revolute": (0.0, 500.0, 200.0),
+    "minimover5": (600.0, 0.0, 195.0, 0.0, 0.0),
+    "alpha2": (0.0, 600.0, 195.0, 0.0, 0.0),
+    "puma": (1000.0, 0.0, 0.0, 0.0, math.pi / 2, 0.0),
+}
+
+
+@pytest.mark.parametrize("name", FAR)
+def test_a_goal_out_of_reach_is_refused_with_one_that_is_reached(name):
+    one = system(name)
+    with pytest.raises(OutOfReach) as caught:
+        one.ik(FAR[name])
+    error = caught.value
+    assert error.system == name
+    assert error.excess > 0.0
+    assert f"{error.excess:.3g} mm beyond" in str(error)
+    assert one.ik(error.nearest)
+
+
+def test_systems_without_a_boundary_refuse_nothing_but_say_which_limit_breaks():
+    for name, goal in (("two-link-3", (3e3, 4e3)), ("two-link-5", (5e3, 5e3))):
+        for branch in system(name).ik(goal):
+            assert not branch.within_limits
+    (branch, _) = system("two-link-3").ik((3e3, 4e3))
+    assert (branch.violations[0].joint, branch.violations[0].excess) == ("d2", 4700.0)
+
+
+@EACH
+def test_the_zero_position_and_a_figure_with_the_lengths(one):
+    assert gap(one.fk(one.chain().zero), one.chain().fk(one.chain().zero)) < 1e-9
+    figure = one.figure()
+    assert all(f"{name} = {value:g} mm" in figure for name, value in one.lengths().items())
+    assert len(figure.splitlines()) > 5
+    assert max(map(len, figure.splitlines())) <= 79
+
+
+@EACH
+def test_the_derivation_tells_forward_and_inverse(one):
+    assert len(one.derivation) >= 2
+    assert all(step.title and step.formula for step in one.derivation)
+    text = " ".join(step.formula for step in one.derivation)
+    assert any(name in text for name in (one.joint_names[0], "theta1", "d1"))
+    assert one.source
+    assert one.name in SYSTEMS
+
+
+@EACH
+def test_what_is_no_goal_and_no_posture_is_refused_by_name(one):
+    size, joints = len(one.coordinates), len(one.joint_names)
+    with pytest.raises(KinematicsError, match=one.coordinates[0]):
+        one.ik((1.0,) * (size + 1))
+    with pytest.raises(BadNumber, match=one.coordinates[-1]):
+        one.ik((*(1.0,) * (size - 1), math.nan))
+    with pytest.raises(KinematicsError, match=one.joint_names[0]):
+        one.fk((1.0,) * (joints + 1))
+    with pytest.raises(BadNumber, match=one.joint_names[-1]):
+        one.fk((*(1.0,) * (joints - 1), math.inf))
+    with pytest.raises(KinematicsError, match="has no branch 'sideways'"):
+        one.solution((1.0,) * size, "sideways")
+
+
+def test_a_system_is_found_by_its_name_or_a_likely_one_is_suggested():
+    assert system("puma") is SYSTEMS["puma"]
+    with pytest.raises(UnknownSystem, match="did you mean 'spherical'"):
+        system("sperical")
+    with pytest.raises(UnknownSystem) as caught:
+        system("0")
+    assert caught.value.nearest is None
+    assert "two-link-1" in str(caught.value)
+
+
+def test_a_five_axis_arm_says_what_of_a_frame_it_leaves_unmet():
+    one = system("minimover5")
+    frame = system("puma").fk((0.3, -0.4, 0.5, 0.2, 0.6, 0.1))
+    frame = (*((*row[:3], row[3] / 3.0) for row in frame[:3]), frame[3])
+    found = one.ik_frame(frame)
+    off = one.arm.solve_transform(frame).off_manifold_rad
+    assert off > 0.01
+    for _, miss in found:
+        assert miss.mm < 1e-6
+        assert miss.rad == pytest.approx(off, rel=0.6)
+        assert miss.rad >= off * (1.0 - 1e-9)
