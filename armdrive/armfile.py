@@ -70,21 +70,17 @@ _MOTION_BOUNDS = {
 class GripperSettings:
     """The gripper: `trip_force_n` is the force at which its switch closes (unverified).
 
-    The fingers approach an object by `approach_steps` at a time; `steps_per_mm` corrects the
-    preset's.
+    The fingers approach an object by `approach_steps` at a time.
     """
 
     trip_force_n: float = 2.2
     max_force_n: float = 35.0
     approach_steps: int = 16
-    steps_per_mm: float | None = None
 
     def __post_init__(self) -> None:
         within("gripper.trip_force_n", self.trip_force_n, 0.0, 100.0)
         within("gripper.max_force_n", self.max_force_n, self.trip_force_n, 200.0)
         within("gripper.approach_steps", self.approach_steps, 1, 100)
-        if self.steps_per_mm is not None:
-            within("gripper.steps_per_mm", self.steps_per_mm, 0.1, 10_000.0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,8 +150,7 @@ def parse_arm_file(table: Mapping[str, Any], *, name: str) -> ArmConfig:
     title = table.get("title", "")
     if not isinstance(title, str):
         raise ArmFileError(f"title must be text, not {title!r}")
-    gripper = read_section(GripperSettings, table.get("gripper", {}), "gripper")
-    model = _corrected(preset(table["model"]), table, gripper)
+    model = _corrected(preset(table["model"]), table)
     connection = read_section(Connection, table.get("connection", {}), "connection")
     try:
         dialect(connection.dialect)
@@ -168,7 +163,7 @@ def parse_arm_file(table: Mapping[str, Any], *, name: str) -> ArmConfig:
         model=model,
         connection=connection,
         motion=read_section(MotionSettings, table.get("motion", {}), "motion"),
-        gripper=gripper,
+        gripper=read_section(GripperSettings, table.get("gripper", {}), "gripper"),
         teachmover=read_section(TeachMoverSettings, table.get("teachmover", {}), "teachmover"),
         park=read_section(PostureSettings, park, "park").pose() if park is not None else None,
     )
@@ -181,7 +176,7 @@ _TOP_KEYS = (
 )  # fmt: skip
 
 
-def _corrected(model: ArmPreset, table: Mapping[str, Any], gripper: GripperSettings) -> ArmPreset:
+def _corrected(model: ArmPreset, table: Mapping[str, Any]) -> ArmPreset:
     """Apply an arm file's corrections to its preset."""
     arm = model.arm
     lengths = require_table(table.get("lengths", {}), "lengths")
@@ -193,7 +188,7 @@ def _corrected(model: ArmPreset, table: Mapping[str, Any], gripper: GripperSetti
         arm=arm,
         joint_speeds_rad_s=_speeds(model.joint_speeds_rad_s, table.get("speeds_deg_s", {})),
         guards=_replaced(model.guards, table.get("guards", {}), "guards"),
-        transmission=_transmission(model, table, gripper.steps_per_mm),
+        transmission=_transmission(model, table),
     )
     if "reference" in table and model.reference is not None:
         pose = read_section(PostureSettings, table["reference"], "reference").pose()
@@ -245,42 +240,48 @@ def _replaced(value: Any, table: object, where: str) -> Any:
     return replace(value, **{key: number(new, f"{where}.{key}") for key, new in entries.items()})
 
 
-def _transmission(
-    model: ArmPreset, table: Mapping[str, Any], gripper_steps_per_mm: float | None
-) -> Transmission | None:
-    """Apply `steps_per_turn` and `signs`, both by motor name, to the preset's transmission."""
+def _transmission(model: ArmPreset, table: Mapping[str, Any]) -> Transmission | None:
+    """Apply steps per turn (or per mm) and signs to the preset's transmission."""
     transmission = model.transmission
-    turns = require_table(table.get("steps_per_turn", {}), "steps_per_turn")
-    signs = require_table(table.get("signs", {}), "signs")
+    keys = ("steps_per_turn", "steps_per_mm", "motor_signs", "joint_signs")
     if transmission is None:
-        if turns or signs or gripper_steps_per_mm is not None:
+        if any(key in table for key in keys):
             raise ArmFileError(f"no motors are known of the {model.title}: nothing to correct")
         return None
     names = [motor.name for motor in transmission.motors]
-    per_unit = _steps_per_unit(turns, names[:-1] if transmission.has_gripper else names)
-    if gripper_steps_per_mm is not None:
-        per_unit[names[-1]] = gripper_steps_per_mm
-    motors = (
+    turning = names[: len(transmission.joint_names)]
+    turns = require_table(table.get("steps_per_turn", {}), "steps_per_turn")
+    refuse_unknown(turns, turning, "steps_per_turn")
+    per_unit = {
+        name: _positive(steps, f"steps_per_turn.{name}") / math.tau for name, steps in turns.items()
+    }
+    if "steps_per_mm" in table:
+        per_unit[names[-1]] = _positive(table["steps_per_mm"], "steps_per_mm")
+    motors = tuple(
         replace(motor, steps_per_unit=math.copysign(per_unit[motor.name], motor.steps_per_unit))
         if motor.name in per_unit
         else motor
         for motor in transmission.motors
     )
-    return replace(transmission, motors=tuple(motors)).with_signs(_signs(signs, names))
+    axes = [*transmission.joint_names, "gripper"][: len(names)]
+    return replace(transmission, motors=motors).with_signs(
+        motors=_signs(table, "motor_signs", names), coordinates=_signs(table, "joint_signs", axes)
+    )
 
 
-def _steps_per_unit(turns: Mapping[str, Any], names: list[str]) -> dict[str, float]:
-    """Return steps per rad of the motors that are named with their steps per turn."""
-    refuse_unknown(turns, names, "steps_per_turn")
-    steps = {name: number(value, f"steps_per_turn.{name}") for name, value in turns.items()}
-    for name, count in steps.items():
-        within(f"steps_per_turn.{name}", abs(count), 1.0, 10_000_000.0)
-    return {name: abs(count) / math.tau for name, count in steps.items()}
+def _positive(value: object, where: str) -> float:
+    steps = number(value, where)
+    if steps <= 0.0:
+        raise ArmFileError(f"{where} must be above 0: directions belong into motor_signs")
+    within(where, steps, 0.1, 10_000_000.0)
+    return steps
 
 
-def _signs(signs: Mapping[str, Any], names: list[str]) -> tuple[int, ...]:
-    refuse_unknown(signs, names, "signs")
-    for name, sign in signs.items():
-        if type(sign) is not int or sign not in (1, -1):
-            raise ArmFileError(f"signs.{name} must be 1 or -1: 1 keeps the preset's way")
-    return tuple(signs.get(name, 1) for name in names)
+def _signs(table: Mapping[str, Any], where: str, names: list[str]) -> tuple[int, ...]:
+    """Return 1 or -1 for each name: -1 where a direction is the other one than the preset's."""
+    entries = require_table(table.get(where, {}), where)
+    refuse_unknown(entries, names, where)
+    for name, sign in entries.items():
+        if sign not in (1, -1) or isinstance(sign, bool):
+            raise ArmFileError(f"{where}.{name} must be 1 or -1: 1 keeps the preset's direction")
+    return tuple(int(entries.get(name, 1)) for name in names)

@@ -23,6 +23,7 @@ class SpeedTable:
     """
 
     points: tuple[tuple[int, float], ...]
+    _rates_hz: tuple[float, ...] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         if len(self.points) < 2 or any(
@@ -32,6 +33,10 @@ class SpeedTable:
                 "speed_table needs two or more pairs [setting, steps per second], both rising, "
                 "for example [[0, 30], [240, 470]]"
             )
+        if self.points[-1][0] - self.points[0][0] > MOST_SETTINGS:
+            raise ArmFileError(f"speed_table spans more than {MOST_SETTINGS} settings")
+        settings = range(self.points[0][0], self.points[-1][0] + 1)
+        object.__setattr__(self, "_rates_hz", tuple(map(self.rate_hz, settings)))
 
     def rate_hz(self, setting: int) -> float:
         """Return the steps a second that the table gives for a setting inside it."""
@@ -40,9 +45,8 @@ class SpeedTable:
 
     def setting(self, rate_hz: float) -> int:
         """Return the fastest setting that is no faster than `rate_hz`; the slowest if all are."""
-        settings = range(self.points[0][0], self.points[-1][0] + 1)
-        found = bisect_right(settings, rate_hz + 1e-9, key=self.rate_hz)
-        return settings[max(found - 1, 0)]
+        found = bisect_right(self._rates_hz, rate_hz + 1e-9)
+        return self.points[0][0] + max(found - 1, 0)
 
     def part(self, setting: int) -> int:
         """Return which part of the table a setting lies in, 0 for the slowest."""
@@ -82,6 +86,8 @@ class SpeedMeter:
         longest_s = expected_s * self.doubt(setting) * LATE + DELAY_S
         return expected_s * EARLY - CLOCK_S <= measured_s <= longest_s
 
+
+MOST_SETTINGS = 10_000
 
 SHORTEST_MEASURED_S = 0.04
 """Answers to shorter motions say more about the wire than about the motors."""

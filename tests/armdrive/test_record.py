@@ -1,4 +1,4 @@
-"""What one program leaves to the next: records that are right, marked, corrupt, or another arm's."""
+"""What one program leaves to the next: records right, marked, corrupt, or of another arm."""
 
 import json
 from dataclasses import replace

@@ -172,7 +172,7 @@ def test_an_emergency_stop_latches_and_leaving_it_moves_nothing(begin):
         lambda: arm.jog_j(base_deg=1),
         arm.home,
         arm.enable,
-        lambda: arm.gripper.grasp(),
+        arm.gripper.grasp,
         lambda: arm.move_motors(1, 0, 0, 0, 0, 0),
     ):
         with pytest.raises(WrongState, match="reset"):

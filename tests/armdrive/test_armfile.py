@@ -1,0 +1,226 @@
+"""Arm files: every section, what is wrong with one in words, and nothing but those words."""
+
+import contextlib
+import math
+import tomllib
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from armdrive.armfile import config_of_preset, load_arm_file, parse_arm_file
+from armdrive.connecting import connect_simulated
+from armdrive.errors import ArmFileError
+from kinematics import KinematicsError, preset
+from kinematics.spaces import Joints
+
+WHOLE = """
+model = "teachmover"
+title = "The one by the window"
+steps_per_mm = 15.0
+[connection]
+dialect = "teachmover"
+port = "/dev/ttyUSB3"
+baud = 4800
+raise_dtr = true
+[motion]
+jog_burst_s = 0.1
+planned_burst_s = 1.5
+line_tolerance_mm = 0.25
+tip_speed_mm_s = 50
+unreferenced_speed = 0.1
+idle_poll_s = 2
+[gripper]
+trip_force_n = 3
+max_force_n = 20
+approach_steps = 8
+[teachmover]
+speed_table = [[0, 25], [120, 140.5], [240, 500]]
+speed_doubt = 1.5
+grip_bit = 1
+answer_margin_s = 0.8
+[park]
+x_mm = 200
+y_mm = 10
+z_mm = 150
+pitch_deg = -80
+roll_deg = 5
+[reference]
+x_mm = 130
+y_mm = 0
+z_mm = 0
+pitch_deg = -90
+[lengths]
+base_height_mm = 194.5
+upper_arm_mm = 178
+forearm_mm = 177
+hand_mm = 97
+[limits_deg]
+base = [-80, 85]
+elbow = [-140, -1]
+[speeds_deg_s]
+shoulder = 7
+[steps_per_turn]
+base = 7100
+"right wrist" = 1540
+[motor_signs]
+elbow = -1
+base = 1
+[joint_signs]
+wrist_roll = -1
+[guards]
+tolerance_mm = 2
+inner_radius_mm = 60
+"""
+
+
+def test_every_section_is_taken_over():
+    config = parse_arm_file(tomllib.loads(WHOLE), name="window")
+    assert (config.name, config.title) == ("window", "The one by the window")
+    assert (config.connection.port, config.connection.baud) == ("/dev/ttyUSB3", 4800)
+    assert config.connection.raise_dtr is True
+    assert config.motion.planned_burst_s == 1.5
+    assert config.motion.tip_speed_mm_s == 50.0
+    assert config.gripper.approach_steps == 8
+    assert config.teachmover.speed_table == ((0, 25.0), (120, 140.5), (240, 500.0))
+    assert (config.park.x_mm, round(config.park.pitch_deg, 6)) == (200.0, -80.0)
+    assert config.model.reference.pose.x_mm == 130.0
+    assert config.model.arm.lengths == (194.5, 178.0, 177.0, 97.0)
+    assert config.model.arm.limits[0].low_rad == pytest.approx(math.radians(-80))
+    assert config.model.arm.limits[1] == preset("teachmover").arm.limits[1]
+    assert config.model.joint_speeds_rad_s[1] == pytest.approx(math.radians(7))
+    motors = config.model.transmission.motors
+    assert motors[0].steps_per_unit == pytest.approx(7100 / math.tau)
+    assert motors[3].steps_per_unit == pytest.approx(1540 / math.tau)
+    assert motors[5].steps_per_unit == pytest.approx(15.0)
+    assert config.model.guards.inner_radius_mm == 60.0
+    rolled = Joints.of(0, 40, -80, 0, 90)
+    plain = preset("teachmover").transmission.to_motors(rolled)
+    mine = config.model.transmission.to_motors(rolled)
+    assert (mine[4] - mine[3]) * (plain[4] - plain[3]) < 0
+
+
+def test_a_turned_motor_keeps_the_fingers_still_while_the_elbow_moves():
+    config = parse_arm_file({"model": "teachmover", "motor_signs": {"elbow": -1}}, name="a")
+    plain = preset("teachmover").transmission
+    for elbow in (-20.0, -90.0):
+        joints = Joints.of(0, 40, elbow, 0, 0)
+        turned, straight = (
+            one.to_motors(joints, 30.0) for one in (config.model.transmission, plain)
+        )
+        assert turned[2] == pytest.approx(-straight[2], abs=1)
+        assert turned[5] == pytest.approx(straight[5], abs=1)
+
+
+def test_two_lines_are_enough_and_the_arm_can_be_driven(tmp_path):
+    path = tmp_path / "lab.toml"
+    path.write_text('model = "teachmover"\nconnection.port = "/dev/ttyS0"\n', encoding="utf-8")
+    config = load_arm_file(path)
+    assert config.name == "lab"
+    with connect_simulated(config) as arm:
+        arm.home()
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "key model is missing"),
+        ("model = 3", "key model is missing"),
+        ('model = "teachmove"', "did you mean 'teachmover'"),
+        ('model = "teachmover"\nmotoin = {}', "did you mean 'motion'"),
+        ('model = "teachmover"\n[motion]\njog_burst = 0.1', "did you mean 'jog_burst_s'"),
+        ('model = "teachmover"\n[motion]\njog_burst_s = 9', "from 0.02 to 0.5, not 9"),
+        ('model = "teachmover"\n[motion]\njog_burst_s = "x"', "motion.jog_burst_s"),
+        ('model = "teachmover"\n[motion]\njog_burst_s = nan', "motion.jog_burst_s"),
+        ('model = "teachmover"\nmotion = 3', "must be a table"),
+        ('model = "teachmover"\ntitle = 3', "title must be text"),
+        ('model = "teachmover"\n[connection]\nbaud = 0', "connection.baud"),
+        ('model = "teachmover"\n[connection]\nbaud = 9600.0', "whole number"),
+        ('model = "teachmover"\n[connection]\nraise_dtr = 1', "true or false"),
+        ('model = "teachmover"\n[connection]\ndialect = "teechmover"', "'teachmover'"),
+        ('model = "teachmover"\n[teachmover]\nspeed_table = [[0, 30]]', "two or more pairs"),
+        ('model = "teachmover"\n[teachmover]\nspeed_table = [[0, 30], [300, 40]]', "0 to 245"),
+        ('model = "teachmover"\n[teachmover]\nspeed_table = [[0, 30], [9, 20]]', "rising"),
+        ('model = "teachmover"\n[teachmover]\nspeed_doubt = 0.5', "speed_doubt"),
+        ('model = "teachmover"\n[teachmover]\ngrip_bit = 8', "grip_bit"),
+        ('model = "teachmover"\n[gripper]\nmax_force_n = 1', "max_force_n"),
+        ('model = "teachmover"\n[gripper]\napproach_steps = 0', "approach_steps"),
+        ('model = "teachmover"\n[park]\nx_mm = 1', "missing y_mm"),
+        ('model = "teachmover"\n[limits_deg]\nbase = [90, -90]', "below the second"),
+        ('model = "teachmover"\n[limits_deg]\nbase = 90', "pair of degrees"),
+        ('model = "teachmover"\n[limits_deg]\nknee = [1, 2]', "knee"),
+        ('model = "teachmover"\n[speeds_deg_s]\nbase = 0', "above 0"),
+        ('model = "teachmover"\n[steps_per_turn]\nbase = 0', "steps_per_turn.base"),
+        ('model = "teachmover"\n[steps_per_turn]\ngripper = 10', "gripper"),
+        ('model = "teachmover"\n[motor_signs]\nbase = 2', "1 or -1"),
+        ('model = "teachmover"\n[lengths]\nhand_mm = "long"', "lengths.hand_mm"),
+        ('model = "alpha2"\n[motor_signs]\nbase = 1', "no motors are known"),
+        ("model = ", "not valid TOML"),
+    ],
+)
+def test_what_is_wrong_is_said_with_the_file_and_the_key(tmp_path, text, words):
+    path = tmp_path / "bad.toml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(ArmFileError) as refusal:
+        load_arm_file(path)
+    assert words in str(refusal.value)
+    assert "bad.toml" in str(refusal.value)
+
+
+def test_a_file_that_is_not_there_or_no_text_is_said_so(tmp_path):
+    with pytest.raises(ArmFileError, match="cannot be read"):
+        load_arm_file(tmp_path / "none.toml")
+    (tmp_path / "bin.toml").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(ArmFileError, match="not valid TOML"):
+        load_arm_file(tmp_path / "bin.toml")
+
+
+KEYS = st.sampled_from(
+    [line.partition("=")[0].strip().strip('"') for line in WHOLE.splitlines() if "=" in line]
+    + [line.strip("[]") for line in WHOLE.splitlines() if line.startswith("[")]
+    + ["knee", "", "shoulder", "wrist_roll", "gripper"]
+)
+VALUES = st.one_of(
+    st.integers(),
+    st.floats(),
+    st.booleans(),
+    st.text(max_size=5),
+    st.sampled_from(["teachmover", "robko01", "minimover5", "alpha2", 10**400, -(2**70)]),
+    st.lists(st.one_of(st.integers(-300, 300), st.floats(), st.text(max_size=2)), max_size=4),
+    st.lists(st.lists(st.integers(-5, 500), max_size=3), max_size=4),
+)
+TABLES = st.dictionaries(KEYS, st.one_of(VALUES, st.dictionaries(KEYS, VALUES)))
+
+
+def parse_or_refuse(table):
+    with contextlib.suppress(ArmFileError, KinematicsError):
+        assert parse_arm_file(table, name="fuzz").calibration
+
+
+@settings(max_examples=100)
+@given(TABLES, st.sampled_from(["teachmover", "robko01", "alpha2", "minimover5"]))
+def test_whatever_a_file_says_the_answer_is_an_arm_or_a_sentence(table, model):
+    parse_or_refuse({**table, "model": table.get("model", model)})
+
+
+SECTIONS = sorted(line.strip("[]") for line in WHOLE.splitlines() if line.startswith("["))
+
+
+@settings(max_examples=250)
+@given(st.data())
+def test_whatever_stands_in_a_section_the_answer_is_an_arm_or_a_sentence(data):
+    table = tomllib.loads(WHOLE)
+    section = data.draw(st.sampled_from(SECTIONS))
+    key = data.draw(st.sampled_from(sorted(table[section])))
+    table[section][key] = data.draw(VALUES)
+    parse_or_refuse(table)
+
+
+def test_the_calibration_changes_with_what_gives_steps_their_meaning_and_only_with_that():
+    def of(**changes):
+        return parse_arm_file({"model": "teachmover", **changes}, name="a").calibration
+
+    assert of() == of(motion={"jog_burst_s": 0.1}) == of(limits_deg={"base": [-80, 80]})
+    assert len({of(), of(lengths={"hand_mm": 97}), of(motor_signs={"base": -1})}) == 3
+    wire = parse_arm_file({"model": "teachmover"}, name="a").connection
+    assert of() == config_of_preset("teachmover", name="b", connection=wire).calibration

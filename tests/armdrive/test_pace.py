@@ -1,0 +1,75 @@
+"""The two clocks: simulated time that jumps, and real time with a thread of its own."""
+
+import math
+import time
+
+import pytest
+from faults import ready_arm
+
+from armdrive.errors import ArmError, Stopped
+from armdrive.pace import SimulatedPace
+from armdrive.status import State
+
+
+def test_sleep_follows_the_arms_own_clock():
+    arm = ready_arm()
+    began_s, really_s = arm.status.time_s, time.monotonic()
+    arm.sleep(300.0)
+    assert arm.status.time_s - began_s == pytest.approx(300.0)
+    assert time.monotonic() - really_s < 20.0
+    arm.sleep(-1.0)
+    assert arm.status.time_s - began_s == pytest.approx(300.0)
+
+
+def test_a_wait_without_an_end_that_nothing_can_end_is_an_error_and_no_hang():
+    class Nothing:
+        broken = None
+
+        def advance(self, now_s):
+            return math.inf
+
+    pace = SimulatedPace()
+    pace.start(Nothing())
+    with pytest.raises(ArmError):
+        pace.wait(lambda: False, math.inf)
+
+
+def test_in_real_time_a_thread_moves_the_arm_while_the_program_does_something_else():
+    arm = ready_arm(pace=400.0)
+    handle = arm.move_j(base_deg=6, wait=False)
+    assert handle.wait().bursts > 1
+    assert arm.twin.world.motors == arm.status.acknowledged
+    second = arm.move_j(base_deg=60, wait=False)
+    while arm.status.state is not State.MOVING:
+        time.sleep(0.0005)
+    arm.stop()
+    with pytest.raises(Stopped):
+        second.wait()
+    arm.close()
+    assert arm.pace._thread is None
+
+
+def test_in_real_time_a_lost_wire_ends_the_thread_and_every_later_wait_returns_at_once():
+    arm = ready_arm(pace=100.0)
+    thread = arm.pace._thread
+    arm.twin.link.cut()
+    arm.pace.wake()
+    thread.join(timeout=2.0)
+    assert not thread.is_alive()
+    began_s = time.monotonic()
+    arm.stop()
+    with pytest.raises(ArmError):
+        arm.read_inputs()
+    arm.close()
+    assert time.monotonic() - began_s < 1.0
+
+
+def test_an_engine_that_fails_says_so_to_whoever_waits():
+    arm = ready_arm(pace=100.0)
+    arm.engine.advance = lambda now_s: 1 / 0
+    arm.pace.wake()
+    with pytest.raises(ArmError, match="thread ended"):
+        arm.sleep(1e6)
+    with pytest.raises(ArmError, match="thread ended"):
+        arm.close()
+    assert arm.status.state is State.DISCONNECTED

@@ -1,0 +1,109 @@
+"""The real port's link, against a pseudo-terminal: bytes, waking, loss, and who may open it."""
+
+import os
+import pty
+import sys
+import threading
+import time
+import tty
+
+import pytest
+
+from armdrive.errors import LinkLost, PortUnavailable
+from armdrive.transports.serial_port import SerialLink
+from armdrive.transports.waking import Waker
+
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal")
+
+
+@pytest.fixture
+def ends():
+    master, slave = pty.openpty()
+    tty.setraw(slave)
+    name = os.ttyname(slave)
+    os.close(slave)
+    open_ends = [master]
+    yield master, name, open_ends
+    for end in open_ends:
+        os.close(end)
+
+
+@pytest.fixture
+def link(ends):
+    made = SerialLink(ends[1], 9600)
+    yield made
+    made.close()
+
+
+def test_bytes_go_both_ways(ends, link):
+    link.write(b"@READ\r", 0.0)
+    assert os.read(ends[0], 100) == b"@READ\r"
+    assert link.read(0.0) == b""
+    os.write(ends[0], b"1\r")
+    link.wait(1.0)
+    assert link.read(0.0) == b"1\r"
+    assert ends[1] in link.description
+    assert "9600" in link.description
+    assert link.next_s() == float("inf")
+
+
+def test_a_wait_ends_with_bytes_with_a_wake_and_with_its_time(ends, link):
+    began_s = time.monotonic()
+    link.wake()
+    link.wait(5.0)
+    threading.Timer(0.02, link.wake).start()
+    link.wait(5.0)
+    threading.Timer(0.02, os.write, (ends[0], b"x")).start()
+    link.wait(5.0)
+    assert link.read(0.0) == b"x"
+    assert time.monotonic() - began_s < 2.0
+    began_s = time.monotonic()
+    link.wait(0.02)
+    assert 0.015 < time.monotonic() - began_s < 1.0
+
+
+def test_a_port_that_goes_away_is_told_within_a_second_in_words(ends, link):
+    os.close(ends[2].pop())
+    began_s = time.monotonic()
+    link.wait(5.0)
+    with pytest.raises(LinkLost, match="was lost"):
+        link.read(0.0)
+    with pytest.raises(LinkLost):
+        link.write(b"@READ\r", 0.0)
+    assert time.monotonic() - began_s < 1.0
+
+
+def test_a_port_is_opened_by_one_program_alone(ends, link):
+    with pytest.raises(PortUnavailable, match="in use by another program"):
+        SerialLink(ends[1], 9600)
+
+
+def test_a_port_that_is_not_there_is_said_so():
+    with pytest.raises(PortUnavailable, match="there is no port"):
+        SerialLink("/dev/no-such-port", 9600)
+
+
+def test_a_link_may_be_closed_and_woken_twice(ends):
+    link = SerialLink(ends[1], 9600)
+    link.close()
+    link.close()
+    link.wake()
+
+
+def test_a_reader_that_takes_nothing_is_a_lost_wire_and_no_hang(ends, link):
+    link._port.write_timeout = 0.05
+    with pytest.raises(LinkLost):
+        link.write(b"x" * 1_000_000, 0.0)
+
+
+def test_without_a_file_to_sleep_on_a_waker_looks_often_and_can_be_woken():
+    waker = Waker()
+    began_s = time.monotonic()
+    waker.wait(None, 5.0)
+    waker.wake()
+    waker.wait(None, 5.0)
+    assert time.monotonic() - began_s < 1.0
+    waker.close()
+    waker.wake()
+    waker.wait(None, 0.001)
+    waker.close()
