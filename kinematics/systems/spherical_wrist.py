@@ -25,8 +25,11 @@ NOWHERE = REACH_MM * REACH_MM
 NEAR_STRAIGHT = 1e-3
 """Below this sine of joint 5 the outer wrist joints are solved as a pair, at no loss of digits."""
 
-STRAIGHT = 1e-9
-"""Below this sine of joint 5 only the sum (or difference) of joints 4 and 6 is defined."""
+STRAIGHT = 1e-10
+"""Below this sine of joint 5 only the sum (or difference) of joints 4 and 6 is defined.
+
+The hand is then off by at most twice this angle, since joint 4 is taken as given.
+"""
 
 
 NOTHING_FREE = (0.0, 0.0, 0.0)

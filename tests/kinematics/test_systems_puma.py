@@ -1,0 +1,185 @@
+"""The Puma: eight branches of any lengths, its textbook posture, and every degenerate one."""
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from systems_cases import gap, postures, same_joints
+
+from kinematics.errors import NotARotation, OutOfReach
+from kinematics.frames import position_of, rotation_of, transform
+from kinematics.systems import Puma
+from kinematics.systems.spherical_wrist import inverse
+
+HALF = math.pi / 2.0
+SIMPLE = Puma()
+BOUNDLESS = ((-360.0, 360.0),) * 6
+ARMS = (
+    SIMPLE,
+    Puma(660.0, 0.0, 149.09, 431.8, -20.32, 433.07, 56.25),
+    Puma(400.0, 150.0, 0.0, 300.0, 30.0, 320.0, 80.0, BOUNDLESS),
+    Puma(0.0, -60.0, -90.0, 250.0, 0.0, 250.0, 0.0, BOUNDLESS),
+)
+any_arm = st.sampled_from(ARMS)
+
+
+def test_the_textbook_posture_of_fu_gonzalez_and_lee():
+    arm = Puma(a3_mm=-20.32)
+    assert (
+        gap(
+            arm.fk((HALF, 0.0, HALF, 0.0, 0.0, 0.0)),
+            (
+                (0.0, -1.0, 0.0, -149.09),
+                (0.0, 0.0, 1.0, 921.12),
+                (-1.0, 0.0, 0.0, 20.32),
+                (0.0, 0.0, 0.0, 1.0),
+            ),
+        )
+        < 1e-9
+    )
+    assert (
+        gap(
+            [row[3] for row in SIMPLE.fk((HALF, 0.0, HALF, 0.0, 0.0, 0.0))],
+            [-149.09, 921.12, 0.0, 1.0],
+        )
+        < 1e-9
+    )
+
+
+@settings(max_examples=60)
+@given(any_arm.flatmap(lambda arm: st.tuples(st.just(arm), postures(arm))))
+def test_every_branch_of_any_lengths_holds_the_whole_frame(case):
+    arm, joints = case
+    frame = arm.fk(joints)
+    found = [one for one in inverse(frame, arm.wrist_arm()) if one is not None]
+    assert found
+    for one in found:
+        assert gap(arm.chain().fk(one), frame) < 1e-7
+        assert all(-math.pi - 1e-9 <= angle <= math.pi + 1e-9 for angle in one)
+
+
+@settings(max_examples=60)
+@given(any_arm.flatmap(lambda arm: st.tuples(st.just(arm), postures(arm))), st.floats(-2.0, 2.0))
+def test_a_straight_wrist_keeps_the_joint_that_is_free(case, held):
+    arm, (first, second, third, fourth, _, sixth) = case
+    frame = arm.fk((first, second, third, fourth, 0.0, sixth))
+    straight = [
+        one
+        for one in inverse(frame, arm.wrist_arm(), (0.0, 0.0, held))
+        if one is not None and abs(math.sin(one[4])) < 1e-12
+    ]
+    for one in straight:
+        assert gap(arm.fk(one), frame) < 1e-8
+        assert (
+            min(abs(math.remainder(one[3] - held - turn, math.tau)) for turn in (0.0, math.pi))
+            < 1e-9
+        )
+
+
+@pytest.mark.parametrize("bent", [0.0, 1e-12, 1e-10, 1e-8, 1e-6, 1e-4, 1e-2])
+def test_next_to_a_straight_wrist_no_digits_are_lost(bent):
+    joints = (0.3, -0.7, 0.9, 0.8, bent, -0.4)
+    frame = SIMPLE.fk(joints)
+    worst = max(
+        gap(rotation_of(SIMPLE.fk(one)), rotation_of(frame))
+        for one in inverse(frame, SIMPLE.wrist_arm())
+    )
+    assert worst < 2e-10 if bent < 1e-10 else worst < 1e-12
+
+
+def test_eight_branches_are_eight_postures_with_names():
+    frame = SIMPLE.fk((0.4, -0.6, 1.2, 0.5, 0.7, -0.3))
+    found = SIMPLE.ik_frame(frame)
+    assert [branch.name for branch, _ in found] == list(SIMPLE.signs)
+    assert len({tuple(round(v, 6) for v in branch.joints) for branch, _ in found}) == 8
+    assert max(miss.mm for _, miss in found) < 1e-9
+    assert max(miss.rad for _, miss in found) < 1e-12
+    again = pytest.approx((0.4, -0.6, 1.2, 0.5, 0.7, -0.3))
+    assert [branch.name for branch, _ in found if branch.joints == again] == [
+        "base front, elbow down, wrist plain"
+    ]
+
+
+@settings(max_examples=60)
+@given(postures(SIMPLE))
+def test_the_names_say_where_base_elbow_and_wrist_are(joints):
+    frame = SIMPLE.fk(joints)
+    for branch, _ in SIMPLE.ik_frame(frame):
+        if branch.degenerate:
+            continue
+        _, second, third, _, fifth, _ = branch.joints
+        out = SIMPLE.a2_mm * math.cos(second) + SIMPLE.d4_mm * math.sin(second + third)
+        up = -SIMPLE.a2_mm * math.sin(second) + SIMPLE.d4_mm * math.cos(second + third)
+        # The elbow against the line from the shoulder to the wrist, seen outwards.
+        above = (-SIMPLE.a2_mm * math.sin(second)) * out - SIMPLE.a2_mm * math.cos(second) * up
+        assert ("base front" in branch.name) == (out > 0.0)
+        assert ("elbow up" in branch.name) == (above * math.copysign(1.0, out) > 0.0)
+        assert ("wrist plain" in branch.name) == (math.sin(fifth) > 0.0)
+
+
+def test_degenerate_postures_say_what_they_lose():
+    def losses(arm, joints):
+        (found,) = {
+            b.degenerate
+            for b, _ in arm.ik_frame(arm.fk(joints), joints)
+            if same_joints(arm, b.joints, joints)
+        } or {None}
+        return found
+
+    assert losses(SIMPLE, (0.3, -0.5, 1.0, 0.5, 0.0, 0.2)).startswith("joint 5 is straight")
+    assert losses(SIMPLE, (0.3, -0.5, HALF, 0.5, 0.8, 0.2)).startswith("stretched")
+    centred = Puma(d2_mm=0.0, d4_mm=431.8)
+    above = (0.3, -HALF - 0.5, HALF + 1.0, 0.5, 0.8, 0.2)
+    assert "the base is free" in losses(centred, above)
+    assert all(
+        math.isclose(b.joints[0], 0.3)
+        for b, _ in centred.ik_frame(centred.fk(above), above)
+        if b.free and "base front" in b.name
+    )
+
+
+def test_a_wrist_at_the_edge_of_the_base_is_told():
+    # Links of one length, the upper arm 30 degrees before the vertical, the forearm 30 behind.
+    arm = Puma(d4_mm=431.8)
+    found = arm.ik_frame(arm.fk((0.3, math.radians(-60.0), math.radians(30.0), 0.5, 0.8, 0.2)))
+    assert found
+    assert all("front and back are one" in branch.degenerate for branch, _ in found)
+
+
+@pytest.mark.parametrize("arm", ARMS, ids=range(len(ARMS)))
+@pytest.mark.parametrize(
+    "place",
+    [
+        (2000.0, 0.0, 100.0),
+        (0.0, 0.0, 4000.0),
+        (-900.0, 900.0, 900.0),
+        (100.0, 20.0, 10.0),
+        (0.0, 0.0, 0.0),
+    ],
+)
+def test_a_wrist_out_of_reach_is_refused_with_a_frame_that_is_reached(arm, place):
+    frame = transform(((1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0)), place)
+    wrist = arm.wrist_arm()
+    if any(inverse(frame, wrist)):
+        assert all(miss.mm < 1e-9 and miss.rad < 1e-9 for _, miss in arm.ik_frame(frame))
+        return
+    with pytest.raises(OutOfReach) as caught:
+        arm.ik_frame(frame)
+    assert caught.value.excess > 0.0
+    near = caught.value.nearest
+    for branch in arm.ik(near):
+        assert gap(position_of(arm.fk(branch.joints)), near[:3]) < 1e-5
+
+
+def test_nearer_to_the_base_axis_than_the_shoulder_stands_beside_it():
+    with pytest.raises(OutOfReach, match="distance from the base axis") as caught:
+        SIMPLE.ik((100.0, 0.0, 300.0, 0.0, 0.0, 0.0))
+    assert caught.value.bound == 149.09
+
+
+def test_a_frame_that_is_no_frame_is_refused():
+    with pytest.raises(NotARotation):
+        SIMPLE.ik_frame(
+            transform(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, -1.0)), (400.0, 0.0, 0.0))
+        )

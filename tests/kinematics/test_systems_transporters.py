@@ -1,0 +1,149 @@
+"""The transporters against their equations, with all solutions, and the five-axis arms."""
+
+import math
+
+import pytest
+from chain_cases import ALPHA_II
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from systems_cases import gap, postures, same_joints
+
+from kinematics import Joints, Pose, preset
+from kinematics.frames import position_of
+from kinematics.systems import SYSTEMS, Alpha2, MiniMover, RevoluteTransporter, system
+
+angles = st.floats(-math.pi, math.pi)
+lengths = st.floats(0.0, 500.0)
+
+
+@given(angles, lengths, lengths)
+def test_equations_2_28_to_2_30_of_the_cylinder(theta, up, r):
+    tip = position_of(system("cylindrical").fk((theta, up, r)))
+    assert tip == pytest.approx((r * math.cos(theta), r * math.sin(theta), up))
+
+
+@given(angles, angles, lengths)
+def test_equation_2_33_of_the_sphere(phi, theta, r):
+    tip = position_of(system("spherical").fk((phi, theta, r)))
+    out = r * math.cos(theta)
+    expected = (out * math.cos(phi), out * math.sin(phi), r * math.sin(theta))
+    assert gap(tip, expected) < 1e-9
+
+
+@given(angles, angles, angles)
+def test_equation_2_35_of_the_revolute_transporter(first, second, third):
+    one = RevoluteTransporter(200.0, 180.0, 140.0)
+    lean = math.sin(second) * 180.0 + math.sin(second + third) * 140.0
+    up = 200.0 + math.cos(second) * 180.0 + math.cos(second + third) * 140.0
+    expected = (math.sin(first) * lean, -math.cos(first) * lean, up)
+    assert gap(position_of(one.fk((first, second, third))), expected) < 1e-9
+
+
+def test_the_sphere_has_four_solutions_and_a_slide_that_cannot_retract_has_two():
+    found = system("spherical").ik((100.0, 0.0, 100.0))
+    right, reach = math.pi / 4.0, math.hypot(100.0, 100.0)
+    expected = {
+        "reaching forward": (0.0, right, reach),
+        "reaching forward, over the top": (math.pi, math.pi - right, reach),
+        "reaching backward": (math.pi, -right, -reach),
+        "reaching backward, over the top": (0.0, right - math.pi, -reach),
+    }
+    assert [branch.name for branch in found] == list(expected)
+    for branch in found:
+        assert same_joints(system("spherical"), branch.joints, expected[branch.name])
+    assert [b.within_limits for b in found] == [True, True, False, False]
+
+
+def test_free_joints_of_the_transporters_take_the_seed():
+    (branch,) = system("cylindrical").ik((0.0, 0.0, 90.0), seed=(0.6, 0.0, 0.0))
+    assert branch.joints == (0.6, 90.0, 0.0)
+    (branch,) = system("spherical").ik((0.0, 0.0, 0.0), seed=(0.6, 0.2, 9.0))
+    assert branch.joints == (0.6, 0.2, 0.0)
+    assert branch.free == ("phi", "theta")
+    up, back = system("spherical").ik((0.0, 0.0, 50.0), seed=(0.6, 0.2, 9.0))
+    assert up.joints == pytest.approx((0.6, math.pi / 2.0, 50.0))
+    assert back.joints == pytest.approx((0.6, -math.pi / 2.0, -50.0))
+
+
+def test_the_revolute_transporter_above_its_base():
+    one = RevoluteTransporter(200.0, 180.0, 140.0)
+    found = one.ik((0.0, 0.0, 420.0), seed=(0.6, 0.0, 0.0))
+    assert [b.name for b in found] == ["base free, elbow down", "base free, elbow up"]
+    assert all(b.joints[0] == 0.6 and b.free == ("theta1",) for b in found)
+    (top,) = one.ik((0.0, 0.0, 520.0))
+    assert "base is free" in top.degenerate
+    assert "stretched" in top.degenerate
+    (home,) = RevoluteTransporter(200.0, 150.0, 150.0).ik((0.0, 0.0, 200.0), seed=(0.6, 0.3, 0.0))
+    assert home.joints == pytest.approx((0.6, 0.3, math.pi))
+    assert home.free == ("theta1", "theta2")
+
+
+def test_elbow_up_is_above_the_line_from_shoulder_to_end_point():
+    one = RevoluteTransporter(200.0, 180.0, 140.0)
+    for branch in one.ik((150.0, -120.0, 260.0)):
+        lean = math.sin(branch.joints[1]) * 180.0
+        height = math.cos(branch.joints[1]) * 180.0
+        out, up = math.hypot(150.0, 120.0) * (1.0 if "front" in branch.name else -1.0), 60.0
+        above = (height * out - lean * up) * math.copysign(1.0, out)
+        assert ("elbow up" in branch.name) == (above > 0.0)
+
+
+def test_the_lectures_link_table_is_the_alpha_ii_s():
+    chain = Alpha2().chain()
+    rows = [(link.theta_rad, link.d_mm, link.a_mm, link.alpha_rad) for link in chain.links]
+    assert rows == [(one.theta_rad, one.d_mm, one.a_mm, one.alpha_rad) for one in ALPHA_II.links]
+
+
+def test_the_alpha_ii_stands_straight_on_in_its_home_position():
+    one = Alpha2()
+    home = (0.0, 0.0, 0.0, -math.pi / 2.0, 0.0)
+    assert (
+        gap(
+            one.fk(home),
+            (
+                (0.0, 0.0, 1.0, 177.8 + 177.8 + 129.5),
+                (0.0, -1.0, 0.0, 0.0),
+                (1.0, 0.0, 0.0, 215.0),
+                (0.0, 0.0, 0.0, 1.0),
+            ),
+        )
+        < 1e-9
+    )
+
+
+FIVE = [one for one in SYSTEMS.values() if isinstance(one, MiniMover | Alpha2)]
+
+
+@pytest.mark.parametrize("one", FIVE, ids=lambda one: one.name)
+@settings(max_examples=30)
+@given(data=st.data())
+def test_five_axis_systems_are_the_driver_s_arms(one, data):
+    joints = data.draw(postures(one))
+    relative = Joints(one.relative(joints))
+    assert one.own(one.relative(joints)) == pytest.approx(joints)
+    assert gap(one.fk(joints), one.arm.transform(relative)) < 1e-9
+    pose = one.arm.fk(relative)
+    assert one.arm == preset(one.name).arm
+    goal = (pose.x_mm, pose.y_mm, pose.z_mm, pose.pitch_rad, pose.roll_rad)
+    ours = [(b.within_limits, b.name) for b in one.ik(goal)]
+    theirs = one.arm.branches(Pose(*goal))
+    assert ours == [
+        (b.within_limits, f"base {b.base.value}, elbow {b.elbow.value}") for b in theirs
+    ]
+
+
+@pytest.mark.parametrize("one", FIVE, ids=lambda one: one.name)
+@pytest.mark.parametrize("base", [0.0, 0.4, -1.0])
+@pytest.mark.parametrize("lean", [0.0, 0.6, -0.6])
+def test_a_tip_above_the_base_is_met_whatever_way_the_hand_leans(one, base, lean):
+    height = one.arm.base_height_mm
+    # The hand leans by `lean` out of the vertical; the wrist stands where that puts the tip.
+    pose = Pose(0.0, 0.0, height + 300.0, math.pi / 2.0 - lean, 0.3)
+    joints = one.own(
+        one.arm.branches(pose, Joints((base, 0.0, 0.0, 0.0, 0.0)))[0].joints.angles_rad
+    )
+    frame = one.fk(joints)
+    found = one.ik_frame(frame, one.own((base, 0.0, 0.0, 0.0, 0.0)))
+    assert found
+    assert all(miss.mm < 1e-6 and miss.rad < 1e-6 for _, miss in found)
+    assert all(bool(branch.free) == (lean == 0.0) for branch, _ in found)
