@@ -11,8 +11,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from itertools import combinations
+from typing import TYPE_CHECKING
 
-from kinematics.symbols import Atom, Monomial, Symbol, Terms, collect, joined
+from kinematics.symbol_terms import Atom, Monomial, Terms, collect, joined
+
+if TYPE_CHECKING:
+    from kinematics.symbols import Symbol
 
 _SAME = 1e-12
 """Relative difference below which two factors are the same."""

@@ -1,66 +1,24 @@
 """Symbolic numbers that run through the same code as floats: sums of products of named atoms.
 
-An atom is a name (a length, a coordinate, a joint variable), the cosine or sine of an angle, or
-a root, quotient or arc function, which stay whole. Sums and products are multiplied out, zeros
-and ones dropped, and the addition theorems fold C1 C2 - S1 S2 into C12 (`symbol_folding`).
+An atom is a name (a length, a joint variable), the cosine or sine of an angle, or a root,
+quotient or arc function, which stay whole. Products are multiplied out, zeros and ones dropped,
+and the addition theorems fold C1 C2 - S1 S2 into C12 (`symbol_folding`). Sums that depend on a
+`coordinate` of a goal stay whole as factors, so that a solution keeps its shape.
 `symbol_text` writes symbols in the notation of the notes. Angles in rad, lengths in mm.
 """
 
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from types import MappingProxyType
 from typing import Any
 
-from kinematics import numbers
-from kinematics.errors import KinematicsError
 from kinematics.numbers import QUARTER_TOLERANCE_RAD
-
-CANCELLED = 1e-12
-"""A sum this small beside its two terms is the rounding of zero."""
+from kinematics.symbol_folding import folded
+from kinematics.symbol_terms import FUNCTIONS, Atom, Monomial, Terms, collect, joined, monomial_key
 
 _QUARTER = math.pi / 2.0
-_DIGITS = re.compile(r"\d+")
-
-
-@dataclass(frozen=True, slots=True)
-class Atom:
-    """A name, or a function of symbols; `key` identifies it, and sorts by name, then number."""
-
-    name: str
-    arguments: tuple[Symbol, ...] = field(default=(), compare=False)
-    key: str = field(default="", repr=False)
-
-    def __post_init__(self) -> None:
-        name = _DIGITS.sub(lambda digits: f"{len(digits[0]):02d}{digits[0]}", self.name)
-        inner = ";".join(argument.key for argument in self.arguments)
-        if not self.arguments:
-            key = f"0{name}"
-        else:
-            key = f"2{inner}:{name}" if self.is_trig else f"1{name}({inner})"
-        object.__setattr__(self, "key", key)
-
-    @property
-    def is_trig(self) -> bool:
-        """Whether this is the cosine or the sine of an angle."""
-        return self.name in ("cos", "sin") and bool(self.arguments)
-
-    def value(self, values: Mapping[str, Any]) -> Any:
-        """Return the number that this atom is for these values of the names."""
-        if not self.arguments:
-            if self.name not in values:
-                raise KinematicsError(f"no value is given for {self.name}")
-            return values[self.name]
-        return _FUNCTIONS[self.name](*(argument.value(values) for argument in self.arguments))
-
-
-Monomial = tuple[tuple[Atom, int], ...]
-"""Atoms with their powers (not zero), in the order of their keys."""
-
-Terms = dict[Monomial, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +33,7 @@ class Symbol:
     key: str = field(default="", repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        key = "+".join(f"{factor!r}*{_monomial_key(monomial)}" for monomial, factor in self.terms)
+        key = "+".join(f"{factor!r}*{monomial_key(monomial)}" for monomial, factor in self.terms)
         object.__setattr__(self, "key", key)
 
     @property
@@ -85,6 +43,11 @@ class Symbol:
             return 0.0
         (monomial, factor), *more = self.terms
         return None if monomial or more else factor
+
+    @property
+    def of_goal(self) -> bool:
+        """Whether the coordinates of a goal enter into this."""
+        return any(atom.of_goal for monomial, _ in self.terms for atom, _ in monomial)
 
     def names(self) -> frozenset[str]:
         """Return the names that this symbol's value depends on."""
@@ -146,7 +109,11 @@ class Symbol:
         return _quotient(as_symbol(other), self)
 
     def __abs__(self) -> Symbol:
-        return function("abs", self)
+        if len(self.terms) != 1:
+            return function("abs", self)
+        ((monomial, factor),) = self.terms
+        sizes = ((Atom("abs", (_of_atom(atom),)), power) for atom, power in monomial)
+        return total_of([(joined(*sizes), abs(factor))])
 
     def cos(self) -> Symbol:
         """Return the cosine; whole quarter turns within the angle turn it into another one."""
@@ -157,7 +124,12 @@ class Symbol:
         return _turned(self, 3)
 
     def sqrt(self) -> Symbol:
-        """Return the square root."""
+        """Return the square root: of one square, its absolute value."""
+        if len(self.terms) == 1:
+            ((monomial, factor),) = self.terms
+            if factor > 0.0 and all(power % 2 == 0 for _, power in monomial):
+                halves = tuple((atom, power // 2) for atom, power in monomial)
+                return abs(Symbol(((halves, math.sqrt(factor)),)))
         return function("sqrt", self)
 
     def acos(self) -> Symbol:
@@ -174,8 +146,13 @@ class Symbol:
 
 
 def named(name: str) -> Symbol:
-    """Return the symbol of a length, a coordinate or a joint variable."""
+    """Return the symbol of a length or a joint variable."""
     return _of_atom(Atom(name))
+
+
+def coordinate(name: str) -> Symbol:
+    """Return the symbol of a coordinate of a goal, which keeps sums whole."""
+    return _of_atom(Atom(name, of_goal=True))
 
 
 def as_symbol(value: Symbol | float) -> Symbol:
@@ -189,60 +166,47 @@ def function(name: str, *arguments: Symbol) -> Symbol:
     """Return a function that stays whole; of plain numbers, its value."""
     plain = [argument.number for argument in arguments]
     if None not in plain:
-        return as_symbol(_FUNCTIONS[name](*plain))
+        return as_symbol(FUNCTIONS[name](*plain))
     return _of_atom(Atom(name, arguments))
 
 
 def total_of(terms: Iterable[tuple[Monomial, float]]) -> Symbol:
     """Return a sum, like terms collected and the addition theorems applied."""
-    from kinematics.symbol_folding import folded
-
     collected: Terms = {}
     for monomial, factor in terms:
         collect(collected, monomial, factor)
     kept = folded(collected)
-    return Symbol(tuple(sorted(kept.items(), key=lambda term: _monomial_key(term[0]))))
-
-
-def collect(terms: Terms, monomial: Monomial, factor: float) -> None:
-    """Add a term to others; terms that cancel go."""
-    before = terms.pop(monomial, 0.0)
-    after = before + factor
-    if abs(after) > CANCELLED * max(abs(before), abs(factor)):
-        terms[monomial] = after
-
-
-def joined(*factors: tuple[Atom, int]) -> Monomial:
-    """Return the product of powers of atoms."""
-    powers: dict[Atom, int] = {}
-    for atom, power in factors:
-        powers[atom] = powers.get(atom, 0) + power
-    kept = [(atom, power) for atom, power in powers.items() if power]
-    return tuple(sorted(kept, key=lambda factor: factor[0].key))
+    return Symbol(tuple(sorted(kept.items(), key=lambda term: monomial_key(term[0]))))
 
 
 def _of_atom(atom: Atom) -> Symbol:
     return Symbol(((((atom, 1),), 1.0),))
 
 
-def _monomial_key(monomial: Monomial) -> str:
-    return " ".join(f"{atom.key}^{power}" for atom, power in monomial)
-
-
 def _product(left: Symbol, right: Symbol) -> Symbol:
+    if len(left.terms) > 1 and len(right.terms) > 1 and (left.of_goal or right.of_goal):
+        left, right = _kept_whole(left), _kept_whole(right)
     terms: list[tuple[Monomial, float]] = []
     for one, factor in left.terms:
         for other, more in right.terms:
-            terms += _without_squared_roots(joined(*one, *other), factor * more)
+            terms += _simplified(joined(*one, *other), factor * more)
     return total_of(terms)
 
 
-def _without_squared_roots(monomial: Monomial, factor: float) -> Iterable[tuple[Monomial, float]]:
-    """Return a term's terms, what stands under a root taken out where the root is squared."""
+def _kept_whole(total: Symbol) -> Symbol:
+    """Return a sum as a single factor, written with its first term positive."""
+    if total.terms[0][1] < 0.0:
+        return -_of_atom(Atom("sum", (-total,)))
+    return _of_atom(Atom("sum", (total,)))
+
+
+def _simplified(monomial: Monomial, factor: float) -> Iterable[tuple[Monomial, float]]:
+    """Return a term's terms with squared roots and squared absolute values taken out."""
     for atom, power in monomial:
-        if atom.name == "sqrt" and atom.arguments and power >= 2:
-            rest = joined(*monomial, (atom, -2))
-            return (Symbol(((rest, factor),)) * atom.arguments[0]).terms
+        if atom.name in ("sqrt", "abs") and atom.arguments and power >= 2:
+            rest = Symbol(((joined(*monomial, (atom, -2)), factor),))
+            (inner,) = atom.arguments
+            return (rest * inner if atom.name == "sqrt" else rest * inner * inner).terms
     return ((monomial, factor),)
 
 
@@ -283,22 +247,5 @@ def _leading_factor(angle: Symbol) -> float:
     return next(factor for monomial, factor in angle.terms if monomial)
 
 
-def _divided(over: Any, under: Any) -> Any:
-    return over / under
-
-
 ZERO = Symbol(())
 ONE = Symbol((((), 1.0),))
-
-_FUNCTIONS: Mapping[str, Callable[..., Any]] = MappingProxyType(
-    {
-        "cos": numbers.cos,
-        "sin": numbers.sin,
-        "sqrt": numbers.sqrt,
-        "acos": numbers.acos,
-        "atan2": numbers.atan2,
-        "abs": abs,
-        "quotient": _divided,
-    }
-)
-"""The functions that stay whole, by name, for numbers of any kind."""

@@ -1,0 +1,180 @@
+"""Named systems run on symbols: the formulas have the values of the same code on numbers."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from kinematics.chains import Chain
+from kinematics.links import Convention, DHLink, JointKind
+from kinematics.symbol_naming import definitions
+from kinematics.symbol_text import Text, matrix_text
+from kinematics.symbolic_systems import (
+    joint_symbols,
+    symbolic_chain,
+    symbolic_goal,
+    symbolic_system,
+)
+from kinematics.symbols import as_symbol
+from kinematics.systems import SYSTEMS
+
+
+def postures(system, low_rad=-3.0, high_rad=3.0):
+    chain = system.chain()
+    return st.tuples(
+        *(
+            st.floats(low_rad, high_rad) if kind is JointKind.REVOLUTE else st.floats(10, 300)
+            for kind in chain.kinds
+        )
+    )
+
+
+def joints_at(system, joints):
+    """The values of the joints' and lengths' names."""
+    names = [next(iter(symbol.names())) for symbol in joint_symbols(system.chain())]
+    return {**dict(zip(names, joints, strict=True)), **system.lengths()}
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+@given(data=st.data())
+@settings(max_examples=8)
+def test_symbolic_forward_kinematics_has_the_values_of_the_numeric_one(name, data):
+    system = SYSTEMS[name]
+    joints = data.draw(postures(system))
+    frame = symbolic_system(system).fk(joint_symbols(system.chain()))
+    values = joints_at(system, joints)
+    for row, plain in zip(frame, system.fk(joints), strict=True):
+        for entry, number in zip(row, plain, strict=True):
+            assert as_symbol(entry).value(values) == pytest.approx(number, abs=1e-9)
+
+
+@cache
+def symbolic_solutions(name):
+    """The joints of every branch as symbols."""
+    system = SYSTEMS[name]
+    symbolic, goal = symbolic_system(system), symbolic_goal(system.coordinates)
+    return {branch: symbolic.solution(goal, branch).joints for branch in system.signs}
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+@given(data=st.data())
+@settings(max_examples=8)
+def test_symbolic_solutions_have_the_values_of_the_numeric_ones(name, data):
+    system = SYSTEMS[name]
+    goal = system.goal_of(system.fk(data.draw(postures(system, 0.2, 1.2))))
+    symbols = symbolic_goal(system.coordinates)
+    values = {next(iter(symbol.names())): n for symbol, n in zip(symbols, goal, strict=True)}
+    values |= system.lengths()
+    compared = 0
+    for branch in {found.name for found in system.ik(goal)} & set(system.signs):
+        plain = system.solution(goal, branch).joints
+        made = symbolic_solutions(name)[branch]
+        for symbol, number, kind in zip(made, plain, system.chain().kinds, strict=True):
+            off = as_symbol(symbol).value(values) - number
+            if kind is JointKind.REVOLUTE:
+                off = math.remainder(off, math.tau)
+            assert off == pytest.approx(0.0, abs=1e-5)
+        compared += 1
+    assert compared
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_the_product_of_the_a_matrices_is_the_closed_form(name):
+    system = SYSTEMS[name]
+    chain = symbolic_chain(system.chain())
+    joints = joint_symbols(system.chain())
+    given_names = [next(iter(symbol.names())) for symbol in joints]
+    values = dict(zip(given_names, [0.3, 0.5, -0.7, 0.9, 1.1, -1.3], strict=False))
+    for link, plain in zip(chain.links, system.chain().links, strict=True):
+        for made, number in ((link.a_mm, plain.a_mm), (link.d_mm, plain.d_mm)):
+            values |= dict.fromkeys(as_symbol(made).names(), number)
+    product = chain.fk(joints)
+    numeric = system.fk([values[one] for one in given_names])
+    for row, plain in zip(product, numeric, strict=True):
+        for entry, number in zip(row, plain, strict=True):
+            assert as_symbol(entry).value(values) == pytest.approx(number, abs=1e-9)
+
+
+def test_the_revolute_transporters_end_point_reads_as_equation_2_35():
+    system = SYSTEMS["revolute"]
+    frame = symbolic_system(system).fk(joint_symbols(system.chain()))
+    assert [Text().write(row[3]) for row in frame[:3]] == [
+        "S1 (L2 S2 + L3 S23)",
+        "-C1 (L2 S2 + L3 S23)",
+        "L1 + L2 C2 + L3 C23",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("name", "lines"),
+    [
+        (
+            "two-link-2",
+            [
+                "[ C1 C2  -C1 S2  S1   l2 C1 C2   ]",
+                "[ S1 C2  -S1 S2  -C1  l2 S1 C2   ]",
+                "[ S2     C2      0    d1 + l2 S2 ]",
+                "[ 0      0       0    1          ]",
+            ],
+        ),
+        (
+            "two-link-3",
+            [
+                "[ C1  0  S1   d2 S1  ]",
+                "[ S1  0  -C1  -d2 C1 ]",
+                "[ 0   1  0    d1     ]",
+                "[ 0   0  0    1      ]",
+            ],
+        ),
+        (
+            "two-link-4",
+            [
+                "[ C2  -S2  0   l2 C2      ]",
+                "[ 0   0    -1  0          ]",
+                "[ S2  C2   0   d1 + l2 S2 ]",
+                "[ 0   0    0   1          ]",
+            ],
+        ),
+        (
+            "two-link-5",
+            ["[ 1  0  0   0   ]", "[ 0  0  -1  -d2 ]", "[ 0  1  0   d1  ]", "[ 0  0  0   1   ]"],
+        ),
+    ],
+)
+def test_manipulator_transforms_read_as_the_notes_print_them(name, lines):
+    system = SYSTEMS[name]
+    frame = symbolic_system(system).fk(joint_symbols(system.chain()))
+    assert matrix_text(frame).splitlines() == lines
+
+
+def test_the_mini_movers_solution_reads_step_by_step():
+    system = SYSTEMS["minimover5"]
+    solved = symbolic_system(system).solution(
+        symbolic_goal(system.coordinates), "base front, elbow up"
+    )
+    names = [Text().write(symbol) for symbol in joint_symbols(system.chain())]
+    steps = definitions(
+        [
+            *((each.symbol, each.value) for each in solved.workings),
+            *zip(names, solved.joints, strict=True),
+        ]
+    )
+    written = {step.name: Text().write(step.symbol) for step in steps}
+    assert written["r0"] == "sqrt(x^2 + y^2) - d5 C(pitch)"
+    assert written["cos(bend)"] == "(r0^2 + z0^2 - a2^2 - a3^2) / (2 a2 a3)"
+    assert written["theta2"] == "direction - lift"
+    assert written["theta4"] == "atan2(S(pitch), C(pitch)) - theta2 - theta3"
+
+
+def test_a_chains_lengths_are_named_by_link():
+    links = (DHLink(a_mm=5.0, d_mm=7.0), DHLink(kind=JointKind.PRISMATIC, d_mm=3.0, alpha_rad=0.1))
+    standard = symbolic_chain(Chain(links))
+    assert [Text().write(link.a_mm) for link in standard.links] == ["a1", "0"]
+    assert [Text().write(link.d_mm) for link in standard.links] == ["d1", "D2"]
+    craig = symbolic_chain(Chain((DHLink(), DHLink(a_mm=5.0)), Convention.CRAIG))
+    assert Text().write(craig.links[1].a_mm) == "a1"
+    assert [Text().write(one) for one in joint_symbols(Chain(links))] == ["theta1", "d2"]
