@@ -61,7 +61,7 @@ def test_the_physical_tip_stays_on_the_straight_line(way_mm, speed_error):
     assert math.dist(arm.twin.world.tip, end) <= step_travel_mm(arm) / 2
 
 
-@pytest.mark.parametrize("seed", [4, 5])
+@pytest.mark.parametrize("seed", range(5))
 def test_ten_thousand_random_moves_end_on_the_step_counts_they_began_with(seed):
     """Every way out is whole steps of absolute targets, and so is every way back."""
     arm = ready_arm(sim_config(planned_burst_s=10.0, idle_poll_s=0.0))
@@ -69,7 +69,7 @@ def test_ten_thousand_random_moves_end_on_the_step_counts_they_began_with(seed):
     registers = arm.twin.device.registers
     draw = random.Random(seed)
     angles = dict(arm.core.coordinates.joints.deg)
-    for _ in range(2_500):
+    for _ in range(1_000):
         name = draw.choice(list(angles))
         arm.move_j(**{f"{name}_deg": angles[name] + draw.uniform(-0.6, 0.6)})
         arm.move_j(**{f"{name}_deg": angles[name]})
