@@ -11,8 +11,9 @@ from dataclasses import dataclass
 
 from armdrive.armfile import ArmConfig
 from armdrive.controllers.requests import Controller, Registers
-from armdrive.errors import BadRequest, Refused, StateFileError
+from armdrive.errors import BadRequest, Refused
 from armdrive.intents import Jog
+from armdrive.memory import Memory
 from armdrive.record import NoRecorder, Record, Recorder
 from armdrive.states import Event, after
 from armdrive.status import Current, State, Status, Trust
@@ -65,7 +66,7 @@ class Core:
         self.config = config
         self.controller = controller
         self.transmission: Transmission = config.model.transmission
-        self.recorder: Recorder = recorder or NoRecorder()
+        self.memory = Memory(recorder or NoRecorder(), self._record)
         self.allow_restored = False
         self.state = State.DISCONNECTED
         self.belief: Belief = FIRST_BELIEF
@@ -86,9 +87,6 @@ class Core:
         self.error = ""
         self.still_since_s = 0.0
         self.burst_s = config.motion.jog_burst_s
-        self.remembering = False
-        self._marked = False
-        self._saved: Record | None = None
 
     # -- what happens -------------------------------------------------------------------------
 
@@ -113,7 +111,7 @@ class Core:
         before = self.belief
         self.belief = before.after(evidence, now_s, detail)
         if self.belief is not before:
-            self._save_if_possible()
+            self.remember()
 
     def require_reference(self) -> None:
         """Raise `NotReferenced` unless planned motion may go on."""
@@ -202,70 +200,28 @@ class Core:
     # -- what is remembered -------------------------------------------------------------------
 
     def mark_leaving(self) -> None:
-        """Write the mark of motion, once, before the arm leaves stand-still.
-
-        Raises `StateFileError` where that is not possible: then nothing may move, since a
-        program that ended in mid-motion would leave a wrong position behind.
-        """
-        if self._marked:
-            return
-        self._marked = True
-        try:
-            self._save()
-        except StateFileError:
-            self._marked = False
-            raise
+        """Write the mark of motion before the arm leaves stand-still, or raise `StateFileError`."""
+        self.memory.mark_leaving()
 
     def mark_still(self) -> None:
         """Write the position of an arm that stands, and take the mark away if that succeeds."""
-        marked, self._marked = self._marked, False
-        if not self._save_if_possible():
-            self._marked = marked
+        self.notice = self.memory.mark_still() or self.notice
 
-    def mark_lost(self) -> None:
-        """Write what is believed after the wire broke; a mark of motion stays."""
-        self._save_if_possible()
+    def remember(self) -> None:
+        """Write what is believed now; a mark of motion stays."""
+        self.notice = self.memory.save_if_possible() or self.notice
 
-    @property
-    def marked(self) -> bool:
-        """Tell whether the mark of motion stands in the record."""
-        return self._marked
-
-    def _save_if_possible(self) -> bool:
-        try:
-            self._save()
-        except StateFileError as error:
-            self.notice = str(error)
-            return False
-        return True
-
-    def _save(self) -> None:
-        """Write the record, unless there is none yet and nothing to be remembered."""
-        if not self.remembering:
-            return
-        nothing_known = self.belief.trust is Trust.UNKNOWN and not self._marked
-        if nothing_known and self._saved is None:
-            return  # an unusable record is left as it is until the arm has moved
-        coordinates = (*self.coordinates.joints, self.coordinates.opening_mm)
-        record = Record(
+    def _record(self, in_motion: bool) -> Record:
+        return Record(
             arm=self.config.name,
             calibration=self.config.calibration,
             offset=self.offset,
             registers=self.acknowledged - self.offset,
-            coordinates=coordinates,
+            coordinates=(*self.coordinates.joints, self.coordinates.opening_mm),
             trust=self.belief.trust.value,
             reason=self.belief.reason,
-            in_motion=self._marked,
+            in_motion=in_motion,
         )
-        if record != self._saved:
-            try:
-                self.recorder.save(record)
-            except OSError as error:
-                raise StateFileError(
-                    f"the position of {self.config.name} cannot be remembered ({error}): make "
-                    "room on the disk, or the folder writable"
-                ) from None
-            self._saved = record
 
     # -- what is shown ------------------------------------------------------------------------
 

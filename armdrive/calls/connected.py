@@ -222,4 +222,4 @@ class Connected:
     def _lost(self, lost: LinkLost) -> None:
         self.core.error = str(lost)
         self.core.happen(Event.LOST)
-        self.core.mark_lost()
+        self.core.remember()

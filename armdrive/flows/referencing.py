@@ -30,7 +30,7 @@ def connect(wire: Wire) -> Flow[None]:
     switched = core.controller.abilities.current is Switching.BOTH
     core.happen(Event.OPENED_SWITCHED if switched else Event.OPENED_HELD)
     _take_up_record(wire, registers)
-    core.remembering = True  # from here on: a connection that failed leaves the record as it was
+    core.memory.taken_up()  # from here on: a connection that failed leaves the record as it was
     core.still_since_s = wire.now_s
 
 
@@ -38,7 +38,7 @@ def _take_up_record(wire: Wire, registers: Registers) -> None:
     core = wire.core
     core.found(registers)
     try:
-        record = core.recorder.load()
+        record = core.memory.load()
     except StateFileError as error:
         core.learn(Evidence.RECORD_UNUSABLE, wire.now_s, str(error))
         return
