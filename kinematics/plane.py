@@ -49,7 +49,7 @@ class PlaneProblem:
 
 
 @dataclass(frozen=True, slots=True)
-class _Arc:
+class Arc:
     """Tips on a circle about (r, z): s = s0 + ds * theta and e = e0 + de * theta, low to high."""
 
     r: float
@@ -84,7 +84,7 @@ def _candidates(problem: PlaneProblem) -> Iterator[PlaneAngles]:
     r, z = problem.goal
     yield from _solutions(problem, r, z)
     yield from _solutions(problem, problem.side * problem.clearance_mm, z)
-    for arc in _arcs(problem):
+    for arc in arcs(problem):
         for theta in _turning_points(problem, arc):
             s, e = arc.s0 + arc.ds * theta, arc.e0 + arc.de * theta
             s, e = problem.shoulder.clamp(s), problem.elbow.clamp(e)  # rounding on a corner
@@ -110,7 +110,7 @@ def _solutions(problem: PlaneProblem, r: float, z: float) -> Iterator[PlaneAngle
             yield s, e, w
 
 
-def _arcs(problem: PlaneProblem) -> Iterator[_Arc]:
+def arcs(problem: PlaneProblem) -> Iterator[Arc]:
     """Yield the polygon's edges and the folds across it that are not empty, as arcs."""
     shoulder, elbow = problem.shoulder, problem.elbow
     for s in (shoulder.low_rad, shoulder.high_rad):
@@ -128,17 +128,17 @@ def _hand_offset(problem: PlaneProblem) -> tuple[float, float]:
     return hand * math.cos(problem.pitch), height + hand * math.sin(problem.pitch)
 
 
-def _shoulder_arc(problem: PlaneProblem, s: float) -> Iterator[_Arc]:
+def _shoulder_arc(problem: PlaneProblem, s: float) -> Iterator[Arc]:
     r, z = _hand_offset(problem)
     _, upper, fore, _ = problem.lengths
     low, high = problem.forearm
     low, high = max(low, s + problem.elbow.low_rad), min(high, s + problem.elbow.high_rad)
     if low <= high + SLACK_RAD:
         centre = r + upper * math.cos(s), z + upper * math.sin(s)
-        yield _Arc(*centre, fore, low, max(low, high), s, 0.0, -s, 1.0)
+        yield Arc(*centre, fore, low, max(low, high), s, 0.0, -s, 1.0)
 
 
-def _elbow_arc(problem: PlaneProblem, e: float) -> Iterator[_Arc]:
+def _elbow_arc(problem: PlaneProblem, e: float) -> Iterator[Arc]:
     r, z = _hand_offset(problem)
     _, upper, fore, _ = problem.lengths
     low, high = problem.forearm
@@ -148,20 +148,20 @@ def _elbow_arc(problem: PlaneProblem, e: float) -> Iterator[_Arc]:
         across, along = fore * math.sin(e), upper + fore * math.cos(e)
         turn = math.atan2(across, along)  # from the upper arm to the line shoulder-wrist
         radius = math.hypot(across, along)
-        yield _Arc(r, z, radius, low + turn, max(low, high) + turn, -turn, 1.0, e, 0.0)
+        yield Arc(r, z, radius, low + turn, max(low, high) + turn, -turn, 1.0, e, 0.0)
 
 
-def _forearm_arc(problem: PlaneProblem, forearm: float) -> Iterator[_Arc]:
+def _forearm_arc(problem: PlaneProblem, forearm: float) -> Iterator[Arc]:
     r, z = _hand_offset(problem)
     _, upper, fore, _ = problem.lengths
     low = max(forearm - problem.elbow.high_rad, problem.shoulder.low_rad)
     high = min(forearm - problem.elbow.low_rad, problem.shoulder.high_rad)
     if low <= high + SLACK_RAD:
         centre = r + fore * math.cos(forearm), z + fore * math.sin(forearm)
-        yield _Arc(*centre, upper, low, max(low, high), 0.0, 1.0, forearm, -1.0)
+        yield Arc(*centre, upper, low, max(low, high), 0.0, 1.0, forearm, -1.0)
 
 
-def _turning_points(problem: PlaneProblem, arc: _Arc) -> Iterator[float]:
+def _turning_points(problem: PlaneProblem, arc: Arc) -> Iterator[float]:
     """Yield the angles of an arc at which its point nearest to the goal can be."""
     yield arc.low
     yield arc.high

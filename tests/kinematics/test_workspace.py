@@ -1,0 +1,162 @@
+"""The boundary and the points that an arm reaches, against its own answers place by place."""
+
+import math
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from kinematics_cases import TEACHMOVER, UNEVEN
+
+from kinematics import FiveAxisArm, JointRange, KinematicsError, Pose
+from kinematics.chains import Chain
+from kinematics.closed_form import forward
+from kinematics.links import DHLink, JointKind
+from kinematics.workspace import NUDGE_MM, sampled_reach, section
+
+PITCHES_DEG = (-90, 0, 35)
+FREE = FiveAxisArm(150.0, 120.0, 80.0, 60.0, (JointRange.of(-180, 180),) * 5)
+
+
+def points_of(found):
+    return [point for curve in found.boundary for point in curve]
+
+
+def from_curves(found, x, z):
+    """How far a place is from the boundary, measured to the chords between its points."""
+    return min(to_chord(x, z, a, b) for curve in found.boundary for a, b in pairwise(curve))
+
+
+def to_chord(x, z, a, b):
+    dx, dz = b[0] - a[0], b[1] - a[1]
+    square = dx * dx + dz * dz
+    along = 0.0 if square == 0.0 else ((x - a[0]) * dx + (z - a[1]) * dz) / square
+    along = min(max(along, 0.0), 1.0)
+    return math.hypot(x - a[0] - along * dx, z - a[1] - along * dz)
+
+
+@pytest.mark.parametrize("pitch_deg", PITCHES_DEG)
+@pytest.mark.parametrize("arm", [TEACHMOVER, UNEVEN], ids=["teachmover", "uneven"])
+def test_between_what_is_reached_and_what_is_not_lies_the_boundary(arm, pitch_deg):
+    found = section(arm, math.radians(pitch_deg), step_mm=8.0)
+    spacing = 31.0
+    crossings = 0
+    for column in range(-16, 17):
+        for row in range(-14, 22):
+            x, z = column * spacing + 7.0, row * spacing
+            for next_x, next_z in ((x + spacing, z), (x, z + spacing)):
+                if found.holds(x, z) == found.holds(next_x, next_z):
+                    continue
+                crossings += 1
+                edge = crossing(found, (x, z), (next_x, next_z))
+                assert from_curves(found, *edge) < 0.3, (edge, column, row)
+    assert crossings > 20
+
+
+def crossing(found, a, b):
+    """The place between two where reach begins, by halving."""
+    inside = found.holds(*a)
+    for _ in range(30):
+        middle = (a[0] + b[0]) / 2.0, (a[1] + b[1]) / 2.0
+        if found.holds(*middle) == inside:
+            a = middle
+        else:
+            b = middle
+    return a
+
+
+@pytest.mark.parametrize("pitch_deg", PITCHES_DEG)
+def test_the_boundary_s_points_lie_close_together_and_on_the_edge(pitch_deg):
+    found = section(TEACHMOVER, math.radians(pitch_deg), step_mm=10.0)
+    for curve in found.boundary:
+        for a, b in pairwise(curve):
+            assert math.dist(a, b) < 10.5
+    for x, z in points_of(found)[::7]:
+        around = [
+            found.holds(x + 2 * NUDGE_MM * math.cos(t), z + 2 * NUDGE_MM * math.sin(t))
+            for t in (k * math.pi / 8 for k in range(16))
+        ]
+        assert any(around)
+        assert not all(around)
+
+
+def test_stretched_level_the_arm_reaches_its_whole_length():
+    found = section(TEACHMOVER, 0.0)
+    assert found.box_mm[1] == pytest.approx(452.1, abs=0.1)
+    assert from_curves(found, 452.1, 193.7) < 0.1
+
+
+def test_without_limits_the_reach_is_the_ring_between_stretched_and_folded():
+    found = section(FREE, -math.pi / 2, step_mm=4.0)
+    centre = 150.0 - 60.0  # the hand points down
+    radii = {round(math.hypot(x, z - centre), 1) for x, z in points_of(found)}
+    assert radii == {40.0, 200.0}
+
+
+@given(st.floats(-180.0, 180.0), st.data())
+def test_every_posture_s_tip_is_held(pitch_deg, data):
+    pitch = math.radians(pitch_deg)
+    _, shoulder, elbow, wrist, _ = UNEVEN.limits
+    s = data.draw(st.floats(shoulder.low_rad, shoulder.high_rad))
+    e = data.draw(st.floats(elbow.low_rad, elbow.high_rad))
+    w = pitch - s - e
+    if not wrist.low_rad <= w <= wrist.high_rad:
+        return
+    x, y, z, task_pitch, _ = forward((0.0, s, e, w, 0.0), UNEVEN.lengths)
+    assert y == 0.0
+    assert section(UNEVEN, task_pitch, step_mm=1000.0).holds(x, z)
+
+
+def test_the_points_are_those_of_a_lattice_that_ik_reaches():
+    pitch = math.radians(-90)
+    found = section(TEACHMOVER, pitch, math.radians(30))
+    points = found.points(60.0)
+    assert len(points) > 15
+    for x, z in points:
+        assert (x % 60.0, z % 60.0) == (0.0, 0.0)
+        goal = Pose(x * math.cos(math.pi / 6), x * math.sin(math.pi / 6), z, pitch)
+        assert TEACHMOVER.solve(goal) is not None
+    assert (180.0, 120.0) in points
+    assert (600.0, 120.0) not in points
+
+
+def test_behind_the_arm_less_is_reached_than_before_it():
+    found = section(TEACHMOVER, 0.0)
+    behind = [x for x, _ in found.points(20.0) if x < 0]
+    ahead = [x for x, _ in found.points(20.0) if x > 0]
+    assert len(behind) < len(ahead)
+
+
+def test_a_pitch_that_is_never_held_reaches_nothing():
+    still = FiveAxisArm(100, 100, 100, 50, (JointRange.of(0, 0),) * 5)
+    found = section(still, 1.0)
+    assert found.boundary == ()
+    assert found.points(50.0) == ()
+    assert found.box_mm == (0.0, 0.0, 0.0, 0.0)
+
+
+def test_a_two_link_chain_reaches_its_ring():
+    bent = math.radians(20)
+    chain = Chain((DHLink(a_mm=100.0), DHLink(a_mm=60.0, low=bent, high=math.pi)))
+    reach = sampled_reach(chain, 3000)
+    low, high = reach.radius_mm
+    assert low == pytest.approx(40.0, abs=1e-6)
+    assert high == pytest.approx(math.sqrt(100**2 + 60**2 + 2 * 100 * 60 * math.cos(bent)))
+    assert reach.box_mm[2] == (0.0, 0.0)
+    for point, posture in list(zip(reach.points, reach.postures, strict=True))[::100]:
+        assert not chain.violations(posture)
+        assert point == pytest.approx(tuple(row[3] for row in chain.fk(posture)[:3]), abs=1e-9)
+
+
+def test_samples_are_spread_evenly():
+    chain = Chain((DHLink(kind=JointKind.PRISMATIC, low=0.0, high=100.0), DHLink(a_mm=10.0)))
+    heights = sorted(point[2] for point in sampled_reach(chain, 1000).points[4:])
+    for share in (0.1, 0.5, 0.9):
+        assert heights[int(share * 1000)] == pytest.approx(100.0 * share, abs=1.0)
+
+
+def test_a_reach_without_end_is_refused():
+    with pytest.raises(KinematicsError, match="slides without limits"):
+        sampled_reach(Chain((DHLink(kind=JointKind.PRISMATIC),)))
+    with pytest.raises(KinematicsError, match="at least one posture"):
+        sampled_reach(Chain((DHLink(),)), 0)
