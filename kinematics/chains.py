@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from kinematics.errors import KinematicsError, finite
-from kinematics.frames import IN_PLACE, Transform, compose, position_of
+from kinematics.frames import IN_PLACE, Transform, compose, position_of, translation
 from kinematics.limits import LIMIT_TOLERANCE_RAD
 from kinematics.links import Convention, DHLink, JointKind
 from kinematics.numbers import is_own_kind
@@ -98,6 +98,22 @@ class Chain:
                 still = link.d_mm + link.offset
                 total += max(abs(still + link.low), abs(still + link.high))
         return total
+
+    @property
+    def reach_sphere(self) -> tuple[Vector, float]:
+        """A centre in the world and a radius in mm that the tool's origin never leaves.
+
+        Where the first joint turns, the end of its own distance stays where it is, and the
+        sphere is about that point: the shoulder of most arms.
+        """
+        first = self.links[0]
+        if first.kind is JointKind.PRISMATIC:
+            return position_of(self.base), self.longest_reach_mm
+        length = first.a_mm if self.convention is Convention.CRAIG else 0.0
+        shoulder = compose(self.base, first.matrix(0.0, self.convention))
+        if self.convention is Convention.STANDARD:
+            shoulder = compose(self.base, translation(0.0, 0.0, first.d_mm))
+        return position_of(shoulder), self.longest_reach_mm - abs(first.d_mm) - abs(length)
 
     def matrices(self, values: Sequence[float]) -> tuple[Transform, ...]:
         """Return the A matrix of every link: each frame in the one before it."""

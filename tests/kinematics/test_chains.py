@@ -204,3 +204,21 @@ def test_a_tool_is_put_in_the_hand():
     values = (0.1, 0.2, -0.3, 0.4, 0.5)
     held = MINI_MOVER.with_tool(ASKEW)
     assert difference(compose(held.fk(values), invert(ASKEW)), MINI_MOVER.fk(values)) < 1e-9
+
+
+@given(chains_and_values())
+def test_no_posture_leaves_the_sphere_of_reach(case):
+    chain, values = case
+    links = tuple(
+        replace(link, low=-3.0, high=3.0) if link.kind is JointKind.PRISMATIC else link
+        for link in chain.links
+    )
+    bounded = replace(chain, links=links)
+    centre, radius = bounded.reach_sphere
+    assert distance(position_of(bounded.fk(values)), centre) <= radius + 1e-9
+
+
+def test_the_sphere_of_reach_is_about_the_shoulder():
+    centre, radius = MINI_MOVER.reach_sphere
+    assert centre == (0.0, 0.0, 195.0)
+    assert radius == pytest.approx(452.1)

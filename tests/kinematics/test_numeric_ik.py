@@ -1,0 +1,250 @@
+"""Inverse kinematics by numbers: right where it says so, and an honest account where not."""
+
+import math
+import subprocess
+import sys
+from dataclasses import replace
+
+import pytest
+from chain_cases import ALPHA_II, ASKEW, MINI_MOVER, PUMA, difference
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from kinematics import FiveAxisArm, JointRange, KinematicsError, Pose, RollFrame
+from kinematics.chains import Chain
+from kinematics.frames import compose, position_of, transform
+from kinematics.goals import ALL_PARTS, Part
+from kinematics.ik_account import Reason
+from kinematics.links import Convention, DHLink, JointKind
+from kinematics.nearest import nearest
+from kinematics.numeric_ik import PITCH_FIRST, Effort, solve_frame_ik, solve_pose_ik
+from kinematics.rotations import rot_x
+from kinematics.vectors import distance
+
+ARM = FiveAxisArm(
+    195.0, 177.8, 177.8, 96.5, tuple(JointRange(one.low, one.high) for one in MINI_MOVER.links)
+)
+QUICK = Effort(starts=6)
+
+SLIDER = Chain(
+    (
+        DHLink(0.0, 300.0, 0.0, 0.0, low=-3.0, high=3.0),
+        DHLink(0.0, 0.0, 0.0, -math.pi / 2, JointKind.PRISMATIC, low=0.0, high=400.0),
+        DHLink(0.0, 100.0, 0.0, 0.0, JointKind.PRISMATIC, low=0.0, high=300.0),
+    ),
+    name="cylindrical",
+)
+
+
+def postures(chain, inset=1.0):
+    return st.tuples(
+        *(st.floats(max(low, -3.0) * inset, min(high, 3.0) * inset) for low, high in chain.limits)
+    )
+
+
+def holds(chain, solution, frame):
+    """The claim of a solution, checked by the product of the matrices."""
+    assert difference(chain.fk(solution.joints), frame) < 1e-3
+    assert not chain.violations(solution.joints)
+
+
+@settings(max_examples=25)
+@given(postures(PUMA))
+def test_a_six_axis_arm_reaches_what_it_has_reached(values):
+    solution = solve_frame_ik(PUMA, PUMA.fk(values))
+    assert solution.ok
+    assert solution.reason is Reason.NONE
+    assert solution.met == ALL_PARTS
+    holds(PUMA, solution, PUMA.fk(values))
+
+
+@settings(max_examples=25)
+@given(postures(MINI_MOVER))
+def test_a_five_axis_arm_reaches_what_it_has_reached_within_its_limits(values):
+    solution = solve_frame_ik(MINI_MOVER, MINI_MOVER.fk(values))
+    assert solution.ok
+    holds(MINI_MOVER, solution, MINI_MOVER.fk(values))
+
+
+@settings(max_examples=25)
+@given(st.tuples(st.floats(-2.9, 2.9), st.floats(0.0, 400.0), st.floats(0.0, 300.0)))
+def test_slides_are_solved_like_turning_joints(values):
+    solution = solve_frame_ik(SLIDER, SLIDER.fk(values), parts=frozenset({Part.POSITION}))
+    assert solution.ok
+    assert distance(position_of(solution.frame), position_of(SLIDER.fk(values))) < 1e-4
+
+
+def test_the_other_convention_a_base_and_a_tool_change_nothing():
+    craig = Chain(
+        (DHLink(), DHLink(alpha_rad=-math.pi / 2), DHLink(a_mm=431.8),
+         DHLink(0.0, 431.8, -20.3, -math.pi / 2), DHLink(alpha_rad=math.pi / 2),
+         DHLink(alpha_rad=-math.pi / 2)),
+        Convention.CRAIG, ASKEW, ASKEW,
+    )  # fmt: skip
+    goal = craig.fk((0.2, -0.4, 0.3, 0.5, 0.6, -0.7))
+    solution = solve_frame_ik(craig, goal)
+    assert solution.ok
+    holds(craig, solution, goal)
+
+
+@settings(max_examples=30)
+@given(postures(MINI_MOVER, inset=0.95), st.floats(-0.05, 0.05))
+def test_the_posture_near_the_seed_is_found(values, nudge):
+    if abs(values[2]) < 0.3:
+        return  # near the stretched elbow another posture is as near
+    seed = tuple(value + nudge for value in values)
+    solution = solve_frame_ik(MINI_MOVER, MINI_MOVER.fk(values), seed)
+    if solution.starts == 1:
+        assert solution.joints == pytest.approx(values, abs=0.5)
+
+
+def test_a_wrist_s_second_turn_is_found_from_its_seed():
+    values = (0.2, 0.6, -1.0, 0.1, 5.0)
+    solution = solve_frame_ik(MINI_MOVER, MINI_MOVER.fk(values), values)
+    assert solution.joints == pytest.approx(values, abs=1e-6)
+
+
+@pytest.mark.parametrize("roll_frame", RollFrame)
+@pytest.mark.parametrize(
+    ("x", "y", "z", "pitch"),
+    [
+        (250, 80, 120, -90),
+        (150, -200, 300, 20),
+        (300, 0, 400, 70),
+        (430, 0, 100, -60),
+        (-200, 50, 300, 0),
+        (120, 30, 60, 100),
+    ],
+)
+def test_the_closed_form_and_the_numbers_agree_on_what_can_be_reached(x, y, z, pitch, roll_frame):
+    pose = Pose.of(x_mm=x, y_mm=y, z_mm=z, pitch_deg=pitch, roll_deg=15)
+    exact = ARM.solve(pose, None, roll_frame)
+    solution = solve_pose_ik(MINI_MOVER, pose, roll_frame=roll_frame)
+    assert solution.ok == (exact is not None)
+    if exact is not None:
+        holds(MINI_MOVER, solution, MINI_MOVER.fk(exact.angles_rad))
+    else:
+        assert solution.missed
+        assert solution.reason is not Reason.NONE
+
+
+@pytest.mark.parametrize(
+    "pose",
+    [
+        Pose.of(x_mm=420, y_mm=60, z_mm=120, pitch_deg=-60),
+        Pose.of(x_mm=380, y_mm=0, z_mm=500, pitch_deg=0, roll_deg=30),
+        Pose.of(x_mm=250, y_mm=-90, z_mm=20, pitch_deg=40),
+    ],
+)
+def test_with_the_pitch_kept_the_nearest_pose_is_that_of_the_closed_form(pose):
+    assert ARM.solve(pose) is None
+    exact = nearest(ARM, pose)
+    solution = solve_pose_ik(MINI_MOVER, pose, first=PITCH_FIRST)
+    assert solution.met == ALL_PARTS - {Part.POSITION}
+    assert solution.residual_mm == pytest.approx(exact.distance_mm, rel=1e-3)
+
+
+def test_a_goal_too_far_away_is_so_for_certain():
+    solution = solve_pose_ik(MINI_MOVER, Pose.of(x_mm=900, y_mm=0, z_mm=195, pitch_deg=0))
+    assert solution.reason is Reason.BEYOND_REACH
+    assert solution.missed == {Part.POSITION}
+    assert solution.residual_mm == pytest.approx(900 - 452.1, abs=1e-3)
+    assert position_of(solution.frame) == pytest.approx((452.1, 0.0, 195.0), abs=0.1)
+    assert "position by 448 mm" in solution.sentence
+
+
+def test_a_joint_limit_is_named_with_what_the_joint_would_need():
+    goal = Pose.of(x_mm=200, y_mm=0, z_mm=195, pitch_deg=-100)
+    assert solve_pose_ik(MINI_MOVER, goal).ok
+    stiff = replace(
+        MINI_MOVER,
+        links=(*MINI_MOVER.links[:3], replace(MINI_MOVER.links[3], low=-0.2), MINI_MOVER.links[4]),
+    )
+    solution = solve_pose_ik(stiff, goal)
+    assert solution.reason is Reason.JOINT_LIMIT
+    assert [one.joint for one in solution.violations] == ["wrist_pitch"]
+    assert solution.violations[0].bound == -0.2
+    assert "wrist_pitch" in solution.at_limit
+    assert "the wrist pitch would have to be at" in solution.sentence
+    assert not stiff.violations(solution.joints)
+
+
+@settings(max_examples=8)
+@given(st.floats(0.05, 0.6))
+def test_five_axes_meet_the_position_and_say_by_how_much_the_hand_is_off(tilt):
+    goal = compose(
+        MINI_MOVER.fk((0.2, 0.6, -1.0, 0.3, 0.4)), transform(rot_x(tilt), (0.0, 0.0, 0.0))
+    )
+    solution = solve_frame_ik(MINI_MOVER, goal, effort=QUICK)
+    assert solution.reason is Reason.TOO_FEW_AXES
+    assert Part.POSITION in solution.met
+    assert Part.HEADING in solution.missed
+    assert solution.residual_mm < 1e-4
+    assert 0.0 < solution.residual_rad <= tilt + 1e-6  # leaving the hand alone misses by the tilt
+    assert "fewer axes than the goal asks" in solution.sentence
+
+
+def test_what_is_left_free_is_not_missed():
+    pose = Pose.of(x_mm=250, y_mm=80, z_mm=120, pitch_deg=150, roll_deg=20)
+    assert not solve_pose_ik(MINI_MOVER, pose, effort=QUICK).ok
+    free = solve_pose_ik(MINI_MOVER, pose, pitch_free=True)
+    assert free.ok
+    assert Part.PITCH not in free.met
+    assert free.joints[4] == pytest.approx(math.radians(20), abs=1e-6)
+    rolled = solve_pose_ik(MINI_MOVER, pose, pitch_free=True, roll_free=True)
+    assert rolled.ok
+    assert Part.ROLL not in rolled.met | rolled.missed
+
+
+def test_the_roll_counts_from_the_table_on_request():
+    pose = Pose.of(x_mm=250, y_mm=80, z_mm=120, pitch_deg=-90, roll_deg=20)
+    hand, table = (
+        solve_pose_ik(MINI_MOVER, pose, roll_frame=frame).joints
+        for frame in (RollFrame.HAND, RollFrame.TABLE)
+    )
+    assert table[4] - hand[4] == pytest.approx(math.atan2(80, 250), abs=1e-6)
+
+
+def test_on_the_base_axis_any_base_angle_serves():
+    pose = Pose.of(x_mm=0.0, y_mm=0.0, z_mm=550, pitch_deg=60)
+    assert ARM.solve(pose) is not None
+    solution = solve_pose_ik(MINI_MOVER, pose)
+    assert solution.ok
+    x, y, z = position_of(solution.frame)
+    assert math.hypot(x, y) < 1e-4
+    assert z == pytest.approx(550.0, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    "chain", [PUMA, MINI_MOVER, ALPHA_II, SLIDER], ids=lambda chain: chain.name
+)
+def test_no_answer_is_wrong_and_not_flagged(chain):
+    """Goals of every sort; where `ok` is claimed the frame is checked part by part."""
+    frames = [
+        transform(rot_x(tilt), place)
+        for tilt in (0.0, 1.2, math.pi)
+        for place in ((300.0, 0.0, 200.0), (0.0, 0.0, 650.0), (0.0, -150.0, 50.0))
+    ]
+    for frame in frames:
+        solution = solve_frame_ik(chain, frame, effort=Effort(starts=3))
+        off = difference(chain.fk(solution.joints), frame)
+        assert solution.ok == (off < 1e-3)
+        assert not chain.violations(solution.joints)
+        assert solution.residual_mm == pytest.approx(
+            distance(position_of(chain.fk(solution.joints)), position_of(frame))
+        )
+
+
+def test_the_same_question_has_the_same_answer():
+    goal = PUMA.fk((1.0, -2.0, 0.5, 2.0, -1.0, 3.0))
+    assert solve_frame_ik(PUMA, goal) == solve_frame_ik(PUMA, goal)
+
+
+def test_a_seed_that_does_not_fit_is_refused():
+    with pytest.raises(KinematicsError, match="6 joints"):
+        solve_frame_ik(PUMA, PUMA.fk(PUMA.zero), (0.0, 0.0))
+
+
+def test_numpy_is_imported_when_the_first_goal_is_solved():
+    script = "import sys, kinematics.numeric_ik; sys.exit('numpy' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0
