@@ -123,8 +123,8 @@ def _postures(
             return [None] * 4
         cosine = 1.0 if cosine > 0.0 else -1.0
     sine = up * sqrt(1.0 - cosine * cosine)
-    lean = arm.lean
-    along, across = arm.upper + arm.reach * cosine, arm.reach * sine
+    lean, reach = arm.lean, arm.reach
+    along, across = arm.upper + reach * cosine, reach * sine
     bend = atan2(sine, cosine)
     cb, sb = cos(base), sin(base)
     (nx, ox, ax, _), (ny, oy, ay, _), (nz, oz, az, _), _ = goal
@@ -134,8 +134,8 @@ def _postures(
     found: list[Angles6 | None] = []
     for side in (across, -across):
         upper = atan2(v * along + u * side, u * along - v * side) if away else -free[1]
-        both = lean + bend - upper
         elbow = lean + bend
+        both = elbow - upper
         if elbow > pi or elbow <= -pi:
             elbow += tau if elbow < 0.0 else -tau
         c, s = cos(both), sin(both)
@@ -148,10 +148,17 @@ def _postures(
         else:
             four = atan2(wy, wx) if bent > STRAIGHT else free[2]
             six = _last(four, c * n - s * nz, cb * ny - sb * nx, c * o - s * oz, cb * oy - sb * ox)
-        found.append((base, -upper, elbow, four, five, six))
-        four += pi if four <= 0.0 else -pi
-        six += pi if six <= 0.0 else -pi
-        found.append((base, -upper, elbow, four, -five, six))
+        found += (
+            (base, -upper, elbow, four, five, six),
+            (
+                base,
+                -upper,
+                elbow,
+                four + pi if four <= 0.0 else four - pi,
+                -five,
+                six + pi if six <= 0.0 else six - pi,
+            ),
+        )
         bend = -bend
     return found
 
