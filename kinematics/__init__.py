@@ -46,7 +46,15 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from typing import Any
 
+    from kinematics.assignment import Assignment, JointAxis, assign_frames
     from kinematics.bases import Handedness, basis_along, change_of_basis, handedness, third_axis
+    from kinematics.chains import Chain, JointViolation
+    from kinematics.five_axis_singularities import (
+        FiveAxisSingularity,
+        Nearness,
+        five_axis_singularities,
+        nearest_five_axis_singularity,
+    )
     from kinematics.frame_graph import FrameGraph, solve_loop
     from kinematics.frames import (
         Transform,
@@ -58,6 +66,21 @@ if TYPE_CHECKING:
         transform_point,
         transform_vector,
         translation,
+    )
+    from kinematics.generated import Generated, generated
+    from kinematics.goals import Goal, Part, frame_goal, pose_goal
+    from kinematics.ik_account import Reason, Solution
+    from kinematics.jacobians import geometric_jacobian, manipulability, task_jacobian
+    from kinematics.link_types import LINK_TYPES, LinkType, link_type
+    from kinematics.links import Convention, DHLink, JointKind, a_matrix
+    from kinematics.nearest_singularity import NearestSingularity, nearest_singularity
+    from kinematics.numeric_ik import (
+        PITCH_FIRST,
+        POSITION_FIRST,
+        Effort,
+        solve_frame_ik,
+        solve_goal,
+        solve_pose_ik,
     )
     from kinematics.orientations import (
         RPY,
@@ -73,20 +96,38 @@ if TYPE_CHECKING:
         solve_rpy,
         turn_between,
     )
+    from kinematics.rates import Rates, joint_rates
     from kinematics.rotation_check import check_rotation, check_transform, is_rotation
     from kinematics.rotation_fit import nearest_rotation
     from kinematics.rotations import Matrix3, multiply, rot_x, rot_y, rot_z, rotate, transpose
+    from kinematics.singularities import Condition, condition
     from kinematics.systems import SYSTEMS, NamedBranch, System, system
+    from kinematics.tables import chain_of_rows, rows_of, table_text
     from kinematics.vectors import Vector, angle_between, cross, dot, norm, unit
 
 _TEXTBOOK: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
+        "kinematics.assignment": (
+            "Assignment",
+            "JointAxis",
+            "assign_frames",
+        ),
         "kinematics.bases": (
             "Handedness",
             "basis_along",
             "change_of_basis",
             "handedness",
             "third_axis",
+        ),
+        "kinematics.chains": (
+            "Chain",
+            "JointViolation",
+        ),
+        "kinematics.five_axis_singularities": (
+            "FiveAxisSingularity",
+            "Nearness",
+            "five_axis_singularities",
+            "nearest_five_axis_singularity",
         ),
         "kinematics.frame_graph": (
             "FrameGraph",
@@ -103,6 +144,48 @@ _TEXTBOOK: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "transform_vector",
             "translation",
         ),
+        "kinematics.generated": (
+            "Generated",
+            "generated",
+        ),
+        "kinematics.goals": (
+            "Goal",
+            "Part",
+            "frame_goal",
+            "pose_goal",
+        ),
+        "kinematics.ik_account": (
+            "Reason",
+            "Solution",
+        ),
+        "kinematics.jacobians": (
+            "geometric_jacobian",
+            "manipulability",
+            "task_jacobian",
+        ),
+        "kinematics.link_types": (
+            "LINK_TYPES",
+            "LinkType",
+            "link_type",
+        ),
+        "kinematics.links": (
+            "Convention",
+            "DHLink",
+            "JointKind",
+            "a_matrix",
+        ),
+        "kinematics.nearest_singularity": (
+            "NearestSingularity",
+            "nearest_singularity",
+        ),
+        "kinematics.numeric_ik": (
+            "PITCH_FIRST",
+            "POSITION_FIRST",
+            "Effort",
+            "solve_frame_ik",
+            "solve_goal",
+            "solve_pose_ik",
+        ),
         "kinematics.orientations": (
             "RPY",
             "AxisAngle",
@@ -116,6 +199,10 @@ _TEXTBOOK: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "solve_quaternion",
             "solve_rpy",
             "turn_between",
+        ),
+        "kinematics.rates": (
+            "Rates",
+            "joint_rates",
         ),
         "kinematics.rotation_check": (
             "check_rotation",
@@ -132,11 +219,20 @@ _TEXTBOOK: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "rotate",
             "transpose",
         ),
+        "kinematics.singularities": (
+            "Condition",
+            "condition",
+        ),
         "kinematics.systems": (
             "SYSTEMS",
             "NamedBranch",
             "System",
             "system",
+        ),
+        "kinematics.tables": (
+            "chain_of_rows",
+            "rows_of",
+            "table_text",
         ),
         "kinematics.vectors": (
             "Vector",
@@ -156,50 +252,72 @@ _MODULES: Mapping[str, str] = MappingProxyType(
 
 __all__ = [
     "JOINT_NAMES",
+    "LINK_TYPES",
+    "PITCH_FIRST",
+    "POSITION_FIRST",
     "PRESETS",
     "RPY",
     "SYSTEMS",
     "ArmPreset",
+    "Assignment",
     "AxisAngle",
     "BadNumber",
     "Base",
     "Branch",
+    "Chain",
+    "Condition",
     "Constraint",
+    "Convention",
+    "DHLink",
     "Degeneracy",
+    "Effort",
     "Elbow",
     "EulerZYZ",
     "FiveAxisArm",
+    "FiveAxisSingularity",
     "FlatBasis",
     "FrameGraph",
     "FramesDisagree",
     "FramesNotConnected",
+    "Generated",
+    "Goal",
     "GuardViolation",
     "Guards",
     "Handedness",
+    "JointAxis",
+    "JointKind",
     "JointLimit",
     "JointPath",
     "JointRange",
+    "JointViolation",
     "Joints",
     "KinematicsError",
     "LimitViolation",
+    "LinkType",
     "Matrix3",
     "MotorSpec",
     "Motors",
     "NamedBranch",
     "Nearest",
+    "NearestSingularity",
+    "Nearness",
     "NoNearestRotation",
     "NotARotation",
     "NotAUnitQuaternion",
     "OrientationSolution",
     "OutOfReach",
+    "Part",
     "PathBroken",
     "Pose",
     "Quaternion",
+    "Rates",
+    "Reason",
     "Reference",
     "RollFrame",
     "RotationFlaw",
     "RotationProperty",
     "SingularTransmission",
+    "Solution",
     "System",
     "Transform",
     "Transmission",
@@ -209,27 +327,41 @@ __all__ = [
     "Unreachable",
     "Vector",
     "ZeroVector",
+    "a_matrix",
     "angle_between",
+    "assign_frames",
     "basis_along",
     "cable_transmission",
+    "chain_of_rows",
     "change_of_basis",
     "check_rotation",
     "check_transform",
     "compose",
+    "condition",
     "cross",
     "deviation_mm",
     "dot",
     "first_violation",
+    "five_axis_singularities",
+    "frame_goal",
+    "generated",
+    "geometric_jacobian",
     "handedness",
     "invert",
     "is_rotation",
     "joint_path",
+    "joint_rates",
     "line_path",
+    "link_type",
+    "manipulability",
     "multiply",
     "nearest",
     "nearest_allowed",
+    "nearest_five_axis_singularity",
     "nearest_rotation",
+    "nearest_singularity",
     "norm",
+    "pose_goal",
     "position_of",
     "preset",
     "rot_x",
@@ -238,12 +370,18 @@ __all__ = [
     "rotate",
     "rotation_of",
     "rotation_vector",
+    "rows_of",
     "solve_axis_angle",
     "solve_euler",
+    "solve_frame_ik",
+    "solve_goal",
     "solve_loop",
+    "solve_pose_ik",
     "solve_quaternion",
     "solve_rpy",
     "system",
+    "table_text",
+    "task_jacobian",
     "third_axis",
     "transform",
     "transform_point",

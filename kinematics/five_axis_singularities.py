@@ -21,7 +21,7 @@ _ROUNDS = 50
 _CLOSE_MM = 1e-10
 
 
-class Degeneracy(Enum):
+class FiveAxisSingularity(Enum):
     """A way in which the five-axis build is singular; the value says what it costs."""
 
     ELBOW_STRAIGHT = (
@@ -40,7 +40,7 @@ class Degeneracy(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Nearness:
-    """How far a posture is from one degeneracy.
+    """How far a posture is from one singularity.
 
     `distance_rad` is the smallest joint move that leads there (root of the sum of squares; over
     the base, the smallest one found, which is never more than the shoulder's alone);
@@ -48,16 +48,16 @@ class Nearness:
     axis.
     """
 
-    degeneracy: Degeneracy
+    singularity: FiveAxisSingularity
     distance_rad: float
     distance_mm: float
 
     @property
     def sentence(self) -> str:
-        """What the degeneracy costs, and how far away it is."""
+        """What the singularity costs, and how far away it is."""
         return (
             f"{math.degrees(self.distance_rad):.1f}° and {self.distance_mm:.1f} mm away: "
-            f"{self.degeneracy.value}"
+            f"{self.singularity.value}"
         )
 
 
@@ -72,19 +72,21 @@ def five_axis_singularities(arm: FiveAxisArm, joints: Joints) -> tuple[Nearness,
     return tuple(
         sorted(
             (
-                Nearness(Degeneracy.ELBOW_STRAIGHT, bend, max(upper + fore - span, 0.0)),
+                Nearness(FiveAxisSingularity.ELBOW_STRAIGHT, bend, max(upper + fore - span, 0.0)),
                 Nearness(
-                    Degeneracy.ELBOW_FOLDED, math.pi - bend, max(span - abs(upper - fore), 0.0)
+                    FiveAxisSingularity.ELBOW_FOLDED,
+                    math.pi - bend,
+                    max(span - abs(upper - fore), 0.0),
                 ),
-                Nearness(Degeneracy.TIP_OVER_BASE, over, math.hypot(*points[4][:2])),
+                Nearness(FiveAxisSingularity.TIP_OVER_BASE, over, math.hypot(*points[4][:2])),
             ),
             key=lambda one: one.distance_rad,
         )
     )
 
 
-def nearest_degeneracy(arm: FiveAxisArm, joints: Joints) -> Nearness:
-    """Return the degeneracy that the smallest joint move leads to."""
+def nearest_five_axis_singularity(arm: FiveAxisArm, joints: Joints) -> Nearness:
+    """Return the singularity that the smallest joint move leads to."""
     return five_axis_singularities(arm, joints)[0]
 
 

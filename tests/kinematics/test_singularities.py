@@ -11,9 +11,9 @@ from kinematics_cases import TEACHMOVER, arm_and_posture
 from kinematics import Joints, KinematicsError
 from kinematics.chains import Chain
 from kinematics.five_axis_singularities import (
-    Degeneracy,
+    FiveAxisSingularity,
     five_axis_singularities,
-    nearest_degeneracy,
+    nearest_five_axis_singularity,
 )
 from kinematics.jacobians import manipulability, task_jacobian
 from kinematics.links import DHLink, JointKind
@@ -103,24 +103,24 @@ def test_rows_that_a_jacobian_has_not_are_refused():
         condition(PUMA, PUMA.zero, rows=(0, 6))
 
 
-def nearness(arm, joints, degeneracy):
-    return next(n for n in five_axis_singularities(arm, joints) if n.degeneracy is degeneracy)
+def nearness(arm, joints, singularity):
+    return next(n for n in five_axis_singularities(arm, joints) if n.singularity is singularity)
 
 
 @given(arm_and_posture)
-def test_the_degeneracies_are_where_the_task_jacobian_loses_a_rank(case):
+def test_the_singularities_are_where_the_task_jacobian_loses_a_rank(case):
     arm, joints = case
     size = manipulability(task_jacobian(arm, joints))
-    distances = {n.degeneracy: n for n in five_axis_singularities(arm, joints)}
-    radius = distances[Degeneracy.TIP_OVER_BASE].distance_mm
-    bend = distances[Degeneracy.ELBOW_STRAIGHT].distance_rad
+    distances = {n.singularity: n for n in five_axis_singularities(arm, joints)}
+    radius = distances[FiveAxisSingularity.TIP_OVER_BASE].distance_mm
+    bend = distances[FiveAxisSingularity.ELBOW_STRAIGHT].distance_rad
     expected = radius * arm.upper_arm_mm * arm.forearm_mm * math.sin(bend)
     assert size == pytest.approx(expected, rel=1e-6, abs=1e-1)
 
 
 def test_the_zero_posture_is_stretched():
-    nearest = nearest_degeneracy(TEACHMOVER, Joints.of(0, 0, 0, 0, 0))
-    assert nearest.degeneracy is Degeneracy.ELBOW_STRAIGHT
+    nearest = nearest_five_axis_singularity(TEACHMOVER, Joints.of(0, 0, 0, 0, 0))
+    assert nearest.singularity is FiveAxisSingularity.ELBOW_STRAIGHT
     assert nearest.distance_rad == 0.0
     assert nearest.distance_mm == pytest.approx(0.0, abs=1e-9)
     assert nearest.sentence.startswith("0.0° and 0.0 mm away: the elbow is straight")
@@ -128,8 +128,8 @@ def test_the_zero_posture_is_stretched():
 
 def test_a_folded_elbow_is_half_a_turn_from_a_straight_one():
     joints = Joints.of(0, 90, -140, 0, 0)
-    straight = nearness(TEACHMOVER, joints, Degeneracy.ELBOW_STRAIGHT)
-    folded = nearness(TEACHMOVER, joints, Degeneracy.ELBOW_FOLDED)
+    straight = nearness(TEACHMOVER, joints, FiveAxisSingularity.ELBOW_STRAIGHT)
+    folded = nearness(TEACHMOVER, joints, FiveAxisSingularity.ELBOW_FOLDED)
     assert straight.distance_rad + folded.distance_rad == pytest.approx(math.pi)
     assert straight.distance_mm + folded.distance_mm == pytest.approx(2 * 177.8)
 
@@ -137,7 +137,7 @@ def test_a_folded_elbow_is_half_a_turn_from_a_straight_one():
 @given(arm_and_posture)
 def test_the_way_over_the_base_is_no_longer_than_the_shoulder_s(case):
     arm, joints = case
-    over = nearness(arm, joints, Degeneracy.TIP_OVER_BASE)
+    over = nearness(arm, joints, FiveAxisSingularity.TIP_OVER_BASE)
     pose = arm.fk(joints)
     height = pose.z_mm - arm.base_height_mm
     alone = math.atan2(math.hypot(pose.x_mm, pose.y_mm), abs(height))
