@@ -78,6 +78,7 @@ class Engine:
         self.controller = controller
         self.now_s = 0.0
         self.stop_asked = False
+        self.stop_why = ""
         self.last_sent = ""
         self.last_answer = ""
         self.requests_sent = 0
@@ -125,6 +126,15 @@ class Engine:
         else:
             self._next = task
         return task
+
+    def absent(self, time_s: float) -> None:
+        """Hear that this program stood still for so long: nobody knows what happened meanwhile.
+
+        A motion that goes on after that is one that nobody expects, so it is stopped.
+        """
+        if self._next is not None or (self._task is not None and not self._task.routine):
+            self.stop_asked = True
+            self.stop_why = f": this program had stood still for {time_s:.1f} s"
 
     def close(self) -> None:
         """Give up the wire for good: whatever is at work or comes later fails with `LinkLost`."""
@@ -241,7 +251,8 @@ class Engine:
 
     def _finish(self, task: Task[Any]) -> None:
         self._task, self._wait = None, None
-        self.stop_asked = self.stop_asked and self._next is not None
+        if self._next is None:
+            self.stop_asked, self.stop_why = False, ""
         task.done = True
 
     def _fail(self, task: Task[Any], error: ArmError) -> None:

@@ -20,6 +20,9 @@ from armdrive.signals import SignalsBetweenSteps
 LONGEST_SLEEP_S = 0.25
 """The real-time thread looks around at least this often."""
 
+ABSENT_S = 1.0
+"""A thread that comes so late was suspended, or its computer was: what moves then is stopped."""
+
 
 class Pace(Protocol):
     """Drives an engine through time. Hold `lock` while touching what the engine owns."""
@@ -138,12 +141,17 @@ class RealPace:
             thread.join(timeout=2.0)
 
     def _drive(self) -> None:
+        due_s = math.inf
         try:
             while (engine := self._engine) is not None and engine.broken is None:
                 with self._turn:
+                    late_s = time.monotonic() - due_s
+                    if late_s > ABSENT_S:
+                        engine.absent(late_s)
                     next_s = engine.advance(self.now_s())
                     self._turn.notify_all()
                 pause_s = min((next_s - self.now_s()) / self._speed, LONGEST_SLEEP_S)
+                due_s = time.monotonic() + max(pause_s, 0.0)
                 if pause_s > 0.0:
                     engine.link.wait(pause_s)
         except BaseException as failure:

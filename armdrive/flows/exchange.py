@@ -16,7 +16,14 @@ from armdrive.controllers.requests import (
 )
 from armdrive.core import Coordinates, Core
 from armdrive.engine import Ask, Flow, Until
-from armdrive.errors import DeviceFault, LinkLost, NoAnswer, PendantStop, PositionMismatch
+from armdrive.errors import (
+    DeviceFault,
+    LinkLost,
+    NoAnswer,
+    PendantStop,
+    PositionMismatch,
+    Stopped,
+)
 from armdrive.status import Current, Trust
 from armdrive.trust import Evidence
 
@@ -54,6 +61,10 @@ class Wire:
     def stopping(self) -> bool:
         """Whether a stop has been asked for."""
         return self.engine.stop_asked
+
+    def stopped(self, words: str) -> Stopped:
+        """Return the error of a motion that a stop ended, with the reason where one is known."""
+        return Stopped(words + self.engine.stop_why)
 
     def request(self, request: Request, silence: Evidence = Evidence.SILENT) -> Flow[Reply]:
         """Send one request and return its reply; silence is a fault of the arm."""

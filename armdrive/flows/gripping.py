@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from armdrive.core import Coordinates
 from armdrive.engine import Flow
-from armdrive.errors import BadRequest, DeviceFault, Refused, Stopped
+from armdrive.errors import BadRequest, DeviceFault, Refused
 from armdrive.flows.motion import begin, follow_leg
 from armdrive.planning import Leg
 
@@ -118,7 +118,7 @@ def _slide(wire: Wire, speeds: Speeds, steps: int) -> Flow[None]:
 
 def _raise_if_stopped(wire: Wire) -> None:
     if wire.stopping:
-        raise Stopped("the grasp was stopped; the fingers stay where they are")
+        raise wire.stopped("the grasp was stopped; the fingers stay where they are")
 
 
 def steps_per_mm(core: Core) -> float:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from armdrive.engine import Flow, Until
-from armdrive.errors import Stopped, WrongState
+from armdrive.errors import WrongState
 from armdrive.planning import Leg
 from armdrive.states import Event
 from armdrive.status import State
@@ -57,14 +57,14 @@ def follow(wire: Wire, plan: Plan) -> Flow[Moved]:
         core.settle()
         core.still_since_s = wire.now_s
     if wire.stopping and core.coordinates != plan.end:
-        raise Stopped("the motion was stopped before its goal")
+        raise wire.stopped("the motion was stopped before its goal")
     return report(wire, plan.end, began_s, bursts_before)
 
 
 def begin(wire: Wire) -> None:
     """Enter the state of motion, unless a stop was asked for before it began."""
     if wire.stopping:
-        raise Stopped("the motion was stopped before it began")
+        raise wire.stopped("the motion was stopped before it began")
     wire.core.happen(Event.MOVE)
 
 
@@ -164,5 +164,5 @@ def bench_move(wire: Wire, speeds: Speeds, steps: Motors, fraction: float) -> Fl
             core.settle()
         core.still_since_s = wire.now_s
     if wire.stopping and core.acknowledged != target:
-        raise Stopped("the motion was stopped before its goal")
+        raise wire.stopped("the motion was stopped before its goal")
     return report(wire, goal, began_s, before)

@@ -13,7 +13,7 @@ from armdrive.abilities import Switching
 from armdrive.controllers.requests import Done, DropCurrent, Registers
 from armdrive.core import Coordinates
 from armdrive.engine import Flow
-from armdrive.errors import DeviceFault, NotReferenced, StateFileError, Stopped
+from armdrive.errors import DeviceFault, NotReferenced, StateFileError
 from armdrive.flows.exchange import weigh_difference
 from armdrive.states import Event, after
 from armdrive.status import Current, State, Trust
@@ -74,7 +74,7 @@ def take_reference(wire: Wire, there: Coordinates, evidence: Evidence) -> Flow[N
     core = wire.core
     yield from wire.read()
     if wire.stopping or core.state not in (State.STANDBY, State.HOMING):
-        raise Stopped("a stop came between: nothing was referenced")
+        raise wire.stopped("a stop came between: nothing was referenced")
     registers = (core.read_back or core.acknowledged) - core.offset
     core.refer(registers, there)
     core.learn(evidence, wire.now_s)
@@ -127,7 +127,7 @@ def reset(wire: Wire) -> Flow[None]:
     yield from wire.quiet()
     registers = yield from wire.ask_registers()
     if wire.stopping:
-        raise Stopped("a stop came during the reset: reset again")
+        raise wire.stopped("a stop came during the reset: reset again")
     core.happen(Event.RESET)
     core.error = core.notice = ""
     weigh_difference(wire, core.compare(registers))

@@ -126,3 +126,15 @@ def test_an_arm_that_vanishes_in_mid_move_is_reported_within_a_second(call, sim,
     assert code == 4
     assert err.startswith("armdrive: ")
     assert err.count("\n") == 1
+
+
+def test_a_move_that_was_suspended_does_not_go_on_when_it_wakes(call, sim, moving):
+    moving.process.send_signal(signal.SIGSTOP)
+    sim.rest_after_s(time.monotonic())
+    stood = sim.state()["motors"]
+    time.sleep(1.5)  # real time is what a suspended program sleeps through
+    moving.process.send_signal(signal.SIGCONT)
+    code, err = moving.end()
+    assert code == 5
+    assert "had stood still for" in err
+    assert sim.state()["motors"] == stood
