@@ -67,13 +67,12 @@ if TYPE_CHECKING:
         transform_vector,
         translation,
     )
-    from kinematics.generated import Generated, generated
+    from kinematics.generated import Generated
     from kinematics.goals import Goal, Part, frame_goal, pose_goal
     from kinematics.ik_account import Reason, Solution
     from kinematics.jacobians import geometric_jacobian, manipulability, task_jacobian
     from kinematics.link_types import LINK_TYPES, LinkType, link_type
     from kinematics.links import Convention, DHLink, JointKind, a_matrix
-    from kinematics.nearest_singularity import NearestSingularity, nearest_singularity
     from kinematics.numeric_ik import (
         PITCH_FIRST,
         POSITION_FIRST,
@@ -100,6 +99,7 @@ if TYPE_CHECKING:
     from kinematics.rotation_check import check_rotation, check_transform, is_rotation
     from kinematics.rotation_fit import nearest_rotation
     from kinematics.rotations import Matrix3, multiply, rot_x, rot_y, rot_z, rotate, transpose
+    from kinematics.singular_nearby import NearestSingularity, nearest_singularity
     from kinematics.singularities import Condition, condition
     from kinematics.systems import SYSTEMS, NamedBranch, System, system
     from kinematics.tables import chain_of_rows, rows_of, table_text
@@ -144,10 +144,7 @@ _TEXTBOOK: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "transform_vector",
             "translation",
         ),
-        "kinematics.generated": (
-            "Generated",
-            "generated",
-        ),
+        "kinematics.generated": ("Generated",),
         "kinematics.goals": (
             "Goal",
             "Part",
@@ -173,10 +170,6 @@ _TEXTBOOK: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "DHLink",
             "JointKind",
             "a_matrix",
-        ),
-        "kinematics.nearest_singularity": (
-            "NearestSingularity",
-            "nearest_singularity",
         ),
         "kinematics.numeric_ik": (
             "PITCH_FIRST",
@@ -218,6 +211,10 @@ _TEXTBOOK: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "rot_z",
             "rotate",
             "transpose",
+        ),
+        "kinematics.singular_nearby": (
+            "NearestSingularity",
+            "nearest_singularity",
         ),
         "kinematics.singularities": (
             "Condition",

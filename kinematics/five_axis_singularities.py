@@ -62,7 +62,7 @@ class Nearness:
 
 
 def five_axis_singularities(arm: FiveAxisArm, joints: Joints) -> tuple[Nearness, ...]:
-    """Return the three degeneracies, the nearest (by joint moves) first; limits not looked at."""
+    """Return the three singularities, the nearest (by joint moves) first; limits not looked at."""
     points = arm.points(joints)
     _, shoulder, elbow, wrist, _ = joints.angles_rad
     bend = abs(wrap(elbow))
@@ -102,9 +102,11 @@ def _over_base(arm: FiveAxisArm, start: tuple[float, float, float]) -> float:
     alone = math.atan2(abs(r), abs(height)) if r or height else 0.0
     angles = start
     for _ in range(_ROUNDS):
+        if not math.dist(start, angles) <= alone:
+            break  # on the flat at full stretch a step is thrown anywhere
         r, _, _ = plane_tip(*angles, arm.lengths)
         if abs(r) <= _CLOSE_MM:
-            return min(alone, math.dist(start, angles))
+            return math.dist(start, angles)
         slopes = _slopes(arm, angles)
         steep = sum(slope * slope for slope in slopes)
         if steep == 0.0:

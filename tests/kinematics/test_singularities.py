@@ -17,7 +17,7 @@ from kinematics.five_axis_singularities import (
 )
 from kinematics.jacobians import manipulability, task_jacobian
 from kinematics.links import DHLink, JointKind
-from kinematics.nearest_singularity import nearest_singularity
+from kinematics.singular_nearby import nearest_singularity
 from kinematics.singularities import SINGULAR, condition, in_words, length_of
 
 TWO_LINK = Chain((DHLink(a_mm=200.0), DHLink(a_mm=100.0)))
@@ -144,3 +144,9 @@ def test_the_way_over_the_base_is_no_longer_than_the_shoulder_s(case):
     assert over.distance_rad <= alone + 1e-9
     slope = arm.upper_arm_mm + 2 * arm.forearm_mm + 3 * arm.hand_mm  # no move is worth more
     assert over.distance_rad * slope >= over.distance_mm - 1e-6
+
+
+def test_a_nearly_flat_slope_leads_nowhere():
+    stretched = Joints.of(0.0, 1e-7, -2e-7, 1e-7, 0.0)
+    over = nearness(TEACHMOVER, stretched, FiveAxisSingularity.TIP_OVER_BASE)
+    assert over.distance_rad == pytest.approx(math.pi / 2, abs=1e-3)
