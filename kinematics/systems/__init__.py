@@ -10,6 +10,7 @@ from kinematics.systems.named_system import Miss, NamedBranch, Quantity, Step, S
 from kinematics.systems.puma import Puma
 from kinematics.systems.registry import SYSTEMS, system
 from kinematics.systems.revolute_transporter import RevoluteTransporter
+from kinematics.systems.spherical_wrist import WristArm
 from kinematics.systems.three_link import ThreeLink
 from kinematics.systems.transporters import (
     CartesianTransporter,
@@ -46,5 +47,6 @@ __all__ = [
     "TwoLinkType4",
     "TwoLinkType5",
     "Workspace",
+    "WristArm",
     "system",
 ]

@@ -18,7 +18,7 @@ from typing import ClassVar
 from kinematics.errors import OutOfReach
 from kinematics.five_axis import Branch, FiveAxisArm, RollFrame
 from kinematics.frames import LAST_ROW, Transform
-from kinematics.hand_frame import UPRIGHT
+from kinematics.hand_frame import NEAR_AXIS_MM, UPRIGHT
 from kinematics.limits import turn_into
 from kinematics.nearest import nearest
 from kinematics.numbers import atan2, cos, sin, sqrt
@@ -112,7 +112,9 @@ class MiniBuild(System):
         near = self._seed(seed)
         pose = self.arm.solve_transform(frame, Joints(self.relative(near))).pose
         ahead, aside = frame[0][2], frame[1][2]
-        on_axis = math.hypot(pose.x_mm, pose.y_mm) <= REACH_MM
+        on_axis = math.hypot(pose.x_mm, pose.y_mm) <= NEAR_AXIS_MM
+        if on_axis:  # the direction of so short a distance means nothing
+            pose = replace(pose, x_mm=0.0, y_mm=0.0)
         if not on_axis or math.hypot(ahead, aside) <= UPRIGHT:
             return self._missed(self.ik(_numbers(pose), near), frame)
         found: list[NamedBranch] = []

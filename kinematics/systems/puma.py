@@ -10,8 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import product
-from types import MappingProxyType
 from typing import ClassVar
 
 from kinematics.chains import Chain
@@ -29,7 +27,6 @@ from kinematics.links import DHLink
 from kinematics.numbers import atan2, cos, sin
 from kinematics.orientation_angles import RPY, solve_rpy
 from kinematics.rotation_check import check_transform
-from kinematics.systems import puma_text
 from kinematics.systems.named_system import (
     REACH_MM,
     Miss,
@@ -40,36 +37,20 @@ from kinematics.systems.named_system import (
     System,
 )
 from kinematics.systems.puma_reach import nearest_wrist, reach_broken
+from kinematics.systems.puma_tables import (
+    BASE_EDGE,
+    BASE_FREE,
+    BRANCHES,
+    DERIVATION,
+    DRAWING,
+    RANGES_DEG,
+    WRIST_STRAIGHT,
+    Range,
+)
 from kinematics.systems.spherical_wrist import STRAIGHT, Angles6, WristArm, inverse
 from kinematics.systems.triangle import FOLDED, STRAIGHT_SINE, STRETCHED, root, triangle
 
 QUARTER_TURN = math.pi / 2.0
-
-BRANCHES = MappingProxyType(
-    {
-        f"base {base}, elbow {elbow}, wrist {wrist}": (side, bend, flip)
-        for (base, side), (elbow, bend), (wrist, flip) in product(
-            (("front", 1.0), ("back", -1.0)),
-            (("up", 1.0), ("down", -1.0)),
-            (("plain", 1.0), ("flipped", -1.0)),
-        )
-    }
-)
-"""The eight branches in the order of `spherical_wrist.inverse`."""
-
-WRIST_STRAIGHT = "joint 5 is straight: only joints 4 and 6 together turn the hand"
-BASE_EDGE = "the wrist is as near to the base axis as it goes: front and back are one"
-BASE_FREE = "the wrist is on the base axis: the base is free"
-
-Range = tuple[float, float]
-RANGES_DEG: tuple[Range, ...] = (
-    (-160.0, 160.0),
-    (-225.0, 45.0),
-    (-45.0, 225.0),
-    (-110.0, 170.0),
-    (-100.0, 100.0),
-    (-266.0, 266.0),
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,8 +78,8 @@ class Puma(System):
         "psi_rad",
     )
     signs: ClassVar[Mapping[str, tuple[float, ...]]] = BRANCHES
-    derivation: ClassVar[tuple[Step, ...]] = puma_text.DERIVATION
-    drawing: ClassVar[str] = puma_text.DRAWING
+    derivation: ClassVar[tuple[Step, ...]] = DERIVATION
+    drawing: ClassVar[str] = DRAWING
 
     def chain(self) -> Chain:
         """Return the link table of Fu, Gonzalez and Lee, the zero position theirs too."""

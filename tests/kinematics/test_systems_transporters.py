@@ -135,14 +135,16 @@ def test_five_axis_systems_are_the_driver_s_arms(one, data):
 @pytest.mark.parametrize("one", FIVE, ids=lambda one: one.name)
 @pytest.mark.parametrize("base", [0.0, 0.4, -1.0])
 @pytest.mark.parametrize("lean", [0.0, 0.6, -0.6])
-def test_a_tip_above_the_base_is_met_whatever_way_the_hand_leans(one, base, lean):
+@pytest.mark.parametrize("beside", [0.0, 1e-9, 1e-7])
+def test_a_tip_above_the_base_is_met_whatever_way_the_hand_leans(one, base, lean, beside):
     height = one.arm.base_height_mm
     # The hand leans by `lean` out of the vertical; the wrist stands where that puts the tip.
     pose = Pose(0.0, 0.0, height + 300.0, math.pi / 2.0 - lean, 0.3)
     joints = one.own(
         one.arm.branches(pose, Joints((base, 0.0, 0.0, 0.0, 0.0)))[0].joints.angles_rad
     )
-    frame = one.fk(joints)
+    (*first, _), *others = one.fk(joints)
+    frame = ((*first, beside), *others)
     found = one.ik_frame(frame, one.own((base, 0.0, 0.0, 0.0, 0.0)))
     assert found
     assert all(miss.mm < 1e-6 and miss.rad < 1e-6 for _, miss in found)

@@ -1,8 +1,40 @@
-"""The Puma's figure in text and the steps of its derivation (McKerrow, chapter 4, section 16)."""
+"""The Puma's tables: figure, derivation, branches, joint ranges, and what postures lose.
+
+Source: McKerrow, chapter 4, section 16; joint ranges after Fu, Gonzalez and Lee (1987), chapter 2.
+"""
 
 from __future__ import annotations
 
+from itertools import product
+from types import MappingProxyType
+
 from kinematics.systems.named_system import Step
+
+BRANCHES = MappingProxyType(
+    {
+        f"base {base}, elbow {elbow}, wrist {wrist}": (side, bend, flip)
+        for (base, side), (elbow, bend), (wrist, flip) in product(
+            (("front", 1.0), ("back", -1.0)),
+            (("up", 1.0), ("down", -1.0)),
+            (("plain", 1.0), ("flipped", -1.0)),
+        )
+    }
+)
+"""The eight branches in the order of `spherical_wrist.inverse`."""
+
+WRIST_STRAIGHT = "joint 5 is straight: only joints 4 and 6 together turn the hand"
+BASE_EDGE = "the wrist is as near to the base axis as it goes: front and back are one"
+BASE_FREE = "the wrist is on the base axis: the base is free"
+
+Range = tuple[float, float]
+RANGES_DEG: tuple[Range, ...] = (
+    (-160.0, 160.0),
+    (-225.0, 45.0),
+    (-45.0, 225.0),
+    (-110.0, 170.0),
+    (-100.0, 100.0),
+    (-266.0, 266.0),
+)
 
 DRAWING = r"""
                  a2           z up, x outwards, in the arm's own plane
