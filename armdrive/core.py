@@ -80,7 +80,7 @@ class Core:
         self.inputs: int | None = None
         self.outputs: int | None = None
         self.gripping: bool | None = None
-        self.grip_force_n = 0.0
+        self.touch_mm: float | None = None
         self.hold: Hold | None = None
         self.nudges: list[tuple[Jog, float]] = []
         self.notice = ""
@@ -135,6 +135,17 @@ class Core:
         """Note that the motion was acknowledged, and which unrounded point it stands for."""
         self.acknowledged = self.commanded
         self.coordinates = coordinates or self.coordinates_of(self.acknowledged)
+        if self.touch_mm is not None and self.coordinates.opening_mm >= self.touch_mm:
+            self.touch_mm = None  # the fingers have let go
+
+    @property
+    def grip_force_n(self) -> float:
+        """The force with which the fingers press, from the cable pulled in behind the touch."""
+        steps_per_n = self.config.model.grip_steps_per_n
+        if self.touch_mm is None or steps_per_n is None:
+            return 0.0
+        steps_per_mm = abs(self.transmission.motors[-1].steps_per_unit)
+        return (self.touch_mm - self.coordinates.opening_mm) * steps_per_mm / steps_per_n
 
     def found(self, registers: Registers) -> None:
         """Take the registers for the position of an arm of which nothing else is known."""
@@ -249,7 +260,7 @@ class Core:
             current=self.current,
             joints=joints if known else None,
             pose=self.config.model.arm.fk(joints) if known else None,
-            gripper_mm=opening_mm if known else None,
+            gripper_mm=max(opening_mm, self.touch_mm or 0.0) if known else None,
             gripping=self.gripping,
             commanded=self.commanded,
             acknowledged=self.acknowledged,

@@ -26,7 +26,7 @@ class Gripper:
 
     @property
     def opening_mm(self) -> float:
-        """The opening that the motors stand at; less than an object's width while it is held.
+        """How far apart the fingers are: where the motors have them, or what keeps them apart.
 
         Raises `NotReferenced` while the position is unknown.
         """
@@ -34,7 +34,7 @@ class Gripper:
 
     @property
     def force_n(self) -> float:
-        """The force of the last grasp, from the steps behind the touch; 0 when let go."""
+        """The force of the grasp, from the steps behind the touch; 0 when let go."""
         return self._arm.core.grip_force_n
 
     def open(self, opening_mm: float | None = None, *, speed: float = 1.0) -> Moved:
@@ -48,9 +48,7 @@ class Gripper:
 
     def move(self, opening_mm: float, *, speed: float = 1.0) -> Moved:
         """Bring the fingers to an opening in mm."""
-        moved = self._arm.move_gripper(finite("opening_mm", opening_mm), speed_fraction(speed))
-        self._arm.core.grip_force_n = 0.0
-        return moved
+        return self._arm.move_gripper(finite("opening_mm", opening_mm), speed_fraction(speed))
 
     def grasp(self, *, force_n: float = 8.9) -> float:
         """Close on whatever is between the fingers; return its width in mm, 0.0 for nothing.

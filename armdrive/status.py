@@ -44,9 +44,9 @@ class Status:
     `commanded` is where the arm was last told to be, `acknowledged` where the controller said
     it has been, `read_back` what the controller's registers last showed: three fields, since
     they can differ. All are motor steps in the arm's model; None before anything is known.
-    `joints`, `pose` and `gripper_mm` follow from `acknowledged` and are None while the trust is
-    unknown. `stop_time_s` and `stop_distance_mm` bound, for the worst case, how long and how far
-    the finger tips go on after a stop is asked for at this moment.
+    `joints`, `pose` and `gripper_mm` (how far apart the fingers are) follow from `acknowledged`
+    and are None while the trust is unknown. `stop_time_s` and `stop_distance_mm` bound, for the
+    worst case, how long and how far the finger tips go on after a stop is asked for now.
     """
 
     arm: str

@@ -45,15 +45,24 @@ Request = MoveBy | ReadPosition | SetOutputs | DropCurrent
 class Done:
     """The request was carried out, and the motion has ended."""
 
+    def __str__(self) -> str:
+        return "done"
+
 
 @dataclass(frozen=True, slots=True)
 class Interrupted:
     """The operator's own stop (a pendant key) ended the motion part of the way."""
 
+    def __str__(self) -> str:
+        return "stopped at the pendant"
+
 
 @dataclass(frozen=True, slots=True)
 class Denied:
     """The controller understood nothing, or refused."""
+
+    def __str__(self) -> str:
+        return "refused"
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,6 +73,14 @@ class Registers:
     inputs: int
     gripping: bool
     key: str
+
+    def __str__(self) -> str:
+        pressed = f", key {self.key}" if self.key != NO_KEY else ""
+        return f"registers {' '.join(map(str, self.positions))}, inputs {self.inputs}{pressed}"
+
+
+NO_KEY = "NONE"
+"""What `Registers.key` says while no key has been pressed."""
 
 
 Reply = Done | Interrupted | Denied | Registers

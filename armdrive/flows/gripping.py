@@ -62,6 +62,7 @@ def grasp(wire: Wire, speeds: Speeds, force_n: float) -> Flow[Grasped]:
         yield from _open_until_free(wire, speeds, settings.max_force_n * steps_per_n)
         yield from _close_until_grip(wire, speeds, FINE_STEPS, depth_mm)
         width_mm = max(core.coordinates.opening_mm + depth_mm, 0.0)
+        core.touch_mm = width_mm = width_mm if width_mm > NOTHING_MM else 0.0
         extra_n = max(force_n - settings.trip_force_n, 0.0)
         yield from _slide(wire, speeds, -round(extra_n * steps_per_n))
         yield from wire.verify()
@@ -69,9 +70,7 @@ def grasp(wire: Wire, speeds: Speeds, force_n: float) -> Flow[Grasped]:
     finally:
         core.settle()
         core.still_since_s = wire.now_s
-    found = Grasped(width_mm if width_mm > NOTHING_MM else 0.0, extra_n + settings.trip_force_n)
-    core.grip_force_n = found.force_n
-    return found
+    return Grasped(width_mm, core.grip_force_n)
 
 
 def _close_until_grip(wire: Wire, speeds: Speeds, steps: int, depth_mm: float) -> Flow[None]:

@@ -32,6 +32,8 @@ def test_a_grasp_measures_the_block_and_presses_as_asked(width_mm, force_n):
     assert found.width_mm == pytest.approx(width_mm, abs=0.3)
     assert arm.twin.world.grip_force_n == pytest.approx(force_n, abs=1.0)
     assert found.force_n == pytest.approx(arm.gripper.force_n)
+    assert arm.gripper.force_n == pytest.approx(arm.twin.world.grip_force_n, abs=1.0)
+    assert arm.gripper.opening_mm == found.width_mm  # the block keeps the fingers apart
     arm.move_l(Pose.of(x_mm=260, y_mm=0, z_mm=70, pitch_deg=-90))
     assert arm.twin.world.scene.blocks["A"].z_mm == pytest.approx(55.0, abs=1.0)
     arm.gripper.open()
