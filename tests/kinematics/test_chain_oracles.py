@@ -1,0 +1,63 @@
+"""Chains against another library's: the Robotics Toolbox for Python, where it is installed."""
+
+import warnings
+
+import pytest
+from chain_cases import MINI_MOVER, PUMA, chains_and_values, difference
+from hypothesis import given, settings
+
+from kinematics.chains import Chain
+from kinematics.generated import generated
+from kinematics.links import Convention, JointKind
+from kinematics.numeric_ik import solve_frame_ik
+
+with warnings.catch_warnings():
+    warnings.simplefilter("ignore")  # the library's own imports warn
+    toolbox = pytest.importorskip(
+        "roboticstoolbox", reason="the oracle roboticstoolbox-python is not installed"
+    )
+    spatialmath = pytest.importorskip("spatialmath", reason="spatialmath-python is not installed")
+
+
+def its_robot(chain: Chain):
+    """The same chain in the toolbox; it has the table's zero in the offset."""
+    standard = chain.convention is Convention.STANDARD
+    links = []
+    for link in chain.links:
+        theta, d, a, alpha = link.parameters(0.0)
+        if link.kind is JointKind.REVOLUTE:
+            make = toolbox.RevoluteDH if standard else toolbox.RevoluteMDH
+            links.append(make(d=d, a=a, alpha=alpha, offset=theta))
+        else:
+            make = toolbox.PrismaticDH if standard else toolbox.PrismaticMDH
+            links.append(make(theta=theta, a=a, alpha=alpha, offset=d))
+    return toolbox.DHRobot(
+        links,
+        base=spatialmath.SE3(chain.base, check=False),
+        tool=spatialmath.SE3(chain.tool, check=False),
+    )
+
+
+@settings(max_examples=30, deadline=None)
+@given(chains_and_values(most=6))
+def test_the_toolbox_gives_the_same_transform(case):
+    chain, values = case
+    theirs = its_robot(chain).fkine(values).A
+    assert difference(chain.fk(values), theirs) < 1e-6
+    assert difference(generated(chain).fk(values), theirs) < 1e-6
+
+
+@settings(max_examples=30, deadline=None)
+@given(chains_and_values(most=6))
+def test_the_toolbox_gives_the_same_jacobian(case):
+    chain, values = case
+    assert difference(generated(chain).jacobian(values), its_robot(chain).jacob0(values)) < 1e-6
+
+
+@pytest.mark.parametrize("chain", [PUMA, MINI_MOVER], ids=lambda chain: chain.name)
+def test_the_toolbox_confirms_what_is_solved_by_numbers(chain):
+    values = (0.3, 0.5, -0.9, 0.4, 0.6, -0.2)[: len(chain)]
+    goal = its_robot(chain).fkine(values).A
+    solution = solve_frame_ik(chain, tuple(map(tuple, goal.tolist())))
+    assert solution.ok
+    assert difference(its_robot(chain).fkine(solution.joints).A, goal) < 1e-3
