@@ -68,23 +68,26 @@ def inverse_many(
 
 
 @np.errstate(all="ignore")
-def branches_many(arm: FiveAxisArm, poses: npt.ArrayLike) -> Array:
+def branches_many(arm: FiveAxisArm, poses: npt.ArrayLike, out: Array | None = None) -> Array:
     """Return all branches of each pose in the order of `BRANCHES`: (N, 4, 5), NaN out of reach."""
     goals = _rows(poses, (5,))
-    joints = _by_columns(len(goals), 4, 5)
+    joints = _by_columns(len(goals), 4, 5) if out is None else _result(out, (len(goals), 4, 5))
     for part, row in _blocks(len(goals), rows_needed(3)):
         inverse.fill_branches_of_poses(arm.lengths, goals[part], joints[part], row)
     return joints
 
 
 @np.errstate(all="ignore")
-def branches_of_frames(arm: FiveAxisArm, frames: npt.ArrayLike) -> FrameBranches:
+def branches_of_frames(
+    arm: FiveAxisArm, frames: npt.ArrayLike, out: Array | None = None
+) -> FrameBranches:
     """Return all branches of each hand frame (N, 4, 4), and how far it is off the manifold.
 
     The frames' axes are those of `hand_frame`; their rotations are taken for rotations.
     """
     goals = _rows(frames, (4, 4))
-    joints, off = _by_columns(len(goals), 4, 5), np.empty(len(goals))
+    joints = _by_columns(len(goals), 4, 5) if out is None else _result(out, (len(goals), 4, 5))
+    off = np.empty(len(goals))
     for part, row in _blocks(len(goals), rows_needed(5)):
         inverse.fill_branches_of_frames(arm.lengths, goals[part], joints[part], off[part], row)
     return FrameBranches(joints, off)

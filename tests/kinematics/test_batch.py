@@ -192,6 +192,10 @@ def test_results_go_where_they_are_wanted_in_any_layout():
     np.testing.assert_array_equal(by_rows, inverse_many(TEACHMOVER, goals))
     frames = np.empty((50, 4, 4))
     assert frames_many(TEACHMOVER, goals, out=frames) is frames
+    four = np.empty((50, 4, 5))
+    assert branches_many(TEACHMOVER, goals, out=four) is four
+    np.testing.assert_array_equal(four, branches_many(TEACHMOVER, goals))
+    assert branches_of_frames(TEACHMOVER, frames, out=four).joints is four
 
 
 def test_arrays_of_another_shape_are_refused():
