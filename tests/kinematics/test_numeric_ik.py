@@ -219,12 +219,14 @@ def test_on_the_base_axis_any_base_angle_serves():
     "chain", [PUMA, MINI_MOVER, ALPHA_II, SLIDER], ids=lambda chain: chain.name
 )
 def test_no_answer_is_wrong_and_not_flagged(chain):
-    """Goals of every sort; where `ok` is claimed the frame is checked part by part."""
+    """Goals in reach, out of it, on the base axis, off the arm's manifold, on singularities."""
     frames = [
         transform(rot_x(tilt), place)
         for tilt in (0.0, 1.2, math.pi)
         for place in ((300.0, 0.0, 200.0), (0.0, 0.0, 650.0), (0.0, -150.0, 50.0))
     ]
+    bent = [0.3, 0.5, -0.9, 0.4, 0.0, 0.2][: len(chain)]  # a Puma's wrist is straight
+    frames += [chain.fk(chain.clamp(values)) for values in (chain.zero, bent)]
     for frame in frames:
         solution = solve_frame_ik(chain, frame, effort=Effort(starts=3))
         off = difference(chain.fk(solution.joints), frame)
