@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from statistics import median
-from typing import Any
 
 import numpy as np
 from measuring import Row, Section, interleaved, ratio
@@ -21,8 +19,12 @@ from kinematics.batch import (
     inverse_many,
 )
 
+EAIK = "EAIK, IK_batched with its own number of threads"
+EAIK_POSES = 20_000
+"""So many of the poses are enough of a slow peer."""
 
-def many(peers: Peers, poses: int = 1_000_000, rounds: int = 5) -> Section:
+
+def many(peers: Peers, poses: int = 1_000_000, rounds: int = 7) -> Section:
     """Measure whole arrays; results go to arrays that exist, as the copies' do."""
     arm = preset("minimover5").arm
     low = [one.low_rad for one in arm.limits]
@@ -42,33 +44,24 @@ def many(peers: Peers, poses: int = 1_000_000, rounds: int = 5) -> Section:
         "copy of five numbers a pose": lambda: np.copyto(five, goals),
         "copy of sixteen numbers a pose": lambda: np.copyto(sixteen, frames),
     }
-    taken = interleaved(cases, rounds)
     small, large = list(cases)[-2:]
-    eaik_s = _eaik_batch(peers, frames[: min(poses, 20_000)])
+    some = min(poses, EAIK_POSES)
+    robot = eaik_robot(peers, arm)
+    if robot is not None:
+        few = frames[:some]
+        cases[EAIK] = lambda: robot.IK_batched(few)
+    taken = interleaved(cases, rounds)
+    peer_s = median(taken.pop(EAIK)) / some if robot is not None else None
     rows = []
     for name, seconds in taken.items():
         times = {}
         if name not in {small, large}:
             floor = large if "4x4" in name else small
             times[f"the {floor}"] = ratio(seconds, taken[floor])
-            if eaik_s and "IK" in name:
-                times["as fast as EAIK's batch"] = eaik_s * poses / median(seconds)
+            if peer_s and "IK" in name:
+                times["as fast as EAIK's batch"] = peer_s * poses / median(seconds)
         rows.append(Row(name, median(seconds) / poses * 1e9, "ns a pose", times=times))
-    if eaik_s:
-        rows.append(Row("EAIK, IK_batched", eaik_s * 1e9, "ns a pose"))
+    if peer_s:
+        rows.append(Row(EAIK, peer_s * 1e9, "ns a pose"))
     note = f"{poses} poses, medians of {rounds} interleaved rounds"
     return Section("Mini-mover, many poses at once", tuple(rows), note)
-
-
-def _eaik_batch(peers: Peers, frames: Any) -> float | None:
-    """Return EAIK's seconds a pose, the best of its numbers of threads; None without EAIK."""
-    robot = eaik_robot(peers, preset("minimover5").arm)
-    if robot is None:
-        return None
-    best = []
-    for threads in (1, 2, 4):
-        robot.IK_batched(frames, threads)
-        began_s = time.perf_counter()
-        robot.IK_batched(frames, threads)
-        best.append((time.perf_counter() - began_s) / len(frames))
-    return min(best)
