@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import select
 import signal
 import threading
 import time
@@ -108,11 +107,7 @@ class _Loop:
     def _sleep(self) -> None:
         """Sleep until bytes or commands come, or the device has something to do."""
         pause_s = min(max(self._line.next_s() - self._clock(), 0.0), LONGEST_SLEEP_S)
-        ear = self._bell.fileno()
-        doors = self._server.filenos() if self._listening() else ()
-        ready, _, _ = select.select([*doors, ear], [], [], pause_s)
-        if ear in ready:
-            self._bell.hush()
+        self._bell.wait(pause_s, *(self._server.filenos() if self._listening() else ()))
 
     def _listening(self) -> bool:
         """Tell whether to take more bytes: a client that floods the line has to wait for it."""

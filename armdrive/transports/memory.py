@@ -5,11 +5,10 @@ It runs on whichever clock the engine passes in, simulated or real, at the pace 
 
 from __future__ import annotations
 
-import threading
-
 from armdrive.errors import LinkLost
 from armdrive.sim.device import SimDevice
 from armdrive.sim.pacing import PacedDevice
+from armdrive.transports.bell import Bell
 
 
 class MemoryLink:
@@ -22,7 +21,7 @@ class MemoryLink:
         self._line = PacedDevice(device, baud)
         self._baud = baud
         self._name = name
-        self._bell = threading.Event()
+        self._bell = Bell()
         self._plugged = True
         self._connected = True
         self._closed = False
@@ -48,12 +47,11 @@ class MemoryLink:
 
     def wait(self, timeout_s: float) -> None:
         """Sleep until `wake` is called or the time is over (real time only)."""
-        self._bell.wait(max(timeout_s, 0.0))
-        self._bell.clear()
+        self._bell.wait(timeout_s)
 
     def wake(self) -> None:
         """End a `wait` early, from any thread."""
-        self._bell.set()
+        self._bell.ring()
 
     def unplug(self) -> None:
         """Pull the cable: from now on `LinkLost`, and what is under way never arrives."""
@@ -68,7 +66,7 @@ class MemoryLink:
     def close(self) -> None:
         """Give the wire back; the device stays as it is."""
         self._closed = True
-        self.wake()
+        self._bell.close()
 
     def _check(self, now_s: float) -> None:
         """Act on a cable that was pulled or put back, on the thread that owns the line."""

@@ -10,10 +10,14 @@ import os
 import serial
 
 from armdrive.errors import LinkLost, PortUnavailable
-from armdrive.transports.waking import Waker
+from armdrive.transports.bell import Bell
 
 WRITE_PATIENCE_S = 1.0
 """A port that takes no byte for this long is lost: a line is sent only when all is quiet."""
+
+
+POLL_S = 0.005
+"""A port that cannot be slept on (Windows, network ports) is looked at this often."""
 
 
 class SerialLink:
@@ -34,7 +38,7 @@ class SerialLink:
         except (serial.SerialException, OSError, ValueError) as error:
             raise PortUnavailable(_advice(port, error)) from None
         self._port = made
-        self._waker = Waker()
+        self._bell = Bell()
 
     @property
     def description(self) -> str:
@@ -63,16 +67,20 @@ class SerialLink:
 
     def wait(self, timeout_s: float) -> None:
         """Sleep until bytes arrive, `wake` is called, or the time is over."""
-        self._waker.wait(self._fileno(), timeout_s)
+        fileno = self._fileno()
+        if fileno is None:
+            self._bell.wait(min(timeout_s, POLL_S))
+        else:
+            self._bell.wait(timeout_s, fileno)
 
     def wake(self) -> None:
         """End a `wait` early."""
-        self._waker.wake()
+        self._bell.ring()
 
     def close(self) -> None:
         """Give the port back."""
         self._port.close()
-        self._waker.close()
+        self._bell.close()
 
     def _fileno(self) -> int | None:
         try:

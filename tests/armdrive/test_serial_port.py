@@ -10,8 +10,8 @@ import tty
 import pytest
 
 from armdrive.errors import LinkLost, PortUnavailable
+from armdrive.transports.bell import Bell
 from armdrive.transports.serial_port import SerialLink
-from armdrive.transports.waking import Waker
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal")
 
@@ -96,14 +96,19 @@ def test_a_reader_that_takes_nothing_is_a_lost_wire_and_no_hang(ends, link):
         link.write(b"x" * 1_000_000, 0.0)
 
 
-def test_without_a_file_to_sleep_on_a_waker_looks_often_and_can_be_woken():
-    waker = Waker()
+def test_a_bell_ends_the_present_sleep_and_the_next_one():
+    bell = Bell()
     began_s = time.monotonic()
-    waker.wait(None, 5.0)
-    waker.wake()
-    waker.wait(None, 5.0)
+    bell.ring()
+    bell.wait(5.0)  # rung before anybody slept
+    ringing = threading.Timer(0.05, bell.ring)
+    ringing.start()
+    bell.wait(5.0)
     assert time.monotonic() - began_s < 1.0
-    waker.close()
-    waker.wake()
-    waker.wait(None, 0.001)
-    waker.close()
+    bell.wait(0.001)
+    bell.close()
+    bell.ring()
+    bell.wait(5.0)
+    assert time.monotonic() - began_s < 1.0
+    bell.close()
+    ringing.join()

@@ -284,6 +284,7 @@ def test_a_link_names_itself_and_wakes_its_waiter(bench):
     assert bench.link.description == "simulated arm at 9600 baud"
     bench.link.wake()
     bench.link.wait(60.0)
+    bench.link.close()
     assert math.isinf(bench.link.next_s())
 
 
