@@ -32,7 +32,7 @@ class _NamedArm:
     limits: tuple[JointRange, ...]
 
 
-def joint_symbols(chain: Chain) -> tuple[Symbol, ...]:
+def joint_symbols(chain: Chain) -> tuple[Any, ...]:
     """Return a symbol for each joint's value: its own name, or theta and d with its number."""
     if all(_SYMBOL.fullmatch(name) for name in chain.joint_names):
         return tuple(map(named, chain.joint_names))
@@ -84,7 +84,7 @@ def symbolic_system(system: System) -> System:
     )
 
 
-def symbolic_goal(coordinates: Sequence[str]) -> tuple[Symbol, ...]:
+def symbolic_goal(coordinates: Sequence[str]) -> tuple[Any, ...]:
     """Return the coordinates of a goal as symbols, their units left out: x, y, phi."""
     return tuple(coordinate(name.rpartition("_")[0] or name) for name in coordinates)
 

@@ -22,6 +22,8 @@ COMMANDS: Mapping[str, str] = MappingProxyType(
         "status": "show where an arm is, and whether that can be trusted",
         "fk": "joint angles to the pose of the finger tips",
         "ik": "a pose to joint angles, every solution",
+        "explain": "an arm worked out: link table, A matrices, forward, every inverse",
+        "plot": "draw what an arm can reach",
         "sim": "run a simulated arm that speaks the real bytes",
     }
 )

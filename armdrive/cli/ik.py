@@ -1,6 +1,10 @@
 """Inverse kinematics on the command line.
 
-example: armdrive ik --x 250 --y 0 --z 120 --pitch -90
+Of a built-in arm every branch is printed, and the one that the arm would take. Any other model is
+solved by numbers, which says what was met; there, pitch and roll not given are left free.
+
+examples: armdrive ik --x 250 --y 0 --z 120 --pitch -90
+          armdrive ik --model myarm.toml --x 300 --y 40 --z 150 --pitch -60
 """
 
 from __future__ import annotations
@@ -8,8 +12,11 @@ from __future__ import annotations
 import argparse
 
 from armdrive.cli.choosing import add_json_option
+from armdrive.cli.ik_by_numbers import solve_by_numbers
+from armdrive.cli.models import MODEL_HELP, find_model
 from armdrive.cli.numbers import number
 from armdrive.cli.output import emit, say
+from armdrive.errors import BadRequest
 from armdrive.view import joints_view, pose_view, violation_text
 from kinematics import PRESETS, ArmPreset, Branch, Pose, preset
 
@@ -21,24 +28,27 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--pitch",
         type=number,
-        required=True,
         metavar="DEG",
         help="elevation of the hand; -90 points at the table",
     )
-    parser.add_argument("--roll", type=number, default=0.0, metavar="DEG")
-    parser.add_argument("--model", default="teachmover", help=f"one of {', '.join(PRESETS)}")
+    parser.add_argument("--roll", type=number, metavar="DEG", help="about the hand")
+    parser.add_argument("--model", default="teachmover", help=MODEL_HELP)
     add_json_option(parser)
 
 
 def run(options: argparse.Namespace) -> int:
     """Print every branch, then the one that the arm would take, or why there is none."""
+    if options.model not in PRESETS:
+        return solve_by_numbers(find_model(options.model), options)
+    if options.pitch is None:
+        raise BadRequest("--pitch is needed: the elevation of the hand, -90 points at the table")
     model = preset(options.model)
     pose = Pose.of(
         x_mm=options.x,
         y_mm=options.y,
         z_mm=options.z,
         pitch_deg=options.pitch,
-        roll_deg=options.roll,
+        roll_deg=options.roll or 0.0,
     )
     branches = model.arm.branches(pose)
     if options.json:

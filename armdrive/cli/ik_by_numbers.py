@@ -1,0 +1,68 @@
+"""Inverse kinematics of any chain on the command line, with an account of what was met."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from typing import TYPE_CHECKING, Any
+
+from armdrive.cli.output import emit, say
+from armdrive.cli.units import shown_joints
+from armdrive.errors import Refused
+from kinematics.spaces import Pose
+
+if TYPE_CHECKING:
+    from armdrive.modelfile import Model
+    from kinematics.chains import Chain
+    from kinematics.ik_account import Solution
+
+
+def solve_by_numbers(model: Model, options: argparse.Namespace) -> int:
+    """Print the posture that meets the goal; pitch and roll that are not given are free.
+
+    Raises `Refused` where it is not met, after printing the posture that comes nearest.
+    """
+    from kinematics.numeric_ik import solve_pose_ik
+
+    pose = Pose.of(
+        x_mm=options.x,
+        y_mm=options.y,
+        z_mm=options.z,
+        pitch_deg=options.pitch or 0.0,
+        roll_deg=options.roll or 0.0,
+    )
+    solution = solve_pose_ik(
+        model.chain, pose, pitch_free=options.pitch is None, roll_free=options.roll is None
+    )
+    if options.json:
+        emit({"model": model.name, **solution_view(model.chain, solution)})
+    else:
+        _say(model, solution)
+    if not solution.ok:
+        raise Refused(f"the goal is not met: {solution.sentence}")
+    return 0
+
+
+def solution_view(chain: Chain, solution: Solution) -> dict[str, Any]:
+    """Return a numerical solution as plain data, in mm and degrees."""
+    return {
+        "joints": shown_joints(chain, solution.joints),
+        "frame": [list(row) for row in solution.frame],
+        "ok": solution.ok,
+        "met": sorted(part.value for part in solution.met),
+        "missed": sorted(part.value for part in solution.missed),
+        "residual_mm": solution.residual_mm,
+        "residual_deg": math.degrees(solution.residual_rad),
+        "at_limit": list(solution.at_limit),
+        "sentence": solution.sentence,
+    }
+
+
+def _say(model: Model, solution: Solution) -> None:
+    from kinematics.worked_example import FRAME_COORDINATES, frame_coordinates
+    from kinematics.worked_text import coordinates_text, joints_text
+
+    say(f"{model.title}, solved by numbers")
+    say(f"{'joints' if solution.ok else 'nearest'}: {joints_text(model.chain, solution.joints)}")
+    say(f"tip {coordinates_text(FRAME_COORDINATES, frame_coordinates(solution.frame))}")
+    say(solution.sentence)

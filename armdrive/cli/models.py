@@ -1,0 +1,34 @@
+"""Which model a command computes with: a built-in arm, a named system, or the reader's own file."""
+
+from __future__ import annotations
+
+import difflib
+
+from armdrive.errors import BadRequest
+from armdrive.modelfile import Model, is_model_file, read_model
+from kinematics import PRESETS
+from kinematics.systems import SYSTEMS
+
+MODEL_HELP = (
+    f"one of {', '.join(PRESETS)}, a named system of `armdrive explain --list`, or a .toml file "
+    "with a link table"
+)
+
+
+def find_model(word: str) -> Model:
+    """Return a named system or a model file as a chain of links.
+
+    Raises `BadRequest` for a name that nothing has, with the nearest one, and `ArmFileError` for
+    a file that cannot be used.
+    """
+    if is_model_file(word):
+        return read_model(word)
+    if word in SYSTEMS:
+        found = SYSTEMS[word]
+        return Model(found.name, found.title, found.source, found.chain())
+    known = list(dict.fromkeys((*PRESETS, *SYSTEMS)))
+    near = difflib.get_close_matches(word, known, n=1)
+    hint = f"; did you mean {near[0]!r}?" if near else ""
+    raise BadRequest(
+        f"no model is named {word!r}{hint} (there are {', '.join(known)}, and .toml files)"
+    )
