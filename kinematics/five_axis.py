@@ -16,12 +16,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, fields
 from enum import Enum
+from typing import TYPE_CHECKING
 
 from kinematics import closed_form
 from kinematics.choice import Build, build, solve_pose
 from kinematics.closed_form import Angles, Lengths
 from kinematics.errors import JointLimit, KinematicsError, finite
-from kinematics.frames import Transform
 from kinematics.hand_frame import (
     FrameAngles,
     FrameSolution,
@@ -31,8 +31,10 @@ from kinematics.hand_frame import (
 )
 from kinematics.limits import LIMIT_TOLERANCE_RAD, JointRange, LimitViolation, turn_into, wrap
 from kinematics.refusal import refusal
-from kinematics.rotation_check import check_transform
 from kinematics.spaces import JOINT_NAMES, Joints, Pose
+
+if TYPE_CHECKING:
+    from kinematics.frames import Transform
 
 
 class Base(Enum):
@@ -197,6 +199,8 @@ class FiveAxisArm:
         A direction that five axes cannot give is never bent in silence: the answer says by how
         much it leaves the arm's plane. Raises `NotARotation` and `BadNumber` for what is no frame.
         """
+        from kinematics.rotation_check import check_transform  # only here is it needed
+
         near = _seed(seed, self.limits)
         return frame_solution(solve_frame(check_transform(goal), self._build, near))
 

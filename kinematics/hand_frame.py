@@ -14,12 +14,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from math import asin, atan2, hypot
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from kinematics.choice import Build, nearest_posture
 from kinematics.closed_form import Angles, Lengths
-from kinematics.frames import LAST_ROW, Transform
 from kinematics.spaces import Joints, Pose
+
+if TYPE_CHECKING:  # what every program imports stays free of the textbook's frames
+    from kinematics.frames import Transform
 
 NEAR_AXIS_MM = 1e-6
 """Nearer to the base axis than this, the plane is taken from the hand and not from the tip."""
@@ -95,7 +97,7 @@ def forward_frame(angles: Angles, lengths: Lengths) -> Transform:
             sin_base * r,
         ),
         (cos_pitch * cos_roll, -cos_pitch * sin_roll, sin_pitch, z),
-        LAST_ROW,
+        (0.0, 0.0, 0.0, 1.0),
     )
 
 
