@@ -1,0 +1,179 @@
+"""Worked examples: what is said of a posture is what the solvers say, in words and numbers."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from kinematics.chains import Chain
+from kinematics.errors import KinematicsError, OutOfReach
+from kinematics.frames import compose
+from kinematics.links import DHLink, JointKind
+from kinematics.systems import SYSTEMS, system
+from kinematics.worked_example import example_posture, work_chain, work_system
+from kinematics.worked_symbols import (
+    symbolic_chain_example,
+    symbolic_sections,
+    symbolic_system_example,
+)
+from kinematics.worked_text import frame_text, number_text, plain, sections
+
+DEG = math.pi / 180.0
+
+
+def whole_text(example):
+    return "\n".join(line for each in sections(example) for line in [each.title, *each.lines])
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_every_system_is_worked_out_at_its_example_posture(name):
+    example = work_system(system(name))
+    product = compose(example.chain.base, *example.matrices, example.chain.tool)
+    for row, other in zip(example.frame, product, strict=True):
+        assert row == pytest.approx(other, abs=1e-9)
+    assert not example.violations
+    assert any(
+        each.branch.joints == pytest.approx(example.joints, abs=1e-9) for each in example.branches
+    )
+    for each in example.branches:
+        assert each.comes_to == pytest.approx(example.goal, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_the_text_names_every_joint_branch_and_step(name):
+    example = work_system(system(name))
+    text = whole_text(example)
+    for expected in (
+        *example.chain.joint_names,
+        *(each.branch.name for each in example.branches),
+        *(step.formula for step in example.derivation),
+        *(f"A{number}: " for number in range(1, len(example.chain) + 1)),
+    ):
+        assert expected in text
+
+
+def test_the_readers_own_numbers_are_used():
+    text = whole_text(work_system(system("two-link-1"), (30 * DEG, 40 * DEG)))
+    assert "theta1 30°, theta2 40°" in text
+    assert "[  0.342  -0.9397  0  224.51 ]" in text
+    assert "orientation RPY: phi 70°, theta 0°, psi 0°" in text
+    assert "D = 329.34 mm, cos(bend) = 0.766, direction = 47.02°, lift = -17.02°" in text
+
+
+def test_a_goal_takes_a_branch_within_the_limits():
+    goal = (250.0, 0.0, 120.0, -math.pi / 2, 0.0)
+    example = work_system(system("minimover5"), goal=goal)
+    assert example.goal == goal
+    assert not example.violations
+    assert system("minimover5").goal_of(example.frame) == pytest.approx(goal, abs=1e-9)
+
+
+def test_joints_and_a_goal_together_show_the_posture_and_solve_the_goal():
+    example = work_system(system("two-link-1"), (0.1, 0.2), (100.0, 200.0))
+    assert example.joints == (0.1, 0.2)
+    assert example.goal == (100.0, 200.0)
+
+
+def test_a_goal_out_of_reach_is_refused():
+    with pytest.raises(OutOfReach):
+        work_system(system("two-link-1"), goal=(900.0, 0.0))
+
+
+def test_degenerate_cases_are_said_in_words():
+    stretched = whole_text(work_system(system("two-link-1"), goal=(350.0, 0.0)))
+    assert "1 solution, 1 within the joint limits" in stretched
+    assert "degenerate: stretched" in stretched
+    on_axis = whole_text(work_system(system("two-link-3"), goal=(0.0, 0.0)))
+    assert "free: theta1; any value serves" in on_axis
+    assert "degenerate: the tip is on the base axis" in on_axis
+
+
+def test_a_posture_beyond_a_limit_is_shown_and_said():
+    text = whole_text(work_system(system("minimover5"), (2.0, 0.7, -1.0, -0.3, 0.0)))
+    assert "but: base 24.59° beyond its limit of 90°" in text
+    assert "not within the limits: " in text
+
+
+LINKS = (
+    DHLink(d_mm=100.0, alpha_rad=math.pi / 2, low=-3.0, high=3.0),
+    DHLink(a_mm=200.0, low=-0.5, high=2.0),
+    DHLink(kind=JointKind.PRISMATIC, low=10.0, high=90.0),
+)
+OWN = Chain(LINKS, name="own")
+
+
+def test_any_chain_is_solved_by_numbers():
+    example = work_chain(OWN, "My arm", "my bench")
+    assert example.branches == ()
+    assert example.solution.ok
+    assert example.frame == OWN.fk(example.joints)
+    text = whole_text(example)
+    assert "the goal is met" in text
+    assert "Inverse kinematics, by numbers" in text
+
+
+def test_a_position_alone_may_be_asked_of_a_chain():
+    target = work_chain(OWN, joints=(0.4, 0.3, 40.0)).frame
+    place = tuple(row[3] for row in target[:3])
+    example = work_chain(OWN, goal=place)
+    assert example.goal == pytest.approx(place)
+    assert example.solution.ok
+    assert len(example.coordinates) == 3
+
+
+def test_a_goal_that_a_chain_misses_is_accounted_for():
+    example = work_chain(OWN, goal=(900.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+    assert not example.solution.ok
+    assert "missed: position by" in whole_text(example)
+
+
+def test_a_goal_of_another_size_is_refused():
+    with pytest.raises(KinematicsError, match="not 4 numbers"):
+        work_chain(OWN, goal=(1.0, 2.0, 3.0, 4.0))
+
+
+def test_example_postures_keep_to_the_limits():
+    assert not OWN.violations(example_posture(OWN))
+    tight = Chain((DHLink(low=1.0, high=1.1), DHLink(kind=JointKind.PRISMATIC)))
+    assert not tight.violations(example_posture(tight))
+    assert example_posture(tight)[1] == 100.0
+
+
+def test_numbers_are_written_without_noise():
+    assert plain(-0.0001, 2) == "0"
+    assert plain(12.5, 2) == "12.5"
+    assert plain(100.0, 0) == "100"
+    assert number_text(math.pi / 2, "rad") == "90°"
+    assert number_text(12.346, "mm") == "12.35 mm"
+    assert number_text(0.25, "") == "0.25"
+    assert frame_text(OWN.tool)[0] == "[ 1  0  0  0 ]"
+
+
+def test_a_system_in_symbols_shows_matrices_product_and_solutions():
+    example = symbolic_system_example(system("two-link-1"))
+    lines = [line for each in symbolic_sections(example) for line in each.lines]
+    assert "A1 =" in lines
+    assert "T = A1 A2 =" in lines
+    assert "[ C12  -S12  0  l1 C1 + l2 C12 ]" in lines
+    assert "  theta1 = direction - lift" in lines
+    assert "  as elbow up, but" in lines
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_latex_has_as_many_opening_as_closing_braces(name):
+    example = symbolic_system_example(system(name))
+    text = "\n".join(line for each in symbolic_sections(example, latex=True) for line in each.lines)
+    assert text.count("{") == text.count("}")
+    assert text.count(r"\left") == text.count(r"\right")
+    assert text.count(r"\begin{bmatrix}") == text.count(r"\end{bmatrix}") > len(example.matrices)
+
+
+def test_a_chain_in_symbols_has_base_and_tool():
+    based = Chain(LINKS, base=OWN.fk((0.0, 0.0, 10.0)), tool=OWN.fk((0.0, 0.0, 20.0)))
+    lines = [
+        line for each in symbolic_sections(symbolic_chain_example(based)) for line in each.lines
+    ]
+    assert "base =" in lines
+    assert "tool =" in lines
+    assert any(line.startswith("T = base A1 A2 A3 tool") for line in lines)
