@@ -46,9 +46,22 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from typing import Any
 
+    from kinematics.accuracy import (
+        MapPoint,
+        TipError,
+        accuracy_map,
+        gearing_errors,
+        length_errors,
+        rounding_bound_mm,
+        rounding_rms_mm,
+        step_errors,
+        zero_errors,
+    )
     from kinematics.assignment import Assignment, JointAxis, assign_frames
     from kinematics.bases import Handedness, basis_along, change_of_basis, handedness, third_axis
     from kinematics.chains import Chain, JointViolation
+    from kinematics.counting import Ledger, Tally, on_any_numbers
+    from kinematics.efficiency import Efficiency, Way, forward_ways
     from kinematics.five_axis_singularities import (
         FiveAxisSingularity,
         Nearness,
@@ -69,6 +82,7 @@ if TYPE_CHECKING:
     )
     from kinematics.generated import Generated
     from kinematics.goals import Goal, Part, frame_goal, pose_goal
+    from kinematics.hand_frame import FrameSolution
     from kinematics.ik_account import Reason, Solution
     from kinematics.jacobians import geometric_jacobian, manipulability, task_jacobian
     from kinematics.link_types import LINK_TYPES, LinkType, link_type
@@ -96,6 +110,7 @@ if TYPE_CHECKING:
         turn_between,
     )
     from kinematics.rates import Rates, joint_rates
+    from kinematics.resolution import StepRange, explain_resolution, step_ranges
     from kinematics.rotation_check import check_rotation, check_transform, is_rotation
     from kinematics.rotation_fit import nearest_rotation
     from kinematics.rotations import Matrix3, multiply, rot_x, rot_y, rot_z, rotate, transpose
@@ -103,10 +118,49 @@ if TYPE_CHECKING:
     from kinematics.singularities import Condition, condition
     from kinematics.systems import SYSTEMS, NamedBranch, System, system
     from kinematics.tables import chain_of_rows, rows_of, table_text
+    from kinematics.urdf import urdf_of_arm, urdf_of_chain
     from kinematics.vectors import Vector, angle_between, cross, dot, norm, unit
+    from kinematics.workspace import Reach, Section, sampled_reach, section
 
 _TEXTBOOK: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
+        "kinematics.accuracy": (
+            "MapPoint",
+            "TipError",
+            "accuracy_map",
+            "gearing_errors",
+            "length_errors",
+            "rounding_bound_mm",
+            "rounding_rms_mm",
+            "step_errors",
+            "zero_errors",
+        ),
+        "kinematics.counting": (
+            "Ledger",
+            "Tally",
+            "on_any_numbers",
+        ),
+        "kinematics.efficiency": (
+            "Efficiency",
+            "Way",
+            "forward_ways",
+        ),
+        "kinematics.hand_frame": ("FrameSolution",),
+        "kinematics.resolution": (
+            "StepRange",
+            "explain_resolution",
+            "step_ranges",
+        ),
+        "kinematics.urdf": (
+            "urdf_of_arm",
+            "urdf_of_chain",
+        ),
+        "kinematics.workspace": (
+            "Reach",
+            "Section",
+            "sampled_reach",
+            "section",
+        ),
         "kinematics.assignment": (
             "Assignment",
             "JointAxis",
@@ -267,6 +321,7 @@ __all__ = [
     "Convention",
     "DHLink",
     "Degeneracy",
+    "Efficiency",
     "Effort",
     "Elbow",
     "EulerZYZ",
@@ -274,6 +329,7 @@ __all__ = [
     "FiveAxisSingularity",
     "FlatBasis",
     "FrameGraph",
+    "FrameSolution",
     "FramesDisagree",
     "FramesNotConnected",
     "Generated",
@@ -289,8 +345,10 @@ __all__ = [
     "JointViolation",
     "Joints",
     "KinematicsError",
+    "Ledger",
     "LimitViolation",
     "LinkType",
+    "MapPoint",
     "Matrix3",
     "MotorSpec",
     "Motors",
@@ -308,14 +366,19 @@ __all__ = [
     "Pose",
     "Quaternion",
     "Rates",
+    "Reach",
     "Reason",
     "Reference",
     "RollFrame",
     "RotationFlaw",
     "RotationProperty",
+    "Section",
     "SingularTransmission",
     "Solution",
+    "StepRange",
     "System",
+    "Tally",
+    "TipError",
     "Transform",
     "Transmission",
     "UnknownFrame",
@@ -323,8 +386,10 @@ __all__ = [
     "UnknownSystem",
     "Unreachable",
     "Vector",
+    "Way",
     "ZeroVector",
     "a_matrix",
+    "accuracy_map",
     "angle_between",
     "assign_frames",
     "basis_along",
@@ -338,9 +403,12 @@ __all__ = [
     "cross",
     "deviation_mm",
     "dot",
+    "explain_resolution",
     "first_violation",
     "five_axis_singularities",
+    "forward_ways",
     "frame_goal",
+    "gearing_errors",
     "generated",
     "geometric_jacobian",
     "handedness",
@@ -348,6 +416,7 @@ __all__ = [
     "is_rotation",
     "joint_path",
     "joint_rates",
+    "length_errors",
     "line_path",
     "link_type",
     "manipulability",
@@ -358,6 +427,7 @@ __all__ = [
     "nearest_rotation",
     "nearest_singularity",
     "norm",
+    "on_any_numbers",
     "pose_goal",
     "position_of",
     "preset",
@@ -367,7 +437,11 @@ __all__ = [
     "rotate",
     "rotation_of",
     "rotation_vector",
+    "rounding_bound_mm",
+    "rounding_rms_mm",
     "rows_of",
+    "sampled_reach",
+    "section",
     "solve_axis_angle",
     "solve_euler",
     "solve_frame_ik",
@@ -376,6 +450,8 @@ __all__ = [
     "solve_pose_ik",
     "solve_quaternion",
     "solve_rpy",
+    "step_errors",
+    "step_ranges",
     "system",
     "table_text",
     "task_jacobian",
@@ -387,6 +463,9 @@ __all__ = [
     "transpose",
     "turn_between",
     "unit",
+    "urdf_of_arm",
+    "urdf_of_chain",
+    "zero_errors",
 ]
 
 

@@ -27,7 +27,7 @@ THINNEST_MM = 1e-6
 """A link shorter than this is not drawn."""
 
 
-def urdf(
+def urdf_of_chain(
     chain: Chain,
     *,
     name: str = "",
@@ -69,7 +69,7 @@ def urdf_of_arm(
     arm: FiveAxisArm, *, name: str = "arm", speeds_rad_s: Sequence[float] | None = None
 ) -> str:
     """Return the URDF document of an arm of the Mini-mover's build, in its own joint angles."""
-    return urdf(MiniMover(arm).chain(), name=name, speeds=speeds_rad_s)
+    return urdf_of_chain(MiniMover(arm).chain(), name=name, speeds=speeds_rad_s)
 
 
 def _origins(chain: Chain) -> list[Transform]:

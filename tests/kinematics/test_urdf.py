@@ -16,7 +16,7 @@ from kinematics.frames import compose, transform
 from kinematics.links import Convention, DHLink, JointKind
 from kinematics.rotations import multiply, rot_x, rot_y, rot_z
 from kinematics.systems import SYSTEMS
-from kinematics.urdf import urdf, urdf_of_arm
+from kinematics.urdf import urdf_of_arm, urdf_of_chain
 
 SLIDE = {"kind": JointKind.PRISMATIC, "low": -200.0, "high": 200.0}
 
@@ -70,7 +70,7 @@ def test_any_chain_s_text_holds_its_forward_kinematics(links, convention, data):
     stand = transform(multiply(rot_z(0.4), rot_y(-math.pi / 2)), (10.0, -20.0, 30.0))
     chain = Chain(tuple(links), convention, base=stand, tool=transform(rot_x(1.1), (5.0, 0.0, 7.0)))
     values = data.draw(st.tuples(*[st.floats(-3.0, 3.0)] * len(links)))
-    assert_same(fk_of_urdf(urdf(chain), values), chain.fk(values), mm=1e-5)
+    assert_same(fk_of_urdf(urdf_of_chain(chain), values), chain.fk(values), mm=1e-5)
 
 
 @given(postures(TEACHMOVER))
@@ -96,7 +96,7 @@ def test_limits_and_names_are_written():
 
 def test_a_sliding_joint_is_in_metres_and_an_endless_one_turns_for_ever():
     chain = Chain((DHLink(**SLIDE), DHLink(a_mm=100.0)), joint_names=("rail", "spin"))
-    robot = ET.fromstring(urdf(chain))
+    robot = ET.fromstring(urdf_of_chain(chain))
     limit = robot.find("joint[@name='rail']/limit")
     assert (float(limit.get("lower")), float(limit.get("velocity"))) == (-0.2, 0.1)
     assert robot.find("joint[@name='spin']").get("type") == "continuous"
@@ -105,11 +105,11 @@ def test_a_sliding_joint_is_in_metres_and_an_endless_one_turns_for_ever():
 
 def test_what_urdf_cannot_say_is_refused():
     with pytest.raises(KinematicsError, match="slides without limits"):
-        urdf(Chain((DHLink(kind=JointKind.PRISMATIC),)))
+        urdf_of_chain(Chain((DHLink(kind=JointKind.PRISMATIC),)))
     with pytest.raises(KinematicsError, match="fixed joint of the tool"):
-        urdf(Chain((DHLink(),), joint_names=("tool_joint",)))
+        urdf_of_chain(Chain((DHLink(),), joint_names=("tool_joint",)))
     with pytest.raises(KinematicsError, match="not of symbols"):
-        urdf(Chain((DHLink(theta_rad=Ledger().number(0.1)),)))
+        urdf_of_chain(Chain((DHLink(theta_rad=Ledger().number(0.1)),)))
 
 
 def test_links_are_drawn_to_the_next_joint():
@@ -126,7 +126,7 @@ def test_links_are_drawn_to_the_next_joint():
 def test_pinocchio_reads_the_same_arm(name):
     pinocchio = pytest.importorskip("pinocchio", reason="pinocchio (pip install pin) is not here")
     chain = SYSTEMS[name].chain()
-    model = pinocchio.buildModelFromXML(urdf(chain))
+    model = pinocchio.buildModelFromXML(urdf_of_chain(chain))
     data = model.createData()
     values = [0.3, 0.5, -0.7, 0.2, -0.4, 0.6][: len(chain)]
     pinocchio.framesForwardKinematics(model, data, np.array(values))
@@ -140,7 +140,7 @@ def test_yourdfpy_reads_the_same_arm(name, tmp_path):
     yourdfpy = pytest.importorskip("yourdfpy", reason="yourdfpy is not installed")
     chain = SYSTEMS[name].chain()
     path = tmp_path / "arm.urdf"
-    path.write_text(urdf(chain), encoding="utf-8")
+    path.write_text(urdf_of_chain(chain), encoding="utf-8")
     values = [0.3, 0.5, -0.7, 0.2, -0.4, 0.6][: len(chain)]
     robot = yourdfpy.URDF.load(str(path), build_scene_graph=True, load_meshes=False)
     robot.update_cfg(dict(zip(chain.joint_names, values, strict=True)))
