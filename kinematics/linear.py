@@ -8,10 +8,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from operator import mul
 
 Matrix = tuple[tuple[float, ...], ...]
 
-ORTHOGONAL = 1e-15
+ORTHOGONAL = 1e-13
 """Cosine between two columns below which a sweep of rotations leaves them alone."""
 
 SWEEPS = 60
@@ -110,20 +111,23 @@ def singular(matrix: Matrix) -> Singular:
 def _sweep(columns: list[list[float]], turns: list[list[float]]) -> bool:
     """Make every pair of columns orthogonal once; whether any was not."""
     turned = False
+    sizes = [sum(map(mul, column, column)) for column in columns]
     for i in range(len(columns) - 1):
         for j in range(i + 1, len(columns)):
             one, other = columns[i], columns[j]
-            across = sum([a * b for a, b in zip(one, other, strict=True)])
-            size_one = sum([a * a for a in one])
-            size_other = sum([b * b for b in other])
-            if abs(across) <= ORTHOGONAL * math.sqrt(size_one * size_other):
+            across = sum(map(mul, one, other))
+            if across * across <= ORTHOGONAL * ORTHOGONAL * sizes[i] * sizes[j]:
                 continue
             turned = True
-            ratio = (size_other - size_one) / (2.0 * across)
-            tangent = math.copysign(1.0, ratio) / (abs(ratio) + math.hypot(1.0, ratio))
-            cosine = 1.0 / math.hypot(1.0, tangent)
-            for pair in (columns, turns):
-                one, other = pair[i], pair[j]
-                pair[i] = [cosine * (a - tangent * b) for a, b in zip(one, other, strict=True)]
-                pair[j] = [cosine * (tangent * a + b) for a, b in zip(one, other, strict=True)]
+            ratio = (sizes[j] - sizes[i]) / (2.0 * across)
+            tangent = math.copysign(1.0, ratio) / (abs(ratio) + math.sqrt(1.0 + ratio * ratio))
+            cosine = 1.0 / math.sqrt(1.0 + tangent * tangent)
+            sine = cosine * tangent
+            columns[i] = [cosine * a - sine * b for a, b in zip(one, other)]  # noqa: B905
+            columns[j] = [sine * a + cosine * b for a, b in zip(one, other)]  # noqa: B905
+            one, other = turns[i], turns[j]
+            turns[i] = [cosine * a - sine * b for a, b in zip(one, other)]  # noqa: B905
+            turns[j] = [sine * a + cosine * b for a, b in zip(one, other)]  # noqa: B905
+            sizes[i] = sum(map(mul, columns[i], columns[i]))
+            sizes[j] = sum(map(mul, columns[j], columns[j]))
     return turned

@@ -125,6 +125,8 @@ def solve_goal(
             return _account(chain, goal, found[-1], effort, tried)
     best = descent.best([_turned(chain, values, start) for values in descent.settle(found)])
     unlimited = None if hopeless else _without_limits(chain, goal, [best, *found[:3]], effort)
+    if unlimited is not None and not chain.violations(unlimited):
+        return _account(chain, goal, chain.clamp(unlimited), effort, tried)
     return _account(chain, goal, best, effort, tried, unlimited)
 
 
