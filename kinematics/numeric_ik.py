@@ -175,7 +175,7 @@ def _without_limits(
 
 def _starts(chain: Chain, seed: tuple[float, ...], effort: Effort) -> Iterator[tuple[float, ...]]:
     """Yield the seed, the middle of the ranges, then random postures within them."""
-    given = list(dict.fromkeys((seed, _middle(chain))))
+    given = list(dict.fromkeys((seed, _middle(chain))))[: max(effort.starts, 1)]
     yield from given
     draw = random.Random(effort.random_seed)  # noqa: S311 - nothing secret is drawn
     ranges = [_range(chain, index) for index in range(len(chain))]
