@@ -116,10 +116,14 @@ if TYPE_CHECKING:
     from kinematics.rotations import Matrix3, multiply, rot_x, rot_y, rot_z, rotate, transpose
     from kinematics.singular_nearby import NearestSingularity, nearest_singularity
     from kinematics.singularities import Condition, condition
+    from kinematics.symbol_text import matrix_latex, matrix_text
+    from kinematics.symbolic_systems import symbolic_chain, symbolic_system
+    from kinematics.symbols import Symbol, coordinate, named
     from kinematics.systems import SYSTEMS, NamedBranch, System, system
     from kinematics.tables import chain_of_rows, rows_of, table_text
     from kinematics.urdf import urdf_of_arm, urdf_of_chain
     from kinematics.vectors import Vector, angle_between, cross, dot, norm, unit
+    from kinematics.worked_example import WorkedExample, work_chain, work_system
     from kinematics.workspace import Reach, Section, sampled_reach, section
 
 _TEXTBOOK: Mapping[str, tuple[str, ...]] = MappingProxyType(
@@ -274,6 +278,24 @@ _TEXTBOOK: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "Condition",
             "condition",
         ),
+        "kinematics.symbol_text": (
+            "matrix_latex",
+            "matrix_text",
+        ),
+        "kinematics.symbolic_systems": (
+            "symbolic_chain",
+            "symbolic_system",
+        ),
+        "kinematics.symbols": (
+            "Symbol",
+            "coordinate",
+            "named",
+        ),
+        "kinematics.worked_example": (
+            "WorkedExample",
+            "work_chain",
+            "work_system",
+        ),
         "kinematics.systems": (
             "SYSTEMS",
             "NamedBranch",
@@ -376,6 +398,7 @@ __all__ = [
     "SingularTransmission",
     "Solution",
     "StepRange",
+    "Symbol",
     "System",
     "Tally",
     "TipError",
@@ -387,6 +410,7 @@ __all__ = [
     "Unreachable",
     "Vector",
     "Way",
+    "WorkedExample",
     "ZeroVector",
     "a_matrix",
     "accuracy_map",
@@ -400,6 +424,7 @@ __all__ = [
     "check_transform",
     "compose",
     "condition",
+    "coordinate",
     "cross",
     "deviation_mm",
     "dot",
@@ -420,7 +445,10 @@ __all__ = [
     "line_path",
     "link_type",
     "manipulability",
+    "matrix_latex",
+    "matrix_text",
     "multiply",
+    "named",
     "nearest",
     "nearest_allowed",
     "nearest_five_axis_singularity",
@@ -452,6 +480,8 @@ __all__ = [
     "solve_rpy",
     "step_errors",
     "step_ranges",
+    "symbolic_chain",
+    "symbolic_system",
     "system",
     "table_text",
     "task_jacobian",
@@ -465,6 +495,8 @@ __all__ = [
     "unit",
     "urdf_of_arm",
     "urdf_of_chain",
+    "work_chain",
+    "work_system",
     "zero_errors",
 ]
 
