@@ -1,8 +1,8 @@
 """Print the lecture's worked example of an arm, for the reader's own numbers.
 
-SYSTEM is a named one (`armdrive explain --list`), the reader's own link table (a .toml file), or
-`efficiency`: what each way of computing the named systems costs. JOINTS are in degrees and mm, in
-the order of the joints, and so is the goal, in the system's own coordinates.
+SYSTEM is a named one (`armdrive explain --list`), a built-in arm, the reader's own link table (a
+.toml file), or `efficiency`: what each way of computing the named systems costs. JOINTS are in
+degrees and mm, in the order of the joints, and so is the goal, in the system's own coordinates.
 
 examples: armdrive explain two-link-1 30 40
           armdrive explain minimover5 --goal 250 0 120 -90 0
@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from armdrive.cli.choosing import add_json_option
@@ -21,8 +22,9 @@ from armdrive.cli.output import emit, say
 from armdrive.cli.units import coordinates_text, given_goal, given_joints
 from armdrive.errors import BadRequest, Refused
 from armdrive.modelfile import is_model_file, read_model
+from kinematics import PRESETS, preset
 from kinematics.errors import OutOfReach, UnknownSystem
-from kinematics.systems import SYSTEMS, System, system
+from kinematics.systems import SYSTEMS, MiniMover, System, system
 
 if TYPE_CHECKING:
     from kinematics.worked_example import WorkedExample
@@ -102,6 +104,8 @@ def _list(*, as_json: bool) -> None:
         say(f"{name:<{width}}{each.title}")
         say(f"{'':<{width}}{each.source}")
     say("")
+    others = ", ".join(key for key in PRESETS if key not in SYSTEMS)
+    say(f"or an arm of the Mini-mover's build: {others}")
     say("or a link table of your own: armdrive explain FILE.toml")
     say(f"what computing them costs:   armdrive explain {EFFICIENCY}")
 
@@ -123,7 +127,7 @@ def _example(
         )
     named = _system(word)
     try:
-        return work_system(
+        example = work_system(
             named,
             joints and given_joints(named.chain(), joints),
             goal and given_goal(named.coordinates, goal),
@@ -135,13 +139,22 @@ def _example(
             f"mm, {error.excess:.3g} mm beyond {error.bound:.6g} mm; a goal that it reaches: "
             f"{instead}"
         ) from None
+    chain = replace(example.chain, name=word)
+    return replace(example, name=word, title=_title(word, named), chain=chain)
 
 
 def _system(word: str) -> System:
+    """Return a named system, or a built-in arm as one of the Mini-mover's build."""
+    if word in PRESETS and word not in SYSTEMS:
+        return MiniMover(preset(word).arm)
     try:
         return system(word)
     except UnknownSystem as error:
         raise BadRequest(str(error)) from None
+
+
+def _title(word: str, named: System) -> str:
+    return named.title if word in SYSTEMS else preset(word).title
 
 
 def _say_symbolic(options: argparse.Namespace) -> None:
@@ -157,7 +170,7 @@ def _say_symbolic(options: argparse.Namespace) -> None:
         example: SymbolicExample = symbolic_chain_example(model.chain)
     else:
         named = _system(options.system)
-        title, source = named.title, named.source
+        title, source = _title(options.system, named), named.source
         example = symbolic_system_example(named)
     if options.json:
         from armdrive.cli.explain_view import symbolic_view

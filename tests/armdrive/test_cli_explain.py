@@ -53,6 +53,13 @@ def test_every_system_is_explained_as_json(call, name):
         assert branch["comes_to"] == pytest.approx(found["goal"], abs=1e-6)
 
 
+def test_a_built_in_arm_is_explained_with_its_own_lengths(call):
+    said = call("explain", "teachmover", code=0).out
+    assert said.startswith("Microbot TeachMover\n")
+    assert "d1 = 193.7 mm" in said
+    assert call("explain", "robko01", "--symbolic", code=0).out.startswith("Robko 01")
+
+
 def test_joints_are_degrees_and_mm(call):
     found = call("explain", "two-link-3", "30", "100", "--json", code=0).json
     assert found["joints"] == pytest.approx({"theta1_deg": 30.0, "d2_mm": 100.0})
