@@ -215,9 +215,16 @@ class FiveAxisArm:
 
         Raises `Unreachable`, which says which constraint fails, by how much, and the nearest
         pose that can be reached. A wrist roll of more than half a turn is found where the seed
-        is nearer to it. An angle less than 1e-7 rad beyond a limit becomes the limit.
+        is nearer to it. An angle less than 1e-7 rad beyond a limit becomes the limit. On the base
+        axis, where the base is free and no direction is outwards, a pitch and its mirror image
+        are one elevation of the hand: the mirror image is taken where only it can be held.
         """
         joints = self.solve(pose, seed, roll_frame)
+        if joints is None and math.hypot(pose.x_mm, pose.y_mm) <= closed_form.AXIS_MM:
+            turned = Pose(
+                pose.x_mm, pose.y_mm, pose.z_mm, math.pi - pose.pitch_rad, pose.roll_rad + math.pi
+            )
+            joints = self.solve(turned, seed, roll_frame)
         if joints is None:
             raise refusal(self, pose, seed, roll_frame)
         return joints

@@ -31,6 +31,7 @@ from kinematics import (
     RollFrame,
     Unreachable,
 )
+from kinematics.presets import PRESETS
 
 
 def product(a, b):
@@ -209,6 +210,15 @@ def test_a_tip_on_the_base_axis_takes_the_seeds_base(base, rise):
     solved = TEACHMOVER.ik(pose, seed)
     assert solved["base"] == base
     assert same_pose(TEACHMOVER.fk(solved), pose)
+
+
+def test_on_the_base_axis_an_elevation_that_only_its_mirror_image_holds_is_held():
+    """With the base free, a hand leaning one way or the other over the axis is one elevation."""
+    arm = PRESETS["minimover5"].arm
+    pose = Pose.of(x_mm=0.0, y_mm=0.0, z_mm=480.0, pitch_deg=70.0)
+    reached = arm.fk(arm.ik(pose))
+    assert (reached.x_mm, reached.y_mm, reached.z_mm) == pytest.approx((0.0, 0.0, 480.0), abs=1e-6)
+    assert math.sin(reached.pitch_rad) == pytest.approx(math.sin(pose.pitch_rad))
 
 
 def test_a_free_base_beyond_its_limits_is_brought_within():
