@@ -22,10 +22,16 @@ class Definition:
 
 
 def definitions(pairs: Iterable[tuple[str, Symbol | float]]) -> tuple[Definition, ...]:
-    """Return named values as steps, each one after those that it uses, without repetition."""
+    """Return named values as steps, each one after those that it uses, without repetition.
+
+    A second value under the same name is another one, and gets a prime.
+    """
     listed: dict[str, Symbol] = {}
     for name, value in pairs:
-        listed.setdefault(name, as_symbol(value))
+        symbol = as_symbol(value)
+        while listed.get(name, symbol) != symbol:
+            name += "'"
+        listed[name] = symbol
     names: dict[Symbol, str] = {}
     for name, symbol in listed.items():
         if not _is_plain(symbol):

@@ -21,6 +21,7 @@ from kinematics.symbolic_systems import (
 )
 from kinematics.symbols import as_symbol
 from kinematics.systems import SYSTEMS
+from kinematics.worked_symbols import symbolic_system_example
 
 
 def postures(system, low_rad=-3.0, high_rad=3.0):
@@ -168,6 +169,27 @@ def test_the_mini_movers_solution_reads_step_by_step():
     assert written["cos(bend)"] == "(r0^2 + z0^2 - a2^2 - a3^2) / (2 a2 a3)"
     assert written["theta2"] == "direction - lift"
     assert written["theta4"] == "atan2(S(pitch), C(pitch)) - theta2 - theta3"
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_following_the_written_steps_leads_to_the_joint_values(name):
+    system = SYSTEMS[name]
+    posture = [
+        angle if kind is JointKind.REVOLUTE else 130.0
+        for angle, kind in zip((0.4, 0.7, 0.9, 0.5, 0.6, 0.8), system.chain().kinds, strict=False)
+    ]
+    goal = system.goal_of(system.fk(posture))
+    for branch in symbolic_system_example(system).branches:
+        if branch.name not in {found.name for found in system.ik(goal)}:
+            continue
+        symbols = symbolic_goal(system.coordinates)
+        known = {next(iter(one.names())): n for one, n in zip(symbols, goal, strict=True)}
+        known |= system.lengths()
+        for step in branch.steps:
+            known[step.name] = step.symbol.value(known)
+        joints = [known[next(iter(one.names()))] for one in joint_symbols(system.chain())]
+        for found, plain in zip(joints, system.solution(goal, branch.name).joints, strict=True):
+            assert found == pytest.approx(plain, abs=1e-7)
 
 
 def test_a_chains_lengths_are_named_by_link():

@@ -297,6 +297,11 @@ def test_a_solution_is_written_by_its_named_steps():
     ]
 
 
+def test_a_second_value_of_a_name_gets_a_prime():
+    steps = definitions([("h", L1 + L2), ("h", L1 + L2), ("h", L1 - L2)])
+    assert [step.name for step in steps] == ["h", "h'"]
+
+
 @given(at=values)
 def test_naming_parts_keeps_the_value(at):
     part = THETA1 - THETA2
