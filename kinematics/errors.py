@@ -323,6 +323,8 @@ def finite(name: str, value: object) -> float:
 
     Text, None, booleans, NaN and infinities are refused: none of them is a length or an angle.
     """
+    if type(value) is float and value - value == 0.0:
+        return value  # the usual case, first because every value type is built of many
     if isinstance(value, bool | str | bytes):
         raise BadNumber(name, value)
     try:

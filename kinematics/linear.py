@@ -59,7 +59,9 @@ def inverse(matrix: Matrix) -> Matrix:
 
 def times(matrix: Matrix, vector: Sequence[float]) -> tuple[float, ...]:
     """Return the product of a matrix and a vector."""
-    return tuple(sum(a * b for a, b in zip(row, vector, strict=True)) for row in matrix)
+    if any(len(row) != len(vector) for row in matrix):
+        raise ValueError(f"a vector of {len(vector)} does not fit the rows of this matrix")
+    return tuple([sum(map(mul, row, vector)) for row in matrix])
 
 
 def transposed(matrix: Matrix) -> Matrix:

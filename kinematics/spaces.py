@@ -34,8 +34,8 @@ class Pose:
     roll_rad: float = 0.0
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            object.__setattr__(self, field.name, finite(field.name, getattr(self, field.name)))
+        for name in _COORDINATES:
+            object.__setattr__(self, name, finite(name, getattr(self, name)))
 
     @classmethod
     def of(
@@ -67,6 +67,9 @@ class Pose:
         )
 
 
+_COORDINATES = tuple(field.name for field in fields(Pose))
+
+
 @dataclass(frozen=True, slots=True)
 class Joints:
     """Joint angles in rad, relative, in the order of the arm's joints (`names`).
@@ -85,11 +88,10 @@ class Joints:
                 f"{len(self.names)} joint angles are needed ({', '.join(self.names)}), "
                 f"not {len(self.angles_rad)}"
             )
-        angles = tuple(
-            finite(f"{name}_rad", angle)
-            for name, angle in zip(self.names, self.angles_rad, strict=True)
-        )
-        object.__setattr__(self, "angles_rad", angles)
+        if not all(type(angle) is float and angle - angle == 0.0 for angle in self.angles_rad):
+            named = zip(self.names, self.angles_rad, strict=True)
+            angles = tuple(finite(f"{name}_rad", angle) for name, angle in named)
+            object.__setattr__(self, "angles_rad", angles)
 
     @classmethod
     def of(cls, *angles_deg: float, names: tuple[str, ...] = JOINT_NAMES) -> Joints:
@@ -143,16 +145,16 @@ class Motors(tuple[int, ...]):
     def __new__(cls, steps: Iterable[int] = ()) -> Motors:
         """Make motor steps; raises `BadNumber` for anything but whole numbers."""
         made = super().__new__(cls, steps)
-        for index, count in enumerate(made):
-            if type(count) is not int:
-                raise BadNumber(f"motor {index + 1} steps", count)
-        return made
+        if set(map(type, made)) <= {int}:
+            return made
+        wrong = next(index for index, count in enumerate(made) if type(count) is not int)
+        raise BadNumber(f"motor {wrong + 1} steps", made[wrong])
 
     def __sub__(self, other: Motors) -> Motors:
-        return Motors(a - b for a, b in zip(self, other, strict=True))
+        return Motors([a - b for a, b in zip(self, other, strict=True)])
 
     def __add__(self, other: tuple[int, ...]) -> Motors:  # type: ignore[override]
-        return Motors(a + b for a, b in zip(self, other, strict=True))
+        return Motors([a + b for a, b in zip(self, other, strict=True)])
 
     @overload  # type: ignore[override]
     def __getitem__(self, index: int) -> int: ...
