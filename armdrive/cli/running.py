@@ -14,7 +14,7 @@ from typing import NoReturn, Protocol, cast
 
 from armdrive.cli import COMMANDS
 from armdrive.errors import ArmError
-from kinematics.errors import BadNumber, KinematicsError, UnknownPreset
+from kinematics.errors import BadNumber, KinematicsError, UnknownPreset, UnknownSystem
 
 REFUSED = 3
 USAGE = 2
@@ -59,7 +59,7 @@ def run_command(name: str, words: list[str]) -> int:
         return _say(f"ended by {ended}; an arm that moved was stopped", 128 + ended.number)
     except ArmError as error:
         return _say(str(error), error.exit_code)
-    except (BadNumber, UnknownPreset) as error:
+    except (BadNumber, UnknownPreset, UnknownSystem) as error:
         return _say(str(error), USAGE)
     except KinematicsError as error:
         return _say(str(error), REFUSED)
