@@ -21,6 +21,7 @@ def run_desk(arm: DeskArm, *, ascii_only: bool = False) -> int:
 
     from armdrive.draw.terminal import can_braille
     from tui.desk import Desk
+    from tui.framework import forget_a_closed_terminal
 
     braille = not ascii_only and can_braille(sys.stdout.encoding, os.environ)
     desk = Desk(arm, braille=braille, handle_signals=True)
@@ -28,4 +29,5 @@ def run_desk(arm: DeskArm, *, ascii_only: bool = False) -> int:
         desk.run()
     finally:
         arm.request_stop()
+        forget_a_closed_terminal()
     return desk.return_code or 0

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import signal
+import sys
 from collections.abc import Callable
 
 from textual.app import App
@@ -34,6 +36,22 @@ def _handle(
         loop.add_signal_handler(number, call, int(number))
     except NotImplementedError:  # the event loop of Windows has no such call
         signal.signal(number, lambda *_: loop.call_soon_threadsafe(call, int(number)))
+
+
+def forget_a_closed_terminal() -> None:
+    """Send what is still to be painted nowhere if the terminal is gone.
+
+    Else the interpreter fails to paint it while it ends, and ends with an exit code of its own.
+    """
+    for stream in (sys.__stdout__, sys.__stderr__):
+        if stream is None:
+            continue
+        try:
+            stream.flush()
+        except OSError:
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nowhere, stream.fileno())
+            os.close(nowhere)
 
 
 class PlainText(Static):
