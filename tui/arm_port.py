@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class DeskArm(Protocol):
-    """One connected arm. Only `reset`, `confirm_reference` and `close` may take a moment."""
+    """One connected arm. Only `reset`, `home`, `confirm_...` and `close` may take a moment."""
 
     @property
     def status(self) -> Status:
@@ -42,6 +42,9 @@ class DeskArm(Protocol):
 
     def reset(self) -> None:
         """Leave the error state. Moves nothing; raises `ArmError`."""
+
+    def home(self) -> object:
+        """Have the simulated operator bring a simulated arm to its reference."""
 
     def confirm_reference(self) -> None:
         """Say that the arm stands in its reference posture; raises `ArmError`."""

@@ -268,7 +268,11 @@ class Desk(App[int]):
         self.push_screen(HelpScreen())
 
     def action_reference(self) -> None:
-        """Ask whether the arm stands in its reference posture."""
+        """Ask whether the arm stands in its reference posture; a simulated one is brought there."""
+        if self._status.simulated:
+            self._apply(self._deadman.disarm("the simulated operator is at work"))
+            self._in_thread(self._arm.home, "the simulated operator referenced the arm")
+            return
         try:
             request = self._arm.reference_request()
         except (ArmError, KinematicsError) as error:
@@ -303,11 +307,11 @@ class Desk(App[int]):
         while len(self.screen_stack) > 1:
             self.pop_screen()
 
-    def _in_thread(self, call: Callable[[], None], done: str) -> None:
+    def _in_thread(self, call: Callable[[], object], done: str) -> None:
         """Make a call that takes a moment, without keeping the stop key waiting."""
         self.run_worker(partial(self._called, call, done), thread=True, exit_on_error=False)
 
-    def _called(self, call: Callable[[], None], done: str) -> None:
+    def _called(self, call: Callable[[], object], done: str) -> None:
         try:
             call()
         except (ArmError, KinematicsError) as error:

@@ -61,7 +61,7 @@ KEYS = (
         ("H",),
         "reference",
         "reference",
-        "Show the reference posture, and say that the arm stands in it.",
+        "Show the reference posture, and say that the arm stands in it (a simulated one is led).",
     ),
     DeskKey(
         "confirm",

@@ -13,8 +13,10 @@ from tui.settings import Settings
 if TYPE_CHECKING:
     from kinematics import ArmPreset
 
-NARROW = 48
-"""Below this width, bars and names are shorter."""
+ROW_WIDTH = 34
+"""What a row of the joint table takes beside its bar."""
+
+SHORTEST_BAR, LONGEST_BAR = 7, 20
 
 ROW_PAIRS = JOG_PAIRS[:6]
 UNKNOWN = "?"
@@ -85,7 +87,8 @@ def joint_table(status: Status, model: ArmPreset, settings: Settings, width: int
 
 
 def _bar_width(width: int) -> int:
-    return 7 if width < NARROW else 20
+    """Return how long a bar may be beside the words and numbers of its row."""
+    return min(max(width - ROW_WIDTH, SHORTEST_BAR), LONGEST_BAR)
 
 
 def _joint_keys(pair: JogPair, settings: Settings) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import os
 import sys
 from typing import TYPE_CHECKING
@@ -46,14 +45,13 @@ def ask_operator(request: PostureRequest) -> bool:
     return agreed("Does the arm stand exactly like this? Type yes: ")
 
 
-def settle_trust(arm: Arm, options: argparse.Namespace) -> None:
+def settle_trust(arm: Arm) -> None:
     """Have a restored position confirmed: by the simulated operator, or by the person here."""
     status = arm.status
-    if status.trust is not Trust.RESTORED or options.allow_restored or status.joints is None:
+    if status.trust is not Trust.RESTORED or arm.core.allow_restored or status.joints is None:
         return
     if arm.simulated:
-        if arm.twin is not None and arm.twin.operator.stands_at(status.joints):
-            arm.confirm_restored()
+        confirm_simulated(arm)
         return
     if not sys.stdin.isatty():
         return  # the motion is refused, with the ways to confirm
@@ -63,6 +61,15 @@ def settle_trust(arm: Arm, options: argparse.Namespace) -> None:
     if not agreed("Does the arm stand like this? Type yes: "):
         raise OperatorNeeded("not confirmed: run `armdrive home`")
     arm.confirm_restored()
+
+
+def confirm_simulated(arm: Arm) -> None:
+    """Let the simulated operator look at the simulated arm, and confirm what he sees."""
+    joints = arm.status.joints
+    if arm.twin is None or joints is None or arm.status.trust is not Trust.RESTORED:
+        return
+    if arm.twin.operator.stands_at(joints):
+        arm.confirm_restored()
 
 
 def agreed(question: str) -> bool:

@@ -20,7 +20,6 @@ def run_on_real_arm(options: argparse.Namespace) -> int:
     """Have the blocks put down, reference the arm if it is not, and perform."""
     if not sys.stdin.isatty():
         raise OperatorNeeded("on a real arm the demonstration needs a person at a terminal")
-    options.allow_restored = False
     with connect_chosen(options) as arm:
         say_which(arm.status)
         for job in JOBS:
@@ -28,7 +27,7 @@ def run_on_real_arm(options: argparse.Namespace) -> int:
         say(f"One stop takes up to {arm.status.stop_time_s:.2f} s; Ctrl-C asks for it.")
         if not agreed("Are the blocks in place, and nobody in the arm's reach? Type yes: "):
             raise OperatorNeeded("not confirmed: nothing was moved")
-        settle_trust(arm, options)
+        settle_trust(arm)
         arm.operator = ask_operator
         for each in perform(arm, JOBS, say):
             say(f"block {each.job.name}: measured {each.measured_mm:.1f} mm")

@@ -9,6 +9,7 @@ import argparse
 import sys
 
 from armdrive.cli.choosing import add_arm_options, connect_chosen
+from armdrive.cli.confirming import confirm_simulated
 from armdrive.errors import BadRequest
 
 
@@ -25,4 +26,5 @@ def run(options: argparse.Namespace) -> int:
     from tui import run_desk
 
     with connect_chosen(options, pace="real") as arm:  # the simulated twin of a port's arm, too
+        confirm_simulated(arm)
         return run_desk(arm, ascii_only=options.ascii)

@@ -54,7 +54,7 @@ def run(options: argparse.Namespace) -> int:
     with connect_chosen(options, allow_restored=options.allow_restored) as arm:
         if not options.json:
             say_which(arm.status)
-        settle_trust(arm, options)
+        settle_trust(arm)
         for moved in _moves(arm, options):
             if not options.json:
                 say(str(moved))

@@ -79,6 +79,9 @@ class FakeArm:
         self.calls.append(("reset",))
         self.set(state=State.STANDBY, error="")
 
+    def home(self):
+        self.calls.append(("home",))
+
     def confirm_reference(self):
         self.calls.append(("reference",))
 

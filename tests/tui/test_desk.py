@@ -101,7 +101,8 @@ async def test_mode_increment_and_speed_follow_their_keys():
 async def test_every_other_key_of_the_table_does_what_it_says():
     """A key that is added to the table without a deed here makes this test fail."""
     deeds = {}
-    async with Session(FakeArm(state=State.ERROR_STOP, trust=Trust.RESTORED)) as session:
+    arm = FakeArm(state=State.ERROR_STOP, trust=Trust.RESTORED, simulated=False)
+    async with Session(arm) as session:
         for key in ("space", "R", "X", "H", "C"):
             session.arm.calls.clear()
             await session.press(key)
@@ -131,7 +132,7 @@ async def test_every_other_key_of_the_table_does_what_it_says():
 @pytest.mark.parametrize("key", ["space", "escape", "ctrl+c"])
 @pytest.mark.parametrize("dialog", [None, "question_mark", "H"])
 async def test_stop_keys_stop_disarm_and_close_whatever_is_open(key, dialog):
-    async with Session() as session:
+    async with Session(FakeArm(simulated=False)) as session:
         await session.arm_keys()
         if dialog:
             await session.press(dialog)
@@ -286,7 +287,7 @@ async def test_error_stop_says_how_to_leave_it_and_leaving_moves_nothing():
 
 @pytest.mark.parametrize(("answer", "asked"), [("y", [("reference",)]), ("n", [])])
 async def test_the_reference_is_taken_only_after_a_yes(answer, asked):
-    async with Session(FakeArm(**unknown_position())) as session:
+    async with Session(FakeArm(simulated=False, **unknown_position())) as session:
         await session.press("H", "enter")
         assert len(session.desk.screen_stack) == 2, "enter is neither yes nor no"
         await session.press(answer)
@@ -312,15 +313,23 @@ async def test_there_is_nothing_to_confirm_of_a_referenced_position():
         assert "nothing to confirm" in session.text("remarks")
 
 
+async def test_a_simulated_arm_is_brought_to_its_reference_by_its_operator():
+    async with Session(FakeArm(**unknown_position())) as session:
+        await session.press("H")
+        await session.desk.workers.wait_for_complete()
+        assert len(session.desk.screen_stack) == 1
+        assert session.arm.calls == [("home",)]
+
+
 async def test_a_stop_in_the_reference_question_is_no_yes():
-    async with Session() as session:
+    async with Session(FakeArm(simulated=False)) as session:
         await session.press("H", "space")
         await session.desk.workers.wait_for_complete()
         assert session.arm.asked("reference") == []
 
 
 async def test_refusals_are_sentences_on_the_screen():
-    async with Session(StubbornArm()) as session:
+    async with Session(StubbornArm(simulated=False)) as session:
         await session.press("R")
         await session.desk.workers.wait_for_complete()
         await session.pilot.pause()
@@ -335,7 +344,7 @@ async def test_refusals_are_sentences_on_the_screen():
 
 
 async def test_an_arm_without_a_known_reference_says_so():
-    async with Session(UnplaceableArm()) as session:
+    async with Session(UnplaceableArm(simulated=False)) as session:
         await session.press("H")
         assert len(session.desk.screen_stack) == 1
         assert "no reference posture is known" in session.text("remarks")
