@@ -1,12 +1,15 @@
 """Print the lecture's worked example of an arm, for the reader's own numbers.
 
 SYSTEM is a named one (`armdrive explain --list`), a built-in arm, the reader's own link table (a
-.toml file), or `efficiency`: what each way of computing the named systems costs. JOINTS are in
-degrees and mm, in the order of the joints, and so is the goal, in the system's own coordinates.
+.toml file), `efficiency` (what each way of computing the named systems costs), or `accuracy` (what
+steps and errors of the model do to the tip). JOINTS are in degrees and mm, in the order of the
+joints, and so is the goal, in the system's own coordinates.
 
 examples: armdrive explain two-link-1 30 40
           armdrive explain minimover5 --goal 250 0 120 -90 0
           armdrive explain puma --symbolic
+          armdrive explain accuracy teachmover 0 40 -60 -70 0
+          armdrive explain alpha2 --urdf > alpha2.urdf
 """
 
 from __future__ import annotations
@@ -32,6 +35,7 @@ if TYPE_CHECKING:
     from kinematics.worked_text import Section
 
 EFFICIENCY = "efficiency"
+ACCURACY = "accuracy"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -48,6 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--symbolic", action="store_true", help="A matrices, product and solutions in C1, S12"
     )
     parser.add_argument("--latex", action="store_true", help="the same as LaTeX")
+    parser.add_argument("--urdf", action="store_true", help="the arm as URDF, for other tools")
     add_json_option(parser)
 
 
@@ -60,6 +65,14 @@ def run(options: argparse.Namespace) -> int:
         from armdrive.cli.explain_efficiency import explain_efficiency
 
         explain_efficiency(options.joints, as_json=options.json)
+        return 0
+    if options.system == ACCURACY:
+        from armdrive.cli.explain_accuracy import explain_accuracy
+
+        explain_accuracy(options.joints, as_json=options.json)
+        return 0
+    if options.urdf:
+        _say_urdf(options.system)
         return 0
     joints = _numbers(options.joints)
     if options.symbolic or options.latex:
@@ -80,6 +93,14 @@ def run(options: argparse.Namespace) -> int:
         _say_heading(example.title or example.name, example.source)
         _say_sections(sections(example))
     return 0
+
+
+def _say_urdf(word: str) -> None:
+    from kinematics.urdf import urdf_of_chain
+
+    chain = read_model(word).chain if is_model_file(word) else _system(word).chain()
+    name = word if not is_model_file(word) else ""
+    say(urdf_of_chain(chain, name=name).rstrip())
 
 
 def _list(*, as_json: bool) -> None:
@@ -108,6 +129,7 @@ def _list(*, as_json: bool) -> None:
     say(f"or an arm of the Mini-mover's build: {others}")
     say("or a link table of your own: armdrive explain FILE.toml")
     say(f"what computing them costs:   armdrive explain {EFFICIENCY}")
+    say(f"how exact an arm is:         armdrive explain {ACCURACY}")
 
 
 def _example(

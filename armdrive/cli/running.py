@@ -59,7 +59,7 @@ def run_command(name: str, words: list[str]) -> int:
         return _say(f"ended by {ended}; an arm that moved was stopped", 128 + ended.number)
     except ArmError as error:
         return _say(str(error), error.exit_code)
-    except (BadNumber, UnknownPreset, UnknownSystem) as error:
+    except (BadNumber, UnknownPreset, UnknownSystem, argparse.ArgumentTypeError) as error:
         return _say(str(error), USAGE)
     except KinematicsError as error:
         return _say(str(error), REFUSED)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
+from xml.etree import ElementTree as ET
 
 import pytest
 from cli_calls import Caller
@@ -132,6 +133,30 @@ def test_latex_is_only_formulas_and_comments(call):
         assert not block.strip() or block.startswith("%")
     found = call("explain", "two-link-1", "--latex", "--json", code=0).json
     assert found["product"][0][3] == "l_{1} C_{1} + l_{2} C_{12}"
+
+
+def test_accuracy_explains_the_stated_resolution(call):
+    said = call("explain", "accuracy", code=0).out
+    assert "what a motor step does to the tip" in said
+    assert "0.28 mm" in said
+    found = call(
+        "explain", "accuracy", "teachmover", "10", "40", "-60", "-70", "0", "--json", code=0
+    )
+    steps = [each for each in found.json["errors"] if each["group"] == "a motor step"]
+    assert [each["cause"] for each in steps][:3] == ["base", "shoulder", "elbow"]
+    assert 0.2 < steps[2]["distance_mm"] < 0.3
+    assert found.json["rounding_rms_mm"] < found.json["rounding_bound_mm"]
+    assert "5 joint angles" in call.refused("explain", "accuracy", "teachmover", "1", code=2)
+    words = ("explain", "accuracy", "teachmover", "0", "abc", "0", "0", "0")
+    assert "'abc' is not a number" in call.refused(*words, code=2)
+    assert "no motor steps" in call.refused("explain", "accuracy", "alpha2", code=3)
+
+
+def test_urdf_is_printed_for_other_tools(call):
+    said = call("explain", "alpha2", "--urdf", code=0).out
+    robot = ET.fromstring(said)
+    assert robot.get("name") == "alpha2"
+    assert len([each for each in robot.iter("joint") if each.get("type") == "revolute"]) == 5
 
 
 def test_efficiency_prints_counts(call):
