@@ -1,6 +1,7 @@
 """The arm file: everything that is particular to one physical arm, one number in one place.
 
 TOML. `model` names a preset of kinematics; every other key corrects it or describes the wiring.
+Or it names a model file, and the other keys say what its link table does not (modelarm.py).
 A file without corrections is two lines long. Unknown keys are refused with the nearest known one.
 """
 
@@ -17,9 +18,28 @@ from typing import Any
 from armdrive.controllers.teachmover import TeachMoverSettings
 from armdrive.dialects import dialect
 from armdrive.errors import ArmFileError, BadRequest
-from armdrive.sections import number, read_section, refuse_unknown, require_table, within
-from kinematics import ArmPreset, JointRange, KinematicsError, Pose, Transmission, preset
+from armdrive.sections import (
+    joint_range,
+    number,
+    read_section,
+    refuse_unknown,
+    require_table,
+    within,
+)
+from kinematics import (
+    PRESETS,
+    ArmModel,
+    ArmPreset,
+    JointRange,
+    KinematicsError,
+    Pose,
+    Transmission,
+    preset,
+)
 from kinematics.spaces import JOINT_NAMES
+
+MODEL_FILE = ".toml"
+"""How a `model` ends that is no preset's key but a model file's path."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,12 +119,19 @@ class PostureSettings:
 
 
 @dataclass(frozen=True, slots=True)
+class YawedPostureSettings(PostureSettings):
+    """The same of an arm of six joints, whose hand has a heading of its own."""
+
+    yaw_deg: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
 class ArmConfig:
     """One physical arm, ready to be driven: its model with every correction applied."""
 
     name: str
     title: str
-    model: ArmPreset
+    model: ArmModel
     connection: Connection = field(default_factory=Connection)
     motion: MotionSettings = field(default_factory=MotionSettings)
     gripper: GripperSettings = field(default_factory=GripperSettings)
@@ -117,7 +144,7 @@ class ArmConfig:
 
         A saved position is worth nothing under another model or transmission.
         """
-        meaning = repr((self.model.arm.lengths, self.model.transmission, self.model.reference))
+        meaning = repr((self.model.arm.meaning, self.model.transmission, self.model.reference))
         return hashlib.sha256(meaning.encode()).hexdigest()[:16]
 
 
@@ -137,20 +164,22 @@ def load_arm_file(path: Path) -> ArmConfig:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ArmFileError(f"the arm file {path} is not valid TOML: {error}") from None
     try:
-        return parse_arm_file(table, name=path.stem)
+        return parse_arm_file(table, name=path.stem, folder=path.parent)
     except (ArmFileError, KinematicsError) as error:
         raise ArmFileError(f"{path}: {error}") from None
 
 
-def parse_arm_file(table: Mapping[str, Any], *, name: str) -> ArmConfig:
-    """Turn a parsed TOML document into an arm."""
-    refuse_unknown(table, list(_TOP_KEYS), "")
-    if not isinstance(table.get("model"), str):
+def parse_arm_file(table: Mapping[str, Any], *, name: str, folder: Path = Path()) -> ArmConfig:
+    """Turn a parsed TOML document into an arm; a model file is looked for from `folder`."""
+    word = table.get("model")
+    if not isinstance(word, str):
         raise ArmFileError('the key model is missing, for example model = "teachmover"')
+    given = word not in PRESETS and word.lower().endswith(MODEL_FILE)
+    refuse_unknown(table, list(_MODEL_KEYS if given else _TOP_KEYS), "")
     title = table.get("title", "")
     if not isinstance(title, str):
         raise ArmFileError(f"title must be text, not {title!r}")
-    model = _corrected(preset(table["model"]), table)
+    model = _described(table, folder) if given else _corrected(preset(word), table)
     connection = read_section(Connection, table.get("connection", {}), "connection")
     try:
         dialect(connection.dialect)
@@ -165,12 +194,27 @@ def parse_arm_file(table: Mapping[str, Any], *, name: str) -> ArmConfig:
         motion=read_section(MotionSettings, table.get("motion", {}), "motion"),
         gripper=read_section(GripperSettings, table.get("gripper", {}), "gripper"),
         teachmover=read_section(TeachMoverSettings, table.get("teachmover", {}), "teachmover"),
-        park=read_section(PostureSettings, park, "park").pose() if park is not None else None,
+        park=_posture(park, "park", model.arm.has_yaw) if park is not None else None,
     )
 
 
+def _described(table: Mapping[str, Any], folder: Path) -> ArmModel:
+    from armdrive.modelarm import model_of  # few arms need a link table and its solver
+
+    return model_of(table, folder, _posture)
+
+
+def _posture(table: object, where: str, has_yaw: bool) -> Pose:
+    kind = YawedPostureSettings if has_yaw else PostureSettings
+    return read_section(kind, table, where).pose()
+
+
+_COMMON_KEYS = ("model", "title", "connection", "motion", "gripper", "teachmover", "park")
+_MODEL_KEYS = (
+    *_COMMON_KEYS, "motors", "fingers", "speeds_deg_s", "limits_deg", "reference", "guards",
+)  # fmt: skip
 _TOP_KEYS = (
-    "model", "title", "connection", "motion", "gripper", "teachmover", "park", "reference",
+    *_COMMON_KEYS, "reference",
     "lengths", "limits_deg", "speeds_deg_s", "steps_per_turn", "steps_per_mm", "motor_signs",
     "joint_signs", "guards",
 )  # fmt: skip
@@ -191,7 +235,7 @@ def _corrected(model: ArmPreset, table: Mapping[str, Any]) -> ArmPreset:
         transmission=_transmission(model, table),
     )
     if "reference" in table and model.reference is not None:
-        pose = read_section(PostureSettings, table["reference"], "reference").pose()
+        pose = _posture(table["reference"], "reference", arm.has_yaw)
         model = replace(model, reference=replace(model.reference, pose=pose))
     return model
 
@@ -208,18 +252,9 @@ def _joint_table(table: object, where: str) -> Mapping[str, Any]:
 def _limits(limits: tuple[JointRange, ...], table: object) -> tuple[JointRange, ...]:
     entries = _joint_table(table, "limits_deg")
     return tuple(
-        _range(entries[joint], f"limits_deg.{joint}") if joint in entries else known
+        joint_range(entries[joint], f"limits_deg.{joint}") if joint in entries else known
         for joint, known in zip(JOINT_NAMES, limits, strict=True)
     )
-
-
-def _range(value: object, where: str) -> JointRange:
-    if not isinstance(value, list) or len(value) != 2:
-        raise ArmFileError(f"{where} must be a pair of degrees, for example [-90, 90]")
-    low, high = (number(one, where) for one in value)
-    if low >= high:
-        raise ArmFileError(f"{where}: the first number must be below the second")
-    return JointRange(math.radians(low), math.radians(high))
 
 
 def _speeds(speeds: tuple[float, ...], table: object) -> tuple[float, ...]:

@@ -63,6 +63,12 @@ class Core:
                 f"no motor steps are known of the {config.model.title}: give steps_per_turn in "
                 "an arm file of a model that has motors"
             )
+        motors = len(config.model.transmission.motors)
+        if motors != controller.abilities.motors:
+            raise Refused(
+                f"the {config.title} has {motors} motors, but its controller drives "
+                f"{controller.abilities.motors}: list every motor of the controller in the arm file"
+            )
         self.config = config
         self.controller = controller
         self.transmission: Transmission = config.model.transmission
@@ -203,6 +209,10 @@ class Core:
         same = self.transmission.to_motors(there.joints, opening_mm) == self.acknowledged
         return there if same else None
 
+    def _opening_mm(self, pulled_mm: float) -> float | None:
+        """Return how far apart the fingers are, from where their motor has them; None without."""
+        return max(pulled_mm, self.touch_mm or 0.0) if self.transmission.has_gripper else None
+
     def coordinates_of(self, position: Motors) -> Coordinates:
         """Return the point that whole motor steps stand for."""
         joints, opening_mm = self.transmission.to_joints(position)
@@ -260,7 +270,7 @@ class Core:
             current=self.current,
             joints=joints if known else None,
             pose=self.config.model.arm.fk(joints) if known else None,
-            gripper_mm=max(opening_mm, self.touch_mm or 0.0) if known else None,
+            gripper_mm=self._opening_mm(opening_mm) if known else None,
             gripping=self.gripping,
             commanded=self.commanded,
             acknowledged=self.acknowledged,

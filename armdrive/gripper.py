@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from armdrive.errors import Refused
-from armdrive.flows.gripping import Grasped, grasp
+from armdrive.flows.gripping import Grasped, grasp, require_gripper
 from armdrive.flows.motion import Moved
 from armdrive.planning import speed_fraction
 from armdrive.states import Event, after
@@ -30,6 +30,7 @@ class Gripper:
 
         Raises `NotReferenced` while the position is unknown.
         """
+        require_gripper(self._arm.core)
         return self._arm.known(self._arm.status.gripper_mm)
 
     @property
@@ -39,6 +40,7 @@ class Gripper:
 
     def open(self, opening_mm: float | None = None, *, speed: float = 1.0) -> Moved:
         """Open to a width in mm, or all the way."""
+        require_gripper(self._arm.core)
         widest = self._arm.model.gripper_range_mm[1]
         return self.move(widest if opening_mm is None else opening_mm, speed=speed)
 
@@ -60,6 +62,7 @@ class Gripper:
     def feel(self, *, force_n: float = 8.9) -> Grasped:
         """Like `grasp`, and also tell the force."""
         arm = self._arm
+        require_gripper(arm.core)
         if not arm.abilities.grip_switch:
             raise Refused("this arm has no grip switch: use gripper.close() with a width")
         force = finite("force_n", force_n)

@@ -20,6 +20,9 @@ class Space(Enum):
 CARTESIAN_AXES = ("x", "y", "z", "pitch", "roll")
 """Axes of a Cartesian jog: mm for the first three, rad for the last two."""
 
+YAW_AXIS = "yaw"
+"""One more of an arm of six joints, in rad."""
+
 GRIPPER_AXIS = "gripper"
 """The gripper's axis in either space, in mm of opening."""
 

@@ -7,6 +7,7 @@ keys, wrong types and numbers out of bounds are errors that name the key.
 from __future__ import annotations
 
 import difflib
+import math
 import types
 import typing
 from collections.abc import Mapping
@@ -15,6 +16,7 @@ from typing import Any, TypeVar
 
 from armdrive.errors import ArmFileError
 from kinematics.errors import BadNumber, finite
+from kinematics.limits import JointRange
 
 S = TypeVar("S")
 
@@ -94,6 +96,16 @@ def within(where: str, value: float, low: float, high: float) -> None:
     """Raise `ArmFileError` for a number out of its bounds."""
     if not low <= value <= high:
         raise ArmFileError(f"{where} must be from {low:g} to {high:g}, not {value:g}")
+
+
+def joint_range(value: object, where: str) -> JointRange:
+    """Return a range of the file, a pair of degrees."""
+    if not isinstance(value, list) or len(value) != 2:
+        raise ArmFileError(f"{where} must be a pair of degrees, for example [-90, 90]")
+    low, high = (number(one, where) for one in value)
+    if low >= high:
+        raise ArmFileError(f"{where}: the first number must be below the second")
+    return JointRange(math.radians(low), math.radians(high))
 
 
 _WORDS: Mapping[Any, str] = types.MappingProxyType(

@@ -8,7 +8,6 @@ way that the joints beyond it make meanwhile.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -34,26 +33,8 @@ def stop_bound(
     way_mm = 0.0
     speeds = config.model.joint_speeds_rad_s
     for speed_rad_s, lever_mm in reversed(
-        list(zip(speeds, _levers_mm(config, joints), strict=True))
+        list(zip(speeds, config.model.arm.levers_mm(joints), strict=True))
     ):
         if lever_mm > 0.0:
             way_mm += speed_rad_s * burst_s * (lever_mm + way_mm)
     return StopBound(burst_s + controller.stop_overhead_s(), way_mm)
-
-
-def _levers_mm(config: ArmConfig, joints: Joints | None) -> tuple[float, ...]:
-    """Return each joint axis's distance from the tip; rolling does not move it."""
-    arm = config.model.arm
-    if joints is None:
-        hand = arm.hand_mm
-        forearm = hand + arm.forearm_mm
-        whole = forearm + arm.upper_arm_mm
-        return whole, whole, forearm, hand, 0.0
-    _, shoulder, elbow, wrist, tip = arm.points(joints)
-    return (
-        math.hypot(tip[0], tip[1]),
-        math.dist(shoulder, tip),
-        math.dist(elbow, tip),
-        math.dist(wrist, tip),
-        0.0,
-    )

@@ -14,12 +14,14 @@ def pose_view(pose: Pose | None) -> dict[str, float] | None:
     """Return a pose in mm and degrees."""
     if pose is None:
         return None
+    yaw = {} if pose.yaw_deg is None else {"yaw_deg": round(pose.yaw_deg, 4)}
     return {
         "x_mm": round(pose.x_mm, 3),
         "y_mm": round(pose.y_mm, 3),
         "z_mm": round(pose.z_mm, 3),
         "pitch_deg": round(pose.pitch_deg, 4),
         "roll_deg": round(pose.roll_deg, 4),
+        **yaw,
     }
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from types import MappingProxyType
 
+from kinematics.arm_geometry import ArmGeometry
 from kinematics.errors import (
     BadNumber,
     Constraint,
@@ -37,7 +38,7 @@ from kinematics.guards import Guards, GuardViolation
 from kinematics.limits import JointRange, LimitViolation
 from kinematics.nearest import Nearest, nearest
 from kinematics.paths import JointPath, deviation_mm, first_violation, joint_path, line_path
-from kinematics.presets import PRESETS, ArmPreset, Reference, cable_transmission, preset
+from kinematics.presets import PRESETS, ArmModel, ArmPreset, Reference, cable_transmission, preset
 from kinematics.spaces import JOINT_NAMES, Joints, Motors, Pose
 from kinematics.transmission import MotorSpec, Transmission
 
@@ -331,6 +332,8 @@ __all__ = [
     "PRESETS",
     "RPY",
     "SYSTEMS",
+    "ArmGeometry",
+    "ArmModel",
     "ArmPreset",
     "Assignment",
     "AxisAngle",

@@ -61,13 +61,15 @@ class Constraint(Enum):
     TOO_FAR = "too far"
     TOO_NEAR = "too near"
     JOINT_LIMIT = "joint limit"
+    NO_POSTURE = "no posture found"
 
 
 class Unreachable(KinematicsError):
     """A pose that no posture within the limits reaches.
 
     `value`, `bound` and `excess` are in `unit` ("mm" for the distance of the wrist from the
-    shoulder axis, "rad" for a joint's angle); `joint` is None unless a joint limit is the reason.
+    shoulder axis, or for how far the nearest posture that a search found stays away; "rad" for a
+    joint's angle); `joint` is None unless a joint limit is the reason.
     `nearest` is a pose that can be reached: the nearest one of this pitch and roll, or, where
     none holds them, of the nearest pitch or roll that can be held.
     """

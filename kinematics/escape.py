@@ -9,10 +9,9 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 
+from kinematics.arm_geometry import ArmGeometry
 from kinematics.closed_form import AXIS_MM
-from kinematics.five_axis import FiveAxisArm
 from kinematics.guards import Guards, GuardViolation
-from kinematics.nearest import nearest
 from kinematics.spaces import Joints, Pose
 
 MOVES = 4
@@ -20,7 +19,7 @@ MOVES = 4
 
 
 def nearest_allowed(
-    arm: FiveAxisArm, guards: Guards, pose: Pose, seed: Joints | None = None
+    arm: ArmGeometry, guards: Guards, pose: Pose, seed: Joints | None = None
 ) -> Pose | None:
     """Return a reachable pose near `pose` that breaks no guard, its pitch and roll held if any.
 
@@ -37,7 +36,7 @@ def nearest_allowed(
     for _ in range(MOVES + 1):
         following: list[Pose] = []
         for goal in tries:
-            near = nearest(arm, goal, seed).pose
+            near = arm.nearest_pose(goal, seed)
             joints = arm.solve(near, seed)
             if joints is None:  # pragma: no cover - what is in reach has a posture
                 continue
@@ -52,7 +51,7 @@ def nearest_allowed(
     return best
 
 
-def _direction(arm: FiveAxisArm, pose: Pose, seed: Joints | None) -> float:
+def _direction(arm: ArmGeometry, pose: Pose, seed: Joints | None) -> float:
     """Return the direction of a pose from the base axis, or the seed's for a pose on the axis."""
     if math.hypot(pose.x_mm, pose.y_mm) > AXIS_MM:
         return math.atan2(pose.y_mm, pose.x_mm)

@@ -34,7 +34,13 @@ from kinematics.refusal import refusal
 from kinematics.spaces import JOINT_NAMES, Joints, Pose
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from kinematics.frames import Transform
+    from kinematics.line import Line
+
+
+MOVING_POINTS = ("elbow", "wrist", "tip")
 
 
 class Base(Enum):
@@ -114,6 +120,26 @@ class FiveAxisArm:
     def lengths(self) -> Lengths:
         """Base height, upper arm, forearm and hand in mm."""
         return self.base_height_mm, self.upper_arm_mm, self.forearm_mm, self.hand_mm
+
+    @property
+    def meaning(self) -> Lengths:
+        """The lengths, which give joint angles their meaning."""
+        return self.lengths
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """The joints from the table to the hand."""
+        return JOINT_NAMES
+
+    @property
+    def has_yaw(self) -> bool:
+        """Never: the hand stays in the plane of base axis and tip."""
+        return False
+
+    @property
+    def moving_points(self) -> tuple[str, ...]:
+        """Names of those of `points` that move."""
+        return MOVING_POINTS
 
     def fk(self, joints: Joints, roll_frame: RollFrame = RollFrame.HAND) -> Pose:
         """Return the pose of a posture; pitch and roll within (-pi, pi].
@@ -228,6 +254,46 @@ class FiveAxisArm:
         if joints is None:
             raise refusal(self, pose, seed, roll_frame)
         return joints
+
+    def ik_near(self, pose: Pose, seed: Joints) -> Joints:
+        """Return what `ik` does, which is quick enough for every small step."""
+        return self.ik(pose, seed)
+
+    def nearest_pose(self, pose: Pose, seed: Joints | None = None) -> Pose:
+        """Return the reachable pose nearest to this one; see `nearest`."""
+        from kinematics.nearest import nearest  # only here is it needed
+
+        return nearest(self, pose, seed).pose
+
+    def line(self, start: Joints, goal: Pose) -> Line:
+        """Return the straight line from a posture to a pose; see `line_from`."""
+        from kinematics.line import line_from  # a line is made of an arm
+
+        return line_from(self, start, goal)
+
+    def travel_bound_mm(self, changes_rad: Sequence[float]) -> float:
+        """Return a distance that no point exceeds while the joints turn by this much."""
+        base, shoulder, elbow, wrist, _ = map(abs, changes_rad)
+        _, upper, fore, hand = self.lengths
+        return (base + shoulder) * (upper + fore + hand) + elbow * (fore + hand) + wrist * hand
+
+    def levers_mm(self, joints: Joints | None) -> tuple[float, ...]:
+        """Return each joint axis's distance from the tip, stretched out where none are given.
+
+        Rolling does not move the tip.
+        """
+        if joints is None:
+            forearm = self.hand_mm + self.forearm_mm
+            whole = forearm + self.upper_arm_mm
+            return whole, whole, forearm, self.hand_mm, 0.0
+        _, shoulder, elbow, wrist, tip = self.points(joints)
+        return (
+            math.hypot(tip[0], tip[1]),
+            math.dist(shoulder, tip),
+            math.dist(elbow, tip),
+            math.dist(wrist, tip),
+            0.0,
+        )
 
     def _branch(self, back: bool, down: bool, angles: Angles, base_free: bool) -> Branch:
         return Branch(

@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from kinematics.five_axis import FiveAxisArm
+from kinematics.arm_geometry import ArmGeometry
 from kinematics.spaces import Joints
 
 ROUNDING_MM = 1e-6
@@ -55,31 +55,33 @@ class Guards:
     hand_tip_radius_mm: float = 57.0
     hand_height_mm: float = 32.0
 
-    def violations(self, arm: FiveAxisArm, joints: Joints) -> tuple[GuardViolation, ...]:
+    def violations(self, arm: ArmGeometry, joints: Joints) -> tuple[GuardViolation, ...]:
         """Return every guard that a posture breaks."""
         points = arm.points(joints)
-        tip_r, wrist_r = math.hypot(*points[4][:2]), math.hypot(*points[3][:2])
-        tip_z = points[4][2]
+        tip_r, wrist_r = math.hypot(*points[-1][:2]), math.hypot(*points[-2][:2])
+        tip_z = points[-1][2]
         return (
-            *self._table(points),
+            *self._table(arm.moving_points, points),
             *self._inner(tip_r, tip_z),
             *self._outer(tip_r),
             *self._hand(arm.fk(joints).pitch_rad, wrist_r, tip_r, tip_z),
         )
 
-    def violation(self, arm: FiveAxisArm, joints: Joints) -> GuardViolation | None:
+    def violation(self, arm: ArmGeometry, joints: Joints) -> GuardViolation | None:
         """Return the guard that a posture breaks most, or None."""
         return max(self.violations(arm, joints), key=lambda broken: broken.excess_mm, default=None)
 
-    def depth_mm(self, arm: FiveAxisArm, joints: Joints) -> float:
+    def depth_mm(self, arm: ArmGeometry, joints: Joints) -> float:
         """Return how deep a posture is inside the guards, 0 outside all: leaving makes it less."""
         worst = self.violation(arm, joints)
         return worst.excess_mm if worst else 0.0
 
-    def _table(self, points: tuple[tuple[float, float, float], ...]) -> Iterator[GuardViolation]:
+    def _table(
+        self, names: tuple[str, ...], points: tuple[tuple[float, float, float], ...]
+    ) -> Iterator[GuardViolation]:
         if not self.table:
             return
-        for name, (_, _, z) in zip(("elbow", "wrist", "tip"), points[2:], strict=True):
+        for name, (_, _, z) in zip(names, points[-len(names) :], strict=True):
             if z < -self.tolerance_mm - ROUNDING_MM:
                 yield GuardViolation(
                     "table",

@@ -11,10 +11,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
+from kinematics.arm_geometry import ArmGeometry, StraightLine
 from kinematics.errors import KinematicsError, PathBroken, finite
-from kinematics.five_axis import FiveAxisArm
 from kinematics.guards import Guards, GuardViolation
-from kinematics.line import Line, line_from
 from kinematics.spaces import Joints, Pose
 
 Point = tuple[float, ...]
@@ -67,7 +66,7 @@ def joint_path(start: Joints, goal: Joints) -> JointPath:
 
 
 def line_path(
-    arm: FiveAxisArm, start: Joints, goal: Pose, tolerance_mm: float = LINE_TOLERANCE_MM
+    arm: ArmGeometry, start: Joints, goal: Pose, tolerance_mm: float = LINE_TOLERANCE_MM
 ) -> tuple[Joints, ...]:
     """Return waypoints, the start included, of a straight line from a posture to a pose.
 
@@ -79,13 +78,13 @@ def line_path(
     beyond its limit may come back, but not go further.
     """
     tolerance = _positive("tolerance_mm", tolerance_mm) * MARGIN
-    line = line_from(arm, start, goal)
+    line = arm.line(start, goal)
     waypoints = [start]
     fraction = 0.0
     ahead = [1.0]
     while ahead:
         target = ahead[-1]
-        reached = _step(line, fraction, waypoints[-1], target, tolerance)
+        reached = _step(arm, line, fraction, waypoints[-1], target, tolerance)
         if isinstance(reached, Joints):
             waypoints.append(reached)
             fraction = ahead.pop()
@@ -97,7 +96,12 @@ def line_path(
 
 
 def _step(
-    line: Line, fraction: float, before: Joints, target: float, tolerance: float
+    arm: ArmGeometry,
+    line: StraightLine,
+    fraction: float,
+    before: Joints,
+    target: float,
+    tolerance: float,
 ) -> Joints | PathBroken:
     """Return the posture at `target` if one joint motion may lead there, else why not."""
     try:
@@ -114,7 +118,7 @@ def _step(
         )
     path = JointPath(before, reached)
     for share in (0.25, 0.5, 0.75):
-        tip = line.arm.points(path.at(share))[-1]
+        tip = arm.points(path.at(share))[-1]
         missed = math.dist(tip, line.tip(fraction + share * (target - fraction)))
         if missed > tolerance:
             return PathBroken(
@@ -124,7 +128,7 @@ def _step(
 
 
 def deviation_mm(
-    arm: FiveAxisArm, waypoints: Sequence[Joints], goal: Pose, samples: int = 16
+    arm: ArmGeometry, waypoints: Sequence[Joints], goal: Pose, samples: int = 16
 ) -> float:
     """Return the largest distance of the tip from the straight line to `goal`, in mm.
 
@@ -142,7 +146,7 @@ def deviation_mm(
 
 
 def first_violation(
-    arm: FiveAxisArm, guards: Guards, waypoints: Sequence[Joints], step_mm: float = 2.0
+    arm: ArmGeometry, guards: Guards, waypoints: Sequence[Joints], step_mm: float = 2.0
 ) -> tuple[float, GuardViolation] | None:
     """Return where a path of joint motions first breaks a guard, or None.
 
@@ -152,7 +156,7 @@ def first_violation(
     """
     step = _positive("step_mm", step_mm)
     paths = [JointPath(a, b) for a, b in pairwise(waypoints)]
-    travels = [_travel_bound(arm, path) for path in paths]
+    travels = [arm.travel_bound_mm(path.changes_rad) for path in paths]
     total = sum(travels)
     broken = guards.violation(arm, waypoints[0]) if waypoints else None
     if broken:
@@ -166,13 +170,6 @@ def first_violation(
                 return (done + travel * part / count) / total, broken
         done += travel
     return None
-
-
-def _travel_bound(arm: FiveAxisArm, path: JointPath) -> float:
-    """Return a distance in mm that no point of the arm exceeds on this motion."""
-    base, shoulder, elbow, wrist, _ = (abs(change) for change in path.changes_rad)
-    _, upper, fore, hand = arm.lengths
-    return (base + shoulder) * (upper + fore + hand) + elbow * (fore + hand) + wrist * hand
 
 
 def _off_segment(point: Point, start: Point, end: Point) -> float:

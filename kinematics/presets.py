@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
+from kinematics.arm_geometry import ArmGeometry
 from kinematics.errors import UnknownPreset
 from kinematics.five_axis import FiveAxisArm
 from kinematics.guards import Guards
@@ -32,7 +33,7 @@ class Reference:
 
 
 @dataclass(frozen=True, slots=True)
-class ArmPreset:
+class ArmModel:
     """What is known of one kind of arm before anybody has measured a particular one.
 
     `transmission` and `reference` are None where nothing is published. Joint speeds are in the
@@ -44,7 +45,7 @@ class ArmPreset:
 
     key: str
     title: str
-    arm: FiveAxisArm
+    arm: ArmGeometry
     transmission: Transmission | None
     joint_speeds_rad_s: tuple[float, ...]
     no_load_speeds_rad_s: tuple[float, ...]
@@ -55,6 +56,13 @@ class ArmPreset:
     guards: Guards
     verified: bool
     notes: str
+
+
+@dataclass(frozen=True, slots=True)
+class ArmPreset(ArmModel):
+    """A model that this room knows by name: an arm of the Mini-mover's build."""
+
+    arm: FiveAxisArm
 
 
 def cable_transmission(

@@ -19,12 +19,16 @@ JOINT_NAMES = ("base", "shoulder", "elbow", "wrist_pitch", "wrist_roll")
 
 @dataclass(frozen=True, slots=True)
 class Pose:
-    """Where the finger tips are and how the hand points: the task space of a five-axis arm.
+    """Where the finger tips are and how the hand points: the task space of an arm.
 
     x, y, z in mm from the point of the table under the base axis, z up. Pitch is the elevation
     of the hand above the horizontal, seen in the vertical plane through the base axis and the
     tip, outwards: -pi/2 points at the table. Roll is about the hand's own axis, in the hand's
     frame. Raises `BadNumber` for anything that is not a finite number.
+
+    `yaw_rad` is None except for an arm of six joints, which points its hand where it likes: its
+    pitch is the elevation of the hand, and its yaw the direction, about the vertical and counted
+    from x, of the vertical plane that the hand lies in.
     """
 
     x_mm: float
@@ -32,14 +36,24 @@ class Pose:
     z_mm: float
     pitch_rad: float
     roll_rad: float = 0.0
+    yaw_rad: float | None = None
 
     def __post_init__(self) -> None:
         for name in _COORDINATES:
             object.__setattr__(self, name, finite(name, getattr(self, name)))
+        if self.yaw_rad is not None:
+            object.__setattr__(self, "yaw_rad", finite("yaw_rad", self.yaw_rad))
 
     @classmethod
     def of(
-        cls, *, x_mm: float, y_mm: float, z_mm: float, pitch_deg: float, roll_deg: float = 0.0
+        cls,
+        *,
+        x_mm: float,
+        y_mm: float,
+        z_mm: float,
+        pitch_deg: float,
+        roll_deg: float = 0.0,
+        yaw_deg: float | None = None,
     ) -> Pose:
         """Make a pose from mm and degrees."""
         return cls(
@@ -48,6 +62,7 @@ class Pose:
             z_mm,
             math.radians(finite("pitch_deg", pitch_deg)),
             math.radians(finite("roll_deg", roll_deg)),
+            None if yaw_deg is None else math.radians(finite("yaw_deg", yaw_deg)),
         )
 
     @property
@@ -60,14 +75,27 @@ class Pose:
         """Roll in degrees, for people."""
         return math.degrees(self.roll_rad)
 
+    @property
+    def yaw_deg(self) -> float | None:
+        """Yaw in degrees, for people; None where the arm has none."""
+        return None if self.yaw_rad is None else math.degrees(self.yaw_rad)
+
+    def __repr__(self) -> str:  # a pose without yaw as ever: remembered positions depend on it
+        given = [f"{name}={getattr(self, name)!r}" for name in _COORDINATES]
+        given += [] if self.yaw_rad is None else [f"yaw_rad={self.yaw_rad!r}"]
+        return f"Pose({', '.join(given)})"
+
     def __str__(self) -> str:
+        yaw_deg = self.yaw_deg
+        yaw = "" if yaw_deg is None else f", yaw {_plain(yaw_deg, 1)}°"
         return (
             f"x {_plain(self.x_mm, 1)}, y {_plain(self.y_mm, 1)}, z {_plain(self.z_mm, 1)} mm, "
-            f"pitch {_plain(self.pitch_deg, 1)}°, roll {_plain(self.roll_deg, 1)}°"
+            f"pitch {_plain(self.pitch_deg, 1)}°, roll {_plain(self.roll_deg, 1)}°{yaw}"
         )
 
 
-_COORDINATES = tuple(field.name for field in fields(Pose))
+_COORDINATES = tuple(field.name for field in fields(Pose) if field.name != "yaw_rad")
+"""What every pose has."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ if TYPE_CHECKING:
     from armdrive.intents import Jog
     from armdrive.posture import PostureRequest
     from armdrive.status import Status
-    from kinematics import ArmPreset
+    from kinematics import ArmModel
 
 
 class DeskArm(Protocol):
@@ -19,7 +19,7 @@ class DeskArm(Protocol):
         """The latest frozen picture of the arm."""
 
     @property
-    def model(self) -> ArmPreset:
+    def model(self) -> ArmModel:
         """Geometry, limits and gripper range."""
 
     def reference_request(self) -> PostureRequest:

@@ -11,7 +11,7 @@ from tui.keys import JOG_PAIRS, JogPair, label, words
 from tui.settings import Settings
 
 if TYPE_CHECKING:
-    from kinematics import ArmPreset
+    from kinematics import ArmModel
 
 ROW_WIDTH = 34
 """What a row of the joint table takes beside its bar."""
@@ -65,7 +65,7 @@ def _arrow(settings: Settings, key: str) -> str:
     return words(pair.axis(cartesian=settings.cartesian))
 
 
-def joint_table(status: Status, model: ArmPreset, settings: Settings, width: int) -> str:
+def joint_table(status: Status, model: ArmModel, settings: Settings, width: int) -> str:
     """List joints and gripper: keys, value, and the place between the limits."""
     angles = status.joints or (None,) * len(model.arm.limits)
     rows = [

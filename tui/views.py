@@ -15,12 +15,12 @@ from textual.widget import Widget
 from armdrive.draw.armview import ArmScene
 
 if TYPE_CHECKING:
-    from kinematics import ArmPreset, Joints
+    from kinematics import ArmModel, Joints
 
 Draw = Callable[[ArmScene, int, int, bool], list[str]]
 
 
-def scene_of(model: ArmPreset, joints: Joints, opening_mm: float | None) -> ArmScene:
+def scene_of(model: ArmModel, joints: Joints, opening_mm: float | None) -> ArmScene:
     """Return what is to be drawn of an arm in this posture, with the bounds of its base."""
     points = model.arm.points(joints)
     reach_mm = sum(math.dist(start, end) for start, end in pairwise(points[1:]))

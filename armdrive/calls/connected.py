@@ -16,7 +16,7 @@ from armdrive.flows.exchange import Wire
 from armdrive.planning import Speeds
 from armdrive.states import Event, after
 from armdrive.status import State, Status
-from kinematics import ArmPreset, Joints, Pose
+from kinematics import ArmModel, Joints, Pose
 from kinematics.errors import finite
 
 if TYPE_CHECKING:
@@ -90,7 +90,7 @@ class Connected:
             )
 
     @property
-    def model(self) -> ArmPreset:
+    def model(self) -> ArmModel:
         """The arm's model: geometry, limits, transmission, reference posture."""
         return self.config.model
 

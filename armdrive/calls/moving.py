@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Literal, overload
 
 from armdrive.calls.connected import PATIENCE_S, Connected
 from armdrive.core import Coordinates
 from armdrive.errors import BadRequest, OutOfBounds, Refused
 from armdrive.flows import motion
+from armdrive.flows.gripping import require_gripper
 from armdrive.flows.motion import Moved
 from armdrive.handle import Handle
 from armdrive.planning import (
@@ -103,6 +105,7 @@ class Moving(Connected):
 
     def move_gripper(self, opening_mm: float, speed: float) -> Moved:
         """Bring the fingers to an opening in mm; see `Arm.gripper`."""
+        require_gripper(self.core)
         return self._start(
             lambda here: plan_joints(
                 self.config, self.speeds, here, Coordinates(here.joints, opening_mm), speed
@@ -152,4 +155,4 @@ class Moving(Connected):
 
 def raised(pose: Pose, by_mm: float) -> Pose:
     """Return a pose straight above another."""
-    return Pose(pose.x_mm, pose.y_mm, pose.z_mm + by_mm, pose.pitch_rad, pose.roll_rad)
+    return replace(pose, z_mm=pose.z_mm + by_mm)

@@ -33,7 +33,7 @@ def scene_of(arm: Arm, joints: Joints, opening_mm: float) -> ArmScene:
         points=geometry.points(joints),
         opening_mm=max(opening_mm, 0.0),
         base_rad=joints[0],
-        reach_mm=geometry.upper_arm_mm + geometry.forearm_mm + geometry.hand_mm,
+        reach_mm=geometry.levers_mm(None)[0],
     )
 
 

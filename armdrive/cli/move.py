@@ -12,7 +12,7 @@ Examples:
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from armdrive.cli.choosing import add_arm_options, connect_chosen
 from armdrive.cli.confirming import settle_trust
@@ -25,7 +25,9 @@ from kinematics import JOINT_NAMES, Pose
 if TYPE_CHECKING:
     from armdrive.arm import Arm
 
-COORDINATES = (("x", "mm"), ("y", "mm"), ("z", "mm"), ("pitch", "deg"), ("roll", "deg"))
+COORDINATES = (
+    ("x", "mm"), ("y", "mm"), ("z", "mm"), ("pitch", "deg"), ("roll", "deg"), ("yaw", "deg"),
+)  # fmt: skip
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -37,6 +39,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     turn = parser.add_argument_group("or to joint angles (what is not named stays)")
     for name in JOINT_NAMES:
         turn.add_argument(f"--{name.replace('_', '-')}", type=number, metavar="DEG")
+    turn.add_argument(
+        "--joint",
+        action="append",
+        type=_named_angle,
+        default=[],
+        metavar="NAME=DEG",
+        help="a joint of an arm that is given by a model file; may be repeated",
+    )
     parser.add_argument("--gripper", type=number, metavar="MM", help="open or close to a width")
     parser.add_argument("--park", action="store_true", help="to the park posture")
     parser.add_argument("--speed", type=fraction, default=1.0, help="fraction of the limits")
@@ -65,7 +75,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _check(options: argparse.Namespace) -> None:
     pose = any(getattr(options, axis) is not None for axis, _ in COORDINATES)
-    joints = any(getattr(options, name) is not None for name in JOINT_NAMES)
+    joints = bool(_joints(options))
     if pose + joints + options.park + (options.gripper is not None) == 0:
         raise BadRequest(
             "where to? Give --x, --y, --z, --pitch, --roll, a joint, --gripper or "
@@ -79,8 +89,7 @@ def _check(options: argparse.Namespace) -> None:
 
 def _moves(arm: Arm, options: argparse.Namespace) -> list[object]:
     done: list[object] = []
-    joints = {f"{name}_deg": getattr(options, name) for name in JOINT_NAMES}
-    named = {word: value for word, value in joints.items() if value is not None}
+    named = _joints(options)
     if options.park:
         done.append(arm.park(speed=options.speed))
     elif named:
@@ -94,6 +103,20 @@ def _moves(arm: Arm, options: argparse.Namespace) -> list[object]:
     return done
 
 
+def _joints(options: argparse.Namespace) -> dict[str, Any]:
+    """Return the joint angles asked for, by the words that `move_j` takes."""
+    known = ((name, getattr(options, name)) for name in JOINT_NAMES)
+    given = [*((name, angle) for name, angle in known if angle is not None), *options.joint]
+    return {f"{name}_deg": angle for name, angle in given}
+
+
+def _named_angle(word: str) -> tuple[str, float]:
+    name, equals, angle = word.partition("=")
+    if not (name and equals):
+        raise argparse.ArgumentTypeError(f"write it like shoulder=40, not {word!r}")
+    return name, number(angle)
+
+
 def _goal(here: Pose, options: argparse.Namespace) -> Pose:
     def asked(axis: str, present: float) -> float:
         value = getattr(options, axis)
@@ -105,4 +128,5 @@ def _goal(here: Pose, options: argparse.Namespace) -> Pose:
         z_mm=asked("z", here.z_mm),
         pitch_deg=asked("pitch", here.pitch_deg),
         roll_deg=asked("roll", here.roll_deg),
+        yaw_deg=options.yaw if here.yaw_deg is None else asked("yaw", here.yaw_deg),
     )

@@ -96,7 +96,7 @@ def _scene(twin: Twin) -> ArmScene:
         points=geometry.points(world.joints),
         opening_mm=world.opening_mm,
         base_rad=world.joints[0],
-        reach_mm=geometry.upper_arm_mm + geometry.forearm_mm + geometry.hand_mm,
+        reach_mm=geometry.levers_mm(None)[0],
         blocks=tuple(
             Box(b.name, b.x_mm, b.y_mm, b.z_mm, b.width_mm, b.height_mm)
             for b in world.scene.blocks.values()

@@ -42,6 +42,15 @@ NOTHING_MM = 1.0
 """An opening this small when the switch trips means that the fingers met each other."""
 
 
+def require_gripper(core: Core) -> None:
+    """Raise `Refused` for an arm whose gripper has no motor."""
+    if not core.transmission.has_gripper:
+        raise Refused(
+            f"the {core.config.title} has no motor for a gripper, so nothing opens or closes: add "
+            "a motor with steps_per_mm to its arm file if there is one"
+        )
+
+
 def grasp(wire: Wire, speeds: Speeds, force_n: float) -> Flow[Grasped]:
     """Close on whatever is there and press with about `force_n`."""
     core = wire.core

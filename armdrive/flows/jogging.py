@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING
 from armdrive.core import Coordinates
 from armdrive.engine import Flow
 from armdrive.errors import ArmError, BadRequest, NotReferenced, Refused
+from armdrive.flows.gripping import require_gripper
 from armdrive.flows.motion import begin, follow_leg, next_share, paced_move
-from armdrive.intents import CARTESIAN_AXES, GRIPPER_AXIS, Jog, Space
+from armdrive.intents import CARTESIAN_AXES, GRIPPER_AXIS, YAW_AXIS, Jog, Space
 from armdrive.planning import Leg, audit
 from armdrive.status import State
 from kinematics import Joints, KinematicsError, Pose
@@ -45,18 +46,25 @@ class Jogged:
 def check_jog(core: Core, jog: Jog) -> None:
     """Raise for a jog that names no axis of this arm, or needs a position that is not known."""
     joints = core.coordinates.joints.names
-    known = (*(joints if jog.space is Space.JOINT else CARTESIAN_AXES), GRIPPER_AXIS)
+    known = (*(joints if jog.space is Space.JOINT else cartesian_axes(core)), GRIPPER_AXIS)
     for name, _ in jog.axes:
         if name not in known:
             raise BadRequest(
                 f"no {jog.space.value} axis is called {name!r}; known are {', '.join(known)}"
             )
+    if jog.amount(GRIPPER_AXIS):
+        require_gripper(core)
     if jog.space is Space.CARTESIAN and not core.position_known:
         raise NotReferenced(
             "jogging in Cartesian space needs a known position, and this one is "
             f"{core.belief.trust.value}: {core.belief.reason}. Jog joint by joint, or reference "
             "the arm first (`armdrive home`)"
         )
+
+
+def cartesian_axes(core: Core) -> tuple[str, ...]:
+    """Return the axes of a Cartesian jog of this arm."""
+    return (*CARTESIAN_AXES, YAW_AXIS) if core.config.model.arm.has_yaw else CARTESIAN_AXES
 
 
 def jog_session(wire: Wire, speeds: Speeds) -> Flow[Jogged]:
@@ -172,7 +180,7 @@ def _rates(core: Core, jog: Jog, speeds: Speeds) -> Jog:
     if jog.space is Space.CARTESIAN:
         tip_mm_s = core.config.motion.tip_speed_mm_s
         full = dict.fromkeys(("x", "y", "z"), tip_mm_s)
-        full |= dict.fromkeys(("pitch", "roll"), math.degrees(ANGULAR_JOG_RAD_S))
+        full |= dict.fromkeys(("pitch", "roll", YAW_AXIS), math.degrees(ANGULAR_JOG_RAD_S))
     full[GRIPPER_AXIS] = speeds.gripper_mm_s
     return Jog(jog.space, tuple((name, share * full[name]) for name, share in jog.axes))
 
@@ -191,14 +199,16 @@ def displaced(core: Core, start: Coordinates, jog: Jog, factor: float) -> Coordi
     arm = core.config.model.arm
     pose = arm.fk(start.joints)
     x, y, z, pitch, roll = (jog.amount(name) * factor for name in CARTESIAN_AXES)
+    yaw = math.radians(jog.amount(YAW_AXIS) * factor)
     goal = Pose(
         pose.x_mm + x,
         pose.y_mm + y,
         pose.z_mm + z,
         pose.pitch_rad + math.radians(pitch),
         pose.roll_rad + math.radians(roll),
+        None if pose.yaw_rad is None else pose.yaw_rad + yaw,
     )
-    return Coordinates(arm.ik(goal, start.joints), opening_mm)
+    return Coordinates(arm.ik_near(goal, start.joints), opening_mm)
 
 
 def _allowed(core: Core, start: Coordinates, goal: Coordinates) -> Coordinates:

@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 
 from armdrive.errors import BadRequest
-from kinematics.five_axis import FiveAxisArm
+from kinematics.arm_geometry import ArmGeometry
 from kinematics.limits import JointRange
-from kinematics.presets import POUND_FORCE_N, ArmPreset
+from kinematics.presets import POUND_FORCE_N, ArmModel, Reference
 from kinematics.transmission import Transmission
 
 _BEYOND_RANGE_RAD = math.radians(3.0)
@@ -22,11 +22,11 @@ class ArmBody:
     `opening_stop_mm` how wide the fingers can be pulled. The grip switch trips at
     `switch_force_n` (the arm's papers do not state it: a setting), and beyond `most_force_n` the
     gripper's motor loses steps. `stalls` names, for each joint, the motors that lose steps when
-    it is at its stop.
+    it is at its stop. `reference` is where the arm counts its steps from, if that is known.
     """
 
     key: str
-    arm: FiveAxisArm
+    arm: ArmGeometry
     transmission: Transmission
     grip_steps_per_n: float = 32.0 / POUND_FORCE_N
     switch_force_n: float = POUND_FORCE_N / 2
@@ -34,9 +34,10 @@ class ArmBody:
     opening_stop_mm: float = 78.0
     stop_margin_rad: float = _BEYOND_RANGE_RAD
     stalls: tuple[tuple[int, ...], ...] = ((0,), (1,), (2,), (3, 4), (3, 4))
+    reference: Reference | None = None
 
     @classmethod
-    def of_preset(cls, preset: ArmPreset) -> ArmBody:
+    def of_preset(cls, preset: ArmModel) -> ArmBody:
         """Build the arm that a preset describes; `BadRequest` where its steps are unknown."""
         if preset.transmission is None:
             raise BadRequest(
@@ -44,7 +45,14 @@ class ArmBody:
                 "choose another preset, or give its transmission in an arm file"
             )
         per_n = preset.grip_steps_per_n or 32.0 / POUND_FORCE_N
-        return cls(preset.key, preset.arm, preset.transmission, grip_steps_per_n=per_n)
+        return cls(
+            preset.key,
+            preset.arm,
+            preset.transmission,
+            grip_steps_per_n=per_n,
+            stalls=_stalls(preset.transmission),
+            reference=preset.reference,
+        )
 
     @property
     def stops(self) -> tuple[JointRange, ...]:
@@ -56,7 +64,7 @@ class ArmBody:
 
     @property
     def grip_steps_per_mm(self) -> float:
-        """Half-steps of the gripper's motor for each mm of opening."""
+        """Half-steps of the gripper's motor, where there is one, for each mm of opening."""
         return abs(self.transmission.motors[-1].steps_per_unit)
 
     def force_n(self, squeeze_mm: float) -> float:
@@ -66,3 +74,21 @@ class ArmBody:
     def squeeze_mm(self, force_n: float) -> float:
         """Return how far beyond contact the motor must pull for a force."""
         return force_n * self.grip_steps_per_n / self.grip_steps_per_mm
+
+
+def _stalls(transmission: Transmission) -> tuple[tuple[int, ...], ...]:
+    """Return the motors that turn each joint by themselves.
+
+    Those that see it and that it is computed from: an elbow's angle is computed from the
+    shoulder's motor too, but that motor does not see the elbow.
+    """
+    motors = range(len(transmission.motors))
+    return tuple(
+        tuple(
+            motor
+            for motor in motors
+            if transmission.matrix[motor][joint] != 0.0
+            and abs(transmission.inverse[joint][motor] * transmission.matrix[motor][joint]) > 1e-9
+        )
+        for joint in range(len(transmission.joint_names))
+    )

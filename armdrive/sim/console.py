@@ -17,7 +17,6 @@ from armdrive.sim.saved import Json
 from armdrive.sim.teachmover import SimTeachMover
 from armdrive.transports.serve import Server
 from firmware_protocol.teachmover import Key
-from kinematics.presets import preset
 
 JSON_FLAG = "--json"
 DROP_FROM_MM = 1000.0
@@ -105,7 +104,7 @@ def _return(console: Console, _: list[str]) -> Answer:
 
 
 def _guide(console: Console, _: list[str]) -> Answer:
-    reference = preset(console.device.world.body.key).reference
+    reference = console.device.world.body.reference
     if reference is None:
         raise BadRequest("no reference posture is known of this arm")
     joints = console.device.world.body.arm.ik(reference.pose)

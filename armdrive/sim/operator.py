@@ -7,10 +7,10 @@ the hand over the mark, then lowers it, in steps of the arm's own motors through
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from kinematics import Joints, Motors, Pose
+from kinematics import Joints, Motors
 
 if TYPE_CHECKING:
     from armdrive.posture import PostureRequest
@@ -33,7 +33,7 @@ class SimulatedOperator:
         """Bring the arm to the posture; True when it stands there to the step."""
         arm = request.arm.model.arm
         pose = request.pose
-        above = Pose(pose.x_mm, pose.y_mm, pose.z_mm + LIFT_MM, pose.pitch_rad, pose.roll_rad)
+        above = replace(pose, z_mm=pose.z_mm + LIFT_MM)
         self._bring(request, arm.ik(above))
         return any(not self._bring(request, request.joints).largest for _ in range(LOOKS))
 

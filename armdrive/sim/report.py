@@ -30,6 +30,7 @@ def state_json(device: SimTeachMover) -> dict[str, Json]:
             "z_mm": round(pose.z_mm, _MM_DIGITS),
             "pitch_deg": round(pose.pitch_deg, _DEG_DIGITS),
             "roll_deg": round(pose.roll_deg, _DEG_DIGITS),
+            **({} if pose.yaw_deg is None else {"yaw_deg": round(pose.yaw_deg, _DEG_DIGITS)}),
         },
         "opening_mm": round(device.opening_mm, _MM_DIGITS),
         "grip_force_n": round(device.grip_force_n, _MM_DIGITS),

@@ -11,13 +11,12 @@ from collections.abc import Iterable, Sequence
 
 from armdrive.sim.blocks import Block, Point
 from armdrive.sim.body import ArmBody
+from armdrive.sim.found import found_posture
 from armdrive.sim.sag import sagged
 from armdrive.sim.scene import TABLE_TOLERANCE_MM, Incident, IncidentKind, Scene
 from kinematics.presets import preset
 from kinematics.spaces import Joints, Motors, Pose
 
-FOUND_POSTURE = Joints.of(0.0, 70.0, -95.0, -35.0, 0.0)
-"""How a new world's arm stands: raised, clear of the table, and not at its reference."""
 FOUND_OPENING_MM = 20.0
 SAMPLE_STEPS = 72
 """A motion is looked at whenever a motor has made this many steps: some 30 mm at full reach."""
@@ -37,7 +36,7 @@ class World:
         self.energised = True
         self.incidents: list[Incident] = []
         self.scene = Scene()
-        found = self.body.transmission.to_motors(FOUND_POSTURE, FOUND_OPENING_MM)
+        found = self.body.transmission.to_motors(found_posture(self.body.arm), FOUND_OPENING_MM)
         self._motors = found if motors is None else Motors(motors)
         self._stops = self.body.stops
         self._blocked: set[str] = set()
@@ -73,6 +72,8 @@ class World:
     @property
     def grip_force_n(self) -> float:
         """The force with which the fingers press on a block, or on each other."""
+        if not self.body.transmission.has_gripper:
+            return 0.0
         return self.body.force_n(self.scene.contact_mm - self._pull_mm)
 
     @property
@@ -94,7 +95,7 @@ class World:
 
     def steps_to_trip(self) -> Motors:
         """Return the steps that close the fingers until the switch trips; none if it has."""
-        if self.grip_switch:
+        if self.grip_switch or not self.body.transmission.has_gripper:
             return Motors((0,) * len(self._motors))
         squeeze_mm = self.body.squeeze_mm(self.body.switch_force_n)
         return self._gripper_steps(self.scene.contact_mm - squeeze_mm)
@@ -151,6 +152,8 @@ class World:
 
     def _stop_fingers(self, time_s: float) -> None:
         """Keep the fingers between their widest opening and the motor's greatest pull."""
+        if not self.body.transmission.has_gripper:
+            return
         tightest = self.scene.contact_mm - self.body.squeeze_mm(self.body.most_force_n)
         bound = min(max(self._pull_mm, tightest), self.body.opening_stop_mm)
         if bound == self._pull_mm:

@@ -1,0 +1,109 @@
+"""What every arm that can be driven answers about its geometry, whatever it is built of.
+
+Units: mm and rad. Paths, guards, the driver and the simulator know an arm by this face alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Protocol
+
+from kinematics.limits import JointRange, LimitViolation
+from kinematics.spaces import Joints, Pose
+
+if TYPE_CHECKING:
+    from collections.abc import Hashable
+
+Point = tuple[float, float, float]
+
+
+class StraightLine(Protocol):
+    """A straight line of the tip, solved point by point in one posture; see `line_path`."""
+
+    def pose(self, fraction: float) -> Pose:
+        """Return the line's pose at a fraction (0 to 1) of its length."""
+        ...
+
+    def tip(self, fraction: float) -> Point:
+        """Return the point of the line at a fraction of its length."""
+        ...
+
+    def solve(self, fraction: float, before: Joints) -> Joints:
+        """Return the posture at a fraction, near the one before; raises `PathBroken`."""
+        ...
+
+
+class ArmGeometry(Protocol):
+    """An arm: joints with ranges, forward and inverse kinematics, and its points in space."""
+
+    @property
+    def limits(self) -> tuple[JointRange, ...]:
+        """The range of each joint."""
+        ...
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """The joints from the table to the hand."""
+        ...
+
+    @property
+    def has_yaw(self) -> bool:
+        """Whether poses of this arm have a yaw."""
+        ...
+
+    @property
+    def moving_points(self) -> tuple[str, ...]:
+        """Names of the last of `points`, those that move, the tip at the end."""
+        ...
+
+    @property
+    def meaning(self) -> Hashable:
+        """The numbers that give joint angles their meaning, as a value with a stable `repr`."""
+        ...
+
+    def fk(self, joints: Joints) -> Pose:
+        """Return the pose of a posture."""
+        ...
+
+    def ik(self, pose: Pose, seed: Joints | None = None) -> Joints:
+        """Return a posture for a pose; raises `Unreachable`."""
+        ...
+
+    def ik_near(self, pose: Pose, seed: Joints) -> Joints:
+        """Return the posture a small step from the seed, quickly; raises `Unreachable`."""
+        ...
+
+    def solve(self, pose: Pose, seed: Joints | None = None) -> Joints | None:
+        """Return what `ik` does, or None without reasons."""
+        ...
+
+    def nearest_pose(self, pose: Pose, seed: Joints | None = None) -> Pose:
+        """Return a pose in reach near this one."""
+        ...
+
+    def points(self, joints: Joints) -> tuple[Point, ...]:
+        """Return points of the arm from the table to the tip."""
+        ...
+
+    def violations(self, joints: Joints) -> tuple[LimitViolation, ...]:
+        """Return the limits that a posture breaks."""
+        ...
+
+    def check(self, joints: Joints) -> None:
+        """Raise `JointLimit` for the joint that passes its limit furthest, if any does."""
+        ...
+
+    def line(self, start: Joints, goal: Pose) -> StraightLine:
+        """Return the straight line from a posture to a pose."""
+        ...
+
+    def travel_bound_mm(self, changes_rad: Sequence[float]) -> float:
+        """Return a distance that no point exceeds while the joints turn by this much."""
+        ...
+
+    def levers_mm(self, joints: Joints | None) -> tuple[float, ...]:
+        """Return each joint axis's distance from the tip; of no posture, the most there can be.
+
+        0 where turning the joint never moves the tip, whatever the others do.
+        """
+        ...
