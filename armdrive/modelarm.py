@@ -75,6 +75,7 @@ def model_of(table: Mapping[str, Any], folder: Path, posed: Posed) -> ArmModel:
     Raises `ArmFileError` that names the key, and `KinematicsError` for what makes no arm.
     """
     described = read_model(folder / table["model"])
+    _check_names(described.chain.joint_names)
     arm = ChainArm(_limited(described.chain, table.get("limits_deg", {})))
     transmission = _transmission(arm.joint_names, table.get("motors"))
     fingers = _fingers(table, transmission)
@@ -97,6 +98,16 @@ def model_of(table: Mapping[str, Any], folder: Path, posed: Posed) -> ArmModel:
         verified=True,
         notes=described.source,
     )
+
+
+def _check_names(names: tuple[str, ...]) -> None:
+    """Refuse names that calls could not use, as `wrist_pitch_deg=10`, or that mean the gripper."""
+    for name in names:
+        if not name.isidentifier() or name in (OPENING, "gripper"):
+            raise ArmFileError(
+                f"a joint that is driven cannot be called {name!r}: give it another name in the "
+                "model file, one word such as wrist_pitch"
+            )
 
 
 NO_FINGERS = Fingers((0.0, 1.0), 1.0)

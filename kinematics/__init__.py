@@ -60,6 +60,7 @@ if TYPE_CHECKING:
     )
     from kinematics.assignment import Assignment, JointAxis, assign_frames
     from kinematics.bases import Handedness, basis_along, change_of_basis, handedness, third_axis
+    from kinematics.chain_arm import ChainArm
     from kinematics.chains import Chain, JointViolation
     from kinematics.counting import Ledger, Tally, on_any_numbers
     from kinematics.efficiency import Efficiency, Way, forward_ways
@@ -178,6 +179,7 @@ _TEXTBOOK: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "handedness",
             "third_axis",
         ),
+        "kinematics.chain_arm": ("ChainArm",),
         "kinematics.chains": (
             "Chain",
             "JointViolation",
@@ -341,6 +343,7 @@ __all__ = [
     "Base",
     "Branch",
     "Chain",
+    "ChainArm",
     "Condition",
     "Constraint",
     "Convention",

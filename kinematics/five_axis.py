@@ -244,7 +244,12 @@ class FiveAxisArm:
         is nearer to it. An angle less than 1e-7 rad beyond a limit becomes the limit. On the base
         axis, where the base is free and no direction is outwards, a pitch and its mirror image
         are one elevation of the hand: the mirror image is taken where only it can be held.
+        Raises `KinematicsError` for a pose with a yaw, which `solve` and `branches` do not look at.
         """
+        if pose.yaw_rad is not None:
+            raise KinematicsError(
+                "this arm has five joints: it cannot take a yaw, which follows from the position"
+            )
         joints = self.solve(pose, seed, roll_frame)
         if joints is None and math.hypot(pose.x_mm, pose.y_mm) <= closed_form.AXIS_MM:
             turned = Pose(

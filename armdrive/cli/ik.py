@@ -32,6 +32,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="elevation of the hand; -90 points at the table",
     )
     parser.add_argument("--roll", type=number, metavar="DEG", help="about the hand")
+    parser.add_argument(
+        "--yaw",
+        type=number,
+        metavar="DEG",
+        help="direction of the hand about the vertical, for six joints of a model",
+    )
     parser.add_argument("--model", default="teachmover", help=MODEL_HELP)
     add_json_option(parser)
 
@@ -40,6 +46,8 @@ def run(options: argparse.Namespace) -> int:
     """Print every branch, then the one that the arm would take, or why there is none."""
     if options.model not in PRESETS:
         return solve_by_numbers(find_model(options.model), options)
+    if options.yaw is not None:
+        raise BadRequest("--yaw is for a model of six joints: the hand of this one has none")
     if options.pitch is None:
         raise BadRequest("--pitch is needed: the elevation of the hand, -90 points at the table")
     model = preset(options.model)

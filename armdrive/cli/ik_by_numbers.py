@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from armdrive.cli.output import emit, say
@@ -14,15 +15,18 @@ from kinematics.spaces import Pose
 if TYPE_CHECKING:
     from armdrive.modelfile import Model
     from kinematics.chains import Chain
+    from kinematics.goals import Goal
     from kinematics.ik_account import Solution
 
 
 def solve_by_numbers(model: Model, options: argparse.Namespace) -> int:
     """Print the posture that meets the goal; pitch and roll that are not given are free.
 
+    Without a yaw the hand is asked into the plane of base axis and tip.
+
     Raises `Refused` where it is not met, after printing the posture that comes nearest.
     """
-    from kinematics.numeric_ik import solve_pose_ik
+    from kinematics.numeric_ik import solve_goal, solve_pose_ik
 
     pose = Pose.of(
         x_mm=options.x,
@@ -31,9 +35,12 @@ def solve_by_numbers(model: Model, options: argparse.Namespace) -> int:
         pitch_deg=options.pitch or 0.0,
         roll_deg=options.roll or 0.0,
     )
-    solution = solve_pose_ik(
-        model.chain, pose, pitch_free=options.pitch is None, roll_free=options.roll is None
-    )
+    pitch_free, roll_free = options.pitch is None, options.roll is None
+    if options.yaw is None:
+        solution = solve_pose_ik(model.chain, pose, pitch_free=pitch_free, roll_free=roll_free)
+    else:
+        goal = _headed(model.chain, pose, options.yaw, pitch_free, roll_free)
+        solution = solve_goal(model.chain, goal)
     if options.json:
         emit({"model": model.name, **solution_view(model.chain, solution)})
     else:
@@ -41,6 +48,19 @@ def solve_by_numbers(model: Model, options: argparse.Namespace) -> int:
     if not solution.ok:
         raise Refused(f"the goal is not met: {solution.sentence}")
     return 0
+
+
+def _headed(chain: Chain, pose: Pose, yaw_deg: float, pitch_free: bool, roll_free: bool) -> Goal:
+    """Return the goal of a hand that points in a direction of its own."""
+    from kinematics.chain_task import Task, goal_of
+    from kinematics.frames import position_of
+    from kinematics.goals import Part
+
+    headed = replace(pose, yaw_rad=math.radians(yaw_deg))
+    goal = goal_of(headed, Task.WHOLE, position_of(chain.base))
+    free = {Part.PITCH} if pitch_free else set()
+    free |= {Part.ROLL} if roll_free else set()
+    return replace(goal, parts=goal.parts - free)
 
 
 def solution_view(chain: Chain, solution: Solution) -> dict[str, Any]:

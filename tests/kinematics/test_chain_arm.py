@@ -1,0 +1,309 @@
+"""Arms driven by their link tables: the five-axis arm's answers, and laws of six joints."""
+
+import dataclasses
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from kinematics import (
+    Chain,
+    Constraint,
+    Convention,
+    DHLink,
+    Guards,
+    JointLimit,
+    JointRange,
+    Joints,
+    KinematicsError,
+    PathBroken,
+    Pose,
+    Unreachable,
+    deviation_mm,
+    first_violation,
+    line_path,
+    nearest_allowed,
+    preset,
+    system,
+)
+from kinematics.chain_arm import ChainArm
+from kinematics.chain_task import Task, goal_of, pose_of
+from kinematics.frames import position_of, rotation_of, translation
+from kinematics.goals import Part
+from kinematics.rotations import multiply, transpose
+
+FIVE = preset("minimover5").arm
+MINI = ChainArm(system("minimover5").chain())
+PUMA = ChainArm(dataclasses.replace(system("puma").chain(), base=translation(0.0, 0.0, 660.0)))
+START = PUMA.joints_of(map(math.radians, (10.0, -60.0, 110.0, 20.0, 40.0, 10.0)))
+TABLE = Guards(inner_radius_mm=None, outer_radius_mm=None, hand_wrist_radius_mm=None)
+
+
+def postures(arm, margin=0.02):
+    return st.tuples(
+        *(st.floats(one.low_rad + margin, one.high_rad - margin) for one in arm.limits)
+    ).map(arm.joints_of)
+
+
+def frame_gap(arm, a, b):
+    first, second = (arm.chain.fk(one.angles_rad) for one in (a, b))
+    turn = multiply(transpose(rotation_of(first)), rotation_of(second))
+    return math.dist(position_of(first), position_of(second)), max(
+        abs(turn[i][j] - (i == j)) for i in range(3) for j in range(3)
+    )
+
+
+@given(postures(MINI))
+@settings(max_examples=40)
+def test_a_mini_mover_by_its_link_table_is_the_five_axis_arm(joints):
+    ours, theirs = MINI.fk(joints), FIVE.fk(joints)
+    if math.hypot(theirs.x_mm, theirs.y_mm) > 0.1:
+        for name in ("x_mm", "y_mm", "z_mm"):
+            assert math.isclose(getattr(ours, name), getattr(theirs, name), abs_tol=1e-9)
+        for name in ("pitch_rad", "roll_rad"):
+            gap = math.remainder(getattr(ours, name) - getattr(theirs, name), math.tau)
+            assert abs(gap) < 1e-9
+        assert ours.yaw_rad is None
+    for a, b in zip(MINI.points(joints), FIVE.points(joints), strict=True):
+        assert math.dist(a, b) < 1e-9
+    # about the shoulder the table counts the distance from its axis, as the fast arm does
+    for a, b in zip(MINI.levers_mm(joints), FIVE.levers_mm(joints), strict=True):
+        assert math.isclose(a, b, abs_tol=1e-5)
+    assert MINI.travel_bound_mm((1, 2, 3, 4, 5)) == pytest.approx(
+        FIVE.travel_bound_mm((1, 2, 3, 4, 5))
+    )
+    for a, b in zip(TABLE.violations(MINI, joints), TABLE.violations(FIVE, joints), strict=True):
+        assert math.isclose(a.value_mm, b.value_mm, abs_tol=1e-9)
+
+
+def test_stretched_out_the_levers_are_the_five_axis_arms():
+    assert MINI.levers_mm(None) == pytest.approx(FIVE.levers_mm(None))
+
+
+@given(postures(PUMA))
+@settings(max_examples=25, deadline=None)
+def test_what_ik_finds_for_six_joints_holds_the_hand_there(joints):
+    pose = PUMA.fk(joints)
+    found = PUMA.ik(pose)
+    gap_mm, gap = frame_gap(PUMA, joints, found)
+    assert gap_mm < 1e-3
+    assert gap < 1e-5
+    assert not PUMA.violations(found)
+
+
+@given(postures(PUMA))
+@settings(max_examples=40)
+def test_a_pose_and_its_frame_are_one(joints):
+    frame = PUMA.chain.fk(joints.angles_rad)
+    pose = pose_of(frame, Task.WHOLE, (0.0, 0.0, 660.0))
+    again = goal_of(pose, Task.WHOLE, (0.0, 0.0, 660.0)).frame
+    for ours, theirs in zip(again, frame, strict=True):
+        assert ours == pytest.approx(theirs, abs=1e-9)
+
+
+def test_a_posture_is_its_own_answer():
+    found = PUMA.ik(PUMA.fk(START), START)
+    assert list(found) == pytest.approx(list(START), abs=1e-9)
+
+
+@pytest.mark.parametrize(("pitch_deg", "z_mm"), [(-90.0, 500), (90.0, 1250), (-100.0, 500)])
+def test_a_vertical_hand_and_one_beyond_it_are_held(pitch_deg, z_mm):
+    pose = Pose.of(x_mm=450, y_mm=150, z_mm=z_mm, pitch_deg=pitch_deg, roll_deg=20, yaw_deg=30)
+    found = PUMA.ik(pose)
+    frame = PUMA.chain.fk(found.angles_rad)
+    assert math.isclose(frame[2][2], math.sin(math.radians(pitch_deg)), abs_tol=1e-6)
+    assert frame_gap(PUMA, found, PUMA.ik(PUMA.fk(found), found))[1] < 1e-6
+
+
+@pytest.mark.parametrize("arm", [MINI, PUMA], ids=["five", "six"])
+@given(
+    x=st.floats(-1600, 1600),
+    y=st.floats(-1600, 1600),
+    z=st.floats(-300, 1600),
+    pitch=st.floats(-90, 90),
+    data=st.data(),
+)
+@settings(max_examples=2, deadline=None)
+def test_the_pose_that_a_refusal_names_can_be_taken(arm, x, y, z, pitch, data):
+    yaw = data.draw(st.floats(-180, 180)) if arm.has_yaw else None
+    goal = Pose.of(x_mm=x, y_mm=y, z_mm=z, pitch_deg=pitch, yaw_deg=yaw)
+    nearest = arm.nearest_pose(goal)
+    if nearest == goal:
+        arm.check(arm.ik(goal))
+        return
+    with pytest.raises(Unreachable) as refusal:
+        arm.ik(goal)
+    assert refusal.value.nearest == nearest
+    assert refusal.value.excess > 0.0
+    arm.check(arm.ik(nearest))
+
+
+def test_too_far_says_by_how_much():
+    with pytest.raises(Unreachable) as refusal:
+        PUMA.ik(Pose.of(x_mm=3000, y_mm=0, z_mm=660, pitch_deg=0, yaw_deg=0))
+    assert refusal.value.constraint is Constraint.TOO_FAR
+    assert refusal.value.nearest.x_mm < 1000
+    assert "with this pitch" in str(refusal.value)
+
+
+def test_a_limit_is_named():
+    tight = MINI.with_limits((JointRange.of(-30, 30), *MINI.limits[1:]))
+    with pytest.raises(Unreachable, match="base would have to be at 90") as refusal:
+        tight.ik(Pose.of(x_mm=0, y_mm=250, z_mm=100, pitch_deg=-80))
+    assert refusal.value.constraint is Constraint.JOINT_LIMIT
+    assert refusal.value.joint == "base"
+    with pytest.raises(JointLimit, match="base"):
+        tight.check(Joints.of(40, 0, 0, 0, 0))
+
+
+def test_a_step_through_a_singular_wrist_is_refused_at_once():
+    straight = PUMA.joints_of((0.0, -1.0, 1.8, 0.0, 0.0, 0.0))
+    here = PUMA.fk(straight)
+    with pytest.raises(Unreachable) as refusal:
+        PUMA.ik_near(dataclasses.replace(here, yaw_rad=(here.yaw_rad or 0.0) + 0.01), straight)
+    assert refusal.value.constraint in {Constraint.NO_POSTURE, Constraint.JOINT_LIMIT}
+
+
+def test_a_small_step_stays_near():
+    here = PUMA.fk(START)
+    near = PUMA.ik_near(dataclasses.replace(here, x_mm=here.x_mm + 2.0), START)
+    assert max(abs(a - b) for a, b in zip(near, START, strict=True)) < 0.02
+
+
+def test_a_straight_line_of_six_joints_stays_straight_and_turns_the_hand_evenly():
+    here = PUMA.fk(START)
+    goal = dataclasses.replace(
+        here, x_mm=here.x_mm - 80, y_mm=here.y_mm + 150, yaw_rad=here.yaw_rad + 0.6
+    )
+    way = line_path(PUMA, START, goal)
+    assert deviation_mm(PUMA, way, goal) <= 0.5
+    assert way[0] == START
+    line = PUMA.line(START, goal)
+    assert line.pose(1.0) == goal
+    half = PUMA.goal(line.pose(0.5)).frame
+    turns = [
+        multiply(transpose(rotation_of(a)), rotation_of(b))
+        for a, b in (
+            (PUMA.chain.fk(START.angles_rad), half),
+            (half, PUMA.goal(goal).frame),
+        )
+    ]
+    for first, second in zip(*turns, strict=True):
+        assert first == pytest.approx(second, abs=1e-9)
+
+
+def test_a_line_that_leaves_the_reach_breaks_on_its_way():
+    here = PUMA.fk(START)
+    with pytest.raises(PathBroken) as broken:
+        line_path(PUMA, START, dataclasses.replace(here, x_mm=here.x_mm + 900))
+    assert 0.0 < broken.value.fraction < 1.0
+
+
+def test_a_start_beyond_a_limit_may_come_back_on_a_line():
+    low = START["theta3"]
+    ranges = list(PUMA.limits)
+    ranges[2] = JointRange(ranges[2].low_rad, low - 0.02)
+    arm = PUMA.with_limits(ranges)
+    inside = START.replace(**{START.names[2]: low - 0.05})
+    way = line_path(arm, START, arm.fk(inside))
+    assert not arm.violations(way[-1])
+
+
+def test_the_table_is_kept_by_every_point_and_left_upwards():
+    low = Pose.of(x_mm=500, y_mm=0, z_mm=-60, pitch_deg=-60, yaw_deg=0)
+    joints = PUMA.ik(low, START)
+    broken = TABLE.violations(PUMA, joints)
+    assert "tip z" in [one.quantity for one in broken]
+    allowed = nearest_allowed(PUMA, TABLE, low, START)
+    assert allowed is not None
+    assert allowed.z_mm == pytest.approx(0.0, abs=1e-6)
+    found = first_violation(PUMA, TABLE, [START, joints])
+    assert found is not None
+    assert 0.0 < found[0] <= 1.0
+
+
+def offset_shoulder(convention=Convention.STANDARD):
+    """Five joints whose hand leaves the plane of base axis and tip by an offset."""
+    rows = ((200, 0, 90), (60, 250, 0), (0, 200, 0), (0, 0, 90), (80, 0, 0))
+    links = tuple(
+        DHLink(
+            0.0,
+            d,
+            a,
+            math.radians(alpha),
+            offset=math.pi / 2 if index == 3 else 0.0,
+            low=-2.5,
+            high=2.5,
+        )
+        for index, (d, a, alpha) in enumerate(rows)
+    )
+    return ChainArm(Chain(links, convention))
+
+
+@given(st.tuples(*[st.floats(-2.0, 2.0)] * 5))
+@settings(max_examples=15, deadline=None)
+def test_five_joints_off_their_plane_hold_position_elevation_and_roll(values):
+    arm = offset_shoulder()
+    assert arm.task is Task.ELEVATION
+    joints = arm.joints_of(values)
+    pose = arm.fk(joints)
+    assert pose.yaw_rad is None
+    assert arm.goal(pose).parts == {Part.POSITION, Part.PITCH, Part.ROLL}
+    again = arm.fk(arm.ik(pose, joints))
+    assert math.dist((pose.x_mm, pose.y_mm, pose.z_mm), (again.x_mm, again.y_mm, again.z_mm)) < 1e-3
+    assert math.isclose(pose.pitch_rad, again.pitch_rad, abs_tol=1e-5)
+
+
+@given(st.tuples(*[st.floats(-2.0, 2.0)] * 5), st.tuples(*[st.floats(-0.3, 0.3)] * 5))
+@settings(max_examples=25)
+@pytest.mark.parametrize("convention", list(Convention))
+def test_no_point_travels_further_than_the_bound(convention, values, changes):
+    arm = offset_shoulder(convention)
+    start = arm.joints_of(values)
+    end = arm.joints_of(a + b for a, b in zip(values, changes, strict=True))
+    bound = arm.travel_bound_mm(changes)
+    for a, b in zip(arm.points(start), arm.points(end), strict=True):
+        assert math.dist(a, b) <= bound + 1e-9
+    for lever, most in zip(arm.levers_mm(start), arm.levers_mm(None), strict=True):
+        assert lever <= most + 1e-6
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda links: links[:4], "five or six joints, not 4"),
+        (lambda links: (dataclasses.replace(links[0], high=math.inf), *links[1:]), "no limits"),
+    ],
+)
+def test_a_chain_that_cannot_be_driven_is_refused(change, said):
+    links = change(MINI.chain.links)
+    with pytest.raises(KinematicsError, match=said):
+        ChainArm(Chain(links))
+
+
+def test_other_joints_are_refused():
+    with pytest.raises(KinematicsError, match="this arm has 6 joints, not 5"):
+        PUMA.fk(Joints.of(0, 0, 0, 0, 0))
+
+
+def test_a_yaw_that_is_missing_or_cannot_be_taken_is_told():
+    with pytest.raises(KinematicsError, match="give yaw_deg"):
+        PUMA.ik(Pose.of(x_mm=500, y_mm=0, z_mm=500, pitch_deg=0))
+    for arm in (FIVE, MINI):
+        with pytest.raises(KinematicsError, match="cannot take a yaw"):
+            arm.ik(Pose.of(x_mm=250, y_mm=0, z_mm=100, pitch_deg=-60, yaw_deg=5))
+
+
+def test_a_pose_without_yaw_reads_as_it_always_did():
+    pose = Pose(1.0, 2.0, 3.0, 0.5)
+    assert repr(pose) == "Pose(x_mm=1.0, y_mm=2.0, z_mm=3.0, pitch_rad=0.5, roll_rad=0.0)"
+    assert "yaw" not in str(pose)
+    assert pose == Pose(1.0, 2.0, 3.0, 0.5, 0.0, None)
+    headed = Pose.of(x_mm=1, y_mm=2, z_mm=3, pitch_deg=0, yaw_deg=90)
+    assert repr(headed).endswith(f"yaw_rad={math.pi / 2!r})")
+    assert str(headed).endswith("yaw 90.0°")
+    assert headed.yaw_deg == 90.0
+    assert headed != dataclasses.replace(headed, yaw_rad=None)
+    with pytest.raises(KinematicsError, match="yaw_deg"):
+        Pose.of(x_mm=1, y_mm=2, z_mm=3, pitch_deg=0, yaw_deg=math.nan)
