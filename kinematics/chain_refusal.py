@@ -72,9 +72,18 @@ def step_refusal(arm: ChainArm, pose: Pose, found: Solution, seed: Joints) -> Un
 
 
 def nearest_of(arm: ChainArm, pose: Pose, found: Solution) -> Pose:
-    """Return the pose of the best posture found, in the goal's own angles where they are held."""
+    """Return the pose of the best posture found, in the goal's own angles where they are held.
+
+    A tip on the other side of the base axis than the goal holds another pitch and roll, although
+    its hand points where the goal's does.
+    """
     reached = pose_of(found.frame, arm.task, arm.centre)
-    if found.residual_rad <= HELD_RAD:
+    pairs = (
+        (pose.pitch_rad, reached.pitch_rad),
+        (pose.roll_rad, reached.roll_rad),
+        (pose.yaw_rad or 0.0, reached.yaw_rad or 0.0),
+    )
+    if all(abs(math.remainder(a - b, math.tau)) <= HELD_RAD for a, b in pairs):
         return replace(pose, x_mm=reached.x_mm, y_mm=reached.y_mm, z_mm=reached.z_mm)
     return reached
 

@@ -147,6 +147,16 @@ def test_too_far_says_by_how_much():
     assert "with this pitch" in str(refusal.value)
 
 
+def test_the_nearest_pose_behind_the_base_axis_is_told_as_it_is_there():
+    goal = Pose.of(x_mm=-1309.9, y_mm=990.9, z_mm=1017.5, pitch_deg=-82.5)
+    with pytest.raises(Unreachable) as refusal:
+        MINI.ik(goal)
+    nearest = refusal.value.nearest
+    assert nearest.x_mm > 0.0
+    assert nearest.pitch_deg == pytest.approx(-97.5, abs=1e-3)
+    MINI.check(MINI.ik(nearest))
+
+
 def test_a_limit_is_named():
     tight = MINI.with_limits((JointRange.of(-30, 30), *MINI.limits[1:]))
     with pytest.raises(Unreachable, match="base would have to be at 90") as refusal:
