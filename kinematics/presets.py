@@ -9,7 +9,7 @@ from __future__ import annotations
 import difflib
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from kinematics.arm_geometry import ArmGeometry
@@ -125,56 +125,40 @@ _TEACHMOVER = ArmPreset(
     "figures, which are used. Programs disagree on the signs of base and roll: calibrate them.",
 )
 
-_MINIMOVER = ArmPreset(
+_MINIMOVER = replace(
+    _TEACHMOVER,
     key="minimover5",
     title="Microbot Mini-mover 5",
     arm=FiveAxisArm(195.0, 177.8, 177.8, 96.5, _LIMITS),
-    transmission=_HALF_STEPS,
-    joint_speeds_rad_s=_FULL_LOAD,
-    no_load_speeds_rad_s=_NO_LOAD,
-    gripper_range_mm=_OPENING,
-    gripper_speed_mm_s=_GRIPPER_SPEED,
-    grip_steps_per_n=_GRIP_STEPS_PER_N,
-    reference=_ON_THE_TABLE,
-    guards=Guards(),
-    verified=True,
     notes="Lengths from McKerrow, chapter 4, section 16 (Microbot's own papers give a base height "
     "of 193.7 mm). Steps, limits, speeds and guards are the TeachMover's, of the same mechanics.",
 )
 
-_ALPHA2 = ArmPreset(
+_ALPHA2 = replace(
+    _TEACHMOVER,
     key="alpha2",
     title="Microbot Alpha II",
     arm=FiveAxisArm(215.0, 177.8, 177.8, 129.5, _LIMITS),
     transmission=None,
-    joint_speeds_rad_s=_FULL_LOAD,
-    no_load_speeds_rad_s=_NO_LOAD,
-    gripper_range_mm=_OPENING,
-    gripper_speed_mm_s=_GRIPPER_SPEED,
     grip_steps_per_n=None,
     reference=None,
     guards=Guards(outer_radius_mm=None),
     verified=False,
-    notes="Lengths from McKerrow's link table. No steps per turn and no reference posture are "
+    notes="Lengths from Asokan's lecture on the arm's link table. No steps per turn and no reference posture are "
     "published; limits, speeds and guards are the TeachMover's, as a start, without its outer "
     "radius, which is shorter than this arm's reach.",
 )
 
-_ROBKO01 = ArmPreset(
+_ROBKO01 = replace(
+    _TEACHMOVER,
     key="robko01",
     title="Robko 01",
     arm=FiveAxisArm(190.0, 178.0, 178.0, 92.0, _LIMITS),
     transmission=cable_transmission(
         base=1222.7, shoulder=1161.4, elbow=680.1, wrist=244.7, gripper=27.0
     ).with_signs(motors=(1, 1, -1, 1, 1, 1)),
-    joint_speeds_rad_s=_FULL_LOAD,
-    no_load_speeds_rad_s=_NO_LOAD,
-    gripper_range_mm=_OPENING,
-    gripper_speed_mm_s=_GRIPPER_SPEED,
     grip_steps_per_n=None,
     reference=None,
-    guards=Guards(),
-    verified=True,
     notes="Lengths and steps per radian from the arm's own Python software; its elbow counts "
     "backward as positive. The unit of its gripper figure (27.0) is taken as steps per mm, and "
     "limits, speeds, guards and the gripper's elbow coupling as the TeachMover's: check them. No "
