@@ -144,9 +144,9 @@ _ALPHA2 = replace(
     reference=None,
     guards=Guards(outer_radius_mm=None),
     verified=False,
-    notes="Lengths from Asokan's lecture on the arm's link table. No steps per turn and no reference posture are "
-    "published; limits, speeds and guards are the TeachMover's, as a start, without its outer "
-    "radius, which is shorter than this arm's reach.",
+    notes="Lengths from Asokan's lecture on the arm's link table. No steps per turn and no "
+    "reference posture are published; limits, speeds and guards are the TeachMover's, as a start, "
+    "without its outer radius, which is shorter than this arm's reach.",
 )
 
 _ROBKO01 = replace(
