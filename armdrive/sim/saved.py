@@ -80,10 +80,6 @@ class Saved:
         """Return a table within this one."""
         return Saved(self._take(key), f"{self._where}.{key}")
 
-    def anything(self, key: str) -> object:
-        """Return what stands there, for somebody else to check."""
-        return self._take(key)
-
     def end(self) -> None:
         """Refuse what nobody asked for."""
         if self._data:
