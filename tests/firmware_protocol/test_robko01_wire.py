@@ -1,0 +1,230 @@
+"""SUPER frames byte by byte, check bytes worked out by hand, and what cannot be built."""
+
+import contextlib
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from robko01_strategies import ANSWERS, REQUESTS
+
+from firmware_protocol.errors import BadField, RemoteProtocolError
+from firmware_protocol.robko01 import (
+    FRAME_MAX,
+    Acknowledged,
+    Axes,
+    Busy,
+    Clear,
+    Disable,
+    Enable,
+    GetRobotId,
+    Inputs,
+    InputsRead,
+    IsMoving,
+    LoadPosition,
+    MoveAbsolute,
+    MoveRelative,
+    MoveSpeed,
+    Moving,
+    Op,
+    Outputs,
+    OutputsSet,
+    Ping,
+    Pong,
+    Position,
+    Positions,
+    RobotId,
+    SavePosition,
+    SetRobotId,
+    Status,
+    Stop,
+    unwrap,
+    wrap,
+)
+from firmware_protocol.robko01.frames import Frame, Kind, check_bytes, frame_bytes
+from firmware_protocol.robko01.wire import (
+    decode_answer,
+    decode_request,
+    encode_answer,
+    encode_request,
+)
+
+TWO = Axes((1, -2, 0, 0, 0, 0), (100, 100, 0, 0, 0, 0))
+THERE = Axes((300, 0, 0, 0, 0, 0))
+REST = " 00" * 16
+
+# Without a payload C0 is AA ^ 01 = AB, and C1 is 01 ^ op.
+REQUEST_BYTES = [
+    (Ping(), "AA 01 01 01 AB 00"),
+    (Stop(), "AA 01 01 02 AB 03"),
+    (Disable(), "AA 01 01 03 AB 02"),
+    (Enable(), "AA 01 01 04 AB 05"),
+    (Clear(), "AA 01 01 05 AB 04"),
+    (Inputs(), "AA 01 01 09 AB 08"),
+    (IsMoving(), "AA 01 01 0A AB 0B"),
+    (Position(), "AA 01 01 0B AB 0A"),
+    (GetRobotId(), "AA 01 01 0E AB 0F"),
+    (SavePosition(), "AA 01 01 0F AB 0E"),
+    (LoadPosition(), "AA 01 01 10 AB 11"),
+    # C0 = AA ^ 03 ^ 48 = E1; C1 = 01 ^ 01 ^ 69 = 69
+    (Ping(b"Hi"), "AA 01 03 01 48 69 E1 69"),
+    # C0 = AA ^ 02 ^ 05 = AD; C1 = 01 ^ 08 = 09
+    (Outputs(5), "AA 01 02 08 05 AD 09"),
+    # C0 = AA ^ 02 ^ 07 = AF; C1 = 01 ^ 0D = 0C
+    (SetRobotId(b"\x07"), "AA 01 02 0D 07 AF 0C"),
+    # C0 = AA ^ 19 ^ 01 ^ 64 ^ FE ^ 64 = 4C; C1 = 01 ^ op ^ FF = FE ^ op
+    (MoveRelative(TWO), f"AA 01 19 06 01 00 64 00 FE FF 64 00{REST} 4C F8"),
+    (MoveAbsolute(TWO), f"AA 01 19 07 01 00 64 00 FE FF 64 00{REST} 4C F9"),
+    (MoveSpeed(TWO), f"AA 01 19 0C 01 00 64 00 FE FF 64 00{REST} 4C F2"),
+]
+# Without a payload C0 is AA ^ 02 ^ status, and C1 is 02 ^ op.
+ANSWER_BYTES = [
+    (Acknowledged(Op.STOP), "AA 02 02 02 01 A9 00"),
+    (Acknowledged(Op.MOVE_RELATIVE, Status.ERROR), "AA 02 02 06 02 AA 04"),
+    (Acknowledged(Op.PING, Status.TIMEOUT), "AA 02 02 01 04 AC 03"),
+    (Acknowledged(Op.OUTPUTS), "AA 02 02 08 01 A9 0A"),
+    # C0 = AA ^ 03 ^ status; C1 = 02 ^ op ^ byte
+    (Busy(Op.MOVE_RELATIVE, 5), "AA 02 03 06 03 05 AA 01"),
+    (OutputsSet(0x0F), "AA 02 03 08 01 0F A8 05"),
+    (InputsRead(0x81), "AA 02 03 09 01 81 A8 8A"),
+    (Moving(0x21), "AA 02 03 0A 01 21 A8 29"),
+    (RobotId(Op.SET_ROBOT_ID, b"\x07"), "AA 02 03 0D 01 07 A8 08"),
+    (RobotId(Op.GET_ROBOT_ID), "AA 02 02 0E 01 A9 0C"),
+    (Pong(), "AA 02 02 01 01 A9 03"),
+    # C0 = AA ^ 04 ^ 01 ^ 69 = C6; C1 = 02 ^ 01 ^ 48 = 4B
+    (Pong(b"Hi"), "AA 02 04 01 01 48 69 C6 4B"),
+    # C0 = AA ^ 1A ^ 01 ^ 01 = B0; C1 = 02 ^ 0B ^ 2C = 25
+    (Positions(THERE), f"AA 02 1A 0B 01 2C 01{' 00' * 6}{REST} B0 25"),
+]
+
+
+@pytest.mark.parametrize(("request_", "data"), REQUEST_BYTES)
+def test_a_request_is_these_bytes(request_, data):
+    assert encode_request(request_).hex(" ").upper() == data
+    assert decode_request(Frame(bytes.fromhex(data), 0)) == request_
+
+
+@pytest.mark.parametrize(("answer", "data"), ANSWER_BYTES)
+def test_an_answer_is_these_bytes(answer, data):
+    assert encode_answer(answer).hex(" ").upper() == data
+    assert decode_answer(Frame(bytes.fromhex(data), 0)) == answer
+
+
+def test_the_tables_leave_no_operation_out():
+    assert {request.op for request, _ in REQUEST_BYTES} == set(Op)
+
+
+def test_a_firmware_that_counts_the_check_bytes_has_longer_lengths():
+    # C0 = AA ^ 03 = A9; C1 = 01 ^ 02 = 03; and C0 = AA ^ 04 ^ 01 = AF; C1 = 02 ^ 02 = 00
+    assert encode_request(Stop(), counts_check=True).hex() == "aa010302a903"
+    assert encode_answer(Acknowledged(Op.STOP), counts_check=True).hex() == "aa02040201af00"
+
+
+@given(REQUESTS)
+def test_what_a_host_sends_can_be_read(request_):
+    data = encode_request(request_)
+    assert len(data) <= FRAME_MAX - 1
+    assert decode_request(Frame(data, 0)) == request_
+
+
+@given(ANSWERS)
+def test_what_a_device_sends_can_be_read(answer):
+    data = encode_answer(answer)
+    assert len(data) <= FRAME_MAX
+    assert decode_answer(Frame(data, 0)) == answer
+
+
+@given(st.binary(min_size=4, max_size=31), st.integers(0, 40 * 8))
+def test_one_wrong_bit_never_passes(data, bit):
+    whole = bytearray(data + check_bytes(data))
+    at = bit % (len(whole) * 8)
+    whole[at // 8] ^= 1 << at % 8
+    assert check_bytes(whole[:-2]) != whole[-2:]
+
+
+@given(st.sampled_from(Kind), st.integers(0, 255), st.binary(min_size=1, max_size=26))
+def test_any_frame_has_a_meaning_or_a_typed_reason(kind, op, rest):
+    frame = Frame(frame_bytes(kind, op, rest), 0)
+    decode, encode = {
+        Kind.REQUEST: (decode_request, encode_request),
+        Kind.ANSWER: (decode_answer, encode_answer),
+    }[kind]
+    with contextlib.suppress(RemoteProtocolError):
+        assert encode(decode(frame)) == frame.raw
+
+
+@pytest.mark.parametrize(
+    ("kind", "op", "rest", "reason"),
+    [
+        (Kind.REQUEST, 0, b"", "no operation has the number 0"),
+        (Kind.REQUEST, 17, b"", "no operation has the number 17"),
+        (Kind.REQUEST, 2, b"x", "STOP with 1 bytes where none belong"),
+        (Kind.REQUEST, 6, b"x" * 23, "MOVE_RELATIVE with 23 bytes where 24 belong"),
+        (Kind.REQUEST, 8, b"", "OUTPUTS with 0 bytes where one belongs"),
+        (Kind.ANSWER, 2, b"\x01", "an answer, where requests belong"),
+    ],
+)
+def test_a_frame_that_is_no_request_says_why(kind, op, rest, reason):
+    with pytest.raises(RemoteProtocolError, match=reason):
+        decode_request(Frame(frame_bytes(kind, op, rest), 0))
+
+
+@pytest.mark.parametrize(
+    ("kind", "op", "rest", "reason"),
+    [
+        (Kind.REQUEST, 2, b"", "a request, where answers belong"),
+        (Kind.ANSWER, 99, b"\x01", "no operation has the number 99"),
+        (Kind.ANSWER, 2, b"\x05", "no status has the number 5"),
+        (Kind.ANSWER, 2, b"\x01x", "STOP with 1 bytes where none belong"),
+        (Kind.ANSWER, 9, b"\x01", "INPUTS with 0 bytes where one belongs"),
+        (Kind.ANSWER, 11, b"\x01" + bytes(22), "POSITION with 22 bytes where 24 belong"),
+        (Kind.ANSWER, 6, b"\x03xy", "MOVE_RELATIVE with 2 bytes where one belongs"),
+    ],
+)
+def test_a_frame_that_is_no_answer_says_why(kind, op, rest, reason):
+    with pytest.raises(RemoteProtocolError, match=reason):
+        decode_answer(Frame(frame_bytes(kind, op, rest), 0))
+
+
+@pytest.mark.parametrize(
+    ("build", "field"),
+    [
+        (lambda: Ping(b"x" * 27), "payload"),
+        (lambda: Ping("text"), "payload"),
+        (lambda: Outputs(256), "value"),
+        (lambda: Outputs(True), "value"),
+        (lambda: MoveRelative((0,) * 12), "axes"),
+        (lambda: Positions(None), "axes"),
+        (lambda: Axes((0,) * 5), "positions_steps"),
+        (lambda: Axes((0, 0, 32768, 0, 0, 0)), r"positions_steps\[2\]"),
+        (lambda: Axes((0,) * 6, (0, 1.0, 0, 0, 0, 0)), r"speeds_steps_s\[1\]"),
+        (lambda: SetRobotId(b"x" * 27), "robot_id"),
+        (lambda: RobotId(Op.PING), "op"),
+        (lambda: Busy(17, 0), "op"),
+        (lambda: Busy(Op.STOP, 256), "moving"),
+        (lambda: Acknowledged(Op.STOP, 5), "status"),
+        (lambda: Acknowledged(Op.POSITION), "status"),
+        (lambda: Pong(b"x" * 27), "payload"),
+    ],
+)
+def test_what_the_protocol_cannot_carry_cannot_be_built(build, field):
+    with pytest.raises(BadField, match=f"^{field} must be"):
+        build()
+
+
+def test_the_moving_mask_names_its_axes():
+    assert Moving(0b100101).axes == (0, 2, 5)
+
+
+@given(st.integers(-(10**9), 10**9), st.integers(-32768, 32767))
+def test_a_wrapped_position_is_found_again_near_where_it_is_believed(position, off):
+    assert -32768 <= wrap(position) <= 32767
+    assert (wrap(position) - position) % 65536 == 0
+    assert unwrap(wrap(position), position - off) == position
+
+
+@pytest.mark.parametrize(
+    ("reported", "near", "position"),
+    [(-32768, 32767, 32768), (32767, -32768, -32769), (5, 65536, 65541), (0, 0, 0)],
+)
+def test_positions_are_unwrapped_across_the_seam(reported, near, position):
+    assert unwrap(reported, near) == position
