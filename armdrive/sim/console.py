@@ -12,11 +12,10 @@ from dataclasses import dataclass
 
 from armdrive.errors import ArmError, BadRequest
 from armdrive.sim.blocks import Block
+from armdrive.sim.device import GivesControl, HasPendant, HasSpeedError, SimDevice, lacks
 from armdrive.sim.report import state_json, state_line
 from armdrive.sim.saved import Json
-from armdrive.sim.teachmover import SimTeachMover
 from armdrive.transports.serve import Server
-from firmware_protocol.teachmover import Key
 
 JSON_FLAG = "--json"
 DROP_FROM_MM = 1000.0
@@ -52,7 +51,7 @@ class ConsoleCommand:
 class Console:
     """Steers one device, and the server that offers it. `ended` is true after `quit`."""
 
-    def __init__(self, device: SimTeachMover, server: Server) -> None:
+    def __init__(self, device: SimDevice, server: Server) -> None:
         self.device = device
         self.server = server
         self.ended = False
@@ -89,16 +88,18 @@ def _state(console: Console, _: list[str]) -> Answer:
 
 
 def _key(console: Console, words: list[str]) -> Answer:
-    names = [key.name for key in Key]
-    name = words[0].upper()
-    if name not in names:
-        raise BadRequest(f"the pendant has no key {words[0]!r}; it has {', '.join(names[1:])}")
-    console.device.press(Key[name])
-    return Answer(f"pressed {name}")
+    device = console.device
+    if not isinstance(device, HasPendant):
+        raise lacks(device, "pendant")
+    device.press_named(words[0])
+    return Answer(f"pressed {words[0].upper()}")
 
 
 def _return(console: Console, _: list[str]) -> Answer:
-    if console.device.pendant_returns():
+    device = console.device
+    if not isinstance(device, GivesControl):
+        raise lacks(device, "pendant that takes control")
+    if device.pendant_returns():
         return Answer("the host has control again")
     raise BadRequest("the pendant has no control to give back: the host has not sent @SET")
 
@@ -108,8 +109,8 @@ def _guide(console: Console, _: list[str]) -> Answer:
     if reference is None:
         raise BadRequest("no reference posture is known of this arm")
     joints = console.device.world.body.arm.ik(reference.pose)
-    console.device.pendant_to(joints, reference.opening_mm)
-    return Answer("somebody brought the arm to its reference posture with the pendant")
+    console.device.bring_to(joints, reference.opening_mm)
+    return Answer("somebody brought the arm to its reference posture by hand")
 
 
 def _put(console: Console, words: list[str]) -> Answer:
@@ -162,8 +163,11 @@ def _push(console: Console, words: list[str]) -> Answer:
 
 
 def _speed_error(console: Console, words: list[str]) -> Answer:
-    console.device.set_speed_error(_number(words[0]))
-    return Answer(f"motions last {1.0 + console.device.speed_error:.2f} times as long")
+    device = console.device
+    if not isinstance(device, HasSpeedError):
+        raise lacks(device, "speed error: it keeps its own time")
+    device.set_speed_error(_number(words[0]))
+    return Answer(f"motions last {1.0 + device.speed_error:.2f} times as long")
 
 
 def _help(_: Console, __: list[str]) -> Answer:

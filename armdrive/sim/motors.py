@@ -71,6 +71,10 @@ class MotorRack:
         made = self._motion.made(now_s)
         return tuple(count + step for count, step in zip(self._counts, made, strict=True))
 
+    def bends(self, start_s: float, end_s: float) -> tuple[float, ...]:  # noqa: ARG002
+        """Return nothing: motors in proportion leave no straight way."""
+        return ()
+
     def stop(self, now_s: float) -> None:
         """End the motion where it is now."""
         self._counts = self.positions(now_s)

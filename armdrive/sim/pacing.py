@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from armdrive.sim.device import SimDevice
+from armdrive.sim.device import WireDevice
 from armdrive.sim.wire import PacedWire
 
 
 class PacedDevice:
-    """Carries bytes to a device and back at a baud rate.
+    """Carries bytes to a device and back at a baud rate, or at once where there is none.
 
     Time may be advanced in steps of any size: what happens in between happens at its own moment,
     so that an answer is as late as it would be if somebody had looked all the time.
     """
 
-    def __init__(self, device: SimDevice, baud: int) -> None:
+    def __init__(self, device: WireDevice, baud: int | None) -> None:
         self.device = device
         self._in = PacedWire(baud)
         self._out = PacedWire(baud)
@@ -57,8 +57,7 @@ class PacedDevice:
         self._plugged = True
 
     def _exchange(self, now_s: float) -> None:
-        arrived = self._in.pull(now_s)
-        if arrived:
+        for arrived in self._in.pull_each(now_s):
             self.device.receive(arrived, now_s)
         said = self.device.transmit(now_s)
         if said and self._plugged:

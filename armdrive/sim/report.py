@@ -2,27 +2,28 @@
 
 from __future__ import annotations
 
+from armdrive.sim.device import SimDevice
 from armdrive.sim.saved import Json
-from armdrive.sim.teachmover import SimTeachMover
 from armdrive.sim.world_file import block_to_json, incident_to_json
 
 _MM_DIGITS = 3
 _DEG_DIGITS = 3
 
 
-def state_json(device: SimTeachMover) -> dict[str, Json]:
+def state_json(device: SimDevice) -> dict[str, Json]:
     """Return the state as plain data; lengths in mm, angles in degrees, forces in N."""
-    pose, scene = device.pose, device.world.scene
+    world = device.world
+    pose, scene = world.pose, world.scene
     joints: dict[str, Json] = {
-        name: round(angle, _DEG_DIGITS) for name, angle in device.joints.deg.items()
+        name: round(angle, _DEG_DIGITS) for name, angle in world.joints.deg.items()
     }
     return {
         "powered": device.powered,
-        "energised": device.world.energised,
+        "energised": world.energised,
         "moving": device.moving,
         "busy": device.busy,
         "registers": list(device.registers),
-        "motors": list(device.world.motors),
+        "motors": list(world.motors),
         "joints_deg": joints,
         "pose": {
             "x_mm": round(pose.x_mm, _MM_DIGITS),
@@ -32,31 +33,30 @@ def state_json(device: SimTeachMover) -> dict[str, Json]:
             "roll_deg": round(pose.roll_deg, _DEG_DIGITS),
             **({} if pose.yaw_deg is None else {"yaw_deg": round(pose.yaw_deg, _DEG_DIGITS)}),
         },
-        "opening_mm": round(device.opening_mm, _MM_DIGITS),
-        "grip_force_n": round(device.grip_force_n, _MM_DIGITS),
-        "key": device.last_key.name,
+        "opening_mm": round(world.opening_mm, _MM_DIGITS),
+        "grip_force_n": round(world.grip_force_n, _MM_DIGITS),
         "inputs": device.inputs,
-        "outputs": device.outputs,
-        "speed_error": device.speed_error,
+        **device.details(),
         "held": scene.held,
         "blocks": [block_to_json(block) for block in scene.blocks.values()],
-        "incidents": [incident_to_json(incident) for incident in device.world.incidents],
+        "incidents": [incident_to_json(incident) for incident in world.incidents],
     }
 
 
-def state_line(device: SimTeachMover) -> str:
+def state_line(device: SimDevice) -> str:
     """Return the state in one line."""
+    world = device.world
     words = [
         f"power {'on' if device.powered else 'off'}",
-        f"current {'on' if device.world.energised else 'off'}",
+        f"current {'on' if world.energised else 'off'}",
         "moving" if device.moving else "still",
-        str(device.pose),
-        f"fingers {device.opening_mm:.1f} mm apart",
-        f"grip {device.grip_force_n:.1f} N",
+        str(world.pose),
+        f"fingers {world.opening_mm:.1f} mm apart",
+        f"grip {world.grip_force_n:.1f} N",
         f"registers {','.join(map(str, device.registers))}",
     ]
-    held = device.world.scene.held
+    held, blocks = world.scene.held, world.scene.blocks
     words += [f"holds {held}"] if held else []
-    words += [f"blocks {', '.join(device.world.scene.blocks)}"] if device.world.scene.blocks else []
-    words += [f"incidents {len(device.world.incidents)}"] if device.world.incidents else []
+    words += [f"blocks {', '.join(blocks)}"] if blocks else []
+    words += [f"incidents {len(world.incidents)}"] if world.incidents else []
     return "; ".join(words)

@@ -15,8 +15,8 @@ from typing import TextIO
 
 from armdrive.errors import PortUnavailable
 from armdrive.sim.console import Console
+from armdrive.sim.device import SimDevice
 from armdrive.sim.pacing import PacedDevice
-from armdrive.sim.teachmover import SimTeachMover
 from armdrive.transports.bell import Bell
 from armdrive.transports.serve import LOOPBACK, PtyServer, Server, TcpServer
 
@@ -41,7 +41,7 @@ def make_server(*, pty: Path | None = None, tcp: str | None = None) -> Server:
 
 
 def run_device(
-    device: SimTeachMover,
+    device: SimDevice,
     server: Server,
     commands: int | None,
     out: TextIO,
@@ -72,7 +72,7 @@ class _Loop:
 
     def __init__(
         self,
-        device: SimTeachMover,
+        device: SimDevice,
         server: Server,
         out: TextIO,
         bell: Bell,

@@ -7,9 +7,10 @@ One command is unanswered at a time. A motion's end answers it (`motion_ended`),
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
 
-from armdrive.sim.drive import Drive
+from armdrive.sim.drive import CoordinatedDrive
 from armdrive.sim.rates import DEFAULT_RATES, RateTable, rate_hz
 from firmware_protocol.teachmover import (
     Arm,
@@ -60,17 +61,26 @@ class TwinSettings:
 
 
 class ControllerBox:
-    """Commands in, answers out, motors turned: everything that is forgotten without power."""
+    """Commands in, answers out, motors turned: everything that is forgotten without power.
 
-    def __init__(self, drive: Drive, settings: TwinSettings) -> None:
+    Answers are appended to `said`; `inputs_set` tells the input bits as they are set from outside.
+    """
+
+    def __init__(
+        self,
+        drive: CoordinatedDrive,
+        settings: TwinSettings,
+        said: bytearray,
+        inputs_set: Callable[[], int],
+    ) -> None:
         self.settings = settings
+        self.said = said
         self.memory: dict[int, ProgramRow] = {}
         self.last_key = Key.NONE
         self.outputs = 0
-        self.inputs_set = 0
         self.byte_gap_s = 0.0
         self.lost_bytes = 0
-        self.said = bytearray()
+        self._inputs_set = inputs_set
         self._drive = drive
         self._codec = Device()
         self._rows: deque[ProgramRow] = deque()
@@ -89,7 +99,7 @@ class ControllerBox:
     def inputs(self) -> int:
         """The input byte: what was set from outside, and the grip switch."""
         grip = 1 << self.settings.grip_bit
-        return self.inputs_set & ~grip | (grip if self._drive.world.grip_switch else 0)
+        return self._inputs_set() & ~grip | (grip if self._drive.world.grip_switch else 0)
 
     def receive(self, data: bytes, now_s: float) -> None:
         """Take bytes; what comes while a command is unanswered is lost, or waits."""

@@ -1,57 +1,38 @@
-"""A simulated TeachMover as plain numbers and texts: its world, and what its controller knows."""
+"""What a simulated TeachMover's controller knows, as plain numbers, beside its saved world."""
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from armdrive.errors import StateFileError
-from armdrive.sim.body import ArmBody
 from armdrive.sim.saved import MEND, Json, Saved
-from armdrive.sim.teachmover import BAUD, SimTeachMover
-from armdrive.sim.world_file import world_from_json, world_to_json
 from firmware_protocol.errors import ProtocolError
 from firmware_protocol.teachmover import Key, ProgramRow
 
+if TYPE_CHECKING:
+    from armdrive.sim.teachmover_box import ControllerBox
+
 _WORD = (1 << 16) - 1
-_REGISTER = 1 << 15
 _BYTE = 255
 _ROW_WORDS = 8
 
 
-def device_to_json(device: SimTeachMover) -> dict[str, Json]:
-    """Return everything that a standing device needs to be made again.
-
-    A motion under way is not saved: the arm stands where the motion had brought it.
-    """
+def known_json(box: ControllerBox) -> dict[str, Json]:
+    """Return the key pressed last, the outputs and the program."""
     return {
-        "world": world_to_json(device.world),
-        "powered": device.powered,
-        "registers": list(device.registers),
-        "key": int(device.last_key),
-        "inputs": device.inputs_set,
-        "outputs": device.outputs,
-        "memory": [list(device.memory[number].words) for number in sorted(device.memory)],
+        "key": int(box.last_key),
+        "outputs": box.outputs,
+        "memory": [list(box.memory[number].words) for number in sorted(box.memory)],
     }
 
 
-def device_from_json(
-    data: object,
-    body: ArmBody | None = None,
-    *,
-    speed_error: float = 0.0,
-    baud: int = BAUD,
-    grip_bit: int = 0,
-) -> SimTeachMover:
-    """Make a device again; raises `StateFileError` for what no such device has saved."""
-    saved = Saved(data, "simulated TeachMover")
-    world = world_from_json(saved.table("world").data, body)
-    device = SimTeachMover(world, speed_error=speed_error, baud=baud, grip_bit=grip_bit)
-    counts = saved.wholes("registers", len(world.motors), -_REGISTER, _REGISTER - 1)
+def recall_known(box: ControllerBox, saved: Saved) -> None:
+    """Have a box know what `known_json` wrote; raises `StateFileError`."""
     key = Key(saved.whole("key", 0, max(Key)))
-    inputs, outputs = saved.whole("inputs", 0, _BYTE), saved.whole("outputs", 0, _BYTE)
+    outputs = saved.whole("outputs", 0, _BYTE)
     rows = [_row(item) for item in saved.items("memory")]
-    device.powered = saved.flag("powered")
-    saved.end()
-    device.restore(counts, key, inputs, outputs, rows)
-    return device
+    box.last_key, box.outputs = key, outputs
+    box.memory.update((row.number, row) for row in rows)
 
 
 def _row(words: object) -> ProgramRow:

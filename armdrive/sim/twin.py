@@ -2,28 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from armdrive.errors import StateFileError
 from armdrive.sim.blocks import Block
 from armdrive.sim.body import ArmBody
+from armdrive.sim.device import SimDevice
 from armdrive.sim.operator import SimulatedOperator
-from armdrive.sim.saved import Json
-from armdrive.sim.teachmover import SimTeachMover
-from armdrive.sim.teachmover_file import device_from_json, device_to_json
+from armdrive.sim.options import Options, Value
+from armdrive.sim.recalling import recalled
+from armdrive.sim.saved import MEND, Json
+from armdrive.sim.twins import twin_kind
 from armdrive.sim.world import World
 from armdrive.transports.memory import MemoryLink
 
 if TYPE_CHECKING:
     from armdrive.armfile import ArmConfig
 
+DIALECT = "dialect"
+"""The entry of a saved world that names the dialect; without it, the only one that there was."""
+_FIRST = "teachmover"
+
 
 @dataclass(frozen=True, slots=True)
 class Twin:
     """The simulated counterpart of a connected arm. `world` is the physical truth."""
 
-    device: SimTeachMover
+    dialect: str
+    device: SimDevice
     link: MemoryLink
     operator: SimulatedOperator
 
@@ -33,8 +41,8 @@ class Twin:
         return self.device.world
 
     def save(self) -> dict[str, Json]:
-        """Return the world and the controller's memory as plain data."""
-        return device_to_json(self.device)
+        """Return the dialect, the world and the controller's memory as plain data."""
+        return {DIALECT: self.dialect, **self.device.to_json()}
 
 
 def make_twin(
@@ -42,15 +50,16 @@ def make_twin(
     saved: object = None,
     *,
     blocks: Iterable[Block] = (),
-    speed_error: float = 0.0,
+    **options: Value,
 ) -> Twin:
     """Build the twin of an arm: as it was saved, or as one finds it in the morning.
 
-    Raises `StateFileError` where what was saved fits no such arm.
+    `options` are settings of the dialect's device (`twins.py`), `speed_error=0.2` say. Raises
+    `StateFileError` where what was saved fits no such arm, and `BadRequest` for the rest.
     """
-    device = make_device(config, saved, blocks=blocks, speed_error=speed_error)
-    link = MemoryLink(device, config.connection.baud)
-    return Twin(device, link, SimulatedOperator(device.world))
+    device = make_device(config, saved, blocks=blocks, **options)
+    link = MemoryLink(device, device.baud)
+    return Twin(config.connection.dialect, device, link, SimulatedOperator(device.world))
 
 
 def make_device(
@@ -58,12 +67,27 @@ def make_device(
     saved: object = None,
     *,
     blocks: Iterable[Block] = (),
-    speed_error: float = 0.0,
-) -> SimTeachMover:
+    **options: Value,
+) -> SimDevice:
     """Build the simulated device alone, for a process of its own."""
+    dialect = config.connection.dialect
+    kind = twin_kind(dialect)
     body = ArmBody.of_preset(config.model)
-    baud, grip_bit = config.connection.baud, config.teachmover.grip_bit
-    if saved is not None:
-        return device_from_json(saved, body, speed_error=speed_error, baud=baud, grip_bit=grip_bit)
-    world = World(body, blocks=blocks)
-    return SimTeachMover(world, speed_error=speed_error, baud=baud, grip_bit=grip_bit)
+    chosen = Options(kind.options, options)
+    if saved is None:
+        return kind.make(config, World(body, blocks=blocks), chosen)
+    known = _of_dialect(saved, dialect)
+    what = f"simulated {kind.title}"
+    return recalled(known, lambda world: kind.make(config, world, chosen), body, what=what)
+
+
+def _of_dialect(saved: object, dialect: str) -> object:
+    """Return a saved world without its dialect, which must be this one."""
+    if not isinstance(saved, Mapping):
+        return saved
+    spoken = saved.get(DIALECT, _FIRST)
+    if spoken != dialect:
+        raise StateFileError(
+            f"the saved arm speaks {spoken!r}, not {dialect!r}: they have nothing in common; {MEND}"
+        )
+    return {key: value for key, value in saved.items() if key != DIALECT}

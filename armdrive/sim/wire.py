@@ -1,5 +1,6 @@
 """One direction of a serial line: bytes arrive no faster than the baud rate carries them.
 
+Without a baud rate the line is that of a network: what is pushed at once arrives at once, as one.
 Times are in seconds on whatever clock the caller keeps.
 """
 
@@ -27,6 +28,8 @@ class _Piece:
 
     def arrived(self, now_s: float) -> int:
         """Count the bytes whose last bit has arrived."""
+        if not self.byte_s:
+            return len(self.data) if now_s >= self.start_s else 0
         count = math.floor((now_s - self.start_s) / self.byte_s + _ROUNDING)
         return min(max(count, 0), len(self.data))
 
@@ -34,8 +37,8 @@ class _Piece:
 class PacedWire:
     """A line at `baud` bits a second; `extra_s` is a pause after each byte pushed from now on."""
 
-    def __init__(self, baud: int, extra_s: float = 0.0) -> None:
-        self.bit_s = 1.0 / baud
+    def __init__(self, baud: int | None, extra_s: float = 0.0) -> None:
+        self.bit_s = 1.0 / baud if baud else 0.0
         self.extra_s = extra_s
         self._pieces: deque[_Piece] = deque()
         self._free_s = -math.inf
@@ -51,17 +54,22 @@ class PacedWire:
 
     def pull(self, now_s: float) -> bytes:
         """Take the bytes that have arrived whole by now."""
-        taken = bytearray()
+        return b"".join(self.pull_each(now_s))
+
+    def pull_each(self, now_s: float) -> list[bytes]:
+        """Take them apart as they were pushed."""
+        taken: list[bytes] = []
         while self._pieces:
             piece = self._pieces[0]
             count = piece.arrived(now_s)
-            taken += piece.data[:count]
+            if count:
+                taken.append(piece.data[:count])
             if count < len(piece.data):
                 piece.data = piece.data[count:]
                 piece.start_s += count * piece.byte_s
                 break
             self._pieces.popleft()
-        return bytes(taken)
+        return taken
 
     @property
     def waiting(self) -> int:

@@ -102,6 +102,10 @@ class World:
 
     def drive(self, steps: Sequence[int], time_s: float = 0.0) -> None:
         """Turn all motors in proportion by these steps, and let the world answer."""
+        self.force(steps, time_s)
+
+    def force(self, steps: Sequence[int], time_s: float = 0.0) -> None:
+        """Turn motors by these steps, by whatever force it may be, and let the world answer."""
         last = len(steps) - self.body.transmission.has_gripper
         pieces = 1 + max(map(abs, steps[:last]), default=0) // SAMPLE_STEPS
         made = Motors((0,) * len(steps))

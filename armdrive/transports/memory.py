@@ -6,18 +6,20 @@ It runs on whichever clock the engine passes in, simulated or real, at the pace 
 from __future__ import annotations
 
 from armdrive.errors import LinkLost
-from armdrive.sim.device import SimDevice
+from armdrive.sim.device import WireDevice
 from armdrive.sim.pacing import PacedDevice
 from armdrive.transports.bell import Bell
 
 
 class MemoryLink:
-    """Bytes to a simulated device and back at a baud rate. Only one thread may use it.
+    """Bytes to a simulated device and back at a baud rate, or unpaced. Only one thread may use it.
 
     `wake`, `unplug` and `replug` are the exceptions: they may come from any thread.
     """
 
-    def __init__(self, device: SimDevice, baud: int = 9600, name: str = "simulated arm") -> None:
+    def __init__(
+        self, device: WireDevice, baud: int | None = 9600, name: str = "simulated arm"
+    ) -> None:
         self._line = PacedDevice(device, baud)
         self._baud = baud
         self._name = name
@@ -29,7 +31,7 @@ class MemoryLink:
     @property
     def description(self) -> str:
         """Name the wire for people."""
-        return f"{self._name} at {self._baud} baud"
+        return f"{self._name} at {self._baud} baud" if self._baud else self._name
 
     def write(self, data: bytes, now_s: float) -> None:
         """Send bytes. Raises `LinkLost` while unplugged."""

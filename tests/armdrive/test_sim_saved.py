@@ -10,8 +10,8 @@ from sim_bench import Bench, descend, grasp, lift
 from armdrive.errors import StateFileError
 from armdrive.sim.blocks import Block
 from armdrive.sim.body import ArmBody
+from armdrive.sim.recalling import recalled
 from armdrive.sim.teachmover import SimTeachMover
-from armdrive.sim.teachmover_file import device_from_json, device_to_json
 from armdrive.sim.world import World
 from armdrive.sim.world_file import world_from_json, world_to_json
 from firmware_protocol.teachmover import Key, ProgramRow, QWrite, Step
@@ -53,16 +53,16 @@ def test_a_device_comes_back_with_what_it_knew():
     bench.ask(Step(240, (12, 0, 0, 0, 0, 0), 9))
     bench.device.press(Key.FREE)
     bench.device.set_input(5, True)
-    saved = json.loads(json.dumps(device_to_json(bench.device)))
-    again = device_from_json(saved)
+    saved = json.loads(json.dumps(bench.device.to_json()))
+    again = recalled(saved, SimTeachMover)
     assert again.registers == (12, 0, 0, 0, 0, 0)
     assert (again.last_key, again.outputs, again.inputs_set) == (Key.FREE, 9, 32)
     assert again.memory == bench.device.memory
-    assert device_to_json(again) == saved
+    assert again.to_json() == saved
 
 
 def _changed(path, value):
-    data = device_to_json(SimTeachMover(lived_in()))
+    data = SimTeachMover(lived_in()).to_json()
     *way, last = path
     table = data
     for key in way:
@@ -101,7 +101,7 @@ def _changed(path, value):
 )
 def test_what_no_arm_has_saved_is_refused_by_name(path, value, named):
     with pytest.raises(StateFileError, match=named):
-        device_from_json(_changed(path, value))
+        recalled(_changed(path, value), SimTeachMover)
 
 
 @pytest.mark.parametrize("data", [None, [], "world", {}, {"format": 1}])

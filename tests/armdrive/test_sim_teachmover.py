@@ -231,7 +231,7 @@ class TestPendant:
 
     def test_an_operator_brings_the_arm_to_a_posture_that_he_sees(self, bench):
         before = bench.device.world.motors
-        bench.device.pendant_to(Joints.of(20, 60, -80, -40, 10), 33.0)
+        bench.device.bring_to(Joints.of(20, 60, -80, -40, 10), 33.0)
         assert bench.device.joints.deg["base"] == pytest.approx(20, abs=0.1)
         assert bench.device.opening_mm == pytest.approx(33, abs=0.05)
         assert registers(bench) == bench.device.world.motors - before

@@ -1,0 +1,60 @@
+"""The table of simulated devices: for each dialect, how its device is made, and its settings.
+
+To add one: a module with a class on `SimBase` and a `TwinKind`, and a row at the end of this file.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+from armdrive.errors import BadRequest
+from armdrive.sim.device import SimDevice
+from armdrive.sim.options import Option, Options
+from armdrive.sim.world import World
+
+if TYPE_CHECKING:
+    from armdrive.armfile import ArmConfig
+
+
+@dataclass(frozen=True, slots=True)
+class TwinKind:
+    """One kind of simulated device.
+
+    `make(config, world, options)` builds it as it stands when its power has come; a saved one is
+    made the same way and then recalls what it knew. `device` is its class, which tells what it is
+    able to do.
+    """
+
+    title: str
+    device: type[SimDevice]
+    make: Callable[[ArmConfig, World, Options], SimDevice]
+    options: tuple[Option, ...] = ()
+
+
+def _teachmover() -> TwinKind:
+    from armdrive.sim.teachmover_twin import KIND
+
+    return KIND
+
+
+TWINS: Mapping[str, Callable[[], TwinKind]] = MappingProxyType(
+    {
+        "teachmover": _teachmover,
+    }
+)
+"""Every dialect that has a simulated device, by its name; the device is imported when asked for."""
+
+
+def twin_kind(dialect: str) -> TwinKind:
+    """Return the kind of device that speaks a dialect; `BadRequest` suggests the nearest name."""
+    if dialect in TWINS:
+        return TWINS[dialect]()
+    near = difflib.get_close_matches(dialect, TWINS, n=1)
+    hint = f"; did you mean {near[0]!r}?" if near else ""
+    raise BadRequest(
+        f"no simulated device speaks {dialect!r}; those that do speak {', '.join(TWINS)}{hint}"
+    )
