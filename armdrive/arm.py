@@ -5,12 +5,14 @@ All of them may be called from any thread; `stop`, `estop` and `status` while an
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from types import TracebackType
 from typing import Any, Self
 
 from armdrive.calls.jogging import Jogging
 from armdrive.calls.moving import Moving
 from armdrive.calls.referencing import Referencing
+from armdrive.controllers.requests import Settings
 from armdrive.flows import idling, referencing
 from armdrive.gripper import Gripper
 from armdrive.states import Event, after
@@ -52,7 +54,7 @@ class Arm(Moving, Jogging, Referencing):
         return Gripper(self)
 
     def enable(self) -> None:
-        """Allow motion. Moves nothing."""
+        """Switch the motors on where that can be done, and allow motion. Moves nothing."""
         self.perform(referencing.enable(self.wire))
 
     def disable(self) -> None:
@@ -62,6 +64,14 @@ class Arm(Moving, Jogging, Referencing):
         """
         after(self.core.state, Event.DISABLE)
         self.perform(referencing.disable(self.wire))
+
+    def mend_settings(self, lines: Sequence[str] | None = None) -> Settings:
+        """Write the lines that bring the device's settings to what the arm file says.
+
+        Without `lines`, all that `status.notice` and `armdrive doctor` show. Moves nothing.
+        """
+        chosen = [each.mend for each in self.core.differences] if lines is None else lines
+        return self.perform(referencing.mend_settings(self.wire, tuple(chosen)))
 
     def set_outputs(self, bits: int) -> None:
         """Write the output bits. Moves nothing."""

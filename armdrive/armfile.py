@@ -13,10 +13,9 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
-from armdrive.controllers.teachmover import TeachMoverSettings
-from armdrive.dialects import dialect
+from armdrive.dialects import Dialect, dialect
 from armdrive.errors import ArmFileError, BadRequest
 from armdrive.sections import (
     joint_range,
@@ -31,6 +30,7 @@ from kinematics import (
     ArmModel,
     ArmPreset,
     JointRange,
+    Joints,
     KinematicsError,
     Pose,
     Transmission,
@@ -38,13 +38,18 @@ from kinematics import (
 )
 from kinematics.spaces import JOINT_NAMES
 
+M = TypeVar("M", bound=ArmModel)
+
 MODEL_FILE = ".toml"
 """How a `model` ends that is no preset's key but a model file's path."""
 
 
 @dataclass(frozen=True, slots=True)
 class Connection:
-    """Which wire leads to the arm. A TeachMover's port is opened with DTR and RTS off."""
+    """Which wire leads to the arm; ports are opened with DTR and RTS off unless it says other.
+
+    `baud` is the dialect's own unless the file gives another.
+    """
 
     dialect: str = "teachmover"
     port: str = ""
@@ -86,18 +91,27 @@ _MOTION_BOUNDS = {
 }
 
 
+GRIPPER_KINDS = ("stepper", "servo", "output", "none")
+
+
 @dataclass(frozen=True, slots=True)
 class GripperSettings:
     """The gripper: `trip_force_n` is the force at which its switch closes (unverified).
 
-    The fingers approach an object by `approach_steps` at a time.
+    The fingers approach an object by `approach_steps` at a time. `kind` says what moves them: a
+    stepper of the arm's own transmission, a servo or a digital output of its controller, or
+    nothing.
     """
 
+    kind: str = "stepper"
     trip_force_n: float = 2.2
     max_force_n: float = 35.0
     approach_steps: int = 16
 
     def __post_init__(self) -> None:
+        if self.kind not in GRIPPER_KINDS:
+            known = ", ".join(GRIPPER_KINDS)
+            raise ArmFileError(f"gripper.kind is one of {known}, not {self.kind!r}")
         within("gripper.trip_force_n", self.trip_force_n, 0.0, 100.0)
         within("gripper.max_force_n", self.max_force_n, self.trip_force_n, 200.0)
         within("gripper.approach_steps", self.approach_steps, 1, 100)
@@ -126,8 +140,23 @@ class YawedPostureSettings(PostureSettings):
 
 
 @dataclass(frozen=True, slots=True)
+class HomingSettings:
+    """The device's own homing: the joints where it ends, and which motors home after which.
+
+    `groups` lists motor numbers from 1; without it the device homes all of them by its own order.
+    """
+
+    joints: Joints
+    opening_mm: float = 0.0
+    groups: tuple[tuple[int, ...], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class ArmConfig:
-    """One physical arm, ready to be driven: its model with every correction applied."""
+    """One physical arm, ready to be driven: its model with every correction applied.
+
+    `device` holds what the section of the dialect's own name says, as that dialect's settings.
+    """
 
     name: str
     title: str
@@ -135,8 +164,13 @@ class ArmConfig:
     connection: Connection = field(default_factory=Connection)
     motion: MotionSettings = field(default_factory=MotionSettings)
     gripper: GripperSettings = field(default_factory=GripperSettings)
-    teachmover: TeachMoverSettings = field(default_factory=TeachMoverSettings)
+    device: Any = None
+    homing: HomingSettings | None = None
     park: Pose | None = None
+
+    def __post_init__(self) -> None:
+        if self.device is None:
+            object.__setattr__(self, "device", dialect(self.connection.dialect).settings()())
 
     @property
     def calibration(self) -> str:
@@ -151,8 +185,14 @@ class ArmConfig:
 def config_of_preset(key: str, *, name: str, connection: Connection) -> ArmConfig:
     """Return an arm as it leaves the factory, on the given wire."""
     model = preset(key)
-    burst_s = dialect(connection.dialect).abilities.planned_burst_s
-    return ArmConfig(name, model.title, model, connection, MotionSettings(planned_burst_s=burst_s))
+    bursts = _bursts(dialect(connection.dialect))
+    return ArmConfig(name, model.title, model, connection, MotionSettings(**bursts))
+
+
+def _bursts(row: Dialect) -> dict[str, float]:
+    """Return how long a dialect's motions are unless an arm file says otherwise."""
+    able = row.abilities
+    return {"jog_burst_s": able.jog_burst_s, "planned_burst_s": able.planned_burst_s}
 
 
 def load_arm_file(path: Path) -> ArmConfig:
@@ -174,28 +214,81 @@ def parse_arm_file(table: Mapping[str, Any], *, name: str, folder: Path = Path()
     word = table.get("model")
     if not isinstance(word, str):
         raise ArmFileError('the key model is missing, for example model = "teachmover"')
+    wiring = require_table(table.get("connection", {}), "connection")
+    row = _dialect_of(wiring)
     given = word not in PRESETS and word.lower().endswith(MODEL_FILE)
-    refuse_unknown(table, list(_MODEL_KEYS if given else _TOP_KEYS), "")
+    keys = _MODEL_KEYS if given else _TOP_KEYS
+    refuse_unknown(table, [*keys, row.name], "")
     title = table.get("title", "")
     if not isinstance(title, str):
         raise ArmFileError(f"title must be text, not {title!r}")
+    gripper = read_section(GripperSettings, table.get("gripper", {}), "gripper")
     model = _described(table, folder) if given else _corrected(preset(word), table)
-    connection = read_section(Connection, table.get("connection", {}), "connection")
-    try:
-        dialect(connection.dialect)
-    except BadRequest as error:
-        raise ArmFileError(f"connection.dialect: {error}") from None
+    model = _with_gripper(model, gripper)
+    motion = _bursts(row) | dict(require_table(table.get("motion", {}), "motion"))
     park = table.get("park")
     return ArmConfig(
         name=name,
         title=title or model.title,
         model=model,
-        connection=connection,
-        motion=read_section(MotionSettings, table.get("motion", {}), "motion"),
-        gripper=read_section(GripperSettings, table.get("gripper", {}), "gripper"),
-        teachmover=read_section(TeachMoverSettings, table.get("teachmover", {}), "teachmover"),
+        connection=read_section(Connection, {"baud": row.baud} | dict(wiring), "connection"),
+        motion=read_section(MotionSettings, motion, "motion"),
+        gripper=gripper,
+        device=read_section(row.settings(), table.get(row.name, {}), row.name),
+        homing=_homing(table["homing"], model) if "homing" in table else None,
         park=_posture(park, "park", model.arm.has_yaw) if park is not None else None,
     )
+
+
+def _dialect_of(wiring: Mapping[str, Any]) -> Dialect:
+    word = wiring.get("dialect", Connection().dialect)
+    if not isinstance(word, str):
+        raise ArmFileError(f"connection.dialect must be text, not {word!r}")
+    try:
+        return dialect(word)
+    except BadRequest as error:
+        raise ArmFileError(f"connection.dialect: {error}") from None
+
+
+def _with_gripper(model: M, gripper: GripperSettings) -> M:
+    """Return the model without a gripper's motor where something else moves the fingers."""
+    if gripper.kind == "stepper" or model.transmission is None:
+        return model
+    return replace(model, transmission=model.transmission.without_gripper())
+
+
+def _homing(table: object, model: ArmModel) -> HomingSettings:
+    entries = require_table(table, "homing")
+    refuse_unknown(entries, ["joints_deg", "opening_mm", "groups"], "homing")
+    angles = require_table(entries.get("joints_deg", {}), "homing.joints_deg")
+    names = list(model.arm.joint_names)
+    refuse_unknown(angles, names, "homing.joints_deg")
+    missing = [name for name in names if name not in angles]
+    if missing:
+        raise ArmFileError(
+            f"homing.joints_deg is missing {', '.join(missing)}: where every joint stands once the "
+            "device has homed"
+        )
+    turned = tuple(math.radians(number(angles[n], f"homing.joints_deg.{n}")) for n in names)
+    opening_mm = number(entries.get("opening_mm", 0.0), "homing.opening_mm")
+    return HomingSettings(Joints(turned, tuple(names)), opening_mm, _groups(entries, model))
+
+
+def _groups(entries: Mapping[str, Any], model: ArmModel) -> tuple[tuple[int, ...], ...]:
+    count = len(model.transmission.motors) if model.transmission is not None else 0
+    groups = entries.get("groups", [])
+    good = isinstance(groups, list) and all(
+        isinstance(group, list)
+        and group
+        and all(type(motor) is int and 1 <= motor <= count for motor in group)
+        for group in groups
+    )
+    if not good:
+        raise ArmFileError(
+            f"homing.groups lists motors by number, 1 to {count}, in the order in which they home, "
+            "for example [[3], [2], [1, 4, 5]]"
+        )
+    return tuple(tuple(group) for group in groups)
 
 
 def _described(table: Mapping[str, Any], folder: Path) -> ArmModel:
@@ -209,7 +302,7 @@ def _posture(table: object, where: str, has_yaw: bool) -> Pose:
     return read_section(kind, table, where).pose()
 
 
-_COMMON_KEYS = ("model", "title", "connection", "motion", "gripper", "teachmover", "park")
+_COMMON_KEYS = ("model", "title", "connection", "motion", "gripper", "homing", "park")
 _MODEL_KEYS = (
     *_COMMON_KEYS, "motors", "fingers", "speeds_deg_s", "limits_deg", "reference", "guards",
 )  # fmt: skip

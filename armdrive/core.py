@@ -10,8 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from armdrive.armfile import ArmConfig
-from armdrive.controllers.requests import Controller, Registers
-from armdrive.errors import BadRequest, Refused
+from armdrive.controllers.requests import Controller, Difference, Registers
+from armdrive.errors import BadRequest, Refused, SettingsDiffer
 from armdrive.intents import Jog
 from armdrive.memory import Memory
 from armdrive.record import NoRecorder, Record, Recorder
@@ -93,6 +93,7 @@ class Core:
         self.error = ""
         self.still_since_s = 0.0
         self.burst_s = config.motion.jog_burst_s
+        self.differences: tuple[Difference, ...] = ()
 
     # -- what happens -------------------------------------------------------------------------
 
@@ -122,6 +123,16 @@ class Core:
     def require_reference(self) -> None:
         """Raise `NotReferenced` unless planned motion may go on."""
         require_reference(self.belief, allow_restored=self.allow_restored)
+
+    def require_settings(self) -> None:
+        """Raise `SettingsDiffer` while the device is set up for another arm than the file's."""
+        wrong = [each for each in self.differences if each.must]
+        if wrong:
+            raise SettingsDiffer(
+                "nothing moves while the controller's settings are not the arm file's: "
+                + "; ".join(map(str, wrong))
+                + ". `armdrive doctor --mend` sends these lines"
+            )
 
     @property
     def position_known(self) -> bool:
@@ -166,6 +177,18 @@ class Core:
         counts = self.controller.unwrap(registers.positions, expected)
         self.read_back = counts + self.offset
         return self.read_back - self.acknowledged
+
+    def progress(self, registers: Registers) -> None:
+        """Note where the motors are while they move."""
+        counts = self.controller.unwrap(registers.positions, self.commanded - self.offset)
+        self.read_back = counts + self.offset
+
+    @property
+    def seen(self) -> Motors:
+        """Where the motors are to be shown: as reported in motion, else as acknowledged."""
+        moving = self.state in (State.MOVING, State.HOMING, State.STOPPING)
+        reporting = moving and self.controller.abilities.reports_while_moving
+        return self.read_back if reporting and self.read_back is not None else self.acknowledged
 
     def believe_registers(self) -> None:
         """Take the read-back for the position: the motors are there, whatever was commanded."""
@@ -256,7 +279,7 @@ class Core:
     ) -> Status:
         """Return a frozen picture of this moment."""
         known = self.belief.trust is not Trust.UNKNOWN
-        joints, opening_mm = self.transmission.to_joints(self.acknowledged)
+        joints, opening_mm = self.transmission.to_joints(self.seen)
         bound = self.stop_bound()
         return Status(
             arm=self.config.name,
@@ -279,6 +302,8 @@ class Core:
             outputs=self.outputs,
             stop_time_s=bound.time_s,
             stop_distance_mm=bound.distance_mm,
+            silent_time_s=bound.silent_time_s,
+            silent_distance_mm=bound.silent_distance_mm,
             last_sent=last_sent,
             last_answer=last_answer,
             notice=self.notice,

@@ -9,7 +9,7 @@ import difflib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from armdrive.abilities import Abilities, Abort, Switching
 from armdrive.errors import BadRequest
@@ -21,7 +21,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Dialect:
-    """One row: `preset` is the arm that speaks it where no arm file says otherwise."""
+    """One row: `preset` is the arm that speaks it where no arm file says otherwise.
+
+    `settings` gives the class of what an arm file says in the section of the dialect's name, and
+    `controller` the driver's end for an arm.
+    """
 
     name: str
     title: str
@@ -29,14 +33,21 @@ class Dialect:
     baud: int
     quick_stop: str
     abilities: Abilities
+    settings: Callable[[], type[Any]]
     controller: Callable[[ArmConfig], Controller]
+
+
+def _teachmover_settings() -> type[Any]:
+    from armdrive.controllers.teachmover import TeachMoverSettings
+
+    return TeachMoverSettings
 
 
 def _teachmover(config: ArmConfig) -> Controller:
     from armdrive.controllers.teachmover import TeachMoverController
 
     return TeachMoverController(
-        DIALECTS["teachmover"].abilities, config.teachmover, config.connection.baud
+        DIALECTS["teachmover"].abilities, config.device, config.connection.baud
     )
 
 
@@ -65,6 +76,7 @@ DIALECTS: Mapping[str, Dialect] = MappingProxyType(
                 planned_burst_s=0.15,
                 register_bits=16,
             ),
+            settings=_teachmover_settings,
             controller=_teachmover,
         ),
     }

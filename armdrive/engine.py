@@ -13,7 +13,16 @@ from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
-from armdrive.controllers.requests import Controller, Oddity, Reply, Request, Sent
+from armdrive.controllers.requests import (
+    Alert,
+    Controller,
+    Event,
+    Oddity,
+    Progress,
+    Reply,
+    Request,
+    Silence,
+)
 from armdrive.errors import ArmError, LinkLost, NoAnswer, Refused, WrongState
 from armdrive.transports.link import Link
 
@@ -68,31 +77,36 @@ class Engine:
         idle: Callable[[float], tuple[float, Flow[Any] | None]],
         stopping: Callable[[], None],
         lost: Callable[[LinkLost], None],
+        noticed: Callable[[Alert | Progress], None],
     ) -> None:
-        """Take a link and a controller, and three calls.
+        """Take a link and a controller, and four calls.
 
         `idle(now)` gives work for quiet times and when to ask again; `stopping` hears that a
-        stop was asked for, `lost` that the wire broke.
+        stop was asked for, `lost` that the wire broke, `noticed` what the device says unasked.
         """
         self.link = link
         self.controller = controller
         self.now_s = 0.0
         self.stop_asked = False
+        self.stop_hard = False
         self.stop_why = ""
-        self.last_sent = ""
         self.last_answer = ""
         self.requests_sent = 0
         self.heard_s = -math.inf
-        self.timely = True
         self._idle = idle
         self._stopping = stopping
         self._lost = lost
+        self._noticed = noticed
         self._task: Task[Any] | None = None
         self._next: Task[Any] | None = None
         self._wait: Ask | Until | None = None
-        self._sent: Sent | None = None
-        self._sent_at_s = 0.0
+        self._asked = False
         self._broken: LinkLost | None = None
+
+    @property
+    def last_sent(self) -> str:
+        """The text of what was sent last."""
+        return self.controller.last_said
 
     @property
     def busy(self) -> bool:
@@ -148,6 +162,7 @@ class Engine:
             return math.inf
         if self.stop_asked:
             self._stopping()
+            self.controller.stop(hard=self.stop_hard)
         try:
             self._listen()
             self._run()
@@ -160,39 +175,41 @@ class Engine:
         data = self.link.read(self.now_s)
         if data:
             self.heard_s = self.now_s
-            self.controller.receive(data)
+            self.controller.receive(data, self.now_s)
+        self._talk()
+
+    def _talk(self) -> None:
+        """Write what the controller has to say by now, and take in what it has heard."""
+        if said := self.controller.advance(self.now_s):
+            self.link.write(said, self.now_s)
         while (event := self.controller.next_event()) is not None:
             self._hear(event)
-        if self._sent is not None and self.now_s >= self._sent_at_s + self._sent.patience_s:
-            self._give_up()
 
-    def _hear(self, event: Reply | Oddity) -> None:
+    def _hear(self, event: Event) -> None:
         if isinstance(event, Oddity):
             self.last_answer = event.text
-            return
-        sent, self._sent = self._sent, None
-        if sent is None:
+        elif isinstance(event, Alert | Progress):
+            self.last_answer = event.text if isinstance(event, Alert) else str(event.registers)
+            self._noticed(event)
+        elif not self._asked:
             self.last_answer = f"unexpected: {event}"
-            return
-        self.timely = self.controller.answered(sent, self.now_s - self._sent_at_s)
-        self.last_answer = str(event)
-        self._resume(event)
+        else:
+            self._asked = False
+            if isinstance(event, Silence):
+                self._resume(self._no_answer(event))
+            else:
+                self.last_answer = str(event)
+                self._resume(event)
 
-    def _give_up(self) -> None:
-        sent, self._sent = self._sent, None
-        self.controller.forget()
-        if sent is not None:
-            self._resume(
-                NoAnswer(
-                    f"no answer to `{sent.text}` within {sent.patience_s:.1f} s on "
-                    f"{self.link.description}. Check that the arm is switched on and its cable "
-                    "plugged in, then reset"
-                )
-            )
+    def _no_answer(self, silence: Silence) -> NoAnswer:
+        return NoAnswer(
+            f"{silence} on {self.link.description}. Check that the arm is switched on and its "
+            "cable plugged in, then reset"
+        )
 
     def _run(self) -> None:
         """Let flows take steps until the present one waits for something that is not there yet."""
-        while self._sent is None:
+        while not self._asked:
             if self._task is None and not self._begin():
                 return
             if isinstance(self._wait, Until):
@@ -207,7 +224,7 @@ class Engine:
         if task is None:
             _, flow = self._idle(self.now_s)
             if flow is None:
-                self.stop_asked = False  # nothing moves: there is nothing left to stop
+                self.stop_asked = self.stop_hard = False  # nothing is left to stop
                 return False
             task = Task(flow, routine=True)
         self._task, self._wait = task, Until(-math.inf)
@@ -215,14 +232,15 @@ class Engine:
 
     def _send(self, request: Request) -> None:
         try:
-            sent = self.controller.encode(request)
-        except ValueError as error:  # a request that the dialect cannot express: the flow's fault
-            self._resume(Refused(f"nothing was sent: {error}"))
+            self.controller.begin(request, self.now_s)
+        except (ValueError, Refused) as error:  # what the dialect cannot express
+            self._resume(error if isinstance(error, Refused) else Refused(f"not sent: {error}"))
             return
-        self._sent, self._sent_at_s = sent, self.now_s
-        self.last_sent = sent.text
+        self._asked = True
         self.requests_sent += 1
-        self.link.write(sent.data, self.now_s)
+        if self.stop_asked:
+            self.controller.stop(hard=self.stop_hard)
+        self._talk()
 
     def _resume(self, outcome: Reply | float | ArmError) -> None:
         task = self._task
@@ -252,7 +270,7 @@ class Engine:
     def _finish(self, task: Task[Any]) -> None:
         self._task, self._wait = None, None
         if self._next is None:
-            self.stop_asked, self.stop_why = False, ""
+            self.stop_asked, self.stop_hard, self.stop_why = False, False, ""
         task.done = True
 
     def _fail(self, task: Task[Any], error: ArmError) -> None:
@@ -266,7 +284,7 @@ class Engine:
     def _end(self, lost: LinkLost) -> None:
         """Let everything at work hear of the loss where it waits, and end it."""
         self._broken = lost
-        self._sent = None
+        self._asked = False
         self.stop_asked = False  # what could still be stopped has ended with the wire
         if self._task is not None:
             self._abandon(self._task, lost)
@@ -285,9 +303,10 @@ class Engine:
         self._finish(task)
 
     def _next_s(self) -> float:
-        if self._sent is not None:
-            return min(self.link.next_s(), self._sent_at_s + self._sent.patience_s)
+        heard_s = min(self.link.next_s(), self.controller.next_s())
+        if self._asked:
+            return heard_s
         if isinstance(self._wait, Until):
-            return min(self._wait.time_s, self.link.next_s())
+            return min(self._wait.time_s, heard_s)
         wake_s, _ = self._idle(self.now_s)
-        return min(wake_s, self.link.next_s())
+        return min(wake_s, heard_s)

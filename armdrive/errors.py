@@ -83,6 +83,10 @@ class OutOfBounds(Refused):
         super().__init__(message)
 
 
+class SettingsDiffer(Refused):
+    """The device is set up otherwise than the arm file says; the message gives the mending lines."""
+
+
 class ArmInUse(Refused):
     """Another program holds the arm."""
 

@@ -45,8 +45,10 @@ class Status:
     it has been, `read_back` what the controller's registers last showed: three fields, since
     they can differ. All are motor steps in the arm's model; None before anything is known.
     `joints`, `pose` and `gripper_mm` (how far apart the fingers are) follow from `acknowledged`
-    and are None while the trust is unknown. `stop_time_s` and `stop_distance_mm` bound, for the
-    worst case, how long and how far the finger tips go on after a stop is asked for now.
+    and are None while the trust is unknown; of a device that reports while it moves, they follow
+    from what it reported last. `stop_time_s` and `stop_distance_mm` bound, for the worst case, how
+    long and how far the finger tips go on after a stop is asked for now; `silent_time_s` and
+    `silent_distance_mm` the same if this program dies now, or the cable is pulled.
     """
 
     arm: str
@@ -69,6 +71,8 @@ class Status:
     outputs: int | None = None
     stop_time_s: float = 0.0
     stop_distance_mm: float = 0.0
+    silent_time_s: float = 0.0
+    silent_distance_mm: float = 0.0
     last_sent: str = ""
     last_answer: str = ""
     notice: str = ""
@@ -97,6 +101,11 @@ class Status:
             f"motor current {self.current.value}; a stop takes at most {self.stop_time_s:.2f} s "
             f"and {self.stop_distance_mm:.0f} mm"
         )
+        if self.silent_time_s > self.stop_time_s:
+            lines[-1] += (
+                f"; if this program dies, {self.silent_time_s:.2f} s and "
+                f"{self.silent_distance_mm:.0f} mm"
+            )
         lines += [f"{word}: {text}" for word, text in self._remarks() if text]
         return "\n".join(lines)
 

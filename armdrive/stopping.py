@@ -1,9 +1,9 @@
-"""How long and how far the finger tips go on after a stop: a bound that holds for any motion.
+"""How long and how far the finger tips go on: after a stop, and after the host has fallen silent.
 
-On a device that cannot abort, the burst under way runs to its end. Its length in time is the
-burst length of the arm file; the tip's way is bounded by every joint turning at its limit for
-that long, each at its distance from the tip. A joint's distance from the tip grows by at most the
-way that the joints beyond it make meanwhile.
+Bounds that hold for any motion. What is under way runs on for as long as the controller says
+(a burst that cannot be aborted; what was sent ahead, and a ramp). The tip's way is bounded by
+every joint turning at its limit for that long, each at its distance from the tip. A joint's
+distance from the tip grows by at most the way that the joints beyond it make meanwhile.
 """
 
 from __future__ import annotations
@@ -20,21 +20,33 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class StopBound:
-    """The worst case of a stop at this moment."""
+    """The worst case at this moment: of a stop that is asked for, and of a host that dies."""
 
     time_s: float
     distance_mm: float
+    silent_time_s: float
+    silent_distance_mm: float
 
 
 def stop_bound(
     config: ArmConfig, controller: Controller, joints: Joints | None, burst_s: float
 ) -> StopBound:
     """Return the bound at a posture; without a known posture, for the arm stretched out."""
+    stopping = controller.stopping(burst_s)
+    return StopBound(
+        stopping.asked_s,
+        _way_mm(config, joints, stopping.asked_motion_s),
+        stopping.silent_s,
+        _way_mm(config, joints, stopping.silent_motion_s),
+    )
+
+
+def _way_mm(config: ArmConfig, joints: Joints | None, motion_s: float) -> float:
     way_mm = 0.0
     speeds = config.model.joint_speeds_rad_s
     for speed_rad_s, lever_mm in reversed(
         list(zip(speeds, config.model.arm.levers_mm(joints), strict=True))
     ):
         if lever_mm > 0.0:
-            way_mm += speed_rad_s * burst_s * (lever_mm + way_mm)
-    return StopBound(burst_s + controller.stop_overhead_s(), way_mm)
+            way_mm += speed_rad_s * motion_s * (lever_mm + way_mm)
+    return way_mm

@@ -20,6 +20,7 @@ class Evidence(Enum):
 
     NO_RECORD = "nothing is recorded of this arm's position"
     HOMED = "referenced in the reference posture"
+    HOMED_BY_SWITCHES = "referenced by the controller's own homing"
     DECLARED = "the posture was declared by the caller"
     CONFIRMED = "the operator confirmed the recorded posture"
     RECORD_MATCHES = "recorded by an earlier program, and the registers still agree"
@@ -30,9 +31,15 @@ class Evidence(Enum):
     SILENT = "the controller did not answer, and may have lost its power"
     READ_BACK_DIFFERS = "the registers are not where the motion should have left them"
     MOTION_REFUSED = "the controller refused a motion that it should have understood"
+    HOMING_FAILED = "the controller's homing did not end"
+    STOPPED_DEAD = "the motors were stopped dead in motion, and may have lost steps"
+    ALARM = "the controller went into alarm while it moved"
+    OFF_THE_PATH = "the controller reported a position off the path that was sent"
+    SWITCHED_OFF = "the controller switched the motors off, and the arm can sag"
     CURRENT_DROPPED = "the motor current was switched off, and the arm can sag"
     LOST_IN_MOTION = "the wire was lost while the arm moved"
     MOVED_BY_OTHERS = "the registers changed while nothing was moved from here: the pendant, say"
+    RESTARTED = "the controller announced that it was restarted"
     CONTROLLER_RESTARTED = "the registers fell to zero: the controller was reset or lost its power"
 
 
@@ -40,6 +47,7 @@ RESULTS: Mapping[Evidence, Trust] = MappingProxyType(
     {
         Evidence.NO_RECORD: Trust.UNKNOWN,
         Evidence.HOMED: Trust.REFERENCED,
+        Evidence.HOMED_BY_SWITCHES: Trust.REFERENCED,
         Evidence.DECLARED: Trust.REFERENCED,
         Evidence.CONFIRMED: Trust.REFERENCED,
         Evidence.RECORD_MATCHES: Trust.RESTORED,
@@ -50,9 +58,15 @@ RESULTS: Mapping[Evidence, Trust] = MappingProxyType(
         Evidence.SILENT: Trust.SUSPECT,
         Evidence.READ_BACK_DIFFERS: Trust.SUSPECT,
         Evidence.MOTION_REFUSED: Trust.SUSPECT,
+        Evidence.HOMING_FAILED: Trust.SUSPECT,
+        Evidence.STOPPED_DEAD: Trust.SUSPECT,
+        Evidence.ALARM: Trust.SUSPECT,
+        Evidence.OFF_THE_PATH: Trust.SUSPECT,
+        Evidence.SWITCHED_OFF: Trust.SUSPECT,
         Evidence.CURRENT_DROPPED: Trust.SUSPECT,
         Evidence.LOST_IN_MOTION: Trust.SUSPECT,
         Evidence.MOVED_BY_OTHERS: Trust.SUSPECT,
+        Evidence.RESTARTED: Trust.SUSPECT,
         Evidence.CONTROLLER_RESTARTED: Trust.SUSPECT,
     }
 )

@@ -149,6 +149,15 @@ class Transmission:
             ),
         )
 
+    def without_gripper(self) -> Transmission:
+        """Return the joints' motors alone, for an arm whose fingers something else moves."""
+        if not self.has_gripper:
+            return self
+        kept = self.motors[:-1]
+        return Transmission(
+            tuple(replace(motor, sees=motor.sees[:-1]) for motor in kept), self.joint_names
+        )
+
     def _own_steps(self, joints: Joints, opening_mm: float) -> tuple[float, ...]:
         """Return what each motor sees by itself, offset included, without what it follows."""
         seen = times(self._own, self._coordinates(joints.angles_rad, opening_mm))

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from armdrive import armfile
+from armdrive.controllers.teachmover import TeachMoverSettings
 from kinematics import preset
 
 DOCS = Path(__file__).parent.parent / "docs"
@@ -22,12 +23,12 @@ def shown_arm_file():
 
 def test_the_shown_arm_file_lists_every_key():
     shown = shown_arm_file()
-    assert set(armfile._TOP_KEYS) == set(shown)
+    assert {*armfile._TOP_KEYS, "teachmover"} - {"homing"} == set(shown)
     for name, section in {
         "connection": armfile.Connection,
         "motion": armfile.MotionSettings,
         "gripper": armfile.GripperSettings,
-        "teachmover": armfile.TeachMoverSettings,
+        "teachmover": TeachMoverSettings,
         "reference": armfile.PostureSettings,
         "park": armfile.PostureSettings,
     }.items():
@@ -40,7 +41,7 @@ def test_the_shown_arm_file_shows_the_defaults():
     assert config.motion == armfile.MotionSettings()
     assert config.connection == armfile.Connection()
     assert config.gripper == armfile.GripperSettings()
-    assert config.teachmover == armfile.TeachMoverSettings()
+    assert config.device == TeachMoverSettings()
     assert config.model.arm == model.arm
     assert config.model.guards == model.guards
     assert config.model.reference == model.reference

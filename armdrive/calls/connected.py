@@ -7,11 +7,13 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from armdrive.abilities import Abilities
+from armdrive.controllers.requests import Alert, Progress
 from armdrive.core import Core
 from armdrive.dialects import dialect
 from armdrive.engine import Engine, Flow, Task
 from armdrive.errors import ArmError, LinkLost, NoAnswer
 from armdrive.flows import idling, referencing
+from armdrive.flows.alerts import alerted
 from armdrive.flows.exchange import Wire
 from armdrive.planning import Speeds
 from armdrive.states import Event, after
@@ -58,7 +60,12 @@ class Connected:
         self.core = Core(config, controller, recorder)
         self.core.allow_restored = allow_restored
         self.engine = Engine(
-            link, controller, idle=self._idle, stopping=self._stopping, lost=self._lost
+            link,
+            controller,
+            idle=self._idle,
+            stopping=self._stopping,
+            lost=self._lost,
+            noticed=self._noticed,
         )
         self.wire = Wire(self.engine, self.core)
         self.speeds = Speeds(
@@ -118,26 +125,30 @@ class Connected:
 
     # -- stopping -----------------------------------------------------------------------------
 
-    def request_stop(self) -> None:
+    def request_stop(self, *, hard: bool = False) -> None:
         """Ask for a stop and return at once: the one call that a signal handler may make."""
         self.core.hold = None
+        self.engine.stop_hard = self.engine.stop_hard or hard
         self.engine.stop_asked = True
         self.pace.wake()
 
     def stop(self) -> None:
         """Stop, and wait until the arm stands. Legal in every state, from any thread.
 
-        A burst that is under way runs to its end; `status.stop_time_s` bounds it.
+        What a device cannot abort runs to its end; `status.stop_time_s` bounds it.
         """
         if not self.stand_still():
             raise NoAnswer("the arm did not confirm that it stands; look at it")
 
     def estop(self) -> None:
-        """Stop and latch error-stop; does not wait. Only `reset` leaves it, and moves nothing."""
-        self.request_stop()  # before the lock: the engine may be holding it
+        """Stop and latch error-stop; does not wait. Only `reset` leaves it, and moves nothing.
+
+        A device that can stop dead does so, whatever that does to its position.
+        """
+        self.request_stop(hard=True)  # before the lock: the engine may be holding it
         with self.pace.lock:
             self.core.fault("emergency stop: look at the arm, then reset")
-            self.request_stop()
+            self.request_stop(hard=True)
 
     def reset(self) -> None:
         """Leave error-stop: wait until the line is quiet and read the registers. Moves nothing."""
@@ -218,6 +229,12 @@ class Connected:
     def _stopping(self) -> None:
         if self.core.state in (State.MOVING, State.HOMING):
             self.core.happen(Event.STOP)
+
+    def _noticed(self, event: Alert | Progress) -> None:
+        if isinstance(event, Progress):
+            self.core.progress(event.registers)
+        else:
+            alerted(self.core, event, self.engine.now_s)
 
     def _lost(self, lost: LinkLost) -> None:
         self.core.error = str(lost)

@@ -60,8 +60,9 @@ class Jogging(Connected):
         self.pace.wake()
 
     def release(self) -> None:
-        """End a held jog: the burst under way is the last."""
+        """End a held jog: what the device can give up is given up, a burst under way is the last."""
         self.core.hold = None
+        self.pace.wake()
 
     def _jog(
         self, space: Space, axes: dict[str, float], speed: float, duration_s: float | None

@@ -17,6 +17,11 @@ from kinematics.errors import finite
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm
+    from armdrive.armfile import HomingSettings
+
+
+HOMING_PATIENCE_S = 300.0
+"""A homing that takes longer is stopped."""
 
 
 class Referencing(Connected):
@@ -25,9 +30,13 @@ class Referencing(Connected):
     def home(self, *, operator: Operator | None = None) -> Pose:
         """Take the reference posture, which an operator has to confirm; return its pose.
 
-        `operator` is called with a `PostureRequest`, may jog the arm, and returns True when it
-        stands there. Without one, `OperatorNeeded`. A simulated arm has a simulated operator.
+        An arm whose file has a `[homing]` section, on a device that homes by its own switches,
+        **moves**: the device seeks its switches. Any other needs somebody who looks: `operator`
+        is called with a `PostureRequest`, may jog the arm, and returns True when it stands there.
+        Without one, `OperatorNeeded`. A simulated arm has a simulated operator.
         """
+        if self.config.homing is not None and self.abilities.own_homing:
+            return self._home_by_switches(self.config.homing)
         operator = operator or self.operator
         request = self.reference_request()
         if operator is None:
@@ -44,6 +53,13 @@ class Referencing(Connected):
         except BaseException:
             self._leave_homing()
             raise
+        return self.pose
+
+    def _home_by_switches(self, homing: HomingSettings) -> Pose:
+        with self.pace.lock:
+            after(self.core.state, Event.HOME)
+            task = self.submit(referencing.home_device(self.wire, homing), alone=True)
+        self.finish(task, HOMING_PATIENCE_S)
         return self.pose
 
     def _have_confirmed(self, operator: Operator, request: PostureRequest) -> None:

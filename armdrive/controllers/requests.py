@@ -1,16 +1,21 @@
 """What the driver asks of any controller and what it hears back, in motor steps and seconds.
 
 Requests and replies name no dialect. Registers are the controller's own counts; the driver adds
-its reference offset (core.py).
+its reference offset (core.py). A request is answered with exactly one `Reply`, however many
+messages that takes on the wire; an `Alert` may come at any time, asked or not.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from enum import Enum
 from typing import Protocol
 
 from armdrive.abilities import Abilities
 from kinematics.spaces import Motors
+
+# -- what is asked ------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,6 +24,31 @@ class MoveBy:
 
     steps: Motors
     rate_hz: float
+
+    @property
+    def duration_s(self) -> float:
+        """How long it takes at that rate, without any ramp."""
+        return self.steps.largest / self.rate_hz if self.steps.largest else 0.0
+
+
+def _never() -> bool:
+    return False
+
+
+@dataclass(frozen=True, slots=True)
+class MoveAlong:
+    """Move along segments that the device queues, never more than `ahead_s` of them ahead.
+
+    `segments` is drawn from only when there is room for one more, so that what a jog does next is
+    decided at the last moment. As soon as `let_go()` is true, what is queued is given up as well.
+    For a jog, the device's own way of jogging is used where it has one. The answer is `Done` when
+    everything has been driven, `Halted` when some of it was given up.
+    """
+
+    segments: Iterator[MoveBy]
+    ahead_s: float
+    jog: bool = False
+    let_go: Callable[[], bool] = _never
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,19 +64,80 @@ class SetOutputs:
 
 
 @dataclass(frozen=True, slots=True)
+class SetGripper:
+    """Bring a gripper that is no stepper to a share of its range: 0 is closed, 1 is open."""
+
+    share: float
+
+
+@dataclass(frozen=True, slots=True)
 class DropCurrent:
     """Switch the motor current off: the arm can sag. Sent by an explicit `disable` alone."""
 
 
-Request = MoveBy | ReadPosition | SetOutputs | DropCurrent
+@dataclass(frozen=True, slots=True)
+class SwitchOn:
+    """Switch the motor current on: the arm is held where it stands. Moves nothing."""
+
+
+@dataclass(frozen=True, slots=True)
+class ClearFault:
+    """Leave the device's own state of alarm, if it has one. Moves nothing."""
+
+
+@dataclass(frozen=True, slots=True)
+class HomeDevice:
+    """Run the device's own homing, of all axes or of groups of them one after another."""
+
+    groups: tuple[tuple[int, ...], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class ReadSettings:
+    """Read the device's settings and compare them with what the arm file expects."""
+
+
+@dataclass(frozen=True, slots=True)
+class MendSetting:
+    """Write one line that mends a setting. Sent when a person has asked for it."""
+
+    line: str
+
+
+Request = (
+    MoveBy | MoveAlong | ReadPosition | SetOutputs | SetGripper | DropCurrent | SwitchOn
+    | ClearFault | HomeDevice | ReadSettings | MendSetting
+)  # fmt: skip
+
+# -- what is answered ---------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
 class Done:
-    """The request was carried out, and the motion has ended."""
+    """The request was carried out, and the motion has ended.
+
+    `timely` is False where the answer's time is hard to believe: one far too early may belong to
+    another request, one far too late may be that of another motion. The registers are to be
+    looked at then.
+    """
+
+    timely: bool = True
 
     def __str__(self) -> str:
         return "done"
+
+
+@dataclass(frozen=True, slots=True)
+class Halted:
+    """A stop from here ended the motion part of the way.
+
+    `kept` is False where the device stopped dead, so that motors may have lost steps.
+    """
+
+    kept: bool = True
+
+    def __str__(self) -> str:
+        return "halted"
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,10 +150,27 @@ class Interrupted:
 
 @dataclass(frozen=True, slots=True)
 class Denied:
-    """The controller understood nothing, or refused."""
+    """The controller understood nothing, or refused; `reason` says why where that is known.
+
+    `moved` is False where it is certain that nothing of the request was carried out.
+    """
+
+    reason: str = ""
+    moved: bool = True
 
     def __str__(self) -> str:
-        return "refused"
+        return f"refused: {self.reason}" if self.reason else "refused"
+
+
+@dataclass(frozen=True, slots=True)
+class Silence:
+    """No answer, and none is waited for any longer."""
+
+    to: str
+    waited_s: float
+
+    def __str__(self) -> str:
+        return f"no answer to `{self.to}` within {self.waited_s:.1f} s"
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,9 +178,9 @@ class Registers:
     """The controller's position counts, in its own origin, and its input bits."""
 
     positions: Motors
-    inputs: int
-    gripping: bool
-    key: str
+    inputs: int = 0
+    gripping: bool = False
+    key: str = "NONE"
 
     def __str__(self) -> str:
         pressed = f", key {self.key}" if self.key != NO_KEY else ""
@@ -83,19 +191,37 @@ NO_KEY = "NONE"
 """What `Registers.key` says while no key has been pressed."""
 
 
-Reply = Done | Interrupted | Denied | Registers
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """A setting of the device that is not what the arm file expects, and the line that mends it.
+
+    `must` says that nothing may move before it is mended.
+    """
+
+    setting: str
+    found: str
+    expected: str
+    mend: str
+    must: bool = True
+
+    def __str__(self) -> str:
+        return f"{self.setting} is {self.found}, expected {self.expected}: send `{self.mend}`"
 
 
 @dataclass(frozen=True, slots=True)
-class Sent:
-    """A request on the wire: its bytes, how long its answer should take, and its text."""
+class Settings:
+    """What `ReadSettings` found; no differences where the dialect has no settings to compare."""
 
-    request: Request
-    data: bytes
-    motion_s: float
-    wire_s: float
-    patience_s: float
-    text: str
+    differences: tuple[Difference, ...] = ()
+    firmware: str = ""
+
+    def __str__(self) -> str:
+        return "; ".join(map(str, self.differences)) or "the settings are as expected"
+
+
+Reply = Done | Halted | Interrupted | Denied | Silence | Registers | Settings
+
+# -- what nobody asked --------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,40 +231,93 @@ class Oddity:
     text: str
 
 
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """Where the motors are while they move, as the device reports it."""
+
+    registers: Registers
+
+
+class AlertKind(Enum):
+    """What an unasked message of the device means for the arm."""
+
+    RESTARTED = "the controller was reset or lost its power"
+    ALARM = "the controller is in alarm"
+    ALARM_LOST = "the controller is in alarm, and its position is lost"
+    SWITCHED_OFF = "the controller switched the motors off"
+    ASTRAY = "the arm is not on the path that was sent"
+
+
+@dataclass(frozen=True, slots=True)
+class Alert:
+    """A message that ends trust or motion, whenever it comes; `text` says what and what to do."""
+
+    kind: AlertKind
+    text: str
+
+
+Event = Reply | Oddity | Progress | Alert
+
+# -- who answers --------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Stopping:
+    """How long a motion goes on: after a stop was asked for, and after the host has fallen silent.
+
+    The first number of each is until the stop is confirmed, the second how long motors turn
+    at full speed at most.
+    """
+
+    asked_s: float
+    asked_motion_s: float
+    silent_s: float
+    silent_motion_s: float
+
+
 class Controller(Protocol):
-    """The driver's end of one dialect. Sans-IO: the engine carries its bytes."""
+    """The driver's end of one dialect. Sans-IO: the engine carries its bytes and has the clock."""
 
     @property
     def abilities(self) -> Abilities:
         """What the device can do."""
 
-    def encode(self, request: Request) -> Sent:
-        """Turn a request into bytes; raises while an earlier one is unanswered."""
+    @property
+    def last_said(self) -> str:
+        """The text of the message sent last, for people."""
 
-    def receive(self, data: bytes) -> None:
+    def begin(self, request: Request, now_s: float) -> None:
+        """Take up a request; raises `ValueError` where the dialect cannot express it."""
+
+    def receive(self, data: bytes, now_s: float) -> None:
         """Take bytes from the device."""
 
-    def next_event(self) -> Reply | Oddity | None:
+    def advance(self, now_s: float) -> bytes:
+        """Do what is due by now, and return the bytes to be written."""
+
+    def next_s(self) -> float:
+        """Tell when to be called again even if nothing is heard; infinity if never."""
+
+    def next_event(self) -> Event | None:
         """Return the next thing heard, or None when more bytes are needed."""
 
-    def answered(self, sent: Sent, elapsed_s: float) -> bool:
-        """Learn from the time that an answer took; False where that time is hard to believe.
-
-        An answer far too early may belong to another request; one far too late may be that of
-        another motion than the one meant. Either way the registers are to be looked at.
-        """
+    def stop(self, *, hard: bool) -> None:
+        """End the motion under way as soon as the device can; `hard` at the price of position."""
 
     def forget(self) -> None:
-        """Give up on the unanswered request and on half a line that was received."""
+        """Give up on the unanswered request and on half a message that was received."""
 
     def usable_rate_hz(self, rate_hz: float) -> float:
         """Return the rate that the device really offers, at or below the one wanted."""
 
-    def doubt(self, rate_hz: float) -> float:
-        """Return by what factor the device may be slower than that rate: measured, or assumed."""
+    def duration_s(self, steps: float, rate_hz: float) -> float:
+        """Return how long the device may take for so many steps: ramps and doubts included."""
 
-    def stop_overhead_s(self) -> float:
-        """Return the wire's share of the worst-case stop: a burst's line and its answer."""
+    def stopping(self, burst_s: float) -> Stopping:
+        """Bound how long motion goes on, if at most `burst_s` of it is sent ahead."""
+
+    def coordination_steps(self, steps: Motors, rate_hz: float) -> float:
+        """Bound how many steps a motor strays from the straight way in such a motion."""
 
     def unwrap(self, registers: Motors, near: Motors) -> Motors:
         """Undo the registers' wrap-around, for a position near the given one."""

@@ -5,10 +5,12 @@ A burst is one `@STEP`; nothing can end it early, and its answer comes when the 
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from dataclasses import dataclass
 
 from armdrive.abilities import Abilities
 from armdrive.controllers.requests import (
+    ClearFault,
     Denied,
     Done,
     DropCurrent,
@@ -16,13 +18,18 @@ from armdrive.controllers.requests import (
     MoveBy,
     Oddity,
     ReadPosition,
+    ReadSettings,
     Registers,
     Reply,
     Request,
-    Sent,
     SetOutputs,
+    Settings,
+    Stopping,
+    SwitchOn,
 )
+from armdrive.controllers.scripted import BITS_A_BYTE, Scripted
 from armdrive.controllers.speed import SpeedMeter, SpeedTable
+from armdrive.errors import Refused
 from armdrive.sections import within
 from firmware_protocol.teachmover import (
     SPEED_MAX,
@@ -35,9 +42,9 @@ from firmware_protocol.teachmover import (
     Status,
     Step,
 )
+from firmware_protocol.teachmover.host import Event as HostEvent
 from kinematics.spaces import Motors
 
-BITS_A_BYTE = 10
 LONGEST_LINE = len("@STEP 245,-32768,-32768,-32768,-32768,-32768,-32768,255\r") + len("1\r")
 LONGEST_REGISTERS = len("1\r-32768,-32768,-32768,-32768,-32768,-32768,65535\r")
 STILL = (0, 0, 0, 0, 0, 0)
@@ -71,56 +78,44 @@ class TeachMoverSettings:
             within("teachmover.speed_table's rate", rate_hz, 1.0, 20_000.0)
 
 
-class TeachMoverController:
+class TeachMoverController(Scripted[HostEvent]):
     """One TeachMover, seen from the driver."""
 
     def __init__(self, abilities: Abilities, settings: TeachMoverSettings, baud: int) -> None:
-        self.abilities = abilities
+        self._host = Host()
+        super().__init__(abilities, self._host)
         self._settings = settings
         self._byte_s = BITS_A_BYTE / baud
-        self._host = Host()
         self._table = SpeedTable(settings.speed_table)
         self._meter = SpeedMeter(self._table, settings.speed_doubt)
         self._outputs: int | None = None
 
-    def encode(self, request: Request) -> Sent:
-        """Turn a request into one line."""
+    def script(self, request: Request) -> Generator[float, HostEvent | None, Reply]:
+        """Send one line and wait for its answer, as long as such a motion may last."""
+        if isinstance(request, ClearFault | SwitchOn):  # the next motion switches its motors on
+            return Done()
+        if isinstance(request, ReadSettings):
+            return Settings()
         command = self._command(request)
         data = self._host.send(command)
+        began_s = self.now_s
+        self.say(data, data.decode("ascii").strip())
         motion_s, patient_s = self._motion_s(command)
         answer = LONGEST_REGISTERS if isinstance(command, Read) else len("1\r")
         wire_s = (len(data) + answer) * self._byte_s
-        return Sent(
-            request,
-            data,
-            motion_s,
-            wire_s,
-            patience_s=patient_s + wire_s + self._settings.answer_margin_s,
-            text=data.decode("ascii").strip(),
-        )
+        until_s = began_s + patient_s + wire_s + self._settings.answer_margin_s
+        heard = yield from self.hear(until_s, lambda event: isinstance(event, Completed))
+        if not isinstance(heard, Completed):
+            self.give_up()
+            return self.silence(began_s)
+        timely = self._measure(command, motion_s, self.now_s - began_s - wire_s)
+        return self._reply(heard, timely)
 
-    def receive(self, data: bytes) -> None:
-        """Take bytes from the arm."""
-        self._host.receive_data(data)
+    def unasked(self, heard: HostEvent) -> None:
+        """Tell of a line that answers nothing."""
+        self.tell(Oddity(str(heard)))
 
-    def next_event(self) -> Reply | Oddity | None:
-        """Return the next reply in neutral words."""
-        event = self._host.next_event()
-        if event is None:
-            return None
-        return self._reply(event) if isinstance(event, Completed) else Oddity(str(event))
-
-    def answered(self, sent: Sent, elapsed_s: float) -> bool:
-        """Measure a burst against the speed table; False where no such burst takes so long."""
-        if not isinstance(sent.request, MoveBy):
-            return True
-        setting = self._table.setting(sent.request.rate_hz)
-        moved_s = elapsed_s - sent.wire_s
-        believable = self._meter.believable(setting, sent.motion_s, moved_s)
-        self._meter.learn(setting, sent.motion_s, moved_s)
-        return believable
-
-    def forget(self) -> None:
+    def give_up(self) -> None:
         """Give up on the unanswered command."""
         self._host.give_up()
         self._host.discard()
@@ -129,22 +124,23 @@ class TeachMoverController:
         """Return the rate of the fastest setting that is no faster; the slowest one's otherwise."""
         return self._table.rate_hz(self._table.setting(rate_hz))
 
-    def doubt(self, rate_hz: float) -> float:
-        """Return how much slower the arm may be at that rate."""
-        return self._meter.doubt(self._table.setting(rate_hz))
+    def duration_s(self, steps: float, rate_hz: float) -> float:
+        """Return how long so many steps take on an arm that is as slow as it may be."""
+        setting = self._table.setting(rate_hz)
+        return steps / self._table.rate_hz(setting) * self._meter.doubt(setting)
 
-    def stop_overhead_s(self) -> float:
-        """Return how long a burst's line and its answer are on the wire."""
-        return LONGEST_LINE * self._byte_s
+    def stopping(self, burst_s: float) -> Stopping:
+        """Return a burst, with the time that its line and its answer are on the wire."""
+        asked_s = burst_s + LONGEST_LINE * self._byte_s
+        return Stopping(asked_s, burst_s, asked_s, burst_s)
 
-    def unwrap(self, registers: Motors, near: Motors) -> Motors:
-        """Undo the wrap of the 16-bit registers."""
-        span = 1 << self.abilities.register_bits
-        half = span // 2
-        return Motors(
-            there + (count - there + half) % span - half
-            for count, there in zip(registers, near, strict=True)
-        )
+    def _measure(self, command: Command, motion_s: float, moved_s: float) -> bool:
+        """Learn how fast the arm is; False where no such burst takes so long."""
+        if not isinstance(command, Step):
+            return True
+        believable = self._meter.believable(command.speed, motion_s, moved_s)
+        self._meter.learn(command.speed, motion_s, moved_s)
+        return believable
 
     def _command(self, request: Request) -> Command:
         match request:
@@ -158,6 +154,8 @@ class TeachMoverController:
                 return step
             case DropCurrent():
                 return Reset()
+            case _:
+                raise Refused(f"a TeachMover knows no {type(request).__name__}")
 
     def _motion_s(self, command: Command) -> tuple[float, float]:
         """Return how long the motion should take, and how long it may."""
@@ -167,14 +165,14 @@ class TeachMoverController:
         motion_s = busiest / self._table.rate_hz(command.speed)
         return motion_s, motion_s * max(self._meter.doubt(command.speed), 1.0) * SLOWEST_ANSWER
 
-    def _reply(self, event: Completed) -> Reply:
+    def _reply(self, event: Completed, timely: bool) -> Reply:
         if event.status is Status.STOPPED:
             return Interrupted()
         if event.status is Status.FAILED:
             return Denied()
         registers = event.registers
         if registers is None:
-            return Done()
+            return Done(timely)
         return Registers(
             Motors(registers.positions),
             registers.inputs,

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from armdrive.controllers.requests import (
     Denied,
+    Done,
+    Halted,
     Interrupted,
+    MoveAlong,
     MoveBy,
     ReadPosition,
     Registers,
@@ -29,6 +33,7 @@ from armdrive.trust import Evidence
 
 if TYPE_CHECKING:
     from armdrive.engine import Engine
+    from armdrive.flows.streaming import Course
     from kinematics import Motors
 
 QUIET_S = 0.3
@@ -148,6 +153,7 @@ class Wire:
         if not steps.largest:
             core.coordinates = there or core.coordinates
             return
+        core.require_settings()
         core.mark_leaving()
         core.goes_to(target)
         try:
@@ -157,10 +163,16 @@ class Wire:
             raise
         if isinstance(reply, Interrupted):
             yield from self._pendant_stop()
+        elif isinstance(reply, Halted):
+            way = core.commanded - core.acknowledged
+            start = core.acknowledged
+            yield from self._halted(reply, lambda at: _on_the_way(at - start, way))
+            return
         elif isinstance(reply, Denied):
-            yield from self._refusal()
+            yield from self._refusal(reply)
         core.arrived(there)
-        if not self.engine.timely or self.now_s > self._looked_s + BLIND_S:
+        timely = isinstance(reply, Done) and reply.timely
+        if not timely or self.now_s > self._looked_s + BLIND_S:
             yield from self.verify()
 
     def verify(self) -> Flow[None]:
@@ -191,14 +203,51 @@ class Wire:
             PendantStop("the STOP key of the pendant was pressed: look at the arm, then reset")
         )
 
-    def _refusal(self) -> Flow[None]:
+    def stream(self, request: MoveAlong, course: Course) -> Flow[bool]:
+        """Have a device drive queued segments; True when all were driven, False when halted."""
+        core = self.core
+        core.require_settings()
+        core.mark_leaving()
+        try:
+            reply = yield from self.request(request, Evidence.ANSWER_LOST)
+        except LinkLost:
+            core.learn(Evidence.LOST_IN_MOTION, self.now_s)
+            raise
+        if isinstance(reply, Halted):
+            yield from self._halted(reply, course.passes)
+            return False
+        if isinstance(reply, Interrupted):
+            yield from self._pendant_stop()
+        elif isinstance(reply, Denied):
+            yield from self._refusal(reply)
+        core.arrived(course.end)
+        return True
+
+    def _halted(self, reply: Halted, passes: Callable[[Motors], bool]) -> Flow[None]:
+        """Take up where a stop from here left the motors."""
         yield from self.read()
-        self.core.learn(Evidence.MOTION_REFUSED, self.now_s)
-        self.core.believe_registers()
+        core = self.core
+        if not reply.kept:
+            core.learn(Evidence.STOPPED_DEAD, self.now_s)
+        elif core.read_back is None or not passes(core.read_back):
+            core.learn(Evidence.READ_BACK_DIFFERS, self.now_s)
+        core.believe_registers()
+
+    def _refusal(self, reply: Denied) -> Flow[None]:
+        """Find out what a refused motion left behind: nothing, where the device is sure of it."""
+        difference = yield from self.read()
+        core = self.core
+        words = f": {reply.reason}" if reply.reason else ""
+        if not reply.moved and not difference.largest:
+            core.believe_registers()
+            core.commanded = core.acknowledged
+            raise self._fault(DeviceFault(f"the controller refused the motion{words}"))
+        core.learn(Evidence.MOTION_REFUSED, self.now_s)
+        core.believe_registers()
         raise self._fault(
             DeviceFault(
-                "the controller refused a motion that it should have understood; a byte may have "
-                "been garbled. Look at the arm, then reset"
+                f"the controller refused a motion that it should have understood{words}; a byte "
+                "may have been garbled. Look at the arm, then reset"
             )
         )
 

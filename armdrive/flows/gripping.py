@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from armdrive.core import Coordinates
 from armdrive.engine import Flow
 from armdrive.errors import BadRequest, DeviceFault, Refused
-from armdrive.flows.motion import begin, follow_leg
+from armdrive.flows.motion import begin, drive_legs
 from armdrive.planning import Leg
 
 if TYPE_CHECKING:
@@ -121,7 +121,7 @@ def _slide(wire: Wire, speeds: Speeds, steps: int) -> Flow[None]:
     here = core.coordinates
     there = Coordinates(here.joints, here.opening_mm + steps / steps_per_mm(core))
     leg = Leg(here, there, speeds.duration_s(here, there, 1.0))
-    yield from follow_leg(wire, leg, core.config.motion.jog_burst_s)
+    yield from drive_legs(wire, (leg,), core.config.motion.jog_burst_s)
 
 
 def _raise_if_stopped(wire: Wire) -> None:

@@ -9,6 +9,7 @@ without limits, since nothing is known that they could be compared with.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -16,7 +17,8 @@ from armdrive.core import Coordinates
 from armdrive.engine import Flow
 from armdrive.errors import ArmError, BadRequest, NotReferenced, Refused
 from armdrive.flows.gripping import require_gripper
-from armdrive.flows.motion import begin, follow_leg, next_share, paced_move
+from armdrive.flows.motion import begin, drive_legs, next_share, paced_move
+from armdrive.flows.streaming import SEGMENTS_AHEAD, Way, stream_held
 from armdrive.intents import CARTESIAN_AXES, GRIPPER_AXIS, YAW_AXIS, Jog, Space
 from armdrive.planning import Leg, audit
 from armdrive.status import State
@@ -114,7 +116,7 @@ def _increment(wire: Wire, speeds: Speeds, jog: Jog, speed: float) -> Flow[None]
         return
     leg = Leg(start, goal, speeds.duration_s(start, goal, _capped(core, speed)))
     if start != goal:
-        yield from follow_leg(wire, leg, core.config.motion.jog_burst_s)
+        yield from drive_legs(wire, (leg,), core.config.motion.jog_burst_s, jog=True)
 
 
 def _held(wire: Wire) -> bool:
@@ -123,34 +125,79 @@ def _held(wire: Wire) -> bool:
 
 
 def _held_burst(wire: Wire, speeds: Speeds) -> Flow[bool]:
-    """Send one burst of the held jog; False where a bound leaves nowhere to go."""
+    """Go on with the held jog for a burst; False where a bound leaves nowhere to go.
+
+    A device that queues segments is driven for as long as the jog is held.
+    """
     core = wire.core
-    hold = core.hold
-    if hold is None:
-        return False
-    try:
-        check_jog(core, hold.jog)
-        leg = _held_leg(wire, speeds, hold)
-    except (ArmError, KinematicsError) as refusal:
-        core.notice, core.hold = str(refusal), None
-        return False
-    if leg.start == leg.end:
-        core.hold = None
+    if core.controller.abilities.queued_segments:
+        ways = _held_ways(wire, speeds)
+        ahead_s = core.config.motion.jog_burst_s
+        yield from stream_held(wire, ways, ahead_s, lambda: not _held(wire) or bool(core.nudges))
+        return _held(wire)
+    leg = _next_held(wire, speeds, core.coordinates, core.config.motion.jog_burst_s, _fitting)
+    if leg is None:
         return False
     yield from paced_move(wire, leg.end, leg.duration_s)
     return True
 
 
-def _held_leg(wire: Wire, speeds: Speeds, hold: Hold) -> Leg:
+def _held_ways(wire: Wire, speeds: Speeds) -> Iterator[Way]:
+    """Give the points of a held jog, each from where the one before has led."""
+    core = wire.core
+    here = core.coordinates
+    part_s = core.config.motion.jog_burst_s / SEGMENTS_AHEAD
+    while not wire.stopping and _held(wire):
+        leg = _next_held(wire, speeds, here, part_s, _whole)
+        if leg is None:
+            return
+        here = leg.end
+        yield leg.end, leg.duration_s
+
+
+Share = Callable[["Wire", Leg, float], float]
+"""How much of a leg fits into a burst of so many seconds."""
+
+
+def _fitting(wire: Wire, leg: Leg, longest_s: float) -> float:
+    return next_share(wire, leg, longest_s, 0.0)
+
+
+def _whole(_wire: Wire, _leg: Leg, _longest_s: float) -> float:
+    return 1.0
+
+
+def _next_held(
+    wire: Wire, speeds: Speeds, start: Coordinates, longest_s: float, share_of: Share
+) -> Leg | None:
+    """Return the next leg of the held jog, None where it ends: let go, or at a bound."""
+    core = wire.core
+    hold = core.hold
+    if hold is None:
+        return None
+    try:
+        check_jog(core, hold.jog)
+        leg = _held_leg(wire, speeds, hold, start, longest_s, share_of)
+    except (ArmError, KinematicsError) as refusal:
+        core.notice, core.hold = str(refusal), None
+        return None
+    if leg.start == leg.end:
+        core.hold = None
+        return None
+    return leg
+
+
+def _held_leg(
+    wire: Wire, speeds: Speeds, hold: Hold, start: Coordinates, longest_s: float, share_of: Share
+) -> Leg:
     """Return what one burst covers; near a guard or the edge of the reach, as much as there is.
 
     A leg that is too long for a burst on this device is solved anew for a shorter time: a share
     of its joint motion would leave the straight line of a Cartesian jog.
     """
     core = wire.core
-    start, speed = core.coordinates, _capped(core, hold.speed)
+    speed = _capped(core, hold.speed)
     rates = _rates(core, hold.jog, speeds)
-    longest_s = core.config.motion.jog_burst_s
     burst_s = longest_s
     refused: ArmError | KinematicsError | None = None
     for _ in range(SHORTER_TRIES):
@@ -160,7 +207,7 @@ def _held_leg(wire: Wire, speeds: Speeds, hold: Hold) -> Leg:
             refused, burst_s = refused or refusal, burst_s / 2.0
             continue
         leg = Leg(start, goal, max(speeds.duration_s(start, goal, speed), burst_s))
-        share = next_share(wire, leg, longest_s, 0.0)
+        share = share_of(wire, leg, longest_s)
         if share >= 1.0:
             return leg
         burst_s *= share

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from armdrive.engine import Flow, Until
 from armdrive.errors import WrongState
+from armdrive.flows.streaming import stream_legs
 from armdrive.planning import Leg
 from armdrive.states import Event
 from armdrive.status import State
@@ -50,8 +51,7 @@ def follow(wire: Wire, plan: Plan) -> Flow[Moved]:
         core.require_reference()
         if core.coordinates != plan.start:
             raise WrongState("the arm is no longer where the motion was planned from: plan anew")
-        for leg in plan.legs:
-            yield from follow_leg(wire, leg, core.config.motion.planned_burst_s)
+        yield from drive_legs(wire, plan.legs, core.config.motion.planned_burst_s)
         yield from wire.verify()
     finally:
         core.settle()
@@ -80,6 +80,19 @@ def report(wire: Wire, goal: Coordinates, began_s: float, requests_before: int) 
         wire.now_s - began_s,
         wire.engine.requests_sent - requests_before,
     )
+
+
+def drive_legs(
+    wire: Wire, legs: tuple[Leg, ...], burst_s: float, *, jog: bool = False
+) -> Flow[None]:
+    """Go along legs as the device best can, queued or in bursts, until a stop."""
+    if not legs or wire.stopping:
+        return
+    if wire.core.controller.abilities.queued_segments:
+        yield from stream_legs(wire, legs, burst_s, jog=jog)
+        return
+    for leg in legs:
+        yield from follow_leg(wire, leg, burst_s)
 
 
 def follow_leg(wire: Wire, leg: Leg, burst_s: float) -> Flow[None]:
@@ -118,9 +131,7 @@ def _leg_takes_s(wire: Wire, leg: Leg) -> float:
 
 def true_duration_s(wire: Wire, steps: float, duration_s: float) -> float:
     """Return how long the device may take for steps that should take `duration_s` or longer."""
-    controller = wire.core.controller
-    wanted_hz = _rate_hz(steps, duration_s)
-    return steps / controller.usable_rate_hz(wanted_hz) * controller.doubt(wanted_hz)
+    return wire.core.controller.duration_s(steps, _rate_hz(steps, duration_s))
 
 
 def paced_move(wire: Wire, there: Coordinates, duration_s: float) -> Flow[None]:
@@ -157,7 +168,7 @@ def bench_move(wire: Wire, speeds: Speeds, steps: Motors, fraction: float) -> Fl
         start, goal = core.coordinates, core.coordinates_of(core.acknowledged + steps)
         target = core.acknowledged + steps
         leg = Leg(start, goal, speeds.duration_s(start, goal, fraction))
-        yield from follow_leg(wire, leg, core.config.motion.jog_burst_s)
+        yield from drive_legs(wire, (leg,), core.config.motion.jog_burst_s)
         yield from wire.verify()
     finally:
         if not homing:

@@ -10,16 +10,27 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from armdrive.abilities import Switching
-from armdrive.controllers.requests import Done, DropCurrent, Registers
+from armdrive.controllers.requests import (
+    ClearFault,
+    Done,
+    DropCurrent,
+    HomeDevice,
+    MendSetting,
+    ReadSettings,
+    Registers,
+    Settings,
+    SwitchOn,
+)
 from armdrive.core import Coordinates
 from armdrive.engine import Flow
-from armdrive.errors import DeviceFault, NotReferenced, StateFileError
+from armdrive.errors import DeviceFault, LinkLost, NotReferenced, StateFileError
 from armdrive.flows.exchange import weigh_difference
 from armdrive.states import Event, after
 from armdrive.status import Current, State, Trust
 from armdrive.trust import Belief, Evidence
 
 if TYPE_CHECKING:
+    from armdrive.armfile import HomingSettings
     from armdrive.flows.exchange import Wire
 
 
@@ -30,6 +41,7 @@ def connect(wire: Wire) -> Flow[None]:
     switched = core.controller.abilities.current is Switching.BOTH
     core.happen(Event.OPENED_SWITCHED if switched else Event.OPENED_HELD)
     _take_up_record(wire, registers)
+    yield from compare_settings(wire)
     core.memory.taken_up()  # from here on: a connection that failed leaves the record as it was
     core.still_since_s = wire.now_s
 
@@ -63,6 +75,30 @@ def _take_up_record(wire: Wire, registers: Registers) -> None:
             core.learn(Evidence.ENDED_IN_MOTION, wire.now_s)
 
 
+def compare_settings(wire: Wire) -> Flow[Settings]:
+    """Read the device's settings; what differs from the arm file keeps the arm from moving."""
+    core = wire.core
+    reply = yield from wire.request(ReadSettings())
+    if not isinstance(reply, Settings):
+        core.fault(f"the controller did not tell its settings ({reply}): look at the wire")
+        raise DeviceFault(core.error)
+    core.differences = reply.differences
+    if reply.differences:
+        core.notice = str(reply)
+    return reply
+
+
+def mend_settings(wire: Wire, lines: tuple[str, ...]) -> Flow[Settings]:
+    """Write the lines that a person has agreed to, one at a time, and compare again."""
+    core = wire.core
+    for line in lines:
+        reply = yield from wire.request(MendSetting(line))
+        if not isinstance(reply, Done):
+            raise DeviceFault(f"the controller did not take `{line}`: {reply}")
+    core.notice = ""
+    return (yield from compare_settings(wire))
+
+
 def begin_home(wire: Wire) -> Flow[None]:
     """Enter the state in which an operator brings the arm to its posture."""
     wire.core.happen(Event.HOME)
@@ -81,6 +117,34 @@ def take_reference(wire: Wire, there: Coordinates, evidence: Evidence) -> Flow[N
     core.error = core.notice = ""
     core.settle()
     core.mark_still()
+
+
+def home_device(wire: Wire, homing: HomingSettings) -> Flow[None]:
+    """Have the device find its switches, in the arm file's order; it stands at them afterwards."""
+    core = wire.core
+    core.require_settings()
+    core.mark_leaving()
+    core.happen(Event.HOME)
+    core.current = Current.HELD
+    groups = tuple(tuple(motor - 1 for motor in group) for group in homing.groups)
+    try:
+        reply = yield from wire.request(HomeDevice(groups), Evidence.ANSWER_LOST)
+        if not isinstance(reply, Done):
+            core.learn(Evidence.HOMING_FAILED, wire.now_s)
+            if wire.stopping:
+                raise wire.stopped("homing was stopped: nothing was referenced")
+            core.fault(f"homing failed: {reply}. Look at the switches and the arm, then reset")
+            raise DeviceFault(core.error)
+    except LinkLost:
+        core.learn(Evidence.LOST_IN_MOTION, wire.now_s)
+        raise
+    registers = yield from wire.ask_registers()
+    core.refer(registers.positions, Coordinates(homing.joints, homing.opening_mm))
+    core.learn(Evidence.HOMED_BY_SWITCHES, wire.now_s)
+    core.error = core.notice = ""
+    core.settle()
+    core.mark_still()
+    core.still_since_s = wire.now_s
 
 
 def confirm_record(wire: Wire) -> Flow[None]:
@@ -116,15 +180,27 @@ def disable(wire: Wire) -> Flow[None]:
 
 
 def enable(wire: Wire) -> Flow[None]:
-    """Allow motion again. Moves nothing."""
-    wire.core.happen(Event.ENABLE)
-    yield from ()
+    """Switch the motor current on where that can be done, and allow motion. Moves nothing."""
+    core = wire.core
+    after(core.state, Event.ENABLE)
+    able = core.controller.abilities.current
+    if able is Switching.BOTH or (able is Switching.DROPS and core.current is Current.OFF):
+        reply = yield from wire.request(SwitchOn())
+        if not isinstance(reply, Done):
+            core.fault(f"the controller did not switch the motors on: {reply}")
+            raise DeviceFault(core.error)
+        if able is Switching.BOTH:
+            core.current = Current.HELD
+    core.happen(Event.ENABLE)
 
 
 def reset(wire: Wire) -> Flow[None]:
     """Leave error-stop: listen until the line is quiet, and take up what the registers say."""
     core = wire.core
     yield from wire.quiet()
+    reply = yield from wire.request(ClearFault())
+    if not isinstance(reply, Done):
+        raise DeviceFault(f"the controller stays in its fault: {reply}")
     registers = yield from wire.ask_registers()
     if wire.stopping:
         raise wire.stopped("a stop came during the reset: reset again")

@@ -82,7 +82,7 @@ def test_every_section_is_taken_over():
     assert config.motion.planned_burst_s == 1.5
     assert config.motion.tip_speed_mm_s == 50.0
     assert config.gripper.approach_steps == 8
-    assert config.teachmover.speed_table == ((0, 25.0), (120, 140.5), (240, 500.0))
+    assert config.device.speed_table == ((0, 25.0), (120, 140.5), (240, 500.0))
     assert (config.park.x_mm, round(config.park.pitch_deg, 6)) == (200.0, -80.0)
     assert config.model.reference.pose.x_mm == 130.0
     assert config.model.arm.lengths == (194.5, 178.0, 177.0, 97.0)

@@ -89,12 +89,12 @@ def test_a_stopped_grasp_stops_closing_within_the_stated_time(after_s):
 
 def with_grip_bit(bit):
     config = sim_config()
-    return replace(config, teachmover=replace(config.teachmover, grip_bit=bit))
+    return replace(config, device=replace(config.device, grip_bit=bit))
 
 
 def test_a_switch_that_never_trips_is_found_out_before_the_fingers_are_hurt():
     arm = sim_arm(at=OVER_THE_TABLE)
-    arm.core.controller._settings = with_grip_bit(3).teachmover
+    arm.core.controller._settings = with_grip_bit(3).device
     with pytest.raises(DeviceFault, match="did not trip"):
         arm.gripper.grasp()
     assert arm.twin.world.grip_force_n <= 10.0
@@ -104,7 +104,7 @@ def test_a_switch_that_never_trips_is_found_out_before_the_fingers_are_hurt():
 def test_a_switch_that_never_lets_go_is_found_out():
     arm = sim_arm(at=OVER_THE_TABLE)
     arm.twin.device.set_input(3, True)
-    arm.core.controller._settings = with_grip_bit(3).teachmover
+    arm.core.controller._settings = with_grip_bit(3).device
     with pytest.raises(DeviceFault, match="did not let go"):
         arm.gripper.grasp()
     assert arm.twin.world.opening_mm < 50.0

@@ -65,15 +65,16 @@ def test_a_stopped_arm_stands_within_the_stated_time_and_way(begin, error, after
 def test_every_burst_fits_its_announced_length_and_once_measured_really_does(error):
     arm = ready_arm(sim_config(planned_burst_s=0.3), speed_error=error)
     link, lengths = arm.twin.link, []
-    encode = arm.core.controller.encode
+    controller = arm.core.controller
+    begin = controller.begin
 
-    def spied(request):
-        sent = encode(request)
+    def spied(request, now_s):
+        begin(request, now_s)
         if isinstance(request, MoveBy):
-            lengths.append((sent.motion_s, sent.motion_s * (1.0 + error), arm.core.burst_s))
-        return sent
+            nominal_s = request.steps.largest / controller.usable_rate_hz(request.rate_hz)
+            lengths.append((nominal_s, nominal_s * (1.0 + error), arm.core.burst_s))
 
-    arm.core.controller.encode = spied
+    controller.begin = spied
     arm.move_j(base_deg=50, shoulder_deg=60, wrist_roll_deg=70)
     arm.move_j(base_deg=40, speed=0.07)
     arm.jog_l(x_mm=-17, speed=0.6)
@@ -81,7 +82,7 @@ def test_every_burst_fits_its_announced_length_and_once_measured_really_does(err
     arm.gripper.grasp(force_n=30.0)
     assert len(lengths) > 20
     assert link.overlaps == []
-    doubt = arm.config.teachmover.speed_doubt
+    doubt = arm.config.device.speed_doubt
     assert all(nominal <= burst + 1e-9 for nominal, _, burst in lengths)
     assert all(real <= burst * max((1.0 + error) / doubt, 1.0) + 1e-9 for _, real, burst in lengths)
     fast = [(real, burst) for _, real, burst in lengths[2:12]]

@@ -10,7 +10,7 @@ from armdrive.status import Current, State, Trust
 from armdrive.trust import FIRST_BELIEF, RESULTS, Belief, Evidence, require_reference
 from kinematics import Pose
 
-RAISING = {Evidence.HOMED, Evidence.DECLARED, Evidence.CONFIRMED}
+RAISING = {Evidence.HOMED, Evidence.DECLARED, Evidence.CONFIRMED, Evidence.HOMED_BY_SWITCHES}
 RANK = {Trust.UNKNOWN: 0, Trust.SUSPECT: 1, Trust.RESTORED: 2, Trust.REFERENCED: 3}
 AT_CONNECT = {Evidence.RECORD_MATCHES}
 
