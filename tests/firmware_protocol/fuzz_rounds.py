@@ -1,0 +1,212 @@
+"""Damaged frames for every registered codec, and the three things that must hold of them.
+
+Nothing raises. Memory stays bounded, events fetched or not. After bad bytes the first good
+frame may be lost, to a line end that is missing; but one is heard by the time that good frames
+as long as the longest of the dialect have followed the first: so much a spoilt length can hide.
+"""
+
+from __future__ import annotations
+
+import gc
+import random
+import tracemalloc
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+
+from fuzzing import FuzzCase, Machine
+
+CODECS = tuple(
+    sorted(path.stem.partition("_")[2] for path in Path(__file__).parent.glob("fuzzing_*.py"))
+)
+"""Whatever has a module fuzzing_NAME, with a HOST and a DEVICE, is registered by that."""
+
+MOST_HELD_BYTES = 1 << 17
+MOST_GROWN_BYTES = 1 << 14
+MOST_FLOODED_BYTES = 1 << 20
+RESYNC_EVERY = 10
+
+
+class Violation(Exception):
+    """What did not hold, and after how many frames."""
+
+    def __init__(self, frames: int, what: str) -> None:
+        self.frames = frames
+        self.what = what
+        super().__init__(f"frame {frames}: {what}")
+
+
+@dataclass(slots=True)
+class Tally:
+    """What a run has done and seen: totals, and the worst of each."""
+
+    frames: int = 0
+    fed_bytes: int = 0
+    resyncs: int = 0
+    most_good_frames: int = 0
+    held_bytes: int = 0
+
+    def add(self, other: Tally) -> None:
+        """Take in another run."""
+        self.frames += other.frames
+        self.fed_bytes += other.fed_bytes
+        self.resyncs += other.resyncs
+        self.most_good_frames = max(self.most_good_frames, other.most_good_frames)
+        self.held_bytes = max(self.held_bytes, other.held_bytes)
+
+
+def registered(codecs: Sequence[str] = CODECS) -> list[FuzzCase]:
+    """Return both ends of every codec."""
+    modules = [import_module(f"fuzzing_{codec}") for codec in codecs]
+    return [case for module in modules for case in (module.HOST, module.DEVICE)]
+
+
+def _flipped(rng: random.Random, frame: bytearray, _: bytes) -> None:
+    for _flip in range(rng.randint(1, 4)):
+        frame[rng.randrange(len(frame))] ^= 1 << rng.randrange(8)
+
+
+def _truncated(rng: random.Random, frame: bytearray, _: bytes) -> None:
+    del frame[rng.randrange(len(frame)) :]
+
+
+def _beheaded(rng: random.Random, frame: bytearray, _: bytes) -> None:
+    del frame[: rng.randint(1, len(frame))]
+
+
+def _dropped(rng: random.Random, frame: bytearray, _: bytes) -> None:
+    del frame[rng.randrange(len(frame))]
+
+
+def _doubled(rng: random.Random, frame: bytearray, _: bytes) -> None:
+    at = rng.randrange(len(frame))
+    frame[at:at] = frame[at : at + rng.randint(1, len(frame))]
+
+
+def _spliced(rng: random.Random, frame: bytearray, other: bytes) -> None:
+    frame[rng.randrange(len(frame)) :] = other[rng.randrange(len(other)) :]
+
+
+def _sprinkled(rng: random.Random, frame: bytearray, _: bytes) -> None:
+    at = rng.randrange(len(frame) + 1)
+    frame[at:at] = rng.randbytes(rng.randint(1, 6))
+
+
+def _noise(rng: random.Random, frame: bytearray, _: bytes) -> None:
+    frame[:] = rng.randbytes(rng.choice((1, 3, 10, 40, 40, 600)))
+
+
+def _untouched(_: random.Random, __: bytearray, ___: bytes) -> None:
+    """Leave the frame good."""
+
+
+DAMAGES: tuple[Callable[[random.Random, bytearray, bytes], None], ...] = (
+    *(_flipped, _truncated, _beheaded, _dropped, _doubled, _spliced, _sprinkled, _noise),
+    _untouched,
+)
+
+
+def damaged(rng: random.Random, good: Callable[[random.Random], bytes]) -> bytes:
+    """Return a good frame after one or two misfortunes, or none."""
+    frame = bytearray(good(rng))
+    for _ in range(rng.randint(1, 2)):
+        if frame:
+            rng.choice(DAMAGES)(rng, frame, good(rng))
+    return bytes(frame)
+
+
+def feed(machine: Machine, rng: random.Random, data: bytes) -> None:
+    """Give a machine bytes whole, one by one, or in random portions."""
+    how = rng.randrange(8)
+    at = 0
+    while at < len(data):
+        size = len(data) if how < 4 else 1 if how == 4 else rng.randint(1, 12)
+        machine.receive_data(data[at : at + size])
+        at += size
+
+
+def run(case: FuzzCase, seed: int, frames: int) -> Tally:
+    """Feed damaged frames to one machine; raises `Violation`. The seed repeats it exactly."""
+    rng = random.Random(f"{case.name} {seed}")
+    longest = max(len(case.good(rng)) for _ in range(1000))
+    machine, tally = case.make(), Tally()
+    for number in range(1, frames + 1):
+        tally.frames = number
+        try:
+            data = damaged(rng, case.good)
+            tally.fed_bytes += len(data)
+            feed(machine, rng, data)
+            if rng.random() < 0.5:
+                case.sign_of_good(machine)
+            if number % RESYNC_EVERY == 0:
+                _resync(case, machine, rng, tally, longest)
+        except Violation:
+            raise
+        except Exception as error:
+            raise Violation(number, f"raised {type(error).__name__}: {error}") from error
+        _weigh(machine, tally)
+    return tally
+
+
+def _resync(
+    case: FuzzCase, machine: Machine, rng: random.Random, tally: Tally, longest: int
+) -> None:
+    case.sign_of_good(machine)
+    passed, sent, heard = 0, 0, False
+    while not heard:
+        if passed >= longest:
+            raise Violation(tally.frames, f"{sent} good frames were not heard after bad bytes")
+        frame = case.good(rng)
+        feed(machine, rng, frame)
+        heard = case.sign_of_good(machine)
+        sent += 1
+        passed = passed + len(frame) if sent > 1 else 0
+    tally.resyncs += 1
+    tally.most_good_frames = max(tally.most_good_frames, sent)
+
+
+def _weigh(machine: Machine, tally: Tally) -> None:
+    held = getattr(machine, "buffered", 0)
+    tally.held_bytes = max(tally.held_bytes, held)
+    if held > MOST_HELD_BYTES:
+        raise Violation(tally.frames, f"{held} bytes are held")
+
+
+def grown_bytes(case: FuzzCase, seed: int, frames: int) -> int:
+    """Return how much more memory is in use after twice as many frames, all events fetched."""
+    rng = random.Random(f"{case.name} {seed} growth")
+    machine = case.make()
+
+    def used_bytes() -> int:
+        for _ in range(frames):
+            feed(machine, rng, damaged(rng, case.good))
+            case.sign_of_good(machine)
+        gc.collect()
+        return tracemalloc.get_traced_memory()[0]
+
+    tracemalloc.start()
+    try:
+        before = used_bytes()
+        grown = used_bytes() - before
+    finally:
+        tracemalloc.stop()
+    if grown > MOST_GROWN_BYTES:
+        raise Violation(2 * frames, f"{grown} bytes more in use than after half of the frames")
+    return grown
+
+
+def flooded_bytes(case: FuzzCase, seed: int, frames: int) -> int:
+    """Return the most memory that frames take whose events nobody fetches."""
+    rng = random.Random(f"{case.name} {seed} flood")
+    machine = case.make()
+    tracemalloc.start()
+    try:
+        for _ in range(frames):
+            feed(machine, rng, damaged(rng, case.good))
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    if peak > MOST_FLOODED_BYTES:
+        raise Violation(frames, f"{peak} bytes in use when no event is fetched")
+    return peak

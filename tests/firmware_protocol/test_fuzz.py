@@ -1,0 +1,133 @@
+"""A sample of the long fuzz run over every codec, and proof that the run finds what is wrong."""
+
+import random
+import sys
+from pathlib import Path
+
+import pytest
+from fuzz_rounds import (
+    CODECS,
+    Violation,
+    damaged,
+    flooded_bytes,
+    grown_bytes,
+    registered,
+    run,
+)
+from fuzzing import FuzzCase
+
+import firmware_protocol
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
+import fuzz_codecs
+
+CASES = registered()
+
+
+class Echo:
+    """A machine of one-byte frames, with the mistakes that it is told to make."""
+
+    def __init__(self, mistake: str = "") -> None:
+        self.mistake = mistake
+        self.kept: list[bytes] = []
+        self.waiting: list[int] = []
+        self.calls = 0
+
+    @property
+    def buffered(self) -> int:
+        return 1 << 20 if self.mistake == "holds" else 0
+
+    def receive_data(self, data: bytes) -> None:
+        self.calls += 1
+        if self.mistake == "raises" and self.calls > 50:
+            raise IndexError("out of range")
+        if self.mistake == "grows":
+            self.kept.append(bytes(200))
+        if self.mistake != "deaf" or self.calls < 50:
+            self.waiting = [*self.waiting, *data][-8:]
+
+    def next_event(self) -> int | None:
+        return self.waiting.pop() if self.waiting else None
+
+
+def heard(machine: Echo) -> bool:
+    events = list(iter(machine.next_event, None))
+    return 0xA5 in events
+
+
+def case_of(mistake: str) -> FuzzCase:
+    return FuzzCase("echo", lambda: Echo(mistake), lambda rng: b"\xa5", heard)
+
+
+def test_every_codec_is_registered():
+    rooms = Path(firmware_protocol.__file__).parent
+    assert set(CODECS) >= {path.parent.name for path in rooms.glob("*/host.py")}
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_a_codec_survives_damaged_frames(case):
+    tally = run(case, seed=7, frames=1500)
+    assert tally.frames == 1500
+    assert tally.resyncs == 150
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_a_codec_takes_no_more_memory_with_time(case):
+    grown_bytes(case, seed=7, frames=150)
+    flooded_bytes(case, seed=7, frames=300)
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_a_case_registers_frames_that_its_machine_hears(case):
+    rng = random.Random(7)
+    for _ in range(50):
+        machine = case.make()
+        case.sign_of_good(machine)
+        machine.receive_data(case.good(rng))
+        assert case.sign_of_good(machine)
+
+
+def test_a_seed_repeats_its_run_exactly():
+    assert run(CASES[0], 3, 200) == run(CASES[0], 3, 200)
+    one, same, other = (random.Random(seed) for seed in (1, 1, 2))
+    frames = [[damaged(rng, CASES[0].good) for _ in range(50)] for rng in (one, same, other)]
+    assert frames[0] == frames[1] != frames[2]
+
+
+@pytest.mark.parametrize(
+    ("mistake", "what"),
+    [
+        ("raises", "raised IndexError: out of range"),
+        ("holds", "1048576 bytes are held"),
+        ("deaf", "good frames were not heard"),
+    ],
+)
+def test_a_faulty_machine_is_found(mistake, what):
+    with pytest.raises(Violation, match=what) as first:
+        run(case_of(mistake), 1, 500)
+    with pytest.raises(Violation) as again:
+        run(case_of(mistake), 1, first.value.frames)
+    assert str(again.value) == str(first.value)
+
+
+def test_a_growing_machine_is_found():
+    with pytest.raises(Violation, match="more in use"):
+        grown_bytes(case_of("grows"), 1, 200)
+    with pytest.raises(Violation, match="when no event is fetched"):
+        flooded_bytes(case_of("grows"), 1, 6000)
+
+
+def test_a_machine_without_mistakes_passes():
+    tally = run(case_of(""), 1, 500)
+    assert (tally.frames, tally.resyncs, tally.most_good_frames) == (500, 50, 1)
+    grown_bytes(case_of(""), 1, 200)
+
+
+def test_the_command_prints_a_row_for_each_end_and_how_to_repeat_a_failure(capsys, monkeypatch):
+    assert fuzz_codecs.main(["--frames", "120", "--codec", "robko01"]) == 0
+    printed = capsys.readouterr().out
+    assert "robko01 host " in printed
+    assert "robko01 device " in printed
+    monkeypatch.setattr(fuzz_codecs, "registered", lambda codecs: [case_of("holds")])
+    assert fuzz_codecs.main(["--frames", "120", "--seed", "5"]) == 1
+    assert "--codec echo --seed 5 --frames 1" in capsys.readouterr().out
