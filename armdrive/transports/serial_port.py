@@ -1,49 +1,72 @@
 """A real serial port, by pyserial: exclusive, with the handshake lines as the arm wants them.
 
-pyserial's URLs (`socket://host:port`, `rfc2217://`, `spy://`) work wherever a port's name does.
+pyserial's URLs (`socket://host:port`, `rfc2217://host:port`, `spy://port?file=name`) work wherever
+a port's name does.
 """
 
 from __future__ import annotations
 
+import contextlib
 import os
+import warnings
 
 import serial
 
 from armdrive.errors import LinkLost, PortUnavailable
 from armdrive.transports.bell import Bell
+from armdrive.transports.lines import clear_hupcl
+from armdrive.transports.refusals import no_connection, refusal
+from armdrive.transports.url import TCP_SCHEMES, host_and_port, scheme
 
 WRITE_PATIENCE_S = 1.0
 """A port that takes no byte for this long is lost: a line is sent only when all is quiet."""
 
-
 POLL_S = 0.005
-"""A port that cannot be slept on (Windows, network ports) is looked at this often."""
+"""A port that cannot be slept on (Windows, rfc2217) is looked at this often."""
+
+CHUNK = 4096
+"""So many bytes are taken in one read at most."""
+
+_NATIVE = frozenset({"", "spy", "hwgrep"})
+"""What opens a device of this computer."""
 
 
 class SerialLink:
     """A `Link` over pyserial."""
 
-    def __init__(self, port: str, baud: int, *, raise_dtr: bool = False) -> None:
-        """Open the port; raises `PortUnavailable` with what to do about it. Sends nothing."""
+    def __init__(
+        self, port: str, baud: int, *, raise_dtr: bool = False, keep_dtr_on_close: bool = False
+    ) -> None:
+        """Open the port; raises `PortUnavailable` with what to do about it. Sends nothing.
+
+        With `raise_dtr` DTR and RTS are up while the port is open. Without, Windows never raises
+        them; Linux and macOS raise them in opening, and they are lowered at once. To reopen a
+        port without resetting a board that restarts when DTR rises, give both `raise_dtr` and
+        `keep_dtr_on_close` (see `lines`).
+        """
         self._name = port
         self._baud = baud
+        self._scheme = scheme(port)
+        if self._scheme in TCP_SCHEMES:
+            host_and_port(port)
+        made = _made(port, baud, self._scheme)
         try:
-            made = serial.serial_for_url(
-                port, baudrate=baud, timeout=0, write_timeout=WRITE_PATIENCE_S, do_not_open=True
-            )
             made.dtr = made.rts = raise_dtr
-            if "://" not in port:
-                made.exclusive = True if os.name == "posix" else None
-            made.open()
+            _open(made, self._scheme)
         except (serial.SerialException, OSError, ValueError) as error:
-            raise PortUnavailable(_advice(port, error)) from None
+            _close_spy(made)
+            if self._scheme in TCP_SCHEMES:
+                raise no_connection(port, error) from None
+            raise refusal(_device(port, made, self._scheme), error) from None
         self._port = made
         self._bell = Bell()
+        if keep_dtr_on_close:
+            self.keep_dtr_on_close()
 
     @property
     def description(self) -> str:
-        """Name the port and its speed."""
-        return f"{self._name} at {self._baud} baud"
+        """Name the port and its speed, where it has one."""
+        return self._name if self._scheme == "socket" else f"{self._name} at {self._baud} baud"
 
     def write(self, data: bytes, now_s: float) -> None:  # noqa: ARG002 - real time is the port's own
         """Send bytes."""
@@ -54,12 +77,20 @@ class SerialLink:
 
     def read(self, now_s: float) -> bytes:  # noqa: ARG002
         """Return what has arrived."""
+        heard = bytearray()
         try:
             # a port that is gone says so in in_waiting on one system and in read on another
             waiting = self._port.in_waiting
-            return bytes(self._port.read(waiting or 1))
+            while piece := self._port.read(max(waiting, CHUNK)):
+                heard += piece
+                # rfc2217 hands out one byte at a time, whatever is asked for
+                waiting = self._port.in_waiting
+                if not waiting or len(heard) >= CHUNK:
+                    break
         except (serial.SerialException, OSError, TypeError) as error:
-            raise self._lost(error) from None
+            if not heard:
+                raise self._lost(error) from None
+        return bytes(heard)
 
     def next_s(self) -> float:
         """Return infinity: nobody knows when a real arm answers."""
@@ -77,33 +108,74 @@ class SerialLink:
         """End a `wait` early."""
         self._bell.ring()
 
+    def keep_dtr_on_close(self) -> bool:
+        """Leave DTR as it is when the port is closed; tell whether the system can do that."""
+        fileno = self._fileno()
+        return self._scheme in _NATIVE and fileno is not None and clear_hupcl(fileno)
+
     def close(self) -> None:
         """Give the port back."""
         self._port.close()
+        _close_spy(self._port)
         self._bell.close()
 
     def _fileno(self) -> int | None:
+        """Return what can be slept on: a device where the system allows it, a socket anywhere."""
+        if self._scheme != "socket" and os.name != "posix":
+            return None
         try:
-            return int(self._port.fileno()) if os.name == "posix" else None
+            return int(self._port.fileno())
         except (AttributeError, OSError, ValueError, TypeError, serial.SerialException):
             return None
 
     def _lost(self, error: object) -> LinkLost:
+        todo = "check the network" if self._scheme in TCP_SCHEMES else "plug the cable in"
         return LinkLost(
             f"the connection on {self._name} was lost ({error}). The arm stands once its last "
-            "burst has ended; plug the cable in and connect again"
+            f"burst has ended; {todo} and connect again"
         )
 
 
-def _advice(port: str, error: Exception) -> str:
-    text = str(error)
-    if isinstance(error, PermissionError) or "Permission denied" in text or "Errno 13" in text:
-        return (
-            f"no permission to open {port}: add yourself to the group that owns it (on Debian and "
-            "Ubuntu `sudo adduser $USER dialout`), then log in again"
+def _made(port: str, baud: int, kind: str) -> serial.Serial:
+    """Return the port, not open yet; raises `PortUnavailable` where its name makes no sense."""
+    # pyserial's rfc2217 knows no timeout for writing: there the socket has one of its own
+    patience_s = None if kind == "rfc2217" else WRITE_PATIENCE_S
+    try:
+        made = serial.serial_for_url(
+            port, baudrate=baud, timeout=0, write_timeout=patience_s, do_not_open=True
         )
-    if "exclusively lock" in text or "Errno 11" in text or "Access is denied" in text:
-        return f"{port} is in use by another program: end that program first"
-    if "No such file" in text or "Errno 2]" in text or "FileNotFoundError" in text:
-        return f"there is no port {port}: check the cable, and the name with `ls /dev/tty*`"
-    return f"{port} cannot be opened: {text}"
+        if kind in _NATIVE and os.name == "posix":
+            made.exclusive = True
+    except OSError as error:
+        why = error.strerror or str(error)
+        raise PortUnavailable(
+            f"{port} cannot be used ({why}): check the address and its options"
+        ) from None
+    except ValueError as error:
+        raise PortUnavailable(
+            f"{port} cannot be used ({error}): write a port's name, or an address that begins "
+            "with socket://, rfc2217://, udp:// or spy://"
+        ) from None
+    return made
+
+
+def _open(made: serial.Serial, kind: str) -> None:
+    if kind != "rfc2217":
+        made.open()
+        return
+    with warnings.catch_warnings():  # its thread is begun in a way that Python frowns upon
+        warnings.simplefilter("ignore", DeprecationWarning)
+        made.open()
+
+
+def _device(port: str, made: serial.Serial, kind: str) -> str:
+    """Return the device's own name, without the URL around it."""
+    return str(made.portstr or port) if kind in _NATIVE else port
+
+
+def _close_spy(made: serial.Serial) -> None:
+    """Close the file that spy:// writes to: pyserial leaves it open."""
+    output = getattr(getattr(made, "formatter", None), "output", None)
+    if output is not None and getattr(output, "name", "") not in ("<stderr>", "<stdout>"):
+        with contextlib.suppress(OSError):
+            output.close()

@@ -1,0 +1,103 @@
+"""A controller on a network by UDP: a write is one datagram, datagrams that arrive are appended."""
+
+from __future__ import annotations
+
+import socket
+
+from armdrive.errors import LinkLost
+from armdrive.transports.bell import Bell
+from armdrive.transports.refusals import no_connection
+
+LONGEST_BYTES = 65507
+"""What one datagram can carry over IPv4."""
+MOST_DATAGRAMS = 64
+"""So many are taken in one read, so that a flood cannot keep the engine from its other work."""
+
+
+class UdpLink:
+    """A `Link` over UDP to one host and port; what others send is not heard.
+
+    Datagrams can be lost on the way, and nobody says so: the answer then fails to come.
+    """
+
+    def __init__(self, host: str, port: int) -> None:
+        """Take a socket; raises `NoConnection` where the host is not known. Sends nothing."""
+        shown = f"[{host}]" if ":" in host else host
+        self._name = f"udp://{shown}:{port}"
+        try:
+            family, kind, protocol, _, address = socket.getaddrinfo(
+                host, port, type=socket.SOCK_DGRAM
+            )[0]
+            self._socket = _connected(family, kind, protocol, address)
+        except OSError as error:
+            raise no_connection(self._name, error) from None
+        self._bell = Bell()
+        self._closed = False
+
+    @property
+    def description(self) -> str:
+        """Name the host and the port."""
+        return self._name
+
+    def write(self, data: bytes, now_s: float) -> None:  # noqa: ARG002 - real time is the net's own
+        """Send bytes as one datagram."""
+        if not data:
+            return
+        try:
+            self._socket.send(data)
+        except OSError as error:
+            raise self._lost(error) from None
+
+    def read(self, now_s: float) -> bytes:  # noqa: ARG002
+        """Return what has arrived."""
+        heard = bytearray()
+        try:
+            for _ in range(MOST_DATAGRAMS):
+                heard += self._socket.recv(LONGEST_BYTES)
+        except BlockingIOError:
+            pass
+        except OSError as error:
+            if not heard:
+                raise self._lost(error) from None
+        return bytes(heard)
+
+    def next_s(self) -> float:
+        """Return infinity: nobody knows when a real arm answers."""
+        return float("inf")
+
+    def wait(self, timeout_s: float) -> None:
+        """Sleep until a datagram arrives, `wake` is called, or the time is over."""
+        if self._closed:
+            return
+        self._bell.wait(timeout_s, self._socket.fileno())
+
+    def wake(self) -> None:
+        """End a `wait` early."""
+        self._bell.ring()
+
+    def close(self) -> None:
+        """Give the socket back."""
+        self._closed = True
+        self._socket.close()
+        self._bell.close()
+
+    def _lost(self, error: OSError) -> LinkLost:
+        if isinstance(error, ConnectionRefusedError | ConnectionResetError):
+            why = "nobody listens there"
+        else:
+            why = str(error)
+        return LinkLost(
+            f"the connection to {self._name} was lost ({why}). The arm stands once its last burst "
+            "has ended; check that the controller is on and connect again"
+        )
+
+
+def _connected(family: int, kind: int, protocol: int, address: tuple[object, ...]) -> socket.socket:
+    made = socket.socket(family, kind, protocol)
+    try:
+        made.setblocking(False)
+        made.connect(address)
+    except BaseException:
+        made.close()
+        raise
+    return made
