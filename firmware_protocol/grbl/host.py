@@ -1,0 +1,237 @@
+"""The host's end of the GRBL dialect: lines out, answers matched to them, no clock, no wire.
+
+Its state is the queue of lines that are unanswered, and whether a banner is awaited:
+
+    ready      --send-->             ready, one line more
+    ready      --ok, error-->        ready, the oldest line less
+    any        --soft reset sent-->  resetting: no line may be sent
+    any        --banner-->           ready, no line; the lines that were unanswered are lost
+
+Real-time commands are never counted. Nothing that the board sends raises.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, replace
+
+from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
+from firmware_protocol.grbl.answers import Alarm, Banner, Bracketed, Error, Ok
+from firmware_protocol.grbl.audit import check_command
+from firmware_protocol.grbl.codes import alarm_code, error_code
+from firmware_protocol.grbl.commands import Command, writes_eeprom
+from firmware_protocol.grbl.dialect import GRBL, Dialect, Variant
+from firmware_protocol.grbl.events import (
+    Acknowledged,
+    AlarmRaised,
+    Event,
+    Refused,
+    Restarted,
+    StatusReported,
+    Unexpected,
+    Unreadable,
+)
+from firmware_protocol.grbl.info import Version
+from firmware_protocol.grbl.position import Positions
+from firmware_protocol.grbl.realtime import Realtime
+from firmware_protocol.grbl.reports import PADDING, Answer, WordedAlarm, WordedError, decode_answer
+from firmware_protocol.grbl.status import StatusReport
+from firmware_protocol.lines import Dropped, LineSplitter
+
+LINE_BYTES_MAX = 512
+"""A longer line from the board is dropped and reported."""
+MAX_EARLY = 256
+"""How many events from before the last `send` are kept for the owner, the newest."""
+_LINE_ENDS = b"\r\n"
+_IN_WORDS = "the firmware answered in words"
+
+
+@dataclass(frozen=True, slots=True)
+class _Sent:
+    """A line that is unanswered."""
+
+    command: Command
+    size: int
+    writes_eeprom: bool
+
+    @classmethod
+    def of(cls, command: Command) -> _Sent:
+        text = command.text
+        return cls(command, len(text) + 1, writes_eeprom(text))
+
+
+class Host:
+    """The machine that speaks to a board. Raises `LocalProtocolError` for its owner's mistakes.
+
+    At most 256 lines of up to 512 bytes wait to be fetched; what comes after them is lost, and an
+    `Unreadable` says so. Unanswered lines are bounded by the ring, or by one.
+    """
+
+    def __init__(self, dialect: Dialect = GRBL) -> None:
+        self.dialect = dialect
+        self._lines = LineSplitter(_LINE_ENDS, max_length=LINE_BYTES_MAX)
+        self._early: deque[Event] = deque(maxlen=MAX_EARLY)
+        self._outstanding: deque[_Sent] = deque()
+        self._resetting = False
+        self._began_early = False
+        self._positions = Positions()
+
+    @property
+    def ring_bytes(self) -> int | None:
+        """The board's receive ring, settable from `$I`; None means one line at a time."""
+        return self.dialect.ring_bytes
+
+    @ring_bytes.setter
+    def ring_bytes(self, size: int | None) -> None:
+        self.dialect = replace(self.dialect, ring_bytes=size)
+
+    @property
+    def outstanding_lines(self) -> tuple[Command, ...]:
+        """The lines that are unanswered, the oldest first."""
+        return tuple(sent.command for sent in self._outstanding)
+
+    @property
+    def outstanding_bytes(self) -> int:
+        """How many bytes of the board's ring they may fill, line ends included."""
+        return sum(sent.size for sent in self._outstanding)
+
+    @property
+    def awaits_banner(self) -> bool:
+        """Tell whether a soft reset was sent and no banner has come since."""
+        return self._resetting
+
+    @property
+    def buffered(self) -> int:
+        """How many received bytes are held."""
+        return self._lines.buffered
+
+    def room_for(self, command: Command) -> bool:
+        """Tell whether a line may be sent now."""
+        return self._hindrance(_Sent.of(command)) is None
+
+    def send(self, command: Command) -> bytes:
+        """Return the bytes of a line.
+
+        Raises `LocalProtocolError` where it does not fit the dialect, where it could overfill the
+        ring (a full ring drops bytes silently), where EEPROM is or would be written beside
+        another line, and between a soft reset and its banner. Answers that were received before
+        this call are never taken for this line's.
+        """
+        check_command(command, self.dialect)
+        text = command.text
+        sent = _Sent.of(command)
+        hindrance = self._hindrance(sent)
+        if hindrance is not None:
+            raise LocalProtocolError(f"'{text}' cannot be sent now: {hindrance}")
+        while (event := self._read()) is not None:
+            self._early.append(event)
+        if not self._outstanding:
+            self._began_early = bool(self._lines.partial.strip(PADDING))
+        self._outstanding.append(sent)
+        return text.encode("ascii") + b"\n"
+
+    def send_realtime(self, command: Realtime) -> bytes:
+        """Return a real-time command's byte; legal at any time.
+
+        After `SOFT_RESET` no line can be sent until its banner has come, or `forget_outstanding`.
+        """
+        if not isinstance(command, Realtime):
+            raise LocalProtocolError(f"{command!r} is no real-time command")
+        self._resetting |= command is Realtime.SOFT_RESET
+        return bytes((command,))
+
+    def receive_data(self, data: bytes) -> None:
+        """Take bytes from the board, in any portions."""
+        self._lines.feed(data)
+
+    def next_event(self) -> Event | None:
+        """Return what the bytes received so far say, one event at a time, then None."""
+        return self._early.popleft() if self._early else self._read()
+
+    def forget_outstanding(self) -> tuple[Command, ...]:
+        """Forget the unanswered lines, and an awaited banner, and return the lines.
+
+        Meant for after a timeout. A late answer is `Unexpected` until the next `send`, and is
+        then taken for the new line's: reset the board, or be sure that it is silent.
+        """
+        lost = self.outstanding_lines
+        self._outstanding.clear()
+        self._resetting = self._began_early = False
+        return lost
+
+    def discard(self) -> None:
+        """Forget all bytes received and all events not fetched; unanswered lines stay."""
+        self._lines.discard()
+        self._early.clear()
+        self._began_early = False
+
+    def _hindrance(self, line: _Sent) -> str | None:
+        if self._resetting:
+            return "a soft reset was sent and its banner has not come"
+        if self.ring_bytes is None:
+            return "the ring is of unknown size: one line at a time" if self._outstanding else None
+        if self._outstanding and line.writes_eeprom:
+            return "it writes EEPROM, which must be done alone"
+        if any(sent.writes_eeprom for sent in self._outstanding):
+            return "EEPROM is being written"
+        if self.outstanding_bytes + line.size >= self.ring_bytes:
+            return f"{self.outstanding_bytes} bytes are in a ring of {self.ring_bytes}"
+        return None
+
+    def _read(self) -> Event | None:
+        """Turn waiting lines into the next event; lines of nothing but padding are no event."""
+        while (line := self._lines.next_line()) is not None:
+            early, self._began_early = self._began_early, False
+            if isinstance(line, Dropped):
+                return Unreadable(line.start, line.reason)
+            if line.strip(PADDING):
+                return self._interpret(line, early=early)
+        return None
+
+    def _interpret(self, line: bytes, *, early: bool) -> Event:
+        try:
+            return self._event(decode_answer(line), early=early)
+        except RemoteProtocolError as error:
+            return Unreadable(line, str(error))
+
+    def _event(self, answer: Answer | WordedError | WordedAlarm, *, early: bool) -> Event:
+        match answer:
+            case Ok() | Error() | WordedError():
+                return Unexpected(answer) if early else self._answered(answer)
+            case Banner():
+                return self._restarted(answer)
+            case StatusReport():
+                machine, work = self._positions.of(answer, len(self.dialect.axes))
+                return StatusReported(answer, machine, work)
+            case Alarm():
+                row = alarm_code(answer.code, self.dialect.variant)
+                return AlarmRaised(row.code, row.meaning, row.remedy, row.position_kept)
+            case WordedAlarm():
+                return AlarmRaised(None, answer.text, _IN_WORDS, position_kept=False)
+        self._learn(answer)
+        return answer
+
+    def _answered(self, answer: Ok | Error | WordedError) -> Event:
+        if not self._outstanding:
+            return Unexpected(answer)
+        command = self._outstanding.popleft().command
+        match answer:
+            case Ok():
+                return Acknowledged(command)
+            case Error():
+                row = error_code(answer.code, self.dialect.variant)
+                return Refused(command, row.code, row.meaning, row.remedy)
+        return Refused(command, None, answer.text, _IN_WORDS)
+
+    def _restarted(self, banner: Banner) -> Restarted:
+        self._positions = Positions()
+        if banner.variant is not Variant.GRBL:  # grblHAL may say Grbl too: keep what is known
+            self.dialect = replace(self.dialect, variant=banner.variant)
+        return Restarted(banner, self.forget_outstanding())
+
+    def _learn(self, answer: object) -> None:
+        """Find out the firmware from what `$I` answers."""
+        if answer == Bracketed("FIRMWARE:grblHAL"):
+            self.dialect = replace(self.dialect, variant=Variant.GRBLHAL)
+        elif isinstance(answer, Version) and "FluidNC" in answer.version:
+            self.dialect = replace(self.dialect, variant=Variant.FLUIDNC)

@@ -1,0 +1,113 @@
+"""GRBL's numbers, axis letters and lines of text: how they are checked, written and read.
+
+GRBL reads a number as an optional sign, digits and one point, no exponent. It keeps the first
+eight digits, leading zeros included, and holds the result as a float32: 24 bits, about 7.2 digits
+(gnea/grbl grbl/nuts_bolts.c, read_float). So a number is written here with as many decimals as
+eight digits leave room for, four at most; beyond 16,777,216 a float32 no longer holds every whole
+number, and such numbers are refused.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from firmware_protocol.errors import BadField
+
+AXIS_LETTERS = "XYZABCUVW"
+"""Letters that the firmwares of this family can give to an axis, in the order they are written."""
+DECIMALS = 4
+"""The most decimals that are written; GRBL reports three."""
+DIGITS = 8
+"""The digits of a number that GRBL reads; it drops the others."""
+NUMBER_MAX = float(1 << 24)
+"""Up to here a float32 holds every whole number."""
+
+_NUMBER = re.compile(r"[+-]?(?:([0-9]+)(?:\.([0-9]*))?|\.([0-9]+))")
+_REALTIME_IN_TEXT = "?!~"
+
+
+def number(field: str, value: object, low: float = -NUMBER_MAX, high: float = NUMBER_MAX) -> float:
+    """Return a finite number from low to high as it is, or raise `BadField`."""
+    fits = isinstance(value, int | float) and not isinstance(value, bool)
+    if not (fits and isinstance(value, int | float)) or not low <= value <= high:
+        raise BadField(field, value, f"a finite number from {low:g} to {high:g}")
+    return value
+
+
+def write_number(value: float) -> str:
+    """Return a number in fixed decimals, without zeros that mean nothing."""
+    whole_digits = len(str(int(abs(value))))
+    text = f"{value:.{max(0, min(DECIMALS, DIGITS - whole_digits))}f}"
+    if "." in text:
+        text = text.rstrip("0").rstrip(".")
+    return "0" if text in ("-0", "") else text
+
+
+def as_written(value: float) -> float:
+    """Return the number that the device reads where `value` is sent."""
+    return float(write_number(value))
+
+
+def take_number(text: str, start: int) -> tuple[float, int] | None:
+    """Read a number at `start` as GRBL does; return it and where it ends, or None.
+
+    Digits after the eighth are dropped: zeros in their place before the point, nothing behind it.
+    """
+    found = _NUMBER.match(text, start)
+    if found is None:
+        return None
+    whole_part, decimals = found[1] or "", found[2] or found[3] or ""
+    kept = whole_part[:DIGITS] + "0" * max(0, len(whole_part) - DIGITS)
+    kept_decimals = decimals[: max(0, DIGITS - len(whole_part))]
+    value = float(f"{kept or '0'}.{kept_decimals or '0'}")
+    return (-value if text[start] == "-" else value), found.end()
+
+
+def axis_letters(value: object, field: str = "axes") -> str:
+    """Return the letters of a machine's axes, each at most once, or raise `BadField`."""
+    if not isinstance(value, str) or not value or not set(value) <= set(AXIS_LETTERS):
+        raise BadField(field, value, f"letters out of {AXIS_LETTERS}")
+    if len(set(value)) != len(value):
+        raise BadField(field, value, "letters that differ from one another")
+    return value
+
+
+def axis_values(field: str, values: object) -> Mapping[str, float]:
+    """Return a read-only copy of numbers by axis letter, at least one, or raise `BadField`."""
+    if not isinstance(values, Mapping) or not values:
+        raise BadField(field, values, "a number for at least one axis letter")
+    for letter in values:
+        if not isinstance(letter, str) or letter not in AXIS_LETTERS or len(letter) != 1:
+            raise BadField(field, letter, f"numbers by axis letter, out of {AXIS_LETTERS}")
+    return MappingProxyType(
+        {
+            letter: number(f"{field}[{letter}]", values[letter])
+            for letter in AXIS_LETTERS
+            if letter in values
+        }
+    )
+
+
+def write_axes(values: Mapping[str, float]) -> str:
+    """Return axis words, as in `X1.5Y-2`."""
+    return "".join(f"{letter}{write_number(value)}" for letter, value in values.items())
+
+
+def line_text(field: str, value: object) -> str:
+    """Return text that one line can carry to the device, or raise `BadField`.
+
+    `?`, `!` and `~` are refused: the device picks them out of any line as real-time commands.
+    """
+    text = printable(field, value)
+    if any(sign in text for sign in _REALTIME_IN_TEXT):
+        raise BadField(field, value, "text without the real-time characters ? ! ~")
+    return text
+
+
+def printable(field: str, value: object) -> str:
+    """Return printable ASCII text, or raise `BadField`."""
+    if not isinstance(value, str) or not all(" " <= sign <= "~" for sign in value):
+        raise BadField(field, value, "printable ASCII text")
+    return value
