@@ -21,8 +21,9 @@ FRAME_MAX = 33
 FLUSH = bytes(FRAME_MAX)
 """Bytes that end whatever frame a reader believes to be in, the firmware's reader too.
 
-It knows no silence: behind a spoilt length byte it swallows the next frames. That these zeros
-make a spoilt frame whole is as likely as any two check bytes: one in 65536.
+It knows no silence: behind a spoilt length byte it swallows the next frames. These zeros make
+a spoilt frame valid no more often than its check bytes happen to be zero: one time in 65536, or
+in 256 where only the last of them was missing.
 """
 
 _HEADER = 3
