@@ -19,7 +19,7 @@ class Rack(Protocol):
 
     @property
     def moving(self) -> bool:
-        """Whether a motion is under way, or has ended and nobody has called `stop` since."""
+        """Whether a motion is under way, or has ended and nobody has called `settle` since."""
 
     @property
     def done_s(self) -> float:
@@ -31,8 +31,11 @@ class Rack(Protocol):
     def bends(self, start_s: float, end_s: float) -> Iterable[float]:
         """Return the moments in between at which the motors leave a straight way, in order."""
 
+    def settle(self, now_s: float) -> None:
+        """Take in what has ended by now."""
+
     def stop(self, now_s: float) -> None:
-        """End all motion dead where it is now, and take in one that has ended."""
+        """End all motion dead where it is now."""
 
     def count(self, deltas: Sequence[int]) -> None:
         """Count steps that were made apart from any motion, while standing."""
@@ -76,12 +79,21 @@ class Drive(Generic[R]):
         self.world.energised = True
 
     def follow(self, now_s: float) -> None:
-        """Bring the physical arm to where the motors have turned it by now."""
+        """Bring the physical arm to where the motors have turned it by now.
+
+        A device calls it whenever its clock goes on, standing or not, so that a motion's way is
+        looked at from its very start.
+        """
         if self.rack.moving:
             for bend_s in self.rack.bends(self._looked_s, now_s):
                 self._follow(bend_s)
         self._follow(now_s)
         self._looked_s = now_s
+
+    def settle(self, now_s: float) -> None:
+        """Take in what has ended by now."""
+        self.follow(now_s)
+        self.rack.settle(now_s)
 
     def stop(self, now_s: float) -> None:
         """End the motion dead where it is now."""

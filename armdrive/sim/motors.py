@@ -51,7 +51,7 @@ class MotorRack:
 
     @property
     def moving(self) -> bool:
-        """Whether a motion is under way, or has ended and not been taken in by `finish`."""
+        """Whether a motion is under way, or has ended and not been taken in by `settle`."""
         return self._motion is not None
 
     @property
@@ -74,6 +74,11 @@ class MotorRack:
     def bends(self, start_s: float, end_s: float) -> tuple[float, ...]:  # noqa: ARG002
         """Return nothing: motors in proportion leave no straight way."""
         return ()
+
+    def settle(self, now_s: float) -> None:
+        """Take in a motion that has ended."""
+        if self.done_s <= now_s:
+            self.stop(now_s)
 
     def stop(self, now_s: float) -> None:
         """End the motion where it is now."""

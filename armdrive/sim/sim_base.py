@@ -59,7 +59,7 @@ class SimBase(abc.ABC):
 
     @abc.abstractmethod
     def _motion_ended(self) -> None:
-        """Act on the end of a motion, at `now_s`; the rack has been stopped."""
+        """Act on the end of a motion, at `now_s`."""
 
     @abc.abstractmethod
     def _forget(self) -> None:
@@ -82,7 +82,7 @@ class SimBase(abc.ABC):
 
     def _happen(self) -> None:
         """Do what is due at `now_s`; afterwards `_due_s` must be later, or this comes again."""
-        self._drive.stop(self.now_s)
+        self._drive.settle(self.now_s)
         self._motion_ended()
 
     def details(self) -> dict[str, Json]:
@@ -232,5 +232,4 @@ class SimBase(abc.ABC):
             else:
                 self._agenda.pop()()
         self.now_s = max(self.now_s, now_s)
-        if self._drive.moving:
-            self._drive.follow(self.now_s)
+        self._drive.follow(self.now_s)

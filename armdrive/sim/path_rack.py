@@ -1,0 +1,192 @@
+"""Steppers that follow queued straight lines with lookahead, as GRBL's planner has them do.
+
+Known at every moment without ticking: the path's length is quadratic in time, piece by piece, and
+each motor stands at the step that is nearest to the path. Lines may be queued while others run,
+the motion can be held and resumed, and its speed overridden; each of these plans anew from where
+the path is at that moment, and at the speed that it has.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections import deque
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from armdrive.sim.path_line import Line, PathLimits, line
+from armdrive.sim.path_plan import Stretch, braked, planned
+from kinematics.spaces import Motors
+
+
+class PathRack:
+    """The lines under way. A device that bounds their number looks at `waiting`."""
+
+    def __init__(self, counts: Sequence[int], limits: PathLimits) -> None:
+        self.limits = limits
+        self._base = Motors(counts)
+        self._lines: deque[Line] = deque()
+        self._stretches: list[Stretch] = []
+        self._along = 0.0
+        self._held = False
+        self._scale = (1.0, 1.0)
+
+    @property
+    def moving(self) -> bool:
+        """Whether a motion is under way, or has ended and nobody has called `settle` since."""
+        return bool(self._stretches)
+
+    @property
+    def held(self) -> bool:
+        """Whether the motion is held, or slows down to be."""
+        return self._held
+
+    @property
+    def waiting(self) -> int:
+        """How many lines are not finished, the one under way included."""
+        return len(self._lines)
+
+    @property
+    def goal(self) -> Motors:
+        """Where the last line ends."""
+        return sum((Motors(each.deltas) for each in self._lines), self._base)
+
+    @property
+    def done_s(self) -> float:
+        """When the motion comes to a stand-still by itself; infinity while there is none."""
+        return self._stretches[-1].piece.end_s if self._stretches else math.inf
+
+    @property
+    def next_line_s(self) -> float:
+        """When the line under way ends, or the motion stands; infinity while there is none."""
+        ends = (each.piece.end_s for each in self._stretches if each.last)
+        return min(next(ends, math.inf), self.done_s)
+
+    def queue(
+        self,
+        deltas: Sequence[int],
+        rate: float,
+        now_s: float,
+        *,
+        rapid: bool = False,
+        tag: Any = None,
+    ) -> bool:
+        """Append a line by its steps, at a rate in units a second; False where it is no way at all.
+
+        A `rapid` one goes as fast as the axes allow.
+        """
+        added = line(deltas, self.limits, rate, rapid=rapid, tag=tag)
+        if added is None:
+            return False
+        speed = self._cut(now_s)
+        self._lines.append(added)
+        self._plan(speed, now_s)
+        return True
+
+    def hold(self, now_s: float) -> None:
+        """Slow down to a stand-still along the path; the lines stay."""
+        speed = self._cut(now_s)
+        self._held = True
+        self._plan(speed, now_s)
+
+    def resume(self, now_s: float) -> None:
+        """Go on along the path."""
+        speed = self._cut(now_s)
+        self._held = False
+        self._plan(speed, now_s)
+
+    def override(self, feed: float, rapid: float, now_s: float) -> None:
+        """Scale the speeds of feeds and of rapids from now on; 1 is as asked."""
+        speed = self._cut(now_s)
+        self._scale = (feed, rapid)
+        self._plan(speed, now_s)
+
+    def speed(self, now_s: float) -> float:
+        """Return how fast the path is followed, in units a second."""
+        found = self._at(now_s)
+        return 0.0 if found is None else found.piece.speed_at(now_s)
+
+    def tag(self, now_s: float) -> Any:
+        """Return the tag of the line under way, or held; None while there is none."""
+        found = self._at(now_s)
+        if found is not None:
+            return self._lines[found.number].tag
+        return self._lines[0].tag if self._lines and not self._stretches else None
+
+    def positions(self, now_s: float) -> tuple[int, ...]:
+        """Return the counts at a moment."""
+        if not self._stretches:
+            return tuple(
+                self._base + Motors(self._lines[0].made(self._along)) if self._lines else self._base
+            )
+        found = self._at(now_s) or self._stretches[-1]
+        counts = self._base
+        for number in range(found.number):
+            counts = counts + Motors(self._lines[number].deltas)
+        return tuple(counts + Motors(self._made(found, now_s)))
+
+    def bends(self, start_s: float, end_s: float) -> Iterator[float]:
+        """Yield when lines end: in between the motors are in proportion."""
+        ends = (each.piece.end_s for each in self._stretches if each.last)
+        return (at for at in ends if start_s < at < end_s)
+
+    def settle(self, now_s: float) -> None:
+        """Forget the lines that have ended by now; held or at the end, stand."""
+        while self._stretches and self._stretches[0].piece.end_s <= now_s:
+            ended = self._stretches.pop(0)
+            self._along = ended.piece.at(ended.piece.end_s)
+            if ended.last:
+                self._base = self._base + Motors(self._lines.popleft().deltas)
+                self._along = 0.0
+                self._stretches = [
+                    Stretch(each.number - 1, each.piece, each.last) for each in self._stretches
+                ]
+
+    def stop(self, now_s: float) -> None:
+        """Stop dead where the path is now, and drop every line."""
+        self._base = Motors(self.positions(now_s))
+        self._clear()
+
+    def count(self, deltas: Sequence[int]) -> None:
+        """Count steps that were made apart from any motion, while standing."""
+        self._base = self._base + Motors(deltas)
+
+    def zero(self) -> None:
+        """Begin to count anew; nothing turns."""
+        self._base = Motors((0,) * len(self._base))
+        self._clear()
+
+    def _clear(self) -> None:
+        self._lines.clear()
+        self._stretches = []
+        self._along, self._held = 0.0, False
+
+    def _at(self, now_s: float) -> Stretch | None:
+        """Return the stretch under way; None while standing."""
+        index = bisect_right(self._stretches, now_s, key=lambda each: each.piece.end_s)
+        return self._stretches[index] if index < len(self._stretches) else None
+
+    def _made(self, found: Stretch, now_s: float) -> tuple[int, ...]:
+        one = self._lines[found.number]
+        if found.last and now_s >= found.piece.end_s:
+            return one.deltas
+        return one.made(found.piece.at(now_s))
+
+    def _cut(self, now_s: float) -> float:
+        """Forget what is behind; return the speed at which the path is followed now."""
+        self.settle(now_s)
+        if not self._stretches:
+            return 0.0
+        under_way = self._stretches[0].piece
+        self._along = under_way.at(now_s)
+        return under_way.speed_at(now_s)
+
+    def _plan(self, speed: float, now_s: float) -> None:
+        if not self._held:
+            self._stretches = planned(
+                self._lines, self._along, speed, now_s, self.limits, self._scale
+            )
+        elif speed > 0.0:
+            self._stretches = braked(self._lines, self._along, speed, now_s)
+        else:
+            self._stretches = []

@@ -1,0 +1,145 @@
+"""Axes that each go their own way: trapezoids, a grid of chances, stops and new goals."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from armdrive.sim.drive import Drive
+from armdrive.sim.uncoordinated import UncoordinatedRack
+from armdrive.sim.world import World
+
+SLOPE = 700.0
+GRID_S = 0.008
+goals = st.integers(-3000, 3000)
+rates = st.floats(1.0, 500.0)
+moments = st.floats(0.0, 30.0)
+grids = st.sampled_from([0.0, GRID_S])
+
+
+def rack(grid_s=0.0, axes=1):
+    return UncoordinatedRack((0,) * axes, acceleration_hz_s=SLOPE, grid_s=grid_s, stagger_s=0.001)
+
+
+def test_a_trapezoid_lasts_as_long_as_its_speed_and_ramps_say():
+    one = rack()
+    one.move_to(0, 1000, 200.0, 5.0)
+    ramp_s = 200 / SLOPE
+    assert one.done_s == pytest.approx(5.0 + 1000 / 200 + ramp_s)
+    assert one.speeds(5.0 + ramp_s / 2) == (pytest.approx(100.0),)
+    assert one.positions(5.0 + ramp_s + 1.0)[0] == round(200 * ramp_s / 2 + 200)
+    assert one.positions(one.done_s) == (1000,)
+
+
+def test_each_axis_finishes_when_it_finishes():
+    one = rack(axes=3)
+    for axis, goal in enumerate((40, -400, 0)):
+        one.move_to(axis, goal, 100.0, 0.0)
+    assert one.mask(0.1) == 0b011
+    assert one.mask(1.0) == 0b010
+    assert one.positions(1.0)[0] == 40
+    assert one.done_s == pytest.approx(4.0 + 100 / SLOPE)
+    one.settle(one.done_s)
+    assert (one.moving, one.done_s) == (False, math.inf)
+
+
+def test_on_the_grid_a_hundred_steps_a_second_become_sixty_two():
+    one = rack(GRID_S)
+    one.move_to(0, 2000, 100.0, 0.0)
+    made = one.positions(11.0)[0] - one.positions(1.0)[0]
+    assert made == pytest.approx(625, abs=2)
+
+
+def test_on_the_grid_nothing_is_faster_than_its_chances():
+    one = rack(GRID_S)
+    one.move_to(0, 2000, 400.0, 0.0)
+    made = one.positions(11.0)[0] - one.positions(1.0)[0]
+    assert made == pytest.approx(1250, abs=1)
+
+
+def test_an_open_ended_run_goes_on_until_it_is_told_otherwise():
+    one = rack(GRID_S)
+    one.run(0, -50.0, 0.0)
+    assert math.isinf(one.done_s)
+    assert one.positions(600.0)[0] < -20_000
+    one.run(0, 0.0, 600.0)
+    assert one.done_s < 600.0 + 50 / SLOPE + 0.1
+    assert one.positions(1000.0) == one.positions(one.done_s) == one.goals
+
+
+@given(goals, rates, moments, st.floats(0.0, 0.5), grids)
+def test_it_never_turns_back_nor_exceeds_its_rate_and_ends_at_its_goal(goal, rate, at, pause, grid):
+    one = rack(grid)
+    one.move_to(0, goal, rate, 0.0)
+    here, there = one.positions(at)[0], one.positions(at + pause)[0]
+    way = 1 if goal > 0 else -1
+    assert 0 <= here * way <= there * way <= abs(goal)
+    assert abs(there - here) <= rate * pause + 1 + (grid > 0)
+    assert one.positions(one.done_s) == (goal,)
+
+
+@given(goals, goals, rates, st.floats(0.0, 5.0), grids)
+def test_a_new_goal_in_mid_motion_is_reached_without_a_jump(goal, other, rate, at, grid):
+    one = rack(grid)
+    one.move_to(0, goal, rate, 0.0)
+    before, speed = one.positions(at), one.speeds(at)[0]
+    one.move_to(0, other, rate, at)
+    assert one.positions(at) == before
+    assert abs(one.speeds(at)[0] - speed) <= 1e-6 or grid
+    assert one.positions(one.done_s) == (other,)
+
+
+@given(goals, rates, st.floats(0.0, 5.0))
+def test_a_ramped_stop_needs_what_the_acceleration_says(goal, rate, at):
+    one = rack()
+    one.move_to(0, goal, rate, 0.0)
+    before, speed = one.positions(at)[0], one.speeds(at)[0]
+    one.ramp_down(at)
+    end = one.positions(at + 10.0)[0]
+    assert abs(end - before) <= speed**2 / (2 * SLOPE) + 1
+    assert one.done_s <= at + abs(speed) / SLOPE + 1e-9
+    assert one.goals == (end,)
+
+
+@given(goals, rates, st.floats(0.0, 5.0), grids)
+def test_a_dead_stop_stays_where_it_was_and_counts_on(goal, rate, at, grid):
+    one = rack(grid)
+    one.move_to(0, goal, rate, 0.0)
+    before = one.positions(at)[0]
+    one.stop(at)
+    assert one.positions(at + 9.0) == (before,)
+    one.count((5,))
+    assert one.positions(at + 9.0) == (before + 5,)
+    one.zero()
+    assert one.positions(at + 9.0) == (0,)
+
+
+class Watched(World):
+    """A world that remembers when it was turned."""
+
+    def __init__(self):
+        self.times = []
+        super().__init__()
+
+    def force(self, steps, time_s=0.0):
+        self.times.append(time_s)
+        super().force(steps, time_s)
+
+
+@pytest.mark.parametrize("looks", [1, 200])
+def test_the_arm_goes_the_crooked_way_however_seldom_somebody_looks(looks):
+    world = Watched()
+    drive = Drive(world, rack(axes=len(world.motors)))
+    start = world.motors
+    drive.follow(100.0)
+    drive.rack.move_to(0, 100, 100.0, 100.0)
+    drive.rack.move_to(1, -300, 100.0, 100.0)
+    for look in range(1, looks + 1):
+        drive.follow(100.0 + 5.0 * look / looks)
+    assert world.motors - start == (100, -300, 0, 0, 0, 0)
+    assert len(world.times) > 20
+    assert max(b - a for a, b in itertools.pairwise(world.times)) < 0.15
