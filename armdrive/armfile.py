@@ -33,7 +33,9 @@ from kinematics import (
     Joints,
     KinematicsError,
     Pose,
+    Reference,
     Transmission,
+    cable_transmission,
     preset,
 )
 from kinematics.spaces import JOINT_NAMES
@@ -48,13 +50,15 @@ MODEL_FILE = ".toml"
 class Connection:
     """Which wire leads to the arm; ports are opened with DTR and RTS off unless it says other.
 
-    `baud` is the dialect's own unless the file gives another.
+    `baud` is the dialect's own unless the file gives another. A board that is reset by opening
+    its port is spared that from the second time on by `raise_dtr` and `keep_dtr_on_close`.
     """
 
     dialect: str = "teachmover"
     port: str = ""
     baud: int = 9600
     raise_dtr: bool = False
+    keep_dtr_on_close: bool = False
 
     def __post_init__(self) -> None:
         within("connection.baud", self.baud, 50, 4_000_000)
@@ -327,10 +331,20 @@ def _corrected(model: ArmPreset, table: Mapping[str, Any]) -> ArmPreset:
         guards=_replaced(model.guards, table.get("guards", {}), "guards"),
         transmission=_transmission(model, table),
     )
-    if "reference" in table and model.reference is not None:
+    if "reference" in table:
         pose = _posture(table["reference"], "reference", arm.has_yaw)
-        model = replace(model, reference=replace(model.reference, pose=pose))
-    return model
+        model = replace(model, reference=replace(model.reference or Reference(pose), pose=pose))
+    return replace(model, verified=model.verified or _filled_in(model, table))
+
+
+def _filled_in(model: ArmPreset, table: Mapping[str, Any]) -> bool:
+    """Tell whether a file gives every number that a template only stands in for."""
+    turning = [] if model.transmission is None else model.transmission.motors[:5]
+    return (
+        bool(turning)
+        and set(table.get("lengths", {})) == set(_LENGTHS)
+        and {motor.name for motor in turning} == set(table.get("steps_per_turn", {}))
+    )
 
 
 _LENGTHS = ("base_height_mm", "upper_arm_mm", "forearm_mm", "hand_mm")
@@ -373,9 +387,17 @@ def _transmission(model: ArmPreset, table: Mapping[str, Any]) -> Transmission | 
     transmission = model.transmission
     keys = ("steps_per_turn", "steps_per_mm", "motor_signs", "joint_signs")
     if transmission is None:
-        if any(key in table for key in keys):
-            raise ArmFileError(f"no motors are known of the {model.title}: nothing to correct")
-        return None
+        if not any(key in table for key in keys):
+            return None
+        # nothing is known but the mechanics: every number has to be the file's
+        transmission = cable_transmission(1.0, 1.0, 1.0, 1.0, 1.0)
+        turning = [motor.name for motor in transmission.motors[:-1]]
+        given = require_table(table.get("steps_per_turn", {}), "steps_per_turn")
+        if "steps_per_mm" not in table or any(name not in given for name in turning):
+            raise ArmFileError(
+                f"no motor steps are known of the {model.title}: give steps_per_mm and, under "
+                f"[steps_per_turn], {', '.join(turning)}"
+            )
     names = [motor.name for motor in transmission.motors]
     turning = names[: len(transmission.joint_names)]
     turns = require_table(table.get("steps_per_turn", {}), "steps_per_turn")

@@ -131,7 +131,7 @@ def connect_real(
     config: ArmConfig, *, allow_restored: bool = False, operator: Operator | None = None
 ) -> Arm:
     """Open the arm's port and connect; one program holds an arm at a time."""
-    from armdrive.transports.serial_port import SerialLink
+    from armdrive.transports.url import open_link
 
     wire = config.connection
     if simulation_forced():
@@ -146,7 +146,12 @@ def connect_real(
         )
     holding = hold(config.name, wire.port)
     try:
-        link = SerialLink(wire.port, wire.baud, raise_dtr=wire.raise_dtr)
+        link = open_link(
+            wire.port,
+            wire.baud,
+            raise_dtr=wire.raise_dtr,
+            keep_dtr_on_close=wire.keep_dtr_on_close,
+        )
         arm = Arm(
             config,
             link,

@@ -74,6 +74,7 @@ class Core:
         self.transmission: Transmission = config.model.transmission
         self.memory = Memory(recorder or NoRecorder(), self._record)
         self.allow_restored = False
+        self.geometry_known = config.model.verified
         self.state = State.DISCONNECTED
         self.belief: Belief = FIRST_BELIEF
         self.current = Current.UNKNOWN
@@ -87,6 +88,7 @@ class Core:
         self.outputs: int | None = None
         self.gripping: bool | None = None
         self.touch_mm: float | None = None
+        self.gripper_share: float | None = None
         self.hold: Hold | None = None
         self.nudges: list[tuple[Jog, float]] = []
         self.notice = ""
@@ -123,6 +125,16 @@ class Core:
     def require_reference(self) -> None:
         """Raise `NotReferenced` unless planned motion may go on."""
         require_reference(self.belief, allow_restored=self.allow_restored)
+
+    def require_geometry(self) -> None:
+        """Raise `Refused` for an arm whose lengths and steps nobody has filled in."""
+        if not self.geometry_known:
+            raise Refused(
+                f"the numbers of the {self.config.model.title} are a template that nobody has "
+                "verified, so that a Cartesian goal would lead somewhere else: measure the arm and "
+                "give every key of [lengths] and [steps_per_turn] in its arm file. Joints can be "
+                "moved as they are"
+            )
 
     def require_settings(self) -> None:
         """Raise `SettingsDiffer` while the device is set up for another arm than the file's."""
@@ -233,8 +245,13 @@ class Core:
         return there if same else None
 
     def _opening_mm(self, pulled_mm: float) -> float | None:
-        """Return how far apart the fingers are, from where their motor has them; None without."""
-        return max(pulled_mm, self.touch_mm or 0.0) if self.transmission.has_gripper else None
+        """Return how far apart the fingers are, from where their motor or servo has them."""
+        if self.transmission.has_gripper:
+            return max(pulled_mm, self.touch_mm or 0.0)
+        if self.gripper_share is None:
+            return None
+        low, high = self.config.model.gripper_range_mm
+        return low + self.gripper_share * (high - low)
 
     def coordinates_of(self, position: Motors) -> Coordinates:
         """Return the point that whole motor steps stand for."""

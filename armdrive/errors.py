@@ -84,7 +84,7 @@ class OutOfBounds(Refused):
 
 
 class SettingsDiffer(Refused):
-    """The device is set up otherwise than the arm file says; the message gives the mending lines."""
+    """The device is not set up as the arm file says; the message gives the mending lines."""
 
 
 class ArmInUse(Refused):

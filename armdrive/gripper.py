@@ -28,9 +28,13 @@ class Gripper:
     def opening_mm(self) -> float:
         """How far apart the fingers are: where the motors have them, or what keeps them apart.
 
-        Raises `NotReferenced` while the position is unknown.
+        Raises `NotReferenced` while the position is unknown, and `Refused` for a servo that has
+        not been commanded yet.
         """
-        require_gripper(self._arm.core)
+        core = self._arm.core
+        require_gripper(core)
+        if not core.transmission.has_gripper and core.gripper_share is None:
+            raise Refused("nobody knows how the gripper stands: open or close it first")
         return self._arm.known(self._arm.status.gripper_mm)
 
     @property

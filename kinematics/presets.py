@@ -158,11 +158,10 @@ _ROBKO01 = replace(
         base=1222.7, shoulder=1161.4, elbow=680.1, wrist=244.7, gripper=27.0
     ).with_signs(motors=(1, 1, -1, 1, 1, 1)),
     grip_steps_per_n=None,
-    reference=None,
     notes="Lengths and steps per radian from the arm's own Python software; its elbow counts "
     "backward as positive. The unit of its gripper figure (27.0) is taken as steps per mm, and "
     "limits, speeds, guards and the gripper's elbow coupling as the TeachMover's: check them. No "
-    "reference posture is published: declare one.",
+    "reference posture is published: the TeachMover's mark on the table serves.",
 )
 
 PRESETS: Mapping[str, ArmPreset] = MappingProxyType(

@@ -59,6 +59,7 @@ class Connected:
         controller = dialect(config.connection.dialect).controller(config)
         self.core = Core(config, controller, recorder)
         self.core.allow_restored = allow_restored
+        self.core.geometry_known |= simulated  # a simulated arm is what its numbers say
         self.engine = Engine(
             link,
             controller,

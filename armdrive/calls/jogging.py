@@ -60,7 +60,7 @@ class Jogging(Connected):
         self.pace.wake()
 
     def release(self) -> None:
-        """End a held jog: what the device can give up is given up, a burst under way is the last."""
+        """End a held jog: what is queued is given up; a burst under way is the last."""
         self.core.hold = None
         self.pace.wake()
 

@@ -10,7 +10,7 @@ from armdrive.calls.connected import PATIENCE_S, Connected
 from armdrive.core import Coordinates
 from armdrive.errors import BadRequest, OutOfBounds, Refused
 from armdrive.flows import motion
-from armdrive.flows.gripping import require_gripper
+from armdrive.flows.gripping import require_gripper, set_gripper
 from armdrive.flows.motion import Moved
 from armdrive.handle import Handle
 from armdrive.planning import (
@@ -77,6 +77,7 @@ class Moving(Connected):
 
         Raises `kinematics.Unreachable` or `OutOfBounds` with the nearest pose that is allowed.
         """
+        self.core.require_geometry()
         fraction = speed_fraction(speed)
         handle = self._start(
             lambda here: plan_joints(
@@ -99,18 +100,28 @@ class Moving(Connected):
         The tip leaves the line by at most `motion.line_tolerance_mm` of the arm file and what one
         motor step is worth. Raises `kinematics.PathBroken` where the line leaves the reach.
         """
+        self.core.require_geometry()
         fraction = speed_fraction(speed)
         handle = self._start(lambda here: plan_line(self.config, self.speeds, here, goal, fraction))
         return handle.wait() if wait else handle
 
     def move_gripper(self, opening_mm: float, speed: float) -> Moved:
         """Bring the fingers to an opening in mm; see `Arm.gripper`."""
-        require_gripper(self.core)
+        if not self.core.transmission.has_gripper:
+            return self._set_gripper(opening_mm)
         return self._start(
             lambda here: plan_joints(
                 self.config, self.speeds, here, Coordinates(here.joints, opening_mm), speed
             )
         ).wait()
+
+    def _set_gripper(self, opening_mm: float) -> Moved:
+        """Command a gripper that is no stepper; the fingers take their own time."""
+        with self.pace.lock:
+            require_gripper(self.core)
+            after(self.core.state, Event.MOVE)
+            task = self.submit(set_gripper(self.wire, opening_mm), alone=True)
+        return self.finish(task, PATIENCE_S)
 
     def move_motors(self, *steps: int, speed: float = 0.25) -> Moved:
         """Move each motor by whole steps from where it is, all together: for the bench.

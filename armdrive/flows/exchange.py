@@ -55,6 +55,7 @@ class Wire:
     def __init__(self, engine: Engine, core: Core) -> None:
         self.engine = engine
         self.core = core
+        self.straying_steps = 0.0
         self._looked_s = -math.inf
 
     @property
@@ -156,6 +157,8 @@ class Wire:
         core.require_settings()
         core.mark_leaving()
         core.goes_to(target)
+        strays = core.controller.coordination_steps(steps, rate_hz)
+        self.straying_steps = max(self.straying_steps, strays)
         try:
             reply = yield from self.request(MoveBy(steps, rate_hz), Evidence.ANSWER_LOST)
         except LinkLost:

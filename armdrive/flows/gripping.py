@@ -11,10 +11,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from armdrive.controllers.requests import Done, SetGripper
 from armdrive.core import Coordinates
-from armdrive.engine import Flow
-from armdrive.errors import BadRequest, DeviceFault, Refused
-from armdrive.flows.motion import begin, drive_legs
+from armdrive.engine import Flow, Until
+from armdrive.errors import BadRequest, DeviceFault, OutOfBounds, Refused
+from armdrive.flows.motion import Moved, begin, drive_legs, report
 from armdrive.planning import Leg
 
 if TYPE_CHECKING:
@@ -23,6 +24,9 @@ if TYPE_CHECKING:
     from armdrive.planning import Speeds
 
 FINE_STEPS = 2
+
+SERVO, OUTPUT = "servo", "output"
+"""Kinds of grippers (armfile.py) that are commanded rather than stepped."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,17 +47,62 @@ NOTHING_MM = 1.0
 
 
 def require_gripper(core: Core) -> None:
-    """Raise `Refused` for an arm whose gripper has no motor."""
-    if not core.transmission.has_gripper:
+    """Raise `Refused` for an arm whose gripper nothing moves."""
+    if not core.transmission.has_gripper and core.config.gripper.kind not in (SERVO, OUTPUT):
         raise Refused(
             f"the {core.config.title} has no motor for a gripper, so nothing opens or closes: add "
-            "a motor with steps_per_mm to its arm file if there is one"
+            "a motor with steps_per_mm to its arm file if there is one, or say gripper.kind"
         )
+
+
+def require_finger_motor(core: Core) -> None:
+    """Raise `Refused` for an arm whose fingers are not moved step by step."""
+    require_gripper(core)
+    if not core.transmission.has_gripper:
+        raise Refused(
+            f"the gripper of the {core.config.title} is no stepper and cannot be jogged: use "
+            "gripper.open() and gripper.close()"
+        )
+
+
+def set_gripper(wire: Wire, opening_mm: float) -> Flow[Moved]:
+    """Command a servo or an output, and wait for as long as the fingers take to get there."""
+    core = wire.core
+    low, high = core.config.model.gripper_range_mm
+    if not low <= opening_mm <= high:
+        raise OutOfBounds(
+            f"the gripper opens from {low:g} to {high:g} mm, not to {opening_mm:g}",
+            name="gripper",
+            value=opening_mm,
+            bound=low if opening_mm < low else high,
+        )
+    share = (opening_mm - low) / (high - low)
+    if core.config.gripper.kind == OUTPUT and share not in (0.0, 1.0):
+        raise BadRequest(
+            f"this gripper is switched by an output: it is open ({high:g} mm) or closed "
+            f"({low:g} mm), nothing between"
+        )
+    before = core.gripper_share
+    begin(wire)
+    began_s, requests = wire.now_s, wire.engine.requests_sent
+    try:
+        core.gripper_share = None  # until it is acknowledged, nobody knows
+        reply = yield from wire.request(SetGripper(share))
+        if not isinstance(reply, Done):
+            raise DeviceFault(f"the controller did not take the gripper's command: {reply}")
+        core.gripper_share = share
+        way = 1.0 if before is None else abs(share - before)
+        yield Until(wire.now_s + way * (high - low) / core.config.model.gripper_speed_mm_s)
+    finally:
+        core.settle()
+        core.still_since_s = wire.now_s
+    return report(wire, core.coordinates, began_s, requests)
 
 
 def grasp(wire: Wire, speeds: Speeds, force_n: float) -> Flow[Grasped]:
     """Close on whatever is there and press with about `force_n`."""
     core = wire.core
+    require_finger_motor(core)
     settings = core.config.gripper
     if not 0.0 <= force_n <= settings.max_force_n:
         raise BadRequest(

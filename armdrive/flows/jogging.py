@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 from armdrive.core import Coordinates
 from armdrive.engine import Flow
 from armdrive.errors import ArmError, BadRequest, NotReferenced, Refused
-from armdrive.flows.gripping import require_gripper
+from armdrive.flows.gripping import require_finger_motor
 from armdrive.flows.motion import begin, drive_legs, next_share, paced_move
 from armdrive.flows.streaming import SEGMENTS_AHEAD, Way, stream_held
 from armdrive.intents import CARTESIAN_AXES, GRIPPER_AXIS, YAW_AXIS, Jog, Space
@@ -55,7 +55,9 @@ def check_jog(core: Core, jog: Jog) -> None:
                 f"no {jog.space.value} axis is called {name!r}; known are {', '.join(known)}"
             )
     if jog.amount(GRIPPER_AXIS):
-        require_gripper(core)
+        require_finger_motor(core)
+    if jog.space is Space.CARTESIAN:
+        core.require_geometry()
     if jog.space is Space.CARTESIAN and not core.position_known:
         raise NotReferenced(
             "jogging in Cartesian space needs a known position, and this one is "

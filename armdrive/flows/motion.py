@@ -12,6 +12,7 @@ from armdrive.flows.streaming import stream_legs
 from armdrive.planning import Leg
 from armdrive.states import Event
 from armdrive.status import State
+from armdrive.stopping import straying_mm
 
 if TYPE_CHECKING:
     from armdrive.core import Coordinates, Core
@@ -25,6 +26,8 @@ class Moved:
     """What a motion did: where it ended, on whole steps, and what it cost.
 
     `rounding_mm` is how far the tip is from the goal because motors stand on whole steps.
+    `straying_mm` bounds how far it left the planned way between bursts because the device does
+    not coordinate its motors; 0 where it does.
     """
 
     joints: Joints
@@ -32,12 +35,19 @@ class Moved:
     rounding_mm: float
     duration_s: float
     bursts: int
+    straying_mm: float = 0.0
     note: str = ""
 
     def __str__(self) -> str:
         took = f"{self.duration_s:.1f} s, {self.bursts} exchanges"
         rounding = f"{self.rounding_mm:.2f} mm from the goal by rounding to steps"
-        return f"tip {self.pose}; {took}, {rounding}" + (f"; {self.note}" if self.note else "")
+        straying = (
+            f"on the way at most {self.straying_mm:.1f} mm beside it, since its motors are not "
+            "coordinated"
+        )
+        parts = [f"tip {self.pose}", f"{took}, {rounding}"]
+        parts += [straying] * (self.straying_mm > 0.0) + [self.note] * bool(self.note)
+        return "; ".join(parts)
 
 
 def follow(wire: Wire, plan: Plan) -> Flow[Moved]:
@@ -66,6 +76,7 @@ def begin(wire: Wire) -> None:
     if wire.stopping:
         raise wire.stopped("the motion was stopped before it began")
     wire.core.happen(Event.MOVE)
+    wire.straying_steps = 0.0
 
 
 def report(wire: Wire, goal: Coordinates, began_s: float, requests_before: int) -> Moved:
@@ -79,6 +90,7 @@ def report(wire: Wire, goal: Coordinates, began_s: float, requests_before: int) 
         math.dist((pose.x_mm, pose.y_mm, pose.z_mm), (wanted.x_mm, wanted.y_mm, wanted.z_mm)),
         wire.now_s - began_s,
         wire.engine.requests_sent - requests_before,
+        straying_mm(core.config, joints, wire.straying_steps),
     )
 
 

@@ -8,9 +8,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from armdrive.arm import Arm
 from armdrive.armfile import config_of_preset, load_arm_file, parse_arm_file
 from armdrive.connecting import connect_simulated
-from armdrive.errors import ArmFileError
+from armdrive.errors import ArmFileError, Refused
+from armdrive.pace import SimulatedPace
+from armdrive.sim.twin import make_twin
 from kinematics import KinematicsError, preset
 from kinematics.spaces import Joints
 
@@ -154,7 +157,7 @@ def test_two_lines_are_enough_and_the_arm_can_be_driven(tmp_path):
         ('model = "teachmover"\n[steps_per_turn]\ngripper = 10', "gripper"),
         ('model = "teachmover"\n[motor_signs]\nbase = 2', "1 or -1"),
         ('model = "teachmover"\n[lengths]\nhand_mm = "long"', "lengths.hand_mm"),
-        ('model = "alpha2"\n[motor_signs]\nbase = 1', "no motors are known"),
+        ('model = "alpha2"\n[motor_signs]\nbase = 1', "no motor steps are known"),
         ("model = ", "not valid TOML"),
     ],
 )
@@ -224,3 +227,48 @@ def test_the_calibration_changes_with_what_gives_steps_their_meaning_and_only_wi
     assert len({of(), of(lengths={"hand_mm": 97}), of(motor_signs={"base": -1})}) == 3
     wire = parse_arm_file({"model": "teachmover"}, name="a").connection
     assert of() == config_of_preset("teachmover", name="b", connection=wire).calibration
+
+
+ALPHA_STEPS = """
+model = "alpha2"
+steps_per_mm = 14.6
+[steps_per_turn]
+base = 7072
+shoulder = 7072
+elbow = 4158
+"right wrist" = 1536
+"left wrist" = 1536
+"""
+ALPHA_LENGTHS = """
+[lengths]
+base_height_mm = 215
+upper_arm_mm = 177.8
+forearm_mm = 177.8
+hand_mm = 129.5
+"""
+
+
+def test_a_template_becomes_an_arm_when_every_number_is_filled_in():
+    half = parse_arm_file(tomllib.loads(ALPHA_STEPS), name="half")
+    assert len(half.model.transmission.motors) == 6
+    assert not half.model.verified
+    whole = parse_arm_file(tomllib.loads(ALPHA_STEPS + ALPHA_LENGTHS), name="whole")
+    assert whole.model.verified
+
+
+def test_a_real_template_refuses_cartesian_goals_and_moves_joints():
+    config = parse_arm_file(tomllib.loads(ALPHA_STEPS), name="half")
+    twin = make_twin(config)
+    arm = Arm(config, twin.link, SimulatedPace(), simulated=False)
+    here = twin.world.joints
+    arm.declare_posture(here)
+    arm.move_j(base_deg=5)
+    for call in (
+        lambda: arm.move_to(arm.pose),
+        lambda: arm.move_l(arm.pose),
+        lambda: arm.jog_l(z_mm=2),
+    ):
+        with pytest.raises(Refused, match="template that nobody has verified"):
+            call()
+    assert arm.jog_j(shoulder_deg=1).note == ""
+    arm.close()
