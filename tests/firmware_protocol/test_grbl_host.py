@@ -1,0 +1,195 @@
+"""The host's machine: what it may send and when, and whose answer is whose."""
+
+import pytest
+from grbl_strategies import events
+
+from firmware_protocol.errors import BadField, LocalProtocolError
+from firmware_protocol.grbl import (
+    ERRORS,
+    FLUIDNC,
+    GRBL,
+    MEGA_5X,
+    Acknowledged,
+    Banner,
+    DigitalOutput,
+    Error,
+    Home,
+    Host,
+    Jog,
+    Line,
+    Move,
+    Ok,
+    QuerySettings,
+    Realtime,
+    Refused,
+    Restarted,
+    SetSetting,
+    Setting,
+    Unexpected,
+    Unreadable,
+)
+
+X1, X2, X3 = (Move({"X": n}, 100) for n in (1, 2, 3))
+BANNER = b"\r\nGrbl 1.1h ['$' for help]\r\n"
+
+
+def heard(host: Host, data: bytes) -> list:
+    host.receive_data(data)
+    return events(host)
+
+
+def sent(*commands, dialect=MEGA_5X) -> Host:
+    host = Host(dialect)
+    for command in commands:
+        host.send(command)
+    return host
+
+
+def test_answers_belong_to_the_lines_in_their_order():
+    host = sent(X1, X2, X3)
+    assert host.outstanding_lines == (X1, X2, X3)
+    assert host.outstanding_bytes == 3 * len("G90G1X1F100\n")
+    refused = Refused(X2, 24, ERRORS[24].meaning, ERRORS[24].remedy)
+    assert heard(host, b"ok\r\nerror:24\r\n") == [Acknowledged(X1), refused]
+    assert host.outstanding_lines == (X3,)
+    assert heard(host, b"ok\r\nok\r\n") == [Acknowledged(X3), Unexpected(Ok())]
+
+
+def test_what_is_pushed_answers_nothing():
+    host = sent(X1)
+    found = heard(host, b"[MSG:Pgm End]\r\n<Idle|MPos:0,0,0,0,0,0>\r\n>G54:ok\r\n$1=255\r\n")
+    assert found[3] == Setting(1, "255")
+    assert len(found) == 4
+    assert host.outstanding_lines == (X1,)
+
+
+def test_a_line_goes_out_only_where_the_ring_has_room_for_it():
+    line = Line("X" * 62 + "1")  # 64 bytes with its end
+    host = Host(GRBL)
+    host.send(line)
+    assert not host.room_for(line)  # 128 would fill the ring: one byte must stay free
+    with pytest.raises(LocalProtocolError, match="64 bytes are in a ring of 128"):
+        host.send(line)
+    assert host.outstanding_lines == (line,)
+    assert host.room_for(Line("X" * 61 + "1"))
+    host.ring_bytes = 129
+    assert host.room_for(line)
+
+
+def test_with_a_ring_of_unknown_size_lines_go_one_at_a_time():
+    host = sent(X1, dialect=FLUIDNC)
+    assert not host.room_for(Line())
+    with pytest.raises(LocalProtocolError, match="one line at a time"):
+        host.send(X2)
+    heard(host, b"ok\r\n")
+    assert host.room_for(X2)
+
+
+def test_eeprom_is_written_alone():
+    write = SetSetting(1, 255)
+    host = sent(X1)
+    assert not host.room_for(write)
+    heard(host, b"ok\r\n")
+    assert host.send(write) == b"$1=255\n"
+    with pytest.raises(LocalProtocolError, match="EEPROM is being written"):
+        host.send(X1)
+    heard(host, b"ok\r\n")
+    assert host.room_for(X1)
+
+
+@pytest.mark.parametrize(
+    ("dialect", "command"),
+    [
+        (GRBL, Move({"A": 1}, 1)),
+        (GRBL, Jog({"C": 1}, 1)),
+        (GRBL, DigitalOutput(0, on=True)),
+        (GRBL, Home("X")),
+        (MEGA_5X, Home("XY")),
+        (GRBL, Line("X" * 80)),
+    ],
+)
+def test_what_the_board_does_not_have_is_not_sent(dialect, command):
+    host = Host(dialect)
+    with pytest.raises(LocalProtocolError):
+        host.send(command)
+    assert host.outstanding_lines == ()
+
+
+def test_a_stranger_among_the_axes_is_named():
+    with pytest.raises(BadField, match="axes out of XYZ, not 'AB'"):
+        Host(GRBL).send(Move({"X": 1, "B": 1, "A": 2}))
+
+
+def test_realtime_commands_are_bytes_of_their_own_and_never_counted():
+    host = sent(Line("X" * 78), Line("X" * 46))
+    assert host.send_realtime(Realtime.STATUS) == b"?"
+    assert host.send_realtime(Realtime.JOG_CANCEL) == b"\x85"
+    assert host.send_realtime(Realtime.FEED_MINUS_1) == b"\x94"
+    assert host.outstanding_bytes == 79 + 47
+    with pytest.raises(LocalProtocolError):
+        host.send_realtime("?")
+
+
+def test_a_banner_tells_which_lines_were_lost():
+    host = sent(X1, X2)
+    assert heard(host, b"ok\r\n" + BANNER) == [Acknowledged(X1), Restarted(Banner(), (X2,))]
+    assert host.outstanding_lines == ()
+
+
+def test_between_a_soft_reset_and_its_banner_no_line_goes_out():
+    host = sent(X1)
+    assert host.send_realtime(Realtime.SOFT_RESET) == b"\x18"
+    assert host.awaits_banner
+    with pytest.raises(LocalProtocolError, match="its banner has not come"):
+        host.send(X2)
+    assert heard(host, BANNER) == [Restarted(Banner(), (X1,))]
+    assert host.room_for(X2)
+    host.send_realtime(Realtime.SOFT_RESET)
+    assert host.forget_outstanding() == ()
+    assert host.room_for(X2)
+
+
+def test_forgotten_lines_are_returned_and_their_late_answers_unexpected():
+    host = sent(X1, X2)
+    assert host.forget_outstanding() == (X1, X2)
+    assert heard(host, b"error:9\r\n") == [Unexpected(Error(9))]
+
+
+@pytest.mark.parametrize("cut", range(1, 3))
+def test_an_answer_that_had_begun_before_a_line_is_never_that_lines(cut):
+    host = Host()
+    host.receive_data(b"ok"[:cut])
+    host.send(X1)
+    assert heard(host, b"ok"[cut:] + b"\r\n") == [Unexpected(Ok())]
+    assert heard(host, b"ok\r\n") == [Acknowledged(X1)]
+
+
+def test_an_answer_received_before_a_line_is_never_that_lines():
+    host = Host()
+    host.receive_data(b"ok\r\n")
+    host.send(X1)
+    assert events(host) == [Unexpected(Ok())]
+    assert host.outstanding_lines == (X1,)
+
+
+def test_an_endless_line_is_told_once_and_takes_no_memory():
+    host = sent(QuerySettings())
+    found = []
+    for _ in range(300):
+        found += heard(host, b"<" * 100)
+        assert host.buffered <= 512 + 32
+    assert [type(event) for event in found] == [Unreadable]
+    assert heard(host, b"\nok\n") == [Acknowledged(QuerySettings())]
+
+
+def test_a_flood_that_nobody_fetches_is_bounded_and_told():
+    host = Host()
+    for _ in range(2000):
+        host.receive_data(b"[MSG:flood]\r\n")
+    assert host.buffered <= 256 * 512
+    found = events(host)
+    assert len(found) == 256
+    assert isinstance(found[-1], Unreadable)
+    host.receive_data(b"ok\r\n")
+    host.discard()
+    assert events(host) == []

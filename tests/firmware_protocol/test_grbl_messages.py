@@ -1,0 +1,187 @@
+"""The bytes of every GRBL line that a host sends, and what is refused before it is sent."""
+
+import math
+import struct
+from typing import get_args
+
+import pytest
+from grbl_strategies import COMMANDS
+from hypothesis import given
+from hypothesis import strategies as st
+
+from firmware_protocol.errors import BadField
+from firmware_protocol.grbl import (
+    MEGA_5X,
+    AnalogOutput,
+    Banner,
+    CheckMode,
+    Command,
+    Coolant,
+    Dialect,
+    DigitalOutput,
+    Dwell,
+    Error,
+    Help,
+    Home,
+    Jog,
+    Line,
+    Modes,
+    Move,
+    Parameter,
+    QueryBuildInfo,
+    QueryParameters,
+    QueryParserState,
+    QuerySettings,
+    QueryStartupLines,
+    Rejected,
+    Restore,
+    SetSetting,
+    Sleep,
+    SpindleOff,
+    SpindleOn,
+    State,
+    StatusReport,
+    StoreBuildInfo,
+    StoreStartupLine,
+    Unlock,
+    as_written,
+    parse_line,
+    write_number,
+    writes_eeprom,
+)
+from firmware_protocol.grbl.words import NUMBER_MAX, take_number
+
+PLACE = (0.0, -10.0, 5.125)
+TEXTS = [
+    (Move({"X": 10, "A": -1.5}, 300), "G90G1X10A-1.5F300"),
+    (Move({"Y": 0.12345}), "G90G0Y0.1235"),  # four decimals; 0.12345 is not below the half
+    (Move({"X": 1}, 5, relative=True), "G91G1X1F5"),
+    (Move({"X": 1}, relative=None), "G0X1"),
+    (Move({"C": -0.00001}, machine=True), "G90G53G0C0"),  # no minus before nothing
+    (Jog({"B": 2, "X": 1}, 100), "$J=G21G91X1B2F100"),
+    (Jog({"X": 1}, 100, relative=False), "$J=G21G90X1F100"),
+    (Jog({"X": 1}, 100, relative=False, machine=True), "$J=G21G53X1F100"),
+    (Modes(), "G17G21G90G94G54"),
+    (Modes(relative=True, coordinate_system=59), "G17G21G91G94G59"),
+    (SpindleOn(255), "M3S255"),
+    (SpindleOn(1, counterclockwise=True), "M4S1"),
+    (SpindleOff(), "M5"),
+    (Coolant(on=True), "M8"),
+    (Coolant(on=False), "M9"),
+    (DigitalOutput(0, on=True), "M62P0"),
+    (DigitalOutput(1, on=False), "M63P1"),
+    (DigitalOutput(2, on=True, at_once=True), "M64P2"),
+    (DigitalOutput(3, on=False, at_once=True), "M65P3"),
+    (AnalogOutput(0, 12.5), "M67E0Q12.5"),
+    (AnalogOutput(1, 0, at_once=True), "M68E1Q0"),
+    (Dwell(0.25), "G4P0.25"),
+    (Help(), "$"),
+    (QuerySettings(), "$$"),
+    (QueryBuildInfo(), "$I"),
+    (QueryParameters(), "$#"),
+    (QueryParserState(), "$G"),
+    (QueryStartupLines(), "$N"),
+    (Unlock(), "$X"),
+    (CheckMode(), "$C"),
+    (Sleep(), "$SLP"),
+    (Home(), "$H"),
+    (Home("B"), "$HB"),
+    (SetSetting(100, 26.667), "$100=26.667"),
+    (StoreStartupLine(1, "G54"), "$N1=G54"),
+    (StoreBuildInfo("ARM 3"), "$I=ARM 3"),
+    (Restore("#"), "$RST=#"),
+    (Line(), ""),
+    (Line("G28.1"), "G28.1"),
+]
+
+REFUSED = [
+    *(
+        (lambda bad=bad: Move({"X": bad}), "axes[X]")
+        for bad in (math.nan, math.inf, "1", True, 2e7)
+    ),
+    (lambda: Move({}), "axes"),
+    (lambda: Move({"G": 1}), "axes"),
+    (lambda: Move({"XY": 1}), "axes"),
+    (lambda: Move({"X": 1}, 0), "feed"),
+    (lambda: Move({"X": 1}, relative=True, machine=True), "relative"),
+    (lambda: Jog({"X": 1}, -5), "feed"),
+    (lambda: Jog({"X": 1}, 5, machine=True), "relative"),
+    (lambda: Modes(coordinate_system=60), "coordinate_system"),
+    (lambda: Dwell(-1), "seconds"),
+    (lambda: SpindleOn(-1), "speed"),
+    (lambda: DigitalOutput(-1, on=True), "port"),
+    (lambda: AnalogOutput(0, math.inf), "value"),
+    (lambda: SetSetting(-1, 0), "setting"),
+    (lambda: Home("XX"), "axes"),
+    (lambda: Restore("x"), "what"),
+    *((lambda bad=bad: Line(bad), "text") for bad in ("G1\n", "é", "?", "a!", "~", "\x18", 7)),
+    (lambda: Error(0), "code"),
+    (lambda: Banner("1 1"), "version"),
+    (lambda: Parameter("PRB", PLACE), "success"),
+    (lambda: StatusReport(State.IDLE), "machine_position"),
+    (lambda: StatusReport("Id|le", None, PLACE), "state"),
+    (lambda: StatusReport(State.IDLE, None, PLACE, others=("FS:1",)), "others"),
+    (lambda: Dialect(axes="XX"), "axes"),
+]
+
+
+@pytest.mark.parametrize(("command", "text"), TEXTS)
+def test_the_text_of_every_line(command, text):
+    assert command.text == text
+    assert not isinstance(parse_line(text.replace(" ", ""), MEGA_5X), Rejected)
+
+
+def test_the_table_has_every_line():
+    assert {type(command) for command, _ in TEXTS} == set(get_args(Command))
+
+
+@pytest.mark.parametrize(("build", "field"), REFUSED)
+def test_what_does_not_fit_is_refused_by_its_name(build, field):
+    with pytest.raises(BadField) as caught:
+        build()
+    assert caught.value.field == field
+
+
+@given(COMMANDS)
+def test_every_line_with_three_decimals_and_four_digits_fits_a_board_of_six_axes(command):
+    assert not set(command.text) & set("?!~ \n")
+    assert len(command.text) <= MEGA_5X.max_line
+    assert not isinstance(parse_line(command.text, MEGA_5X), Rejected)
+
+
+@given(st.floats(-NUMBER_MAX, NUMBER_MAX))
+def test_numbers_are_written_without_exponent_and_as_near_as_eight_digits_and_a_float32_allow(
+    value,
+):
+    text = write_number(value)
+    assert set(text) <= set("-.0123456789")
+    assert take_number(text, 0) == (as_written(value), len(text))
+    as_float32 = struct.unpack("f", struct.pack("f", as_written(value)))[0]
+    assert abs(as_written(value) - value) <= max(5.1e-5, abs(value) * 6e-8)
+    assert abs(as_float32 - value) <= max(6e-5, abs(value) * 1.3e-7)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [("+1.5", 1.5), (".5", 0.5), ("5.", 5.0), ("-0.25", -0.25), ("123456789", 123456780.0)],
+)
+def test_numbers_are_read_as_grbl_reads_them(text, value):
+    assert take_number(text, 0) == (value, len(text))
+
+
+@pytest.mark.parametrize("text", ["", "-", ".", "X", "--1", "e5"])
+def test_what_is_no_number(text):
+    assert take_number(text, 0) is None
+
+
+@pytest.mark.parametrize(
+    ("text", "writes"),
+    [
+        *(("$1=255", True), ("$N0=G54", True), ("$I=arm", True), ("$RST=*", True)),
+        *(("G10L2P1X0", True), ("g 28.1", True), ("G90G30.1", True), ("(a)G10L20P0X1", True)),
+        *(("$$", False), ("$J=G91X1F1", False), ("G1X10", False), ("G28", False), ("$N", False)),
+        *(("G100", False), ("", False), ("G92.1", False)),
+    ],
+)
+def test_what_writes_eeprom_is_known(text, writes):
+    assert writes_eeprom(text) is writes
