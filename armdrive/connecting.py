@@ -50,7 +50,7 @@ def find(name: str, *, dialect_name: str | None = None, baud: int | None = None)
     if dialect_name is None:
         raise BadRequest(
             f"which dialect does the arm on {name} speak? Give dialect= (or --dialect), one of "
-            f"{', '.join(DIALECTS)}; nothing is sent to find out"
+            f"{', '.join(DIALECTS)}; `armdrive doctor {name}` finds it out without moving anything"
         )
     row = dialect(dialect_name)
     wire = Connection(dialect=row.name, port=name, baud=baud or row.baud)

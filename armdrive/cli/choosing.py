@@ -44,9 +44,7 @@ def chosen_target(options: argparse.Namespace) -> Target:
     if len(named) > 1:
         raise BadRequest("name one arm: --arm, --sim or --port")
     if options.port:
-        name = options.port
-        dialect_name = options.dialect or "teachmover"
-        return find(name, dialect_name=dialect_name, baud=options.baud)
+        return find(options.port, dialect_name=options.dialect, baud=options.baud)
     if options.sim:
         return find(f"sim:{options.sim}")
     return find(options.arm or default_arm())

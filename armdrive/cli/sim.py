@@ -1,8 +1,8 @@
 """A simulated arm as a program of its own: whatever speaks to a real one can speak to it.
 
 Examples:
-  armdrive sim teachmover --pty /tmp/arm          then: armdrive jog --port /tmp/arm
-  armdrive sim teachmover --tcp 127.0.0.1:4001    then: armdrive jog --port socket://127.0.0.1:4001
+  armdrive sim teachmover --pty /tmp/arm          then: armdrive jog --port /tmp/arm --dialect teachmover
+  armdrive sim teachmover --tcp 127.0.0.1:4001    then: armdrive jog --port socket://127.0.0.1:4001 --dialect teachmover
 
 One-line commands on standard input steer it (`help` lists them); the end of input does not end
 it, Ctrl-C does.

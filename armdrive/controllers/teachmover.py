@@ -41,6 +41,7 @@ from firmware_protocol.teachmover import (
     Reset,
     Status,
     Step,
+    Stray,
 )
 from firmware_protocol.teachmover.host import Event as HostEvent
 from kinematics.spaces import Motors
@@ -49,6 +50,15 @@ LONGEST_LINE = len("@STEP 245,-32768,-32768,-32768,-32768,-32768,-32768,255\r") 
 LONGEST_REGISTERS = len("1\r-32768,-32768,-32768,-32768,-32768,-32768,65535\r")
 STILL = (0, 0, 0, 0, 0, 0)
 
+FIRST_LINE = b"@,d,,,,,d\r"
+"""Makes an Armdroid harmless that somebody took for a TeachMover.
+
+An Armdroid reads letters, not lines, and the D of `@READ` would repeat the last motion of five of
+its motors. This line moves none of them and leaves it nothing to repeat. A TeachMover answers `0`.
+"""
+CONTACT_S = 0.25
+"""How long the answer to the first line is waited for, beyond its time on the wire."""
+
 
 @dataclass(frozen=True, slots=True)
 class TeachMoverSettings:
@@ -56,7 +66,8 @@ class TeachMoverSettings:
 
     `speed_table` pairs SP with half-steps a second; `speed_doubt` is how much slower the arm may
     be until it has been measured; `grip_bit` is the input bit of the grip switch;
-    `answer_margin_s` is added to every deadline.
+    `answer_margin_s` is added to every deadline. With `careful_contact` the first line on a wire
+    is one that a TeachMover does not understand: see `FIRST_LINE`.
     """
 
     speed_table: tuple[tuple[int, float], ...] = (
@@ -68,6 +79,7 @@ class TeachMoverSettings:
     speed_doubt: float = 2.0
     grip_bit: int = 0
     answer_margin_s: float = 0.5
+    careful_contact: bool = True
 
     def __post_init__(self) -> None:
         within("teachmover.speed_doubt", self.speed_doubt, 1.0, 20.0)
@@ -89,6 +101,7 @@ class TeachMoverController(Scripted[HostEvent]):
         self._table = SpeedTable(settings.speed_table)
         self._meter = SpeedMeter(self._table, settings.speed_doubt)
         self._outputs: int | None = None
+        self._met = not settings.careful_contact
 
     def script(self, request: Request) -> Generator[float, HostEvent | None, Reply]:
         """Send one line and wait for its answer, as long as such a motion may last."""
@@ -97,6 +110,8 @@ class TeachMoverController(Scripted[HostEvent]):
         if isinstance(request, ReadSettings):
             return Settings()
         command = self._command(request)
+        if not self._met:
+            yield from self._meet()
         data = self._host.send(command)
         began_s = self.now_s
         self.say(data, data.decode("ascii").strip())
@@ -110,6 +125,16 @@ class TeachMoverController(Scripted[HostEvent]):
             return self.silence(began_s)
         timely = self._measure(command, motion_s, self.now_s - began_s - wire_s)
         return self._reply(heard, timely)
+
+    def _meet(self) -> Generator[float, HostEvent | None, None]:
+        """Say the first line, and wait for whatever comes: a `0`, or nothing at all."""
+        self._met = True
+        self.say(FIRST_LINE, "a line that moves no arm")
+        until_s = self.now_s + (len(FIRST_LINE) + len("0\r")) * self._byte_s + CONTACT_S
+        heard = yield from self.hear(until_s, lambda event: isinstance(event, Stray))
+        if heard is not None:
+            yield from self.pause(self.now_s + 2.0 * self._byte_s)
+        self.give_up()
 
     def unasked(self, heard: HostEvent) -> None:
         """Tell of a line that answers nothing."""

@@ -51,7 +51,9 @@ def test_a_default_arm_file_is_used_where_nothing_is_named(call, monkeypatch):
 
 
 def test_a_port_speaks_teachmover_unless_told(call):
-    assert "/dev/ttyNOWHERE" in call.refused("status", "--port", "/dev/ttyNOWHERE", code=4)
+    assert "/dev/ttyNOWHERE" in call.refused(
+        "status", "--port", "/dev/ttyNOWHERE", "--dialect", "teachmover", code=4
+    )
 
 
 def test_an_unknown_arm_is_met_with_the_nearest_one(call):
@@ -81,7 +83,7 @@ def test_an_arm_file_that_cannot_be_used_is_named_with_the_key(call, text, said)
 
 def test_forced_simulation_turns_a_port_into_its_twin(call, monkeypatch):
     monkeypatch.setenv("ARMDRIVE_FORCE_SIM", "1")
-    port = ("--port", "/dev/ttyNOWHERE")
+    port = ("--port", "/dev/ttyNOWHERE", "--dialect", "teachmover")
     homed = call("home", *port, code=0)
     assert "SIMULATED" in homed.out
     call("move", *port, "--x", "250", "--z", "120", code=0)

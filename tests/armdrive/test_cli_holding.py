@@ -43,7 +43,9 @@ def test_commands_that_need_the_arm_say_who_holds_it(call, held, words):
 
 
 def test_fresh_does_not_take_the_world_from_under_its_holder(call, held):
-    call.refused("status", "--fresh", "--port", "/dev/ttyNOWHERE", code=4)
+    call.refused(
+        "status", "--fresh", "--port", "/dev/ttyNOWHERE", "--dialect", "teachmover", code=4
+    )
     assert call("status", "--fresh", "--json", code=0).json["trust"] == "referenced"
 
 

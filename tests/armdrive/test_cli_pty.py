@@ -40,7 +40,16 @@ class Moving:
     """`armdrive move` in a process of its own, on a long way, seen to move."""
 
     def __init__(self, sim: SimProcess) -> None:
-        words = ["move", "--base", "80", "--port", sim.port, "--allow-restored"]
+        words = [
+            "move",
+            "--base",
+            "80",
+            "--port",
+            sim.port,
+            "--dialect",
+            "teachmover",
+            "--allow-restored",
+        ]
         self.process = subprocess.Popen(
             [sys.executable, "-m", "armdrive", *words],
             stdin=subprocess.DEVNULL,
@@ -59,7 +68,7 @@ class Moving:
 
 @pytest.fixture
 def moving(call, sim):
-    call("home", "--yes", "--port", sim.port, code=0)
+    call("home", "--yes", "--port", sim.port, "--dialect", "teachmover", code=0)
     moving = Moving(sim)
     yield moving
     moving.process.kill()
@@ -68,11 +77,15 @@ def moving(call, sim):
 
 def stop_time_s(call, sim) -> float:
     """Ask the program that holds the arm what a stop may take now."""
-    return float(call("status", "--port", sim.port, "--json", code=0).json["stop_time_s"])
+    return float(
+        call("status", "--port", sim.port, "--dialect", "teachmover", "--json", code=0).json[
+            "stop_time_s"
+        ]
+    )
 
 
 def test_a_move_on_the_wire_turns_the_physical_motors_by_as_much(call, sim):
-    port = ("--port", sim.port)
+    port = ("--port", sim.port, "--dialect", "teachmover")
     homed = call("home", "--yes", *port, "--json", code=0).json
     assert homed["simulated"] is False
     before = sim.state()["motors"]
@@ -85,8 +98,8 @@ def test_a_move_on_the_wire_turns_the_physical_motors_by_as_much(call, sim):
 
 
 def test_a_restored_position_of_a_real_arm_wants_to_be_confirmed(call, sim):
-    call("home", "--yes", "--port", sim.port, code=0)
-    called = call("move", "--z", "10", "--port", sim.port, code=3)
+    call("home", "--yes", "--port", sim.port, "--dialect", "teachmover", code=0)
+    called = call("move", "--z", "10", "--port", sim.port, "--dialect", "teachmover", code=3)
     assert "--confirm" in called.err
     assert not sim.state()["moving"]
 
@@ -94,13 +107,18 @@ def test_a_restored_position_of_a_real_arm_wants_to_be_confirmed(call, sim):
 def test_a_stop_from_another_terminal_ends_a_move(call, sim, moving):
     bound_s = stop_time_s(call, sim)
     asked_s = time.monotonic()
-    call("stop", "--port", sim.port, code=0)
+    call("stop", "--port", sim.port, "--dialect", "teachmover", code=0)
     assert sim.rest_after_s(asked_s) < bound_s + NOISE_S
     code, err = moving.end()
     assert code == 5
     assert err.startswith("armdrive: ")
     assert err.count("\n") == 1
-    assert call("status", "--port", sim.port, "--json", code=0).json["trust"] == "restored"
+    assert (
+        call("status", "--port", sim.port, "--dialect", "teachmover", "--json", code=0).json[
+            "trust"
+        ]
+        == "restored"
+    )
 
 
 @pytest.mark.parametrize(
@@ -114,7 +132,9 @@ def test_a_move_that_is_ended_by_a_signal_leaves_a_still_arm(call, sim, moving, 
     ended, err = moving.end()
     assert ended == code
     assert ("that moved was stopped" in err) == (number is not signal.SIGKILL)
-    trust = call("status", "--port", sim.port, "--json", code=0).json["trust"]
+    trust = call("status", "--port", sim.port, "--dialect", "teachmover", "--json", code=0).json[
+        "trust"
+    ]
     assert trust == ("suspect" if number is signal.SIGKILL else "restored")
 
 

@@ -8,7 +8,11 @@ from cli_calls import write_arm_file
 from armdrive import Arm, ArmFileError, BadRequest, PortUnavailable
 from armdrive.arm import State
 from armdrive.connecting import connect_real, find, simulated_config, state_file
+from armdrive.controllers.teachmover import FIRST_LINE
 from armdrive.pace import RealPace, SimulatedPace
+from firmware_protocol.armdroid import Device as ArmdroidDevice
+from firmware_protocol.armdroid import DriveAll, DriveOne, OffsetsReported
+from firmware_protocol.armdroid import Host as ArmdroidHost
 
 TWO_LINES = 'model = "teachmover"\n[connection]\nport = "/dev/ttyNOWHERE"\n'
 
@@ -136,3 +140,23 @@ class TestForcedSimulation:
 def test_a_simulated_arm_accepts_longer_planned_bursts_than_a_real_one():
     real = find("/dev/ttyNOWHERE", dialect_name="teachmover").config
     assert simulated_config("teachmover").motion.planned_burst_s > real.motion.planned_burst_s
+
+
+def test_the_first_line_to_a_teachmover_leaves_an_armdroid_nothing_to_repeat():
+    host, droid = ArmdroidHost(), ArmdroidDevice()
+    last = host.send(DriveAll((10, 20, 30, 40, 50, 60)))
+    droid.receive_data(last + FIRST_LINE + b"@READ\r")
+    heard = []
+    while (event := droid.next_event()) is not None:
+        heard.append(event)
+        if droid.unanswered is not None:
+            droid.send(OffsetsReported((0, 0, 0, 0, 0, 0)))
+    motions = [each for each in heard if isinstance(each, DriveAll | DriveOne)]
+    assert motions[0] == DriveAll((10, 20, 30, 40, 50, 60))
+    assert DriveAll((0, 0, 0, 0, 0, 0)) in motions[1:]
+    assert all(each == DriveAll((0, 0, 0, 0, 0, 0)) for each in motions[1:])
+
+
+def test_a_port_without_a_dialect_is_refused_and_sends_nothing():
+    with pytest.raises(BadRequest, match="armdrive doctor /dev/ttyNOWHERE"):
+        find("/dev/ttyNOWHERE")

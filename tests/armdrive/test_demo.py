@@ -192,4 +192,6 @@ def test_main_returns_what_the_shell_gets():
 
 
 def test_on_a_real_arm_the_demonstration_needs_a_person(call):
-    assert "a person at a terminal" in call.refused("demo", "--port", "/dev/nothing", code=3)
+    assert "a person at a terminal" in call.refused(
+        "demo", "--port", "/dev/nothing", "--dialect", "teachmover", code=3
+    )
