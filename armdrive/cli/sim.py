@@ -1,8 +1,10 @@
 """A simulated arm as a program of its own: whatever speaks to a real one can speak to it.
 
 Examples:
-  armdrive sim teachmover --pty /tmp/arm          then: armdrive jog --port /tmp/arm --dialect teachmover
-  armdrive sim teachmover --tcp 127.0.0.1:4001    then: armdrive jog --port socket://127.0.0.1:4001 --dialect teachmover
+  armdrive sim teachmover --pty /tmp/arm          then: armdrive jog --port /tmp/arm
+  armdrive sim teachmover --tcp 127.0.0.1:4001    then: armdrive jog --port socket://127.0.0.1:4001
+  armdrive sim teachmover --pty /tmp/arm --fault drop:0.01,from=host --fault unplug@20
+  armdrive sim --list                             every dialect, its settings and its faults
 
 One-line commands on standard input steer it (`help` lists them); the end of input does not end
 it, Ctrl-C does.
@@ -18,40 +20,78 @@ from pathlib import Path
 
 from armdrive.cli.numbers import count, number
 from armdrive.cli.output import say
-from armdrive.dialects import DIALECTS
+from armdrive.sim.twins import TWINS
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    parser.add_argument("dialect", choices=list(DIALECTS), help="what it speaks")
-    where = parser.add_mutually_exclusive_group(required=True)
+    parser.add_argument("dialect", nargs="?", choices=list(TWINS), help="what it speaks")
+    where = parser.add_mutually_exclusive_group()
     where.add_argument("--pty", metavar="PATH", help="a new serial port, linked from PATH")
     where.add_argument("--tcp", metavar="HOST:PORT", help="a TCP port (the way on Windows)")
+    where.add_argument("--udp", metavar="HOST:PORT", help="a UDP port, unpaced")
+    where.add_argument("--list", action="store_true", help="list settings and faults, and end")
     parser.add_argument("--baud", type=count, help="pace the bytes like this line")
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="a setting of the device; may be repeated",
+    )
     parser.add_argument(
         "--speed-error",
         type=number,
-        default=0.0,
         metavar="FRACTION",
         help="0.2: motors a fifth slower than the driver's table says",
+    )
+    parser.add_argument(
+        "--fault",
+        action="append",
+        default=[],
+        metavar="NAME[:ARGUMENTS][@SECONDS]",
+        help="have something go wrong, perhaps later; may be repeated",
     )
 
 
 def run(options: argparse.Namespace) -> int:
     """Serve until told to end."""
+    from armdrive.errors import BadRequest
+
+    if options.list:
+        from armdrive.sim.listing import listing
+
+        say(listing([options.dialect] if options.dialect else list(TWINS)))
+        return 0
+    if options.dialect is None:
+        raise BadRequest(f"a dialect is required, one of {', '.join(TWINS)}")
+    if not (options.pty or options.tcp or options.udp):
+        raise BadRequest("one of --pty PATH, --tcp HOST:PORT, --udp HOST:PORT is required")
+    return _serve(options)
+
+
+def _serve(options: argparse.Namespace) -> int:
     from armdrive.connecting import simulated_config
+    from armdrive.sim.fault_request import parse_option
+    from armdrive.sim.options import Options
     from armdrive.sim.run import make_server, run_device
     from armdrive.sim.twin import make_device
+    from armdrive.sim.twins import twin_kind
 
     config = simulated_config(options.dialect)
     if options.baud is not None:
         config = replace(config, connection=replace(config.connection, baud=options.baud))
-    device = make_device(config, speed_error=options.speed_error)
-    server = make_server(pty=Path(options.pty) if options.pty else None, tcp=options.tcp)
+    settings = Options.parse(twin_kind(options.dialect).options, options.set)
+    if options.speed_error is not None:
+        settings["speed_error"] = options.speed_error
+    faults = [parse_option(text) for text in options.fault]
+    device = make_device(config, settings=settings)
+    pty = Path(options.pty) if options.pty else None
+    server = make_server(pty=pty, tcp=options.tcp, udp=options.udp)
     say(
         f"a simulated {config.title} speaks {options.dialect} at {server.address}; "
         "Ctrl-C ends it, help lists commands"
     )
     commands = None if sys.stdin.closed else sys.stdin.fileno()
-    run_device(device, server, commands, sys.stdout)
+    run_device(device, server, commands, sys.stdout, faults=faults)
     return 0

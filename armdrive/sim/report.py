@@ -37,6 +37,7 @@ def state_json(device: SimDevice) -> dict[str, Json]:
         "grip_force_n": round(world.grip_force_n, _MM_DIGITS),
         "inputs": device.inputs,
         **device.details(),
+        "stalled": [motor + 1 for motor in sorted(world.stalled)],
         "held": scene.held,
         "blocks": [block_to_json(block) for block in scene.blocks.values()],
         "incidents": [incident_to_json(incident) for incident in world.incidents],

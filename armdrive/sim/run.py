@@ -8,17 +8,18 @@ import signal
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from types import FrameType
 from typing import TextIO
 
-from armdrive.errors import PortUnavailable
 from armdrive.sim.console import Console
 from armdrive.sim.device import SimDevice
+from armdrive.sim.fault_request import FaultRequest
 from armdrive.sim.pacing import PacedDevice
 from armdrive.transports.bell import Bell
-from armdrive.transports.serve import LOOPBACK, PtyServer, Server, TcpServer
+from armdrive.transports.serve import PtyServer, Server, TcpServer, split_address
+from armdrive.transports.serve_udp import UdpServer
 
 LONGEST_SLEEP_S = 0.25
 LONGEST_LINE = 1024
@@ -27,17 +28,16 @@ MOST_BACKLOG = 4096
 _CHUNK = 4096
 
 
-def make_server(*, pty: Path | None = None, tcp: str | None = None) -> Server:
-    """Offer a pty (linked at a path) or a TCP port (`HOST:PORT`, `:PORT` or `PORT`).
+def make_server(
+    *, pty: Path | None = None, tcp: str | None = None, udp: str | None = None
+) -> Server:
+    """Offer a pty (linked at a path), or a TCP or UDP port (`HOST:PORT`, `:PORT` or `PORT`).
 
-    With neither, a pty without a link. Raises `PortUnavailable`.
+    With none of them, a pty without a link. Raises `PortUnavailable`.
     """
-    if tcp is None:
-        return PtyServer(pty)
-    host, _, port = tcp.rpartition(":")
-    if not (port.isascii() and port.isdecimal()):
-        raise PortUnavailable(f"{tcp!r} is no TCP address: write HOST:PORT, for example :7410")
-    return TcpServer(host or LOOPBACK, int(port))
+    if tcp is not None:
+        return TcpServer(*split_address(tcp))
+    return PtyServer(pty) if udp is None else UdpServer(*split_address(udp))
 
 
 def run_device(
@@ -46,16 +46,21 @@ def run_device(
     commands: int | None,
     out: TextIO,
     *,
+    faults: Iterable[FaultRequest] = (),
     clock: Callable[[], float] = time.monotonic,
 ) -> None:
     """Let the device live in real time until `quit`, SIGTERM or SIGINT, then close the server.
+
+    The `faults` begin, or count their time, when it begins to live. Raises `BadRequest` for one
+    that this device cannot have.
 
     `commands` is a file descriptor with one-line commands, None where there are none; its end
     ends nothing. Answers go to `out`.
     """
     bell = Bell()
-    loop = _Loop(device, server, out, bell, clock)
     try:
+        loop = _Loop(device, server, out, bell, clock)
+        loop.begin(faults)
         with _ending_signals(loop.end):
             if commands is not None:
                 threading.Thread(
@@ -79,8 +84,8 @@ class _Loop:
         clock: Callable[[], float],
     ) -> None:
         self.lines: deque[str] = deque()
-        self._console = Console(device, server)
-        self._line = PacedDevice(device, device.baud)
+        self._line = PacedDevice(device, device.baud if server.paced else None)
+        self._console = Console(device, server, self._line)
         self._server = server
         self._out = out
         self._bell = bell
@@ -91,9 +96,14 @@ class _Loop:
         self._console.ended = True
         self._bell.ring()
 
+    def begin(self, faults: Iterable[FaultRequest]) -> None:
+        """Let the device's time begin, and give it faults."""
+        self._line.advance(self._clock())
+        for fault in faults:
+            self._console.faults.ask(fault)
+
     def run(self) -> None:
         """Go round until somebody ends it."""
-        self._line.advance(self._clock())
         while not self._console.ended:
             self._sleep()
             now_s = self._clock()
@@ -103,6 +113,8 @@ class _Loop:
             self._server.write(self._line.receive(now_s))
             while self.lines and not self._console.ended:
                 self._obey(self.lines.popleft())
+            while self._console.faults.troubles:
+                self._say(self._console.faults.troubles.pop(0))
 
     def _sleep(self) -> None:
         """Sleep until bytes or commands come, or the device has something to do."""
@@ -114,16 +126,14 @@ class _Loop:
         return self._line.backlog < MOST_BACKLOG
 
     def _obey(self, line: str) -> None:
-        was_open = self._server.is_open
         answer = self._console.answer(line)
         if answer:
-            with contextlib.suppress(OSError, ValueError):  # nobody reads the answers any more
-                self._out.write(answer + "\n")
-                self._out.flush()
-        if was_open and not self._server.is_open:
-            self._line.unplug()
-        elif self._server.is_open and not was_open:
-            self._line.replug(self._clock())
+            self._say(answer)
+
+    def _say(self, line: str) -> None:
+        with contextlib.suppress(OSError, ValueError):  # nobody reads the answers any more
+            self._out.write(line + "\n")
+            self._out.flush()
 
 
 def _hear(fileno: int, lines: deque[str], bell: Bell) -> None:

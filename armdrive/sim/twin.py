@@ -10,6 +10,7 @@ from armdrive.errors import StateFileError
 from armdrive.sim.blocks import Block
 from armdrive.sim.body import ArmBody
 from armdrive.sim.device import SimDevice
+from armdrive.sim.faults import Faults
 from armdrive.sim.operator import SimulatedOperator
 from armdrive.sim.options import Options, Value
 from armdrive.sim.recalling import recalled
@@ -28,12 +29,16 @@ _FIRST = "teachmover"
 
 @dataclass(frozen=True, slots=True)
 class Twin:
-    """The simulated counterpart of a connected arm. `world` is the physical truth."""
+    """The simulated counterpart of a connected arm. `world` is the physical truth.
+
+    `faults` makes things go wrong: `twin.faults.add("drop", 0.01, side="host")`.
+    """
 
     dialect: str
     device: SimDevice
     link: MemoryLink
     operator: SimulatedOperator
+    faults: Faults
 
     @property
     def world(self) -> World:
@@ -57,9 +62,10 @@ def make_twin(
     `options` are settings of the dialect's device (`twins.py`), `speed_error=0.2` say. Raises
     `StateFileError` where what was saved fits no such arm, and `BadRequest` for the rest.
     """
-    device = make_device(config, saved, blocks=blocks, **options)
+    device = make_device(config, saved, blocks=blocks, settings=options)
     link = MemoryLink(device, device.baud)
-    return Twin(config.connection.dialect, device, link, SimulatedOperator(device.world))
+    operator, faults = SimulatedOperator(device.world), Faults(device, link.line, link)
+    return Twin(config.connection.dialect, device, link, operator, faults)
 
 
 def make_device(
@@ -67,13 +73,13 @@ def make_device(
     saved: object = None,
     *,
     blocks: Iterable[Block] = (),
-    **options: Value,
+    settings: Mapping[str, Value] | None = None,
 ) -> SimDevice:
     """Build the simulated device alone, for a process of its own."""
     dialect = config.connection.dialect
     kind = twin_kind(dialect)
     body = ArmBody.of_preset(config.model)
-    chosen = Options(kind.options, options)
+    chosen = Options(kind.options, settings)
     if saved is None:
         return kind.make(config, World(body, blocks=blocks), chosen)
     known = _of_dialect(saved, dialect)

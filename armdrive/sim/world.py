@@ -24,7 +24,10 @@ _ROUNDING = 1e-6
 
 
 class World:
-    """One arm, its motors where they really are, and the blocks on its table."""
+    """One arm, its motors where they really are, and the blocks on its table.
+
+    `stalled` are the motors (counted from 0) that no longer follow their controller.
+    """
 
     def __init__(
         self,
@@ -36,6 +39,9 @@ class World:
         self.energised = True
         self.incidents: list[Incident] = []
         self.scene = Scene()
+        self.stalled: set[int] = set()
+        self._to_lose: dict[int, int] = {}
+        self._fingers_mm = FOUND_OPENING_MM
         found = self.body.transmission.to_motors(found_posture(self.body.arm), FOUND_OPENING_MM)
         self._motors = found if motors is None else Motors(motors)
         self._stops = self.body.stops
@@ -70,6 +76,11 @@ class World:
         return max(self._pull_mm, self.scene.contact_mm, 0.0)
 
     @property
+    def fingers_mm(self) -> float:
+        """How wide a servo or a valve holds the fingers, were nothing between them."""
+        return self._fingers_mm
+
+    @property
     def grip_force_n(self) -> float:
         """The force with which the fingers press on a block, or on each other."""
         if not self.body.transmission.has_gripper:
@@ -101,8 +112,14 @@ class World:
         return self._gripper_steps(self.scene.contact_mm - squeeze_mm)
 
     def drive(self, steps: Sequence[int], time_s: float = 0.0) -> None:
-        """Turn all motors in proportion by these steps, and let the world answer."""
+        """Have the controller turn all motors in proportion, as far as they follow it."""
+        if self.stalled or self._to_lose:
+            steps = [self._followed(motor, count) for motor, count in enumerate(steps)]
         self.force(steps, time_s)
+
+    def lose(self, motor: int, steps: int) -> None:
+        """Have a motor lose the next steps that it is told to make, whichever way they lead."""
+        self._to_lose[motor] = self._to_lose.get(motor, 0) + steps
 
     def force(self, steps: Sequence[int], time_s: float = 0.0) -> None:
         """Turn motors by these steps, by whatever force it may be, and let the world answer."""
@@ -115,8 +132,16 @@ class World:
             made = share
 
     def drive_to(self, motors: Sequence[int], time_s: float = 0.0) -> None:
-        """Turn all motors in proportion to where they shall be."""
-        self.drive(Motors(motors) - self._motors, time_s)
+        """Turn all motors in proportion to where they shall be, whatever holds them."""
+        self.force(Motors(motors) - self._motors, time_s)
+
+    def move_fingers(self, opening_mm: float, time_s: float = 0.0) -> None:
+        """Have a servo or a valve open or close the fingers of an arm without a gripper motor.
+
+        What is between them keeps them apart.
+        """
+        self._fingers_mm = min(max(opening_mm, 0.0), self.body.opening_stop_mm)
+        self.force((0,) * len(self._motors), time_s)
 
     def cut_current(self, time_s: float = 0.0) -> None:
         """Switch the motors' current off: the fingers' spring lets go, and the arm sags."""
@@ -124,9 +149,19 @@ class World:
             return
         self.energised = False
         if self.grip_force_n > 0.0:
-            self.drive(self._gripper_steps(self.scene.contact_mm), time_s)
+            self.force(self._gripper_steps(self.scene.contact_mm), time_s)
         rest = sagged(self.body.arm, self._joints)
-        self.drive_to(self.body.transmission.to_motors(rest, self._pull_mm), time_s)
+        there = self.body.transmission.to_motors(rest, self._pull_mm)
+        self.force(there - self._motors, time_s)
+
+    def _followed(self, motor: int, count: int) -> int:
+        """Return how many steps of a count a motor really makes."""
+        if motor in self.stalled:
+            return 0
+        lost = min(abs(count), self._to_lose.get(motor, 0))
+        if lost:
+            self._to_lose[motor] -= lost
+        return int(math.copysign(abs(count) - lost, count))
 
     def _shift(self, steps: Motors, time_s: float) -> None:
         before = self.tip
@@ -190,5 +225,6 @@ class World:
         return Motors((*(0 for _ in others), int(whole)))
 
     def _observe(self) -> None:
-        self._joints, self._pull_mm = self.body.transmission.to_joints(self._motors)
+        self._joints, pull_mm = self.body.transmission.to_joints(self._motors)
+        self._pull_mm = pull_mm if self.body.transmission.has_gripper else self._fingers_mm
         self._pose = self.body.arm.fk(self._joints)

@@ -15,11 +15,13 @@ _LENGTHS = ("x_mm", "y_mm", "z_mm", "width_mm", "height_mm")
 
 def world_to_json(world: World) -> dict[str, Json]:
     """Return everything that a world needs to be made again."""
+    has_gripper = world.body.transmission.has_gripper
     return {
         "format": FORMAT,
         "arm": world.body.key,
         "motors": list(world.motors),
         "energised": world.energised,
+        **({} if has_gripper else {"fingers_mm": world.fingers_mm}),
         "blocks": [block_to_json(block) for block in world.scene.blocks.values()],
         "held": world.scene.held,
         "incidents": [incident_to_json(incident) for incident in world.incidents],
@@ -37,6 +39,8 @@ def world_from_json(data: object, body: ArmBody | None = None) -> World:
     count = len(world.body.transmission.motors)
     world = World(body, saved.wholes("motors", count, -STEPS_MOST, STEPS_MOST))
     world.energised = saved.flag("energised")
+    if not world.body.transmission.has_gripper:
+        world.move_fingers(saved.number("fingers_mm"))
     blocks = [_block(item) for item in saved.items("blocks")]
     if len({block.name for block in blocks}) < len(blocks):
         raise StateFileError(f"two blocks of the saved world have the same name; {MEND}")

@@ -29,6 +29,11 @@ class MemoryLink:
         self._closed = False
 
     @property
+    def line(self) -> PacedDevice:
+        """The line that carries the bytes; its faults are the wire's."""
+        return self._line
+
+    @property
     def description(self) -> str:
         """Name the wire for people."""
         return f"{self._name} at {self._baud} baud" if self._baud else self._name
@@ -60,8 +65,12 @@ class MemoryLink:
         self._plugged = False
         self.wake()
 
-    def replug(self) -> None:
-        """Put the cable back; what the device said meanwhile is lost."""
+    def replug(self, name: str | None = None) -> None:
+        """Put the cable back, as a wire of another name perhaps.
+
+        What the device said meanwhile is lost.
+        """
+        self._name = self._name if name is None else name
         self._plugged = True
         self.wake()
 
@@ -77,6 +86,7 @@ class MemoryLink:
         if not self._plugged:
             self._line.unplug()
             self._connected = False
+            self._line.advance(now_s)  # the device lives on, and may have its cable put back
             raise LinkLost(
                 f"the cable to the {self._name} is unplugged: plug it in and connect again"
             )

@@ -30,8 +30,12 @@ class Server(Protocol):
     def is_open(self) -> bool:
         """Whether the other end can be opened, and stays open."""
 
-    def open(self) -> None:
-        """Offer the wire, again after `close`. Raises `PortUnavailable`."""
+    @property
+    def paced(self) -> bool:
+        """Whether bytes come at the pace of a serial line; a network has none."""
+
+    def open(self, address: str | None = None) -> None:
+        """Offer the wire, again after `close`, and perhaps elsewhere. Raises `PortUnavailable`."""
 
     def filenos(self) -> tuple[int, ...]:
         """What to select on for reading."""
@@ -46,12 +50,22 @@ class Server(Protocol):
         """Withdraw the wire: its other end breaks, as by a pulled cable. Twice is no error."""
 
 
+def split_address(address: str) -> tuple[str, int]:
+    """Split `HOST:PORT`, `:PORT` or `PORT`. Raises `PortUnavailable`."""
+    host, _, port = address.rpartition(":")
+    if not (port.isascii() and port.isdecimal()):
+        raise PortUnavailable(f"{address!r} is no address: write HOST:PORT, for example :7410")
+    return host or LOOPBACK, int(port)
+
+
 class PtyServer:
     """A pseudo-terminal in raw mode; `path` becomes a link to the side that others open.
 
     It keeps that side open itself, so that clients can come and go. The link replaces only a
     link to a pseudo-terminal that is gone, and is removed by `close`.
     """
+
+    paced = True
 
     def __init__(self, path: Path | None = None) -> None:
         self._path = path
@@ -69,10 +83,12 @@ class PtyServer:
         """Whether clients can open it."""
         return self._ends is not None
 
-    def open(self) -> None:
+    def open(self, address: str | None = None) -> None:
         """Make the pseudo-terminal and its link. Raises `PortUnavailable`."""
         if self._ends is not None:
             return
+        if address is not None:
+            self._path = Path(address)
         if sys.platform == "win32":
             raise PortUnavailable("this system has no pseudo-terminals: use --tcp 127.0.0.1:PORT")
         import pty
@@ -148,6 +164,8 @@ class TcpServer:
     alone unless another host is named.
     """
 
+    paced = True
+
     def __init__(self, host: str = LOOPBACK, port: int = 0) -> None:
         self._host = host
         self._port = port
@@ -170,10 +188,12 @@ class TcpServer:
         """Whether clients can connect."""
         return self._listener is not None
 
-    def open(self) -> None:
+    def open(self, address: str | None = None) -> None:
         """Listen. Raises `PortUnavailable`."""
         if self._listener is not None:
             return
+        if address is not None:
+            self._host, self._port = split_address(address)
         try:
             self._listener = socket.create_server((self._host, self._port), backlog=1)
         except (OSError, OverflowError) as error:

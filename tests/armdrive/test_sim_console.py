@@ -6,7 +6,9 @@ import json
 
 import pytest
 
-from armdrive.sim.console import COMMANDS, Console, help_text
+from armdrive.sim.console import Console, help_text
+from armdrive.sim.console_table import COMMANDS
+from armdrive.sim.pacing import PacedDevice
 from armdrive.sim.teachmover import SimTeachMover
 from firmware_protocol.teachmover import Key
 
@@ -19,8 +21,9 @@ class Wire:
     def __init__(self):
         self.is_open = True
 
-    def open(self):
+    def open(self, address=None):
         self.is_open = True
+        self.address = address or self.address
 
     def close(self):
         self.is_open = False
@@ -37,7 +40,8 @@ class Wire:
 
 @pytest.fixture
 def console():
-    return Console(SimTeachMover(), Wire())
+    device = SimTeachMover()
+    return Console(device, Wire(), PacedDevice(device, device.baud))
 
 
 def state(console):

@@ -1,0 +1,42 @@
+"""What there is to choose of simulated devices, for people: dialects, their settings and faults."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from armdrive.sim.faults_table import faults_of
+from armdrive.sim.twins import twin_kind
+
+_FAULT_NOTE = (
+    "P is a probability for each byte, #N the N-th byte from now, next the whole next message;\n"
+    "wire faults take from=host or from=device, and seed=N; what goes on can end: for=SECONDS.\n"
+    "Write --fault drop:0.01,from=host@5 for one that begins after 5 s."
+)
+
+
+def listing(dialects: Iterable[str]) -> str:
+    """Return the tables of these dialects, made from the tables themselves."""
+    return "\n\n".join([*map(_one, dialects), _FAULT_NOTE])
+
+
+def _one(dialect: str) -> str:
+    kind = twin_kind(dialect)
+    settings = [
+        (f"{row.name}={_shown(row.default)}", _with_choices(row.summary, row.choices))
+        for row in kind.options
+    ]
+    faults = [(row.usage, row.summary) for row in faults_of(kind.device)]
+    width = max(len(usage) for usage, _ in [*settings, *faults])
+    lines = [f"{dialect}: a simulated {kind.title}"]
+    for title, rows in (("settings (--set NAME=VALUE)", settings), ("faults (--fault)", faults)):
+        lines += [f"  {title}:"] if rows else []
+        lines += [f"    {usage:<{width}}  {summary}" for usage, summary in rows]
+    return "\n".join(lines)
+
+
+def _shown(value: object) -> str:
+    return ("yes" if value else "no") if isinstance(value, bool) else str(value)
+
+
+def _with_choices(summary: str, choices: tuple[str, ...]) -> str:
+    return f"{summary} ({', '.join(choices)})" if choices else summary
