@@ -164,8 +164,19 @@ _ROBKO01 = replace(
     "reference posture is published: the TeachMover's mark on the table serves.",
 )
 
+_ARMDROID1 = replace(
+    _TEACHMOVER,
+    key="armdroid1",
+    title="Colne Armdroid 1",
+    grip_steps_per_n=None,
+    verified=False,
+    notes="A template: no reliable lengths or steps per turn of this arm were found. Every number "
+    "is the TeachMover's, whose mechanics it resembles, so that it can be jogged and simulated; "
+    "measure lengths, steps, signs, limits and the reference posture before trusting any of them.",
+)
+
 PRESETS: Mapping[str, ArmPreset] = MappingProxyType(
-    {preset.key: preset for preset in (_MINIMOVER, _TEACHMOVER, _ALPHA2, _ROBKO01)}
+    {preset.key: preset for preset in (_MINIMOVER, _TEACHMOVER, _ALPHA2, _ROBKO01, _ARMDROID1)}
 )
 """The arms this room knows by name."""
 

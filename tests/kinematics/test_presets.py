@@ -23,7 +23,7 @@ def test_every_arm_has_its_published_lengths(key, lengths):
 
 
 def test_the_table_holds_exactly_these_arms_and_cannot_be_changed():
-    assert set(PRESETS) == {"minimover5", "teachmover", "alpha2", "robko01"}
+    assert set(PRESETS) == {"minimover5", "teachmover", "alpha2", "robko01", "armdroid1"}
     with pytest.raises(TypeError):
         PRESETS["mine"] = preset("teachmover")
     with pytest.raises(dataclasses.FrozenInstanceError):
@@ -49,6 +49,14 @@ def test_an_arm_without_known_steps_is_a_template():
     assert alpha.reference is None
     assert not alpha.verified
     assert "No steps per turn" in alpha.notes
+
+
+def test_an_arm_of_which_nothing_was_measured_is_a_template_with_stand_in_numbers():
+    armdroid, teachmover = preset("armdroid1"), preset("teachmover")
+    assert not armdroid.verified
+    assert "template" in armdroid.notes
+    assert armdroid.transmission == teachmover.transmission
+    assert armdroid.grip_steps_per_n is None
 
 
 @pytest.mark.parametrize("key", PRESETS)
