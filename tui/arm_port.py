@@ -22,6 +22,10 @@ class DeskArm(Protocol):
     def model(self) -> ArmModel:
         """Geometry, limits and gripper range."""
 
+    @property
+    def homes_by_switches(self) -> bool:
+        """Whether `home` has the controller seek its switches, which moves the arm."""
+
     def reference_request(self) -> PostureRequest:
         """Return the reference posture, with the sentence that describes it; raises `Refused`."""
 
@@ -44,7 +48,13 @@ class DeskArm(Protocol):
         """Leave the error state. Moves nothing; raises `ArmError`."""
 
     def home(self) -> object:
-        """Have the simulated operator bring a simulated arm to its reference."""
+        """Have the controller home, or the simulated operator bring a simulated arm there."""
+
+    def enable(self) -> None:
+        """Switch the motors on. Moves nothing; raises `ArmError`."""
+
+    def disable(self) -> None:
+        """Switch the motors off: the arm can sag; raises `ArmError`."""
 
     def confirm_reference(self) -> None:
         """Say that the arm stands in its reference posture; raises `ArmError`."""

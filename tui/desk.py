@@ -21,7 +21,7 @@ from tui import panels
 from tui.arm_port import DeskArm
 from tui.dialogs import HelpScreen, PostureScreen
 from tui.framework import Alarm, PlainText, on_ending_signals
-from tui.keys import footer
+from tui.keys import footer, jog_pairs
 from tui.layout import CSS, bindings
 from tui.settings import Settings
 from tui.views import ArmView, scene_of
@@ -58,7 +58,8 @@ class Desk(App[int]):
         self._handle_signals = handle_signals
         self._deadman = DeadMan()
         self._alarm = Alarm(self, self.tick)
-        self._settings = Settings()
+        geometry = arm.model.arm
+        self._settings = Settings(pairs=jog_pairs(geometry.joint_names, has_yaw=geometry.has_yaw))
         self._message = "enter arms the jog keys; space stops at any time"
         self._active_s = clock()
         self._status: Status = arm.status
@@ -130,8 +131,7 @@ class Desk(App[int]):
         screen.query_one("#title").set_class(not status.simulated, "-real")
         screen.query_one("#banner").set_class(bool(texts["banner"]), "-shown")
         screen.query_one("#conduct").set_class(self.armed, "-armed")
-        joints = status.joints
-        scene = None if joints is None else scene_of(model, joints, status.gripper_mm)
+        scene = self._scene()
         for name in ("side", "top"):
             screen.query_one(f"#{name}", ArmView).show(scene)
 
@@ -145,6 +145,9 @@ class Desk(App[int]):
         """Hand a jog key to the dead-man."""
         if self._status.state is State.DISCONNECTED and key == LEAVE_KEY:
             self.action_leave()
+            return
+        if self._settings.pair_of(key) is None:
+            self._say(f"no axis of this arm is moved by the key {key}")
             return
         now_s = self._clock()
         if self.armed:
@@ -265,10 +268,14 @@ class Desk(App[int]):
     def action_help(self) -> None:
         """Show all keys."""
         self._apply(self._deadman.release_all(self._clock()))
-        self.push_screen(HelpScreen())
+        self.push_screen(HelpScreen(self._settings.pairs))
 
     def action_reference(self) -> None:
         """Ask whether the arm stands in its reference posture; a simulated one is brought there."""
+        if self._arm.homes_by_switches:
+            text = "THE ARM WILL MOVE: its controller seeks its switches. Is its way clear?"
+            self._ask(text, self._scene(), self._arm.home, "homed by its own switches")
+            return
         if self._status.simulated:
             self._apply(self._deadman.disarm("the simulated operator is at work"))
             self._in_thread(self._arm.home, "the simulated operator referenced the arm")
@@ -291,13 +298,34 @@ class Desk(App[int]):
         text = f"An earlier program left the arm here: {status.joints}"
         self._ask(text, scene, self._arm.confirm_restored)
 
-    def _ask(self, description: str, scene: ArmScene, agreed: Callable[[], None]) -> None:
-        """Draw a posture, and make the call if the arm stands in it."""
+    def action_motors(self) -> None:
+        """Switch the motor current on; off only after a question, since the arm sags then."""
+        if self._status.state is State.DISABLED:
+            self._in_thread(self._arm.enable, "the motors are on: nothing was moved")
+            return
+        text = "Switch the motors off? THE ARM SAGS, and its position is lost. Is it supported?"
+        self._ask(text, self._scene(), self._arm.disable, "the motors are off")
+
+    def _scene(self) -> ArmScene | None:
+        """Return what is to be drawn of the arm as it stands."""
+        joints = self._status.joints
+        if joints is None:
+            return None
+        return scene_of(self._arm.model, joints, self._status.gripper_mm)
+
+    def _ask(
+        self,
+        description: str,
+        scene: ArmScene | None,
+        agreed: Callable[[], object],
+        done: str = "confirmed: the position is referenced",
+    ) -> None:
+        """Draw a posture with a question, and make the call if the answer is yes."""
         self._apply(self._deadman.disarm("a question is open"))
 
         def answered(stands: bool | None) -> None:
             if stands:
-                self._in_thread(agreed, "confirmed: the position is referenced")
+                self._in_thread(agreed, done)
             else:
                 self._say("not confirmed: nothing was changed")
 

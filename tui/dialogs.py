@@ -11,7 +11,7 @@ from textual.screen import ModalScreen
 
 from armdrive.draw.armview import ArmScene, side_view, top_view
 from tui.framework import PlainText
-from tui.keys import help_lines
+from tui.keys import JogPair, help_lines
 from tui.views import ArmView
 
 
@@ -22,6 +22,10 @@ class HelpScreen(ModalScreen[bool]):
         Binding("question_mark,enter,n", "close", "close", id="help.close"),
     ]
 
+    def __init__(self, pairs: tuple[JogPair, ...]) -> None:
+        super().__init__()
+        self._pairs = pairs
+
     def compose(self) -> ComposeResult:
         """Lay the dialog out."""
         with VerticalScroll(classes="dialog"):
@@ -29,7 +33,11 @@ class HelpScreen(ModalScreen[bool]):
 
     def on_mount(self) -> None:
         """Fill in the keys."""
-        lines = ("Keys (? or enter closes; space and Esc also stop the arm)", "", *help_lines())
+        lines = (
+            "Keys (? or enter closes; space and Esc also stop the arm)",
+            "",
+            *help_lines(self._pairs),
+        )
         self.query_one("#help-text", PlainText).show("\n".join(lines))
 
     def action_close(self) -> None:
@@ -45,7 +53,7 @@ class PostureScreen(ModalScreen[bool]):
         Binding("n", "answer(False)", "it does not", id="posture.no"),
     ]
 
-    def __init__(self, description: str, scene: ArmScene, *, braille: bool) -> None:
+    def __init__(self, description: str, scene: ArmScene | None, *, braille: bool) -> None:
         super().__init__()
         self._description = description
         self._scene = scene

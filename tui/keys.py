@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
+
+from kinematics import JOINT_NAMES
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +63,8 @@ KEYS = (
         ("H",),
         "reference",
         "reference",
-        "Show the reference posture, and say that the arm stands in it (a simulated one is led).",
+        "Show the reference posture, and say that the arm stands in it. A simulated arm is "
+        "led; one with switches homes by itself, after a question.",
     ),
     DeskKey(
         "confirm",
@@ -76,6 +79,13 @@ KEYS = (
     ),
     DeskKey("slower", ("minus",), "slower", "slower", "Jog more slowly."),
     DeskKey("faster", ("plus", "equals_sign"), "faster", "faster", "Jog faster."),
+    DeskKey(
+        "motors",
+        ("P",),
+        "motors",
+        "motors",
+        "Switch the motor current on; or off, after a question, since the arm sags then.",
+    ),
     DeskKey("reset", ("R",), "reset", "reset", "Leave error-stop. Moves nothing."),
     DeskKey(
         "estop",
@@ -86,22 +96,33 @@ KEYS = (
     ),
 )
 
-JOG_PAIRS = (
-    JogPair("q", "a", "base", "x"),
-    JogPair("w", "s", "shoulder", "y"),
-    JogPair("e", "d", "elbow", "z"),
-    JogPair("r", "f", "wrist_pitch", "pitch"),
-    JogPair("t", "g", "wrist_roll", "roll"),
-    JogPair("y", "h", "gripper", "gripper"),
-    JogPair("left", "right", "base", "y"),
-    JogPair("up", "down", "shoulder", "z"),
-)
-"""The first six are the rows of the screen; the arrows repeat two of them."""
+LETTERS = (("q", "a"), ("w", "s"), ("e", "d"), ("r", "f"), ("t", "g"), ("y", "h"), ("u", "j"))
+"""The keys of the screen's rows, from the base to the gripper."""
 
-JOG_KEYS: Mapping[str, tuple[JogPair, int]] = MappingProxyType(
-    {key: (pair, sign) for pair in JOG_PAIRS for key, sign in ((pair.plus, 1), (pair.minus, -1))}
-)
-"""The pair of each jog key, and its direction."""
+ARROWS = (("left", "right", "base", "y"), ("up", "down", "shoulder", "z"))
+"""The arrows repeat two rows: the first two joints, and the axes that they look like."""
+
+TASK_AXES = ("x", "y", "z", "pitch", "roll")
+GRIPPER = "gripper"
+
+
+def jog_pairs(joints: Sequence[str], *, has_yaw: bool = False) -> tuple[JogPair, ...]:
+    """Return the pairs of an arm with these joints: a row for each, the gripper's last."""
+    axes = (*TASK_AXES, *(("yaw",) if has_yaw else ()))
+    rows = zip(LETTERS, (*joints, GRIPPER), (*axes, GRIPPER), strict=False)
+    letters = (JogPair(*keys, joint, axis) for keys, joint, axis in rows)
+    arrows = (
+        JogPair(plus, minus, joint, axis)
+        for (plus, minus, _, axis), joint in zip(ARROWS, joints, strict=False)
+    )
+    return (*letters, *arrows)
+
+
+JOG_PAIRS = jog_pairs(JOINT_NAMES)
+"""The pairs of an arm of the Mini-mover's build."""
+
+ALL_JOG_KEYS = tuple(key for pair in (*LETTERS, *ARROWS) for key in pair[:2])
+"""Every key that jogs on some arm."""
 
 _LABELS: Mapping[str, str] = MappingProxyType(
     {
@@ -138,13 +159,13 @@ def footer(width: int) -> str:
     return line
 
 
-def help_lines() -> Iterator[str]:
+def help_lines(pairs: Sequence[JogPair] = JOG_PAIRS) -> Iterator[str]:
     """Yield one line for each row of the table, jog keys last."""
     for entry in KEYS:
         keys = " ".join(label(key) for key in entry.keys)
         yield f"{keys:<17} {entry.tooltip}"
     yield ""
     yield "Jog keys, while armed: tap for one increment, hold to keep moving."
-    for pair in JOG_PAIRS:
+    for pair in pairs:
         moves = f"{words(pair.joint)} (Cartesian mode: {pair.cartesian})"
         yield f"{label(pair.plus) + ' ' + label(pair.minus):<17} {moves} + and -"

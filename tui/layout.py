@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from textual.binding import Binding, BindingType
 
-from tui.keys import JOG_KEYS, KEYS
+from tui.keys import ALL_JOG_KEYS, KEYS
 
 CSS = """
 #title, #footer { height: 1; text-style: reverse; }
@@ -37,5 +37,5 @@ def bindings() -> list[BindingType]:
         )
         for entry in KEYS
     ]
-    made += [Binding(key, f"jog('{key}')", show=False, id=f"jog.{key}") for key in JOG_KEYS]
+    made += [Binding(key, f"jog('{key}')", show=False, id=f"jog.{key}") for key in ALL_JOG_KEYS]
     return made

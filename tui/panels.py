@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import zip_longest
 from typing import TYPE_CHECKING
 
 from armdrive.status import State, Status, Trust
-from tui.keys import JOG_PAIRS, JogPair, label, words
+from tui.keys import JogPair, label, words
 from tui.settings import Settings
 
 if TYPE_CHECKING:
@@ -18,7 +19,6 @@ ROW_WIDTH = 34
 
 SHORTEST_BAR, LONGEST_BAR = 7, 20
 
-ROW_PAIRS = JOG_PAIRS[:6]
 UNKNOWN = "?"
 DISARMED = "DISARMED (enter arms)"
 
@@ -61,7 +61,7 @@ def _way_out(status: Status) -> str:
 
 
 def _arrow(settings: Settings, key: str) -> str:
-    pair = next(pair for pair in JOG_PAIRS if pair.plus == key)
+    pair = next(pair for pair in settings.pairs if pair.plus == key)
     return words(pair.axis(cartesian=settings.cartesian))
 
 
@@ -82,7 +82,7 @@ def joint_table(status: Status, model: ArmModel, settings: Settings, width: int)
     return "\n".join(
         f"{_joint_keys(pair, settings):<3} {words(pair.joint):<11}{value:>7} "
         f"{low:>4.0f} {place} {high:.0f}"
-        for pair, (value, place, (low, high)) in zip(ROW_PAIRS, rows, strict=True)
+        for pair, (value, place, (low, high)) in zip(settings.rows, rows, strict=True)
     )
 
 
@@ -113,19 +113,21 @@ def tip_lines(status: Status, settings: Settings) -> str:
     pose = status.pose
     if pose is None:
         return "tip: not known before the arm has a reference (H)"
-    values = (
+    values = [
         (pose.x_mm, "mm"),
         (pose.y_mm, "mm"),
         (pose.z_mm, "mm"),
         (pose.pitch_deg, "\N{DEGREE SIGN}"),
         (pose.roll_deg, "\N{DEGREE SIGN}"),
-    )
+    ]
+    if pose.yaw_deg is not None:
+        values.append((pose.yaw_deg, "\N{DEGREE SIGN}"))
     cells = []
-    for pair, (value, unit) in zip(ROW_PAIRS, values, strict=False):
+    for pair, (value, unit) in zip(settings.rows, values, strict=False):
         keys = f"{label(pair.plus)}/{label(pair.minus)}" if settings.cartesian else ""
         cells.append(f"{keys:<3} {pair.cartesian:<5}{_value(value, unit):>9}")
-    left, right = cells[:3], [*cells[3:], ""]
-    return "\n".join(f"{a:<19} {b}".rstrip() for a, b in zip(left, right, strict=True))
+    left, right = cells[:3], cells[3:]
+    return "\n".join(f"{a:<19} {b}".rstrip() for a, b in zip_longest(left, right, fillvalue=""))
 
 
 def bottom_lines(status: Status) -> str:
@@ -134,11 +136,19 @@ def bottom_lines(status: Status) -> str:
         (
             f"motor current {status.current.value}  grip switch {_grip(status.gripping)}",
             f"steps {_steps(status.acknowledged)}",
-            f"a stop takes at most {status.stop_time_s:.2f} s, {status.stop_distance_mm:.0f} mm",
+            f"a stop takes at most {status.stop_time_s:.2f} s, {status.stop_distance_mm:.0f} mm"
+            + _if_silent(status),
             f"sent {status.last_sent or '-'}",
             f"answer {status.last_answer or '-'}",
         )
     )
+
+
+def _if_silent(status: Status) -> str:
+    """Say what goes on if this program dies, where that is more than a stop's way."""
+    if status.silent_time_s <= status.stop_time_s:
+        return ""
+    return f"\nif the link dies {status.silent_time_s:.2f} s, {status.silent_distance_mm:.0f} mm"
 
 
 def remarks(status: Status, message: str) -> str:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from armdrive.errors import BadRequest
 from armdrive.intents import Jog, Space
-from tui.keys import JOG_KEYS
+from tui.keys import JOG_PAIRS, JogPair
 
 INCREMENTS = (0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
 """Sizes of one increment, in degrees for angles and mm for the rest."""
@@ -16,11 +17,15 @@ SPEEDS = (0.05, 0.1, 0.25, 0.5, 1.0)
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """Mode, increment and speed. Every change gives new settings; the ends of a row hold."""
+    """Mode, increment and speed. Every change gives new settings; the ends of a row hold.
+
+    `pairs` are the jog keys of the arm.
+    """
 
     space: Space = Space.JOINT
     increment_index: int = INCREMENTS.index(2.0)
     speed_index: int = SPEEDS.index(0.25)
+    pairs: tuple[JogPair, ...] = JOG_PAIRS
 
     @property
     def cartesian(self) -> bool:
@@ -58,6 +63,18 @@ class Settings:
         """Return the jog of a held jog key: a direction."""
         return self._jog(key, 1.0)
 
+    @property
+    def rows(self) -> tuple[JogPair, ...]:
+        """The pairs that have a row of the screen: those of letters."""
+        return tuple(pair for pair in self.pairs if len(pair.plus) == 1)
+
+    def pair_of(self, key: str) -> JogPair | None:
+        """Return the pair that a key belongs to, None where this arm has no such axis."""
+        return next((pair for pair in self.pairs if key in (pair.plus, pair.minus)), None)
+
     def _jog(self, key: str, amount: float) -> Jog:
-        pair, sign = JOG_KEYS[key]
+        pair = self.pair_of(key)
+        if pair is None:
+            raise BadRequest(f"no axis of this arm is moved by the key {key}")
+        sign = 1.0 if key == pair.plus else -1.0
         return Jog(self.space, ((pair.axis(cartesian=self.cartesian), sign * amount),))

@@ -35,7 +35,7 @@ class Referencing(Connected):
         is called with a `PostureRequest`, may jog the arm, and returns True when it stands there.
         Without one, `OperatorNeeded`. A simulated arm has a simulated operator.
         """
-        if self.config.homing is not None and self.abilities.own_homing:
+        if self.config.homing is not None and self.homes_by_switches:
             return self._home_by_switches(self.config.homing)
         operator = operator or self.operator
         request = self.reference_request()
@@ -54,6 +54,11 @@ class Referencing(Connected):
             self._leave_homing()
             raise
         return self.pose
+
+    @property
+    def homes_by_switches(self) -> bool:
+        """Whether `home` moves the arm: its file says where its controller's own homing ends."""
+        return self.config.homing is not None and self.abilities.own_homing
 
     def _home_by_switches(self, homing: HomingSettings) -> Pose:
         with self.pace.lock:

@@ -11,7 +11,6 @@ import sys
 from armdrive.cli.choosing import add_arm_options, connect_chosen
 from armdrive.cli.confirming import confirm_simulated
 from armdrive.errors import BadRequest
-from kinematics import JOINT_NAMES
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -27,10 +26,5 @@ def run(options: argparse.Namespace) -> int:
     from tui import run_desk
 
     with connect_chosen(options, pace="real") as arm:  # the simulated twin of a port's arm, too
-        if arm.model.arm.joint_names != JOINT_NAMES:
-            raise BadRequest(
-                f"the desk's keys know {', '.join(JOINT_NAMES)}, and this arm has "
-                f"{', '.join(arm.model.arm.joint_names)}: use armdrive move, jog_j() and jog_l()"
-            )
         confirm_simulated(arm)
         return run_desk(arm, ascii_only=options.ascii)

@@ -59,6 +59,16 @@ class FakeArm:
         pose = MODEL.reference.pose
         return PostureRequest(self, pose, MODEL.arm.ik(pose), 0.0)
 
+    homes_by_switches = False
+
+    def enable(self):
+        self.calls.append(("enable",))
+        self.set(state=State.STANDBY)
+
+    def disable(self):
+        self.calls.append(("disable",))
+        self.set(state=State.DISABLED, current=Current.OFF)
+
     def hold(self, jog, *, speed, for_s):
         self.calls.append(("hold", jog, speed, for_s))
 

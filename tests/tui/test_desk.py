@@ -2,16 +2,19 @@
 
 import asyncio
 import signal
+from dataclasses import replace
 
 import pytest
-from desk_fake import Clock, FakeArm, StubbornArm, UnplaceableArm, unknown_position
+from desk_fake import MODEL, Clock, FakeArm, StubbornArm, UnplaceableArm, unknown_position
 from textual import events
 
 from armdrive.intents import Jog, Space
 from armdrive.status import State, Trust
+from kinematics import Joints, system
+from kinematics.chain_arm import ChainArm
 from tui.desk import IDLE_DISARMS_S, Desk
 from tui.framework import ENDING_SIGNALS, PlainText
-from tui.keys import JOG_KEYS, KEYS
+from tui.keys import JOG_PAIRS, KEYS
 
 
 class Session:
@@ -47,6 +50,11 @@ class Session:
         self.desk.post_message(event)
         await self.pilot.pause()
 
+    async def settle(self):
+        """Wait for calls that the desk makes in a thread."""
+        await self.desk.workers.wait_for_complete()
+        await self.pilot.pause()
+
     async def poll(self):
         self.desk.poll()
         await self.pilot.pause()
@@ -80,12 +88,14 @@ async def test_every_jog_key_is_one_increment_of_its_axis(cartesian):
         if cartesian:
             await session.press("m")
         await session.arm_keys()
-        for key in JOG_KEYS:
+        keys = [(key, pair) for pair in JOG_PAIRS for key in (pair.plus, pair.minus)]
+        for key, _ in keys:
             await session.press(key, after_s=3.0)
         space = Space.CARTESIAN if cartesian else Space.JOINT
         expected = [
-            ("nudge", Jog(space, ((pair.axis(cartesian=cartesian), 2.0 * sign),)), 0.25)
-            for pair, sign in JOG_KEYS.values()
+            ("nudge", Jog(space, ((pair.axis(cartesian=cartesian), size),)), 0.25)
+            for key, pair in keys
+            for size in (2.0 if key == pair.plus else -2.0,)
         ]
         assert session.arm.asked("nudge") == expected
 
@@ -103,7 +113,7 @@ async def test_every_other_key_of_the_table_does_what_it_says():
     deeds = {}
     arm = FakeArm(state=State.ERROR_STOP, trust=Trust.RESTORED, simulated=False)
     async with Session(arm) as session:
-        for key in ("space", "R", "X", "H", "C"):
+        for key in ("space", "R", "X", "H", "C", "P"):
             session.arm.calls.clear()
             await session.press(key)
             await session.desk.workers.wait_for_complete()
@@ -121,6 +131,7 @@ async def test_every_other_key_of_the_table_does_what_it_says():
         "X": [("estop",)],
         "H": [2],
         "C": [2],
+        "P": [2],
         "question_mark": 2,
     }
     assert session.desk.return_value == 0
@@ -399,3 +410,62 @@ async def test_a_signal_stops_and_closes_the_arm_and_ends_the_desk(number):
 async def _ended(session):
     while session.desk.return_code is None or not session.arm.asked("close"):
         await session.pilot.pause()
+
+
+class SixJointArm(FakeArm):
+    """An arm of six joints without a gripper's motor, with switches of its own."""
+
+    homes_by_switches = True
+
+    def __init__(self, **more):
+        super().__init__(**more)
+        chain = system("puma").chain()
+        links = tuple(replace(link, low=-2.0, high=2.0) for link in chain.links)
+        self.model = replace(MODEL, arm=ChainArm(replace(chain, links=links)))
+        joints = Joints((0.1,) * 6, self.model.arm.joint_names)
+        self.set(joints=joints, pose=self.model.arm.fk(joints), gripper_mm=None)
+
+
+async def test_an_arm_of_six_joints_has_a_row_and_keys_for_each():
+    async with Session(SixJointArm()) as session:
+        await session.arm_keys()
+        await session.press("y", after_s=3.0)
+        await session.press("m", "h", after_s=3.0)
+        names = session.arm.model.arm.joint_names
+        assert [call[1] for call in session.arm.asked("nudge")] == [
+            Jog.joint(**{names[5]: 2.0}),
+            Jog(Space.CARTESIAN, (("yaw", -2.0),)),
+        ]
+        assert all(name.replace("_", " ") in session.text("joints") for name in names)
+        assert "yaw" in session.text("tip")
+
+
+async def test_a_key_without_an_axis_says_so_and_asks_nothing_of_the_arm():
+    async with Session() as session:
+        await session.arm_keys()
+        await session.press("u")
+        assert session.arm.asked("nudge") == []
+        assert "no axis of this arm" in session.text("remarks")
+
+
+async def test_an_arm_with_switches_homes_only_after_a_question():
+    async with Session(SixJointArm()) as session:
+        await session.press("H")
+        assert session.arm.asked("home") == []
+        await session.press("n")
+        assert session.arm.asked("home") == []
+        await session.press("H", "y")
+        await session.settle()
+        assert session.arm.asked("home") == [("home",)]
+
+
+async def test_motors_are_switched_on_at_once_and_off_after_a_question():
+    async with Session() as session:
+        await session.press("P")
+        assert session.arm.asked("disable") == []
+        await session.press("y")
+        await session.settle()
+        assert session.arm.asked("disable") == [("disable",)]
+        await session.press("P")
+        await session.settle()
+        assert session.arm.asked("enable") == [("enable",)]
