@@ -73,6 +73,7 @@ def run(options: argparse.Namespace) -> int:
 def _serve(options: argparse.Namespace) -> int:
     from armdrive.connecting import simulated_config
     from armdrive.sim.fault_request import parse_option
+    from armdrive.sim.faults import check_faults
     from armdrive.sim.options import Options
     from armdrive.sim.run import make_server, run_device
     from armdrive.sim.twin import make_device
@@ -84,8 +85,9 @@ def _serve(options: argparse.Namespace) -> int:
     settings = Options.parse(twin_kind(options.dialect).options, options.set)
     if options.speed_error is not None:
         settings["speed_error"] = options.speed_error
-    faults = [parse_option(text) for text in options.fault]
     device = make_device(config, settings=settings)
+    faults = [parse_option(text) for text in options.fault]
+    check_faults(device, faults)
     pty = Path(options.pty) if options.pty else None
     server = make_server(pty=pty, tcp=options.tcp, udp=options.udp)
     say(

@@ -5,21 +5,39 @@ The same on a wire within the process, on a pseudo-terminal and on a socket.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from armdrive.errors import ArmError, BadRequest
 from armdrive.sim.device import SimDevice
-from armdrive.sim.fault_kind import Bench, Cable, Running
+from armdrive.sim.fault_kind import Begin, Bench, Cable, Running
 from armdrive.sim.fault_request import FaultRequest
 from armdrive.sim.faults_table import fault_kind
 from armdrive.sim.pacing import PacedDevice
+from armdrive.transports.memory import MemoryLink
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Active:
     request: FaultRequest
     running: Running
+
+
+class LinkCable:
+    """The cable of a wire within the process, pulled at the very moment and not when one looks."""
+
+    def __init__(self, link: MemoryLink) -> None:
+        self._link = link
+
+    def unplug(self) -> None:
+        """Pull it; what is under way is lost."""
+        self._link.line.unplug()
+        self._link.unplug()
+
+    def replug(self, name: str | None = None) -> None:
+        """Put it back."""
+        self._link.line.plug()
+        self._link.replug(name)
 
 
 class Faults:
@@ -54,12 +72,8 @@ class Faults:
 
     def ask(self, request: FaultRequest) -> None:
         """Have a fault as it was read from words; what is wrong with it is said at once."""
-        kind = fault_kind(request.name)
-        least, most = kind.counts
-        if not least <= len(request.words) <= most:
-            raise BadRequest(f"write it like this: {kind.usage}")
-        begin = kind.prepare(self._bench, request)
-        lasts_s = kind.lasts_s if request.for_s is None else request.for_s
+        begin = self.checked(request)
+        lasts_s = fault_kind(request.name).lasts_s if request.for_s is None else request.for_s
 
         def start() -> None:
             running = begin()
@@ -76,6 +90,14 @@ class Faults:
             device.at(device.now_s + request.after_s, lambda: self._later(start))
         else:
             start()
+
+    def checked(self, request: FaultRequest) -> Begin:
+        """Return what would begin a fault, or raise `BadRequest`; nothing happens yet."""
+        kind = fault_kind(request.name)
+        least, most = kind.counts
+        if not least <= len(request.words) <= most:
+            raise BadRequest(f"write it like this: {kind.usage}")
+        return kind.prepare(self._bench, request)
 
     def end(self, name: str | None = None) -> tuple[str, ...]:
         """End the faults of a name, or all; return those that were."""
@@ -96,3 +118,14 @@ class Faults:
             self._active.remove(active)
             if active.running.alive():
                 active.running.end()
+
+
+def check_faults(device: SimDevice, requests: Iterable[FaultRequest]) -> None:
+    """Raise `BadRequest` for a fault that this device cannot have; nothing happens to it."""
+    link = MemoryLink(device, None)
+    try:
+        faults = Faults(device, link.line, LinkCable(link))
+        for request in requests:
+            faults.checked(request)
+    finally:
+        link.close()

@@ -35,11 +35,13 @@ class Option:
             return _FLAGS[text.lower()]
         if isinstance(self.default, str):
             return self.checked(text)
+        whole = isinstance(self.default, int)
         try:
-            return self.checked((int if isinstance(self.default, int) else float)(text))
+            value = int(text) if whole else float(text)
         except ValueError:
-            kind = "a whole number" if isinstance(self.default, int) else "a number"
+            kind = "a whole number" if whole else "a number"
             raise BadRequest(f"{self.name} must be {kind}, not {text!r}") from None
+        return self.checked(value)
 
     def checked(self, value: Value) -> Value:
         """Return a value of the right kind, or raise `BadRequest`."""

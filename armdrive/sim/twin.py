@@ -10,7 +10,7 @@ from armdrive.errors import StateFileError
 from armdrive.sim.blocks import Block
 from armdrive.sim.body import ArmBody
 from armdrive.sim.device import SimDevice
-from armdrive.sim.faults import Faults
+from armdrive.sim.faults import Faults, LinkCable
 from armdrive.sim.operator import SimulatedOperator
 from armdrive.sim.options import Options, Value
 from armdrive.sim.recalling import recalled
@@ -64,7 +64,7 @@ def make_twin(
     """
     device = make_device(config, saved, blocks=blocks, settings=options)
     link = MemoryLink(device, device.baud)
-    operator, faults = SimulatedOperator(device.world), Faults(device, link.line, link)
+    operator, faults = SimulatedOperator(device.world), Faults(device, link.line, LinkCable(link))
     return Twin(config.connection.dialect, device, link, operator, faults)
 
 

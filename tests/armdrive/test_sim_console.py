@@ -99,6 +99,28 @@ def test_the_cable_is_pulled_and_put_back(console):
     assert console.server.is_open
 
 
+def test_the_cable_is_put_back_under_another_name(console):
+    console.answer("unplug")
+    assert console.answer("replug as there") == "plugged in at there"
+
+
+def test_faults_are_begun_listed_and_ended(console):
+    assert console.answer("fault") == "nothing is wrong"
+    assert console.answer("fault stall 2") == "fault: a motor no longer follows"
+    assert console.answer("fault drop 0.5 --from host @60").startswith("fault in 60 s: ")
+    assert state(console)["stalled"] == [2]
+    assert json.loads(console.answer("fault --json")) == {"faults": ["stall 2"]}
+    assert console.answer("fault off stall") == "ended: stall 2"
+    assert state(console)["stalled"] == []
+    assert console.answer("fault off") == "ended: nothing"
+
+
+def test_the_faults_that_this_device_can_have_are_listed(console):
+    told = json.loads(console.answer("faults --json"))
+    assert "stall MOTOR" in told
+    assert "reset" not in told
+
+
 def test_inputs_pushes_and_speed(console):
     console.answer("input 3 1")
     assert state(console)["inputs"] == 8
@@ -127,6 +149,8 @@ def test_inputs_pushes_and_speed(console):
         ("power maybe", "neither on nor off"),
         ("speed-error -2", "speed error"),
         ("return", "no control"),
+        ("fault flood", "there is no fault 'flood'"),
+        ("fault reset", "no reset"),
         ("quit now", "write it like this: quit"),
     ],
 )

@@ -17,9 +17,11 @@ import pytest
 import serial
 
 from armdrive.errors import PortUnavailable
+from armdrive.sim.fault_request import parse_option
 from armdrive.sim.run import make_server, run_device
 from armdrive.sim.teachmover import SimTeachMover
 from armdrive.transports.serve import PtyServer, TcpServer
+from armdrive.transports.serve_udp import UdpServer
 
 needs_pty = pytest.mark.skipif(
     sys.platform == "win32", reason="Windows has no pseudo-terminals; TCP is the way there"
@@ -33,13 +35,16 @@ PATIENCE_S = 5.0
 class Running:
     """A device served by a thread, steered by a pipe."""
 
-    def __init__(self, server):
+    def __init__(self, server, faults=()):
         self.server = server
         self.device = SimTeachMover()
         self.out = io.StringIO()
         ear, self._mouth = os.pipe()
         self._thread = threading.Thread(
-            target=run_device, args=(self.device, server, ear, self.out), daemon=True
+            target=run_device,
+            args=(self.device, server, ear, self.out),
+            kwargs={"faults": [parse_option(each) for each in faults]},
+            daemon=True,
         )
         self._thread.start()
 
@@ -70,8 +75,8 @@ class Running:
 def serve():
     running = []
 
-    def start(server):
-        running.append(Running(server))
+    def start(server, *faults):
+        running.append(Running(server, faults))
         return running[-1]
 
     yield start
@@ -160,6 +165,76 @@ class TestTcp:
             assert server.address.startswith("127.0.0.1:")
         finally:
             server.close()
+
+
+class TestUdp:
+    def test_each_datagram_is_answered_by_one_to_whoever_spoke_last(self, serve):
+        running = serve(UdpServer())
+        where = ("127.0.0.1", running.server.port)
+        for _ in range(2):
+            with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as client:
+                client.settimeout(PATIENCE_S)
+                client.sendto(b"@STEP 240,40,0,0,0,0,0\r", where)
+                assert client.recv(100) == b"1\r"
+                client.sendto(b"@READ\r", where)
+                assert client.recv(100).startswith(b"1\r")
+        assert running.device.registers == (80, 0, 0, 0, 0, 0)
+
+    def test_a_datagram_is_heard_whole_and_by_itself(self):
+        server = UdpServer()
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as client:
+            for data in (b"one", b"two"):
+                client.sendto(data, ("127.0.0.1", server.port))
+            select.select([*server.filenos()], [], [], PATIENCE_S)
+            assert (server.read(), server.read(), server.read()) == (b"one", b"two", b"")
+        server.close()
+        assert (server.filenos(), server.read()) == ((), b"")
+
+    def test_it_is_withdrawn_and_offered_again(self, serve):
+        running = serve(UdpServer())
+        running.answer("unplug")
+        assert not running.server.is_open
+        assert "127.0.0.1:" in running.answer("replug")
+
+    def test_a_port_that_is_taken_is_said_so(self):
+        server = UdpServer()
+        try:
+            with pytest.raises(PortUnavailable, match="choose another port"):
+                make_server(udp=f":{server.port}")
+        finally:
+            server.close()
+
+
+class TestFaults:
+    def test_a_fault_of_the_command_line_befalls_a_served_arm(self, serve):
+        running = serve(TcpServer(), "drop:#3,from=host", "stall:1")
+        with socket.create_connection(("127.0.0.1", running.server.port), PATIENCE_S) as client:
+            client.sendall(b"@READ\r")
+            assert read_line(client) == b"0\r"
+            before = running.device.world.motors
+            client.sendall(b"@STEP 240,40,0,0,0,0,0\r")
+            assert read_line(client) == b"1\r"
+        assert running.device.world.motors == before
+
+    def test_the_cable_is_pulled_by_itself_after_a_while(self, serve):
+        running = serve(TcpServer(), "unplug@0.05")
+        with socket.create_connection(("127.0.0.1", running.server.port), PATIENCE_S) as client:
+            assert client.recv(10) == b""
+        assert running.answer("fault") == "unplug @0.05"
+
+    @needs_pty
+    def test_the_cable_comes_back_as_another_port(self, serve, tmp_path):
+        running = serve(PtyServer(tmp_path / "arm"), f"replug:{tmp_path / 'arm2'}@0.05")
+        running.answer("unplug")
+        running.until((tmp_path / "arm2").is_symlink)
+        assert not (tmp_path / "arm").is_symlink()
+
+    @needs_pty
+    def test_what_cannot_be_done_later_is_said(self, serve, tmp_path):
+        (tmp_path / "arm2").write_text("mine")
+        running = serve(PtyServer(tmp_path / "arm"), f"replug:{tmp_path / 'arm2'}@0.05")
+        running.answer("unplug")
+        running.until(lambda: "choose another path" in running.out.getvalue())
 
 
 class TestConsole:

@@ -1,0 +1,325 @@
+"""Faults on request befall a simulated arm: its wire, its power, its motors, its switches."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from armdrive.connecting import simulated_config
+from armdrive.errors import BadRequest, LinkLost
+from armdrive.sim.device import SwitchState
+from armdrive.sim.fault_request import FaultRequest, parse_option, parse_words
+from armdrive.sim.faults import Faults
+from armdrive.sim.faults_table import FAULTS, faults_of
+from armdrive.sim.pacing import PacedDevice
+from armdrive.sim.teachmover import SimTeachMover
+from armdrive.sim.twin import make_twin
+from armdrive.sim.wire_faults import Lane, Next, Nth, Rule, Share, changed, late, lost, repeated
+
+STEP = b"@STEP 240,470,0,0,0,0,0\r"
+
+
+class Wired:
+    """A twin, and a host that writes and reads bytes on simulated time."""
+
+    def __init__(self):
+        self.twin = make_twin(simulated_config("teachmover"))
+        self.faults = self.twin.faults
+        self.now_s = 0.0
+
+    def send(self, data):
+        self.twin.link.write(data, self.now_s)
+
+    def hear(self, seconds):
+        self.now_s += seconds
+        return self.twin.link.read(self.now_s)
+
+    def ask(self, data, seconds=0.2):
+        self.send(data)
+        return self.hear(seconds)
+
+
+@pytest.fixture
+def wired():
+    return Wired()
+
+
+READ = b"@READ\r"
+ANSWER = b"1\r0,0,0,0,0,0,0\r"
+
+
+class TestOnTheWire:
+    def test_without_a_fault_nothing_is_wrong(self, wired):
+        assert wired.ask(READ) == ANSWER
+        assert wired.faults.active == ()
+
+    def test_the_nth_byte_from_the_host_is_lost_and_no_other(self, wired):
+        wired.faults.add("drop", "#8", side="host")
+        assert wired.ask(READ) == ANSWER
+        assert wired.faults.active == ("drop #8",)
+        assert wired.ask(READ) == b"0\r"
+        assert wired.faults.active == ()
+        assert wired.ask(READ) == ANSWER
+
+    def test_the_next_message_is_lost_or_comes_twice(self, wired):
+        wired.faults.add("drop", "next", side="device")
+        assert wired.ask(READ) == b""
+        wired.faults.add("duplicate", "next", side="host")
+        assert wired.ask(READ) == ANSWER * 2
+        wired.faults.add("duplicate", "#1", side="device")
+        assert wired.ask(READ) == b"1" + ANSWER
+
+    def test_one_bit_of_one_byte_is_changed(self, wired):
+        wired.faults.add("corrupt", "next", side="device")
+        heard = wired.ask(READ)
+        bits = [(a ^ b).bit_count() for a, b in zip(heard, ANSWER, strict=True)]
+        assert sorted(bits)[-2:] == [0, 1]
+
+    def test_a_late_answer_comes_as_much_later(self, wired):
+        wired.faults.add("delay", 1.5, side="device")
+        assert wired.ask(READ, 1.5) == b""
+        assert wired.hear(0.1) == ANSWER
+
+    def test_what_follows_a_late_message_waits_for_it(self, wired):
+        wired.faults.add("delay", 1.0, "next", side="host")
+        wired.send(STEP)
+        wired.send(READ)
+        assert wired.hear(0.9) == b""
+        assert wired.hear(1.3) == b"1\r"
+
+    def test_it_says_nothing_for_a_while(self, wired):
+        wired.faults.add("mute", for_s=2.0)
+        assert wired.ask(READ) == b""
+        wired.hear(2.0)
+        assert wired.ask(READ) == ANSWER
+
+    def test_it_says_noise_and_the_same_one_again(self, wired):
+        wired.faults.add("garbage", 20, seed=7)
+        wired.faults.add("garbage", 20, seed=7)
+        heard = wired.hear(1.0)
+        assert len(heard) == 40
+        assert heard[:20] == heard[20:]
+
+    def test_the_cable_is_pulled_and_put_back_each_at_its_time(self, wired):
+        wired.faults.add("unplug", after_s=1.0)
+        wired.faults.add("replug", "as", "another wire", after_s=3.0)
+        assert wired.ask(READ, 0.9) == ANSWER
+        wired.hear(0.2)
+        with pytest.raises(LinkLost):
+            wired.hear(0.0)
+        with pytest.raises(LinkLost):
+            wired.hear(2.0)
+        assert wired.ask(READ) == ANSWER
+        assert "another wire" in wired.twin.link.description
+
+    def test_chance_is_the_same_for_the_same_seed(self):
+        said = []
+        for seed in (1, 1, 2):
+            wired = Wired()
+            wired.faults.add("drop", 0.2, side="device", seed=seed)
+            said.append(b"".join(wired.ask(READ) for _ in range(20)))
+        assert said[0] == said[1] != said[2]
+        assert len(said[0]) == pytest.approx(0.8 * 20 * len(ANSWER), rel=0.15)
+
+
+class TestOnTheArm:
+    def test_a_brown_out_loses_the_registers_and_lets_the_arm_sag(self, wired):
+        wired.ask(STEP, 2.0)
+        height = wired.twin.world.pose.z_mm
+        wired.faults.add("brown-out", after_s=1.0)
+        wired.hear(1.2)
+        assert not wired.twin.device.powered
+        assert wired.ask(READ) == b""
+        wired.hear(0.5)
+        assert wired.twin.world.pose.z_mm < height - 5
+        assert wired.ask(READ) == ANSWER
+
+    @pytest.mark.parametrize("motor", ["1", "base"])
+    def test_lost_steps_are_counted_and_not_made(self, wired, motor):
+        before = wired.twin.world.motors
+        wired.faults.add("lose-steps", motor, 30)
+        wired.ask(STEP, 2.0)
+        wired.ask(b"@STEP 240,-20,5,0,0,0,0\r", 2.0)
+        assert wired.twin.device.registers == (450, 5, 0, 0, 0, 0)
+        assert wired.twin.world.motors - before == (420, 5, 0, 0, 0, 0)
+
+    def test_a_stalled_motor_does_not_follow_until_it_is_freed(self, wired):
+        before = wired.twin.world.motors
+        wired.faults.add("stall", 1)
+        wired.ask(STEP, 2.0)
+        assert wired.twin.world.motors == before
+        wired.twin.device.push((7, 0, 0, 0, 0, 0))
+        assert wired.twin.world.motors - before == (7, 0, 0, 0, 0, 0)
+        assert wired.faults.end("stall") == ("stall 1",)
+        wired.ask(STEP, 2.0)
+        assert wired.twin.world.motors - before == (477, 0, 0, 0, 0, 0)
+
+    def test_a_stalled_arm_sags_all_the_same(self, wired):
+        height = wired.twin.world.pose.z_mm
+        for motor in range(1, 7):
+            wired.faults.add("stall", motor)
+        wired.twin.device.power_off()
+        assert wired.twin.world.pose.z_mm < height - 5
+
+
+class Board(SimTeachMover):
+    """A device that has what the TeachMover lacks."""
+
+    title = "board"
+
+    def __init__(self):
+        super().__init__()
+        self.resets = 0
+        self.switches = {}
+
+    def reset(self):
+        self.resets += 1
+
+    def set_switch(self, axis, state):
+        self.switches[axis] = state
+
+
+class NoCable:
+    def unplug(self):
+        pass
+
+    def replug(self, name=None):
+        raise BadRequest("it does not fit")
+
+
+def faults_for(device):
+    return Faults(device, PacedDevice(device, None), NoCable())
+
+
+def test_a_board_resets_and_its_switches_stick():
+    board = Board()
+    faults = faults_for(board)
+    faults.add("reset")
+    faults.add("switch", 2, "closed", for_s=1.0)
+    assert (board.resets, board.switches) == (1, {1: SwitchState.CLOSED})
+    board.transmit(1.5)
+    assert board.switches == {1: SwitchState.FREE}
+    assert faults.active == ()
+
+
+def test_what_cannot_be_done_when_its_time_comes_is_kept_to_be_told():
+    board = Board()
+    faults = faults_for(board)
+    faults.add("replug", after_s=1.0)
+    board.transmit(2.0)
+    assert faults.troubles == ["it does not fit"]
+
+
+def test_a_kind_of_device_can_have_what_it_is_made_for():
+    assert {kind.name for kind in faults_of(Board)} == set(FAULTS)
+    assert set(FAULTS) - {kind.name for kind in faults_of(SimTeachMover)} == {"reset", "switch"}
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("dorp 0.1", "did you mean 'drop'?"),
+        ("drop", "drop P|#N|next"),
+        ("drop often", "no number"),
+        ("drop 2", "from 0 to 1"),
+        ("drop #0", "from #1"),
+        ("drop 0.1 --from nobody", "not from 'nobody'"),
+        ("drop 0.1 --side host", "there is no --side"),
+        ("drop 0.1 --seed", "--seed needs a value"),
+        ("drop 0.1 --seed one", "no whole number"),
+        ("drop 0.1 @-1", "0 or more"),
+        ("drop 0.1 @nan", "0 or more"),
+        ("drop 0.1 @soon", "no number"),
+        ("delay -1", "above 0"),
+        ("garbage 0", "1 to 4096"),
+        ("reset", "the simulated TeachMover has no reset"),
+        ("switch 1 open", "no limit switches"),
+        ("lose-steps 7 5", "1 to 6 or base"),
+        ("lose-steps 1 -5", "1 step or more"),
+        ("stall", "stall MOTOR"),
+        ("@5", "name a fault"),
+    ],
+)
+def test_a_fault_that_cannot_be_is_refused_at_once(line, said):
+    faults = faults_for(SimTeachMover())
+    with pytest.raises(BadRequest) as refused:
+        faults.ask(parse_words(line.split()))
+    assert said in str(refused.value)
+    assert faults.active == ()
+
+
+@pytest.mark.parametrize(
+    ("option", "words"),
+    [
+        ("mute", "mute"),
+        ("drop:0.01,from=host,seed=3@5", "drop 0.01 --from host --seed 3 @5"),
+        ("delay:0.2,next,for=1.5", "delay 0.2 next --for 1.5"),
+        ("replug:as,/tmp/arm2@8", "replug as /tmp/arm2 @8"),
+        ("switch:2,closed", "SWITCH 2 closed"),
+    ],
+)
+def test_a_fault_is_the_same_on_the_command_line_and_at_the_console(option, words):
+    assert parse_option(option) == parse_words(words.split())
+
+
+def test_a_request_says_all_that_was_asked():
+    asked = parse_option("drop:0.01,from=host,seed=3,for=2@5")
+    assert asked == FaultRequest("drop", ("0.01",), "host", 3, 5.0, 2.0)
+
+
+messages = st.lists(st.binary(min_size=1, max_size=12), max_size=8)
+seeds = st.integers(0, 1000)
+
+
+def through(effect, amount, data):
+    lane = Lane()
+    lane.rules.append(Rule(effect, amount))
+    return b"".join(piece for one in data for piece in lane.passed(one, 0.0))
+
+
+@given(messages, seeds, st.floats(0, 1))
+def test_what_is_dropped_is_missing_and_the_rest_keeps_its_order(data, seed, share):
+    rest = iter(b"".join(data))
+    assert all(byte in rest for byte in through(lost, share_of(share, seed), data))
+
+
+@given(messages, seeds, st.floats(0, 1))
+def test_what_is_changed_keeps_its_length_and_what_is_repeated_keeps_all(data, seed, share):
+    whole = b"".join(data)
+    effect = changed(draw_of(seed))
+    assert len(through(effect, share_of(share, seed), data)) == len(whole)
+    rest = iter(through(repeated, share_of(share, seed), data))
+    assert all(byte in rest for byte in whole)
+
+
+@given(messages, st.integers(1, 60))
+def test_the_nth_byte_is_that_byte_however_it_comes(data, number):
+    whole = b"".join(data)
+    assert through(lost, Nth(number), data) == whole[: number - 1] + whole[number:]
+
+
+@given(messages, st.floats(0.01, 5.0), st.floats(0, 1), seeds)
+def test_late_messages_come_whole_and_in_order(data, delay_s, share, seed):
+    lane, now, heard = Lane(), 0.0, []
+    lane.rules.append(Rule(late(delay_s), share_of(share, seed)))
+    for one in data:
+        heard += lane.due(now)
+        heard += lane.passed(one, now)
+        now += 0.3
+    assert heard + lane.due(now + delay_s) == data
+
+
+def test_a_whole_message_is_struck_once():
+    assert through(lost, Next(), [b"ab", b"cd"]) == b"cd"
+    assert through(repeated, Next(), [b"ab", b"cd"]) == b"ababcd"
+
+
+def draw_of(seed):
+    return random.Random(seed)
+
+
+def share_of(share, seed):
+    return Share(share, draw_of(seed))
