@@ -1,4 +1,4 @@
-"""A simulated TeachMover on a pseudo-terminal, in a process of its own, and questions to it."""
+"""A simulated arm on a pseudo-terminal or a TCP port, in a process of its own, and questions."""
 
 from __future__ import annotations
 
@@ -20,19 +20,20 @@ PATIENCE_S = 30.0
 
 
 class SimProcess:
-    """`armdrive sim teachmover --pty PORT`; a program opens `port` as it would a real arm's."""
+    """`armdrive sim DIALECT --pty PORT`; a program opens `port` as it would a real arm's."""
 
-    def __init__(self, port: Path) -> None:
-        """Start it, and wait until the port is there."""
-        self.port = str(port)
+    def __init__(self, port: Path | None, dialect: str = "teachmover", *options: str) -> None:
+        """Start it, and wait until the port is there; without a path, one of TCP."""
+        where = ["--tcp", "127.0.0.1:0"] if port is None else ["--pty", str(port)]
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "armdrive", "sim", "teachmover", "--pty", self.port],
+            [sys.executable, "-m", "armdrive", "sim", dialect, *where, *options],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
             bufsize=1,
         )
-        self._heard()
+        address = self._heard().partition(f" speaks {dialect} at ")[2].partition(";")[0]
+        self.port = str(port) if port is not None else f"socket://{address}"
 
     def __enter__(self) -> Self:
         return self
@@ -45,11 +46,15 @@ class SimProcess:
 
     def state(self) -> dict[str, Any]:
         """Return the physical state of the arm at this moment."""
+        answer = json.loads(self.say("state --json"))
+        return answer if isinstance(answer, dict) else {}
+
+    def say(self, line: str) -> str:
+        """Give a one-line command and return the line that answers it."""
         if self.process.stdin is None:
             raise RuntimeError("the simulation was started without an input")
-        self.process.stdin.write("state --json\n")
-        answer = json.loads(self._heard())
-        return answer if isinstance(answer, dict) else {}
+        self.process.stdin.write(line + "\n")
+        return self._heard().rstrip("\n")
 
     def wait_until_moving(self) -> None:
         """Wait until a motor turns."""

@@ -1,4 +1,4 @@
-"""What all tests share: repeatable hypothesis runs, and a home of their own."""
+"""What all tests share: repeatable hypothesis runs, a home of their own, and options for an arm."""
 
 from __future__ import annotations
 
@@ -15,6 +15,35 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 settings.register_profile("everyday", deadline=None, derandomize=True, max_examples=50)
 settings.register_profile("thorough", deadline=None, max_examples=1000)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "everyday"))
+
+
+def pytest_addoption(parser):
+    """Name a real arm for the tests marked `hardware`; without one they are not even collected."""
+    parser.addoption("--arm-port", metavar="PORT", help="the port of a real arm to be tested")
+    parser.addoption("--arm-dialect", metavar="NAME", help="the dialect that it speaks")
+
+
+def pytest_collection_modifyitems(config, items):
+    """Leave the tests of a real arm out, unless one is named."""
+    if config.getoption("--arm-port"):
+        if not config.getoption("--arm-dialect"):
+            raise pytest.UsageError("--arm-port needs --arm-dialect: nothing is sent to find out")
+        return
+    left = [item for item in items if item.get_closest_marker("hardware")]
+    items[:] = [item for item in items if item not in left]
+    config.hook.pytest_deselected(items=left)
+
+
+@pytest.fixture
+def arm_port(request):
+    """Return the port of the real arm."""
+    return request.config.getoption("--arm-port")
+
+
+@pytest.fixture
+def arm_dialect(request):
+    """Return its dialect."""
+    return request.config.getoption("--arm-dialect")
 
 
 @pytest.fixture(autouse=True)

@@ -1,0 +1,93 @@
+"""A row of the table of behaviours, and the rules that say which arm cannot have it.
+
+A rule asks the abilities of the dialect, the arm's model or the class of the simulated device;
+none asks for a name. It returns why the row is not applicable, or nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from armdrive.abilities import Switching
+from armdrive.sim.device import HasSwitches, Resettable
+
+from .bench import Bench
+
+Rule = Callable[[Bench], str]
+
+
+@dataclass(frozen=True, slots=True)
+class Behaviour:
+    """What an arm shall do, as a function that raises `Broken` where it does not.
+
+    `watched` rows are safe on a real arm beside which a person stands with a hand on its switch.
+    `smoke` rows are run over a pty every day. `transports` is empty for rows that run on all.
+    """
+
+    name: str
+    family: str
+    run: Callable[[Bench], None]
+    needs: tuple[Rule, ...] = ()
+    watched: bool = False
+    smoke: bool = False
+    transports: tuple[str, ...] = ()
+
+    def lacking(self, bench: Bench) -> str:
+        """Return why this row is not applicable to the arm on a bench; empty where it is."""
+        if self.transports and bench.transport not in self.transports:
+            return f"only over {' and '.join(self.transports)}"
+        if bench.simulated or self.watched:
+            return next((why for rule in self.needs if (why := rule(bench))), "")
+        return "not on a real arm"
+
+
+def cartesian(bench: Bench) -> str:
+    """Cartesian goals are refused where nobody has verified the numbers of a real arm."""
+    known = bench.config.model.verified or bench.knows_geometry
+    return "" if known else "the arm's numbers are a template"
+
+
+def finger_motor(bench: Bench) -> str:
+    """Fingers that are moved step by step."""
+    transmission = bench.config.model.transmission
+    able = transmission is not None and transmission.has_gripper
+    return "" if able else "no motor for the fingers"
+
+
+def grip_switch(bench: Bench) -> str:
+    """Fingers that feel."""
+    return "" if bench.row.abilities.grip_switch else "no grip switch"
+
+
+def switches_current(bench: Bench) -> str:
+    """Motors that the host can let go."""
+    able = bench.row.abilities.current is not Switching.NONE
+    return "" if able else "its motors are always on"
+
+
+def starts_disabled(bench: Bench) -> str:
+    """Motors that are off until somebody switches them on."""
+    able = bench.row.abilities.current is Switching.BOTH
+    return "" if able else "its motors cannot be switched on by themselves"
+
+
+def board_reset(bench: Bench) -> str:
+    """A board that begins anew without losing its power."""
+    return "" if _is(bench, Resettable) else "its board has no reset of its own"
+
+
+def limit_switches(bench: Bench) -> str:
+    """Limit switches that can stick."""
+    return "" if _is(bench, HasSwitches) else "no limit switches"
+
+
+def own_homing(bench: Bench) -> str:
+    """A device that finds its switches by itself, and an arm that has them."""
+    able = bench.row.abilities.own_homing and bench.config.homing is not None
+    return "" if able else "no homing of its own"
+
+
+def _is(bench: Bench, ability: type) -> bool:
+    device = bench.device
+    return device is not None and issubclass(device, ability)

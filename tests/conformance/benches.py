@@ -1,0 +1,14 @@
+"""The table of transports: which bench stands for each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+
+from .bench import Bench
+from .memory_bench import MemoryBench
+from .process_bench import PtyBench, TcpBench
+
+BENCHES: Mapping[str, Callable[[str], Bench]] = MappingProxyType(
+    {bench.transport: bench for bench in (MemoryBench, PtyBench, TcpBench)}
+)

@@ -1,0 +1,148 @@
+"""The law that holds for every fault, whatever it is and whenever it comes.
+
+Nothing moves that was not commanded. The call ends in time, with what was asked for or with a
+typed error. The arm is not referenced where it does not stand. Once the fault is over, a reset (or
+connecting again) and a reference make the arm work as before, and they move nothing.
+"""
+
+from __future__ import annotations
+
+import math
+
+from armdrive.arm import Arm
+from armdrive.errors import ArmError
+from armdrive.status import State, Trust
+from kinematics import Motors
+
+from .bench import Bench
+from .faults import Fault
+from .going import begin_joints, joints_from
+from .rows_moving import arrived
+from .seen import ON_THE_STEP, Seen, check
+
+MOMENTS_S = (0.0, 0.11, 0.37, 0.77)
+"""When a fault comes, after the motion has been asked for."""
+REAL_MOMENT_S = 0.4
+STATUSES = 4
+"""The bound of a motion is announced at its beginning; so many looks take it in."""
+ENDS_S = 15.0
+"""A motion of about a second that is disturbed has ended, well or not, after this long."""
+IDLE_S = 3.0
+"""A standing arm has been looked at by then, more than once."""
+
+
+def survives_in_motion(bench: Bench, fault: Fault) -> None:
+    """Hold the law for a fault that comes while the arm moves."""
+    for moment_s in (REAL_MOMENT_S,) if bench.real_time else MOMENTS_S:
+        bench.begin_anew()
+        arm = _ready(bench)
+        sagged = _disturbed(bench, arm, fault, moment_s)
+        bench.heal()
+        _aftermath(bench, arm, fault, sagged=sagged)
+
+
+def survives_while_idle(bench: Bench, fault: Fault) -> None:
+    """Hold the law for a fault that comes while the arm stands."""
+    arm = _ready(bench)
+    before = bench.look()
+    cause(bench, fault)
+    bench.sleep(IDLE_S)
+    seen = bench.look()
+    sagged = not (before.energised == seen.energised and seen.powered)
+    if not sagged:
+        check(seen.motors == before.motors, "a standing arm moved")
+    bench.heal()
+    _aftermath(bench, arm, fault, sagged=sagged)
+
+
+def cause(bench: Bench, fault: Fault, after_s: float = 0.0) -> None:
+    """Have a fault come, now or later."""
+    when = f" @{after_s:g}" if after_s else ""
+    for words in fault.words:
+        bench.fault(words + when)
+
+
+def _ready(bench: Bench) -> Arm:
+    """Return an arm that is referenced, with registers that are not zero."""
+    arm = bench.ready()
+    arm.move_j(**joints_from(arm, 3.0, -2.0))
+    return arm
+
+
+def _disturbed(bench: Bench, arm: Arm, fault: Fault, moment_s: float) -> bool:
+    """Move, and be disturbed; tell whether the motors were without current at any time."""
+    start = bench.look()
+    cause(bench, fault, moment_s)
+    goal = _goal(arm)
+    handle = begin_joints(arm)
+    seen, silent_s = [], 0.0
+    for each in bench.watch(lambda: handle.done, ENDS_S):
+        seen.append(each)
+        if len(seen) < STATUSES:
+            silent_s = max(silent_s, arm.status.silent_time_s)
+    _only_typed(handle.wait)
+    rest = bench.rest(longest_s=ENDS_S)
+    seen.append(rest.end)
+    sagged = not all(each.energised for each in seen)
+    if not (fault.strays(bench) or sagged):
+        check(
+            rest.after_s <= silent_s + bench.noise_s,
+            f"the call had ended, and the arm moved on for {rest.after_s:.2f} s",
+        )
+        for each in seen:
+            _between(each, start.motors, goal)
+    return sagged
+
+
+def _goal(arm: Arm) -> Motors:
+    """Return where the motors shall be at the end of what `begin_joints` begins."""
+    turned = {
+        name.removesuffix("_deg"): math.radians(angle) for name, angle in joints_from(arm).items()
+    }
+    transmission = arm.model.transmission
+    assert transmission is not None
+    return transmission.to_motors(arm.joints.replace(**turned), arm.core.coordinates.opening_mm)
+
+
+def _between(seen: Seen, start: Motors, goal: Motors) -> None:
+    for here, a, b in zip(seen.motors, start, goal, strict=True):
+        inside = min(a, b) - ON_THE_STEP <= here <= max(a, b) + ON_THE_STEP
+        check(inside, f"a motor was at {here}, and was commanded from {a} to {b}")
+
+
+def _only_typed(call) -> None:
+    """Let a call succeed, or fail with an error that says what is wrong."""
+    try:
+        call()
+    except ArmError as error:
+        check(bool(str(error)), f"{type(error).__name__} says nothing")
+
+
+def _aftermath(bench: Bench, arm: Arm, fault: Fault, *, sagged: bool) -> None:
+    """Look at the arm that is left behind, bring it back, and have it work."""
+    before = bench.look()
+    bench.sleep(IDLE_S)
+    if not (sagged or fault.strays(bench)):
+        check(bench.look().motors == before.motors, "the arm moved by itself after the fault")
+    if fault.evident:
+        bench.honest(arm)
+    arm = _brought_back(bench, arm)
+    bench.refer(arm)
+    arm.move_j(**joints_from(arm, -6.0, 3.0))
+    arrived(bench, arm)
+
+
+def _brought_back(bench: Bench, arm: Arm) -> Arm:
+    """Reset, or connect again where the wire broke; neither moves anything."""
+    before = bench.look()
+    if arm.status.state is State.DISCONNECTED:
+        arm = bench.connect()
+        check(arm.status.trust is not Trust.REFERENCED, "a position was trusted without asking")
+    elif arm.status.state is State.ERROR_STOP:
+        arm.reset()
+        check(arm.status.state is not State.ERROR_STOP, "the reset left it in error-stop")
+    if arm.status.state is State.DISABLED:
+        arm.enable()
+    bench.sleep(0.5)
+    check(bench.look().motors == before.motors, "bringing the arm back moved it")
+    return arm

@@ -1,0 +1,146 @@
+"""A bench within this process: the dialect's twin on simulated time, as fast as can be."""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, ClassVar
+
+from armdrive.arm import Arm
+from armdrive.armfile import ArmConfig
+from armdrive.connecting import simulated_config
+from armdrive.pace import SimulatedPace
+from armdrive.posture import Operator
+from armdrive.record import FileRecorder
+from armdrive.sim.blocks import Block
+from armdrive.sim.fault_request import parse_words
+from armdrive.sim.faults import Faults
+from armdrive.sim.twin import Twin, make_twin
+from armdrive.transports.memory import MemoryLink
+
+from .bench import Bench
+from .seen import Seen
+
+
+class LaterPace(SimulatedPace):
+    """Simulated time that goes on where the last driver left it: the device has no other."""
+
+    def __init__(self, start_s: float) -> None:
+        super().__init__()
+        self._now_s = start_s
+
+
+class MemoryBench(Bench):
+    """The twin in this process."""
+
+    transport: ClassVar[str] = "memory"
+    real_time: ClassVar[bool] = False
+    look_s: ClassVar[float] = 0.02
+    noise_s: ClassVar[float] = 0.021  # one look late
+    knows_geometry: ClassVar[bool] = True
+
+    def __init__(self, dialect_name: str) -> None:
+        super().__init__(dialect_name)
+        self._config = simulated_config(dialect_name)
+        self._folder = tempfile.TemporaryDirectory(prefix="conformance-")
+        self._record_file = Path(self._folder.name) / "record.json"
+        self.begin_anew()
+
+    @property
+    def config(self) -> ArmConfig:
+        """The simulated arm of the dialect."""
+        return self._config
+
+    @property
+    def device(self) -> type:
+        """The class of the twin's device."""
+        return type(self.twin.device)
+
+    def operator(self) -> Operator:
+        """Return the twin's operator."""
+        return self.twin.operator
+
+    def put(self, name: str, x_mm: float, y_mm: float) -> None:
+        """Set a block down on the table."""
+        self.twin.world.put(Block(name, x_mm, y_mm))
+
+    def _open(self, **options: Any) -> Arm:
+        # by the constructor, since a later driver has to go on in the device's own time
+        arm = Arm(
+            self._config,
+            self.twin.link,
+            LaterPace(self._now_s),
+            simulated=True,
+            recorder=FileRecorder(self._record_file),
+            operator=self.twin.operator,
+            **options,
+        )
+        arm.twin = self.twin
+        return arm
+
+    def look(self) -> Seen:
+        """Look at the twin's world, at the driver's present time."""
+        self._keep_time()
+        world = self.twin.world
+        return Seen(
+            self._now_s,
+            world.motors,
+            world.tip,
+            world.opening_mm,
+            world.energised,
+            self.twin.device.powered,
+        )
+
+    def sleep(self, time_s: float) -> None:
+        """Let the driver's time pass, and the device's own where no driver keeps it."""
+        until_s = self._now_s + time_s
+        if self.arm is not None and self.arm.engine.broken is None:
+            self.arm.sleep(time_s)
+        self._now_s = max(self._now_s, until_s)
+        self._keep_time()
+        if self.arm is None or self.arm.engine.broken is not None:
+            self.twin.link.line.advance(self._now_s)
+
+    def begin_anew(self) -> None:
+        """Put a new twin on the bench, of which nothing is recorded."""
+        super().leave()
+        self._record_file.unlink(missing_ok=True)
+        self._now_s = 0.0
+        self.twin: Twin = make_twin(self._config)
+
+    def leave(self) -> None:
+        """Close the driver, and put a new wire in its place."""
+        if self.arm is not None:
+            super().leave()
+            self._keep_time()
+            self.twin = self._rewired()
+
+    def close(self) -> None:
+        """Forget the twin and its record."""
+        try:
+            super().close()
+        finally:
+            self._folder.cleanup()
+
+    def _keep_time(self) -> None:
+        if self.arm is not None:
+            self._now_s = max(self._now_s, self.arm.pace.now_s())
+
+    def fault(self, words: str) -> None:
+        """Have a fault, in the words of the console."""
+        self.twin.faults.ask(parse_words(words.split()))
+
+    def heal(self) -> None:
+        """End every fault."""
+        self.twin.faults.end()
+
+    def replug_elsewhere(self) -> None:
+        """Put the cable back."""
+        self.fault("replug as elsewhere")
+
+    def _rewired(self) -> Twin:
+        """Return the twin with a wire of its own for the next driver."""
+        device = self.twin.device
+        link = MemoryLink(device, device.baud)
+        return replace(self.twin, link=link, faults=Faults(device, link.line, link))

@@ -1,0 +1,76 @@
+"""A bench with a real arm on a real port, and a person beside it with a hand on its switch.
+
+Nobody sees the motors here but the arm's own registers, which are asked while it stands.
+"""
+
+from __future__ import annotations
+
+import time
+from typing import Any, ClassVar
+
+from armdrive.arm import Arm
+from armdrive.armfile import ArmConfig
+from armdrive.connecting import find
+from armdrive.errors import ArmError, Refused
+from armdrive.posture import Operator
+from armdrive.status import State, Status
+from kinematics import Motors
+
+from .bench import Bench
+from .seen import Seen
+
+
+class PortBench(Bench):
+    """A real arm. `open_port(PORT)` makes the kind of bench that a dialect is then put on."""
+
+    transport: ClassVar[str] = "port"
+    real_time: ClassVar[bool] = True
+    look_s: ClassVar[float] = 0.02
+    noise_s: ClassVar[float] = 0.25
+    simulated: ClassVar[bool] = False
+
+    def __init__(self, dialect_name: str, port: str) -> None:
+        super().__init__(dialect_name)
+        self.port = port
+        self._config = find(port, dialect_name=dialect_name).config
+        self._last = Motors([0] * self.row.abilities.motors)
+
+    @property
+    def config(self) -> ArmConfig:
+        """The arm as somebody has it who opens a port without an arm file."""
+        return self._config
+
+    def _open(self, **options: Any) -> Arm:
+        return Arm.connect(self.port, dialect=self.row.name, **options)
+
+    def look(self) -> Seen:
+        """Ask a standing arm for its registers; of a moving one, take what was told last."""
+        if self.arm is not None:
+            self._last = _told(self.arm, self._last)
+        return Seen(time.monotonic(), self._last, self.tip(self._last), 0.0)
+
+    def sleep(self, time_s: float) -> None:
+        """Sleep."""
+        time.sleep(time_s)
+
+    def operator(self) -> Operator:
+        """Nobody is asked in the middle of a test."""
+        raise Refused("a real arm is referenced by `armdrive home`")
+
+    def fault(self, words: str) -> None:
+        """Nobody harms a real arm."""
+        raise Refused(f"no fault is made on a real arm: {words}")
+
+    def heal(self) -> None:
+        """Nothing was harmed."""
+
+
+def _told(arm: Arm, last: Motors) -> Motors:
+    status: Status = arm.status
+    if status.state in (State.STANDBY, State.DISABLED):
+        try:
+            arm.read_inputs()
+        except ArmError:
+            return last
+        status = arm.status
+    return status.read_back or last

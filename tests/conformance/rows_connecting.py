@@ -1,0 +1,148 @@
+"""Behaviours of connecting, referencing and leaving."""
+
+from __future__ import annotations
+
+from armdrive.abilities import Switching
+from armdrive.errors import ArmInUse, NotReferenced, Refused, WrongState
+from armdrive.status import State, Trust
+
+from .behaviour import Behaviour, starts_disabled
+from .bench import Bench
+from .going import joints_from, planned, refused
+from .seen import ON_THE_STEP, check
+
+
+def connect_moves_nothing(bench: Bench) -> None:
+    before = bench.look()
+    arm = bench.connect()
+    wanted = State.DISABLED if bench.row.abilities.current is Switching.BOTH else State.STANDBY
+    check(arm.status.state is wanted, f"connected to {arm.status.state}, not {wanted}")
+    check(arm.status.trust is Trust.UNKNOWN, "an arm of which nothing is recorded is trusted")
+    bench.sleep(1.5)
+    check(bench.look().motors == before.motors, "connecting or idling moved the arm")
+    if arm.status.state is State.DISABLED:
+        arm.enable()
+    check(bench.look().motors == before.motors, "switching the motors on moved the arm")
+    bench.leave()
+    check(bench.look().motors == before.motors, "leaving moved the arm")
+
+
+def status_is_told(bench: Bench) -> None:
+    status = bench.connect().status
+    check(status.dialect == bench.row.name, "the status names another dialect")
+    check(status.stop_time_s > 0.0 and status.silent_time_s > 0.0, "no stopping time is announced")
+    check(
+        status.stop_distance_mm > 0.0 and status.silent_distance_mm > 0.0,
+        "no stopping distance is announced",
+    )
+    check(status.which in str(status), "the status does not say which arm it is of")
+
+
+def planned_motion_is_refused_unreferenced(bench: Bench) -> None:
+    arm = bench.connect()
+    if arm.status.state is State.DISABLED:
+        arm.enable()
+    before = bench.look()
+    for name, call in planned(arm).items():
+        refused(call, Refused, f"{name} without a reference")
+    refused(planned(arm)["move_j"], NotReferenced, "move_j without a reference")
+    bench.sleep(0.5)
+    check(bench.look().motors == before.motors, "a refused motion moved the arm")
+
+
+def nothing_moves_while_disabled(bench: Bench) -> None:
+    arm = bench.connect()
+    before = bench.look()
+    first = arm.model.arm.joint_names[0]
+    refused(lambda: arm.jog_j(**{f"{first}_deg": 1.0}), WrongState, "a jog of a disabled arm")
+    still = [0] * len(before.motors)
+    refused(lambda: arm.move_motors(1, *still[1:]), WrongState, "motors of a disabled arm")
+    bench.sleep(0.5)
+    check(bench.look().motors == before.motors, "a disabled arm moved")
+
+
+def home_by_operator(bench: Bench) -> None:
+    arm = bench.connect()
+    if arm.status.state is State.DISABLED:
+        arm.enable()
+    arm.home(operator=bench.operator())
+    check(arm.status.trust is Trust.REFERENCED, f"homed, but {arm.status.trust}")
+    check(arm.status.state is State.STANDBY, f"homed, but in {arm.status.state}")
+    request = arm.reference_request()
+    wanted = bench.config.model.transmission.to_motors(request.joints, request.opening_mm)
+    off = bench.look().off_steps(wanted)
+    check(off <= ON_THE_STEP, f"referenced {off} steps from where the arm stands")
+    bench.honest(arm)
+
+
+def an_unconfirmed_home_references_nothing(bench: Bench) -> None:
+    arm = bench.connect()
+    if arm.status.state is State.DISABLED:
+        arm.enable()
+    before = bench.look()
+    refused(lambda: arm.home(operator=lambda request: False), Refused, "an unconfirmed home")
+    check(arm.status.trust is Trust.UNKNOWN, "an unconfirmed posture was taken")
+    check(arm.status.state is State.STANDBY, f"left in {arm.status.state}")
+    check(bench.look().motors == before.motors, "a home that nobody confirmed moved the arm")
+
+
+def a_record_is_restored_but_not_trusted(bench: Bench) -> None:
+    arm = bench.ready()
+    arm.move_j(**joints_from(arm))
+    told = arm.status.acknowledged
+    bench.leave()
+    bench.sleep(0.5)
+    arm = bench.connect()
+    restored = arm.status.trust
+    forgets = bench.row.abilities.resets_on_open
+    allowed = {Trust.RESTORED, Trust.SUSPECT} if forgets else {Trust.RESTORED}
+    check(restored in allowed, f"reconnected, and the position is {restored}")
+    check(arm.status.acknowledged == told, "the restored position is another one")
+    if arm.status.state is State.DISABLED:
+        arm.enable()
+    refused(planned(arm)["move_j"], NotReferenced, "a motion from a restored position")
+    if restored is Trust.RESTORED:
+        arm.confirm_restored()
+        check(arm.status.trust is Trust.REFERENCED, "a confirmed position is not referenced")
+        arm.move_j(**joints_from(arm, -10.0, 5.0))
+    bench.honest(arm)
+
+
+def a_second_program_is_told_who_holds_the_arm(bench: Bench) -> None:
+    import os
+
+    arm = bench.connect()
+    state = arm.status.state
+    told = refused(bench.open_another, ArmInUse, "a second connection")
+    check(str(os.getpid()) in str(told), f"the refusal does not say who holds the arm: {told}")
+    check(arm.status.state is state, "the second connection changed the first")
+    arm.read_inputs()
+
+
+def the_next_program_gets_the_arm(bench: Bench) -> None:
+    bench.connect()
+    bench.leave()
+    arm = bench.connect()
+    arm.read_inputs()
+
+
+ROWS = (
+    Behaviour("connecting, idling and leaving move nothing", "connect", connect_moves_nothing,
+              watched=True, smoke=True),
+    Behaviour("the status names the arm and bounds its stop", "connect", status_is_told,
+              watched=True),
+    Behaviour("planned motion is refused while unreferenced", "connect",
+              planned_motion_is_refused_unreferenced, watched=True, smoke=True),
+    Behaviour("a disabled arm refuses to move", "connect", nothing_moves_while_disabled,
+              needs=(starts_disabled,), watched=True),
+    Behaviour("an operator references the arm", "reference", home_by_operator),
+    Behaviour("an unconfirmed reference is none", "reference",
+              an_unconfirmed_home_references_nothing, watched=True),
+    Behaviour("a record is restored, and trusted only when confirmed", "reconnect",
+              a_record_is_restored_but_not_trusted, watched=True),
+    Behaviour("a second program is told who holds the arm", "reconnect",
+              a_second_program_is_told_who_holds_the_arm, watched=True, smoke=True,
+              transports=("pty", "tcp", "port")),
+    Behaviour("the next program gets the arm", "reconnect", the_next_program_gets_the_arm,
+              watched=True),
+)  # fmt: skip

@@ -1,0 +1,190 @@
+"""Behaviours of planned motion, of the gripper, and of what the position says afterwards."""
+
+from __future__ import annotations
+
+import math
+
+from armdrive.arm import Arm
+from armdrive.armfile import ArmConfig
+from armdrive.errors import OutOfBounds
+from armdrive.status import State, Trust
+
+from .behaviour import Behaviour, cartesian, finger_motor, grip_switch
+from .bench import Bench
+from .going import begin_joints, beside, joints_from, refused
+from .seen import ON_THE_STEP, Point, check
+
+PATIENCE_S = 60.0
+FINGERS_MM = 1.0
+
+
+def arrived(bench: Bench, arm: Arm) -> None:
+    """Check that an arm stands, trusted, where it says, physically and by its read-back."""
+    arm.read_inputs()
+    status, seen = arm.status, bench.look()
+    check(status.state is State.STANDBY, f"in {status.state} after a motion")
+    check(status.trust is Trust.REFERENCED, f"{status.trust}: {status.trust_reason}")
+    check(status.commanded == status.acknowledged, "not acknowledged where it was commanded")
+    check(
+        status.read_back == status.acknowledged,
+        f"read back at {status.read_back}, acknowledged at {status.acknowledged}",
+    )
+    off = seen.off_steps(status.acknowledged)
+    check(off <= ON_THE_STEP, f"the motors are {off} steps from the acknowledged position")
+
+
+def a_joint_motion_arrives(bench: Bench) -> None:
+    arm = bench.ready()
+    goal = joints_from(arm)
+    arm.move_j(**goal)
+    arrived(bench, arm)
+    reached, _ = bench.posture(bench.look().motors)
+    for name, wanted_deg in goal.items():
+        off = abs(reached.deg[name.removesuffix("_deg")] - wanted_deg)
+        check(off <= 0.5, f"{name} is {off:.2f} degrees off")
+
+
+def a_joint_motion_goes_only_between(bench: Bench) -> None:
+    """No motor leaves the range between start and goal: nothing overshoots."""
+    arm = bench.ready()
+    start = bench.look().motors
+    handle = begin_joints(arm)
+    seen = list(bench.watch(lambda: handle.done, PATIENCE_S))
+    handle.wait()
+    end = bench.look().motors
+    for each in seen:
+        for here, a, b in zip(each.motors, start, end, strict=True):
+            inside = min(a, b) - ON_THE_STEP <= here <= max(a, b) + ON_THE_STEP
+            check(inside, f"a motor was at {here} on its way from {a} to {b}")
+    check(len({each.motors for each in seen}) > 2, "the arm was never seen on its way")
+
+
+def a_slow_motion_takes_its_time(bench: Bench) -> None:
+    arm = bench.ready()
+    fast = arm.move_j(**joints_from(arm, 8.0, -4.0))
+    slow = arm.move_j(**joints_from(arm, -8.0, 4.0), speed=0.3)
+    check(
+        slow.duration_s > 1.5 * fast.duration_s,
+        f"at speed 0.3 it took {slow.duration_s:.2f} s, at full speed {fast.duration_s:.2f} s",
+    )
+    arrived(bench, arm)
+
+
+def there_and_back_is_no_drift(bench: Bench) -> None:
+    arm = bench.ready()
+    start = bench.look().motors
+    here = {f"{name}_deg": angle for name, angle in arm.joints.deg.items()}
+    for _ in range(3):
+        arm.move_j(**joints_from(arm, 3.3, -1.7))
+        arm.move_j(**here)
+    off = bench.look().off_steps(start)
+    check(off <= ON_THE_STEP, f"three times there and back, and {off} steps off")
+
+
+def beyond_a_limit_nothing_moves(bench: Bench) -> None:
+    arm = bench.ready()
+    before = bench.look()
+    name = arm.model.arm.joint_names[0]
+    beyond = math.degrees(arm.model.arm.limits[0].high_rad) + 5.0
+    told = refused(lambda: arm.move_j(**{f"{name}_deg": beyond}), OutOfBounds, "beyond a limit")
+    check(name in str(told), f"the refusal does not name the joint: {told}")
+    bench.sleep(0.3)
+    check(bench.look().motors == before.motors, "a refused motion moved the arm")
+
+
+def a_pose_is_reached(bench: Bench) -> None:
+    arm = bench.ready()
+    goal = beside(arm.pose, y_mm=25.0, z_mm=-10.0)
+    moved = arm.move_to(goal)
+    arrived(bench, arm)
+    seen = bench.look()
+    off = math.dist(seen.tip, (goal.x_mm, goal.y_mm, goal.z_mm))
+    allowed = moved.rounding_mm + bench.step_mm(seen.motors)
+    check(off <= allowed, f"the tip is {off:.2f} mm from the goal, {allowed:.2f} mm announced")
+
+
+def a_line_is_straight(bench: Bench) -> None:
+    arm = bench.ready()
+    start = bench.look()
+    goal = beside(arm.pose, y_mm=50.0, z_mm=-20.0)
+    handle = arm.move_l(goal, wait=False)
+    seen = [each.motors for each in bench.watch(lambda: handle.done, PATIENCE_S)]
+    moved = handle.wait()
+    arrived(bench, arm)
+    allowed = line_allowance_mm(bench.config, bench.step_mm(start.motors), moved.straying_mm)
+    worst = max(off_line_mm(bench.tip(each), start.tip, _place(goal)) for each in seen)
+    check(worst <= allowed, f"the tip left the line by {worst:.2f} mm, {allowed:.2f} announced")
+    check(len(set(seen)) > 4, "the arm was never seen on its way")
+
+
+def line_allowance_mm(config: ArmConfig, step_mm: float, straying_mm: float) -> float:
+    """Return what is announced: the tolerance, what a step is worth, and uncoordinated motors."""
+    return config.motion.line_tolerance_mm + ON_THE_STEP * step_mm + straying_mm
+
+
+def off_line_mm(point: Point, start: Point, end: Point) -> float:
+    """Return the distance of a point from a piece of a straight line."""
+    way = [b - a for a, b in zip(start, end, strict=True)]
+    at = [b - a for a, b in zip(start, point, strict=True)]
+    length = math.fsum(each * each for each in way)
+    share = math.fsum(a * b for a, b in zip(at, way, strict=True)) / length
+    nearest = [a + min(max(share, 0.0), 1.0) * each for a, each in zip(start, way, strict=True)]
+    return math.dist(point, nearest)
+
+
+def _place(goal) -> Point:
+    return goal.x_mm, goal.y_mm, goal.z_mm
+
+
+def motors_move_by_raw_steps(bench: Bench) -> None:
+    arm = bench.connect()
+    if arm.status.state is State.DISABLED:
+        arm.enable()
+    before = bench.look().motors
+    steps = [0] * len(before)
+    steps[0], steps[1] = 40, -25
+    arm.move_motors(*steps)
+    made = bench.look().motors - before
+    off = max(abs(a - b) for a, b in zip(made, steps, strict=True))
+    check(off <= ON_THE_STEP, f"asked for {steps}, made {tuple(made)}")
+    check(arm.status.trust is Trust.UNKNOWN, "raw steps gave the position a meaning")
+
+
+def fingers_open_and_close(bench: Bench) -> None:
+    arm = bench.ready()
+    before = bench.look()
+    for opening_mm in (12.0, 24.0):
+        arm.gripper.move(opening_mm)
+        arrived(bench, arm)
+        off = abs(bench.look().opening_mm - opening_mm)
+        check(off <= FINGERS_MM, f"the fingers are {off:.1f} mm from {opening_mm} mm")
+    check(bench.look().off_mm(before) <= bench.step_mm(before.motors), "the tip moved with them")
+
+
+def fingers_feel(bench: Bench) -> None:
+    arm = bench.ready()
+    arm.gripper.move(10.0)
+    width_mm = arm.gripper.grasp()
+    check(width_mm == 0.0, f"nothing between the fingers, and {width_mm:.1f} mm were felt")
+    check(bench.look().opening_mm <= FINGERS_MM, "the fingers did not close")
+    arm.gripper.open(15.0)
+    arrived(bench, arm)
+
+
+ROWS = (
+    Behaviour("a joint motion arrives, and its read-back says so", "move",
+              a_joint_motion_arrives, watched=True, smoke=True),
+    Behaviour("a joint motion stays between start and goal", "move",
+              a_joint_motion_goes_only_between),
+    Behaviour("a slower speed takes longer", "move", a_slow_motion_takes_its_time, watched=True),
+    Behaviour("there and back leaves no drift", "move", there_and_back_is_no_drift, watched=True),
+    Behaviour("beyond a limit nothing moves", "move", beyond_a_limit_nothing_moves, watched=True),
+    Behaviour("motors move by raw steps", "move", motors_move_by_raw_steps, watched=True),
+    Behaviour("a Cartesian goal is reached", "Cartesian", a_pose_is_reached, needs=(cartesian,),
+              watched=True),
+    Behaviour("a line is straight within what is announced", "Cartesian", a_line_is_straight,
+              needs=(cartesian,)),
+    Behaviour("the fingers open and close", "gripper", fingers_open_and_close,
+              needs=(finger_motor,), watched=True),
+    Behaviour("the fingers feel", "gripper", fingers_feel, needs=(finger_motor, grip_switch)),
+)  # fmt: skip

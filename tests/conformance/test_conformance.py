@@ -1,0 +1,69 @@
+"""Every dialect of the table keeps every behaviour: on simulated time all, over a pty a handful."""
+
+from __future__ import annotations
+
+import sys
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+
+from armdrive.dialects import DIALECTS
+
+from .behaviour import Behaviour
+from .behaviours import BEHAVIOURS
+from .bench import Bench
+from .memory_bench import MemoryBench
+from .port_bench import PortBench
+from .process_bench import PtyBench
+
+needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+of_all = pytest.mark.parametrize("behaviour", BEHAVIOURS, ids=lambda row: row.name)
+of_dialects = pytest.mark.parametrize("dialect", DIALECTS)
+
+
+def run(behaviour: Behaviour, bench: Bench) -> None:
+    """Run a row, or skip it with the reason why this arm cannot have it."""
+    why = behaviour.lacking(bench)
+    if why:
+        pytest.skip(why)
+    behaviour.run(bench)
+
+
+@of_dialects
+@of_all
+def test_on_simulated_time(behaviour, dialect):
+    with MemoryBench(dialect) as bench:
+        run(behaviour, bench)
+
+
+@needs_pty
+def test_a_handful_over_a_pty():
+    """All dialects side by side, one process each: nearly all of it is waiting in real time."""
+    with ThreadPoolExecutor(len(DIALECTS)) as pool:
+        broken = [words for found in pool.map(handful, DIALECTS) for words in found]
+    assert not broken, "\n".join(broken)
+
+
+def handful(dialect: str) -> list[str]:
+    """Run the rows for every day on one bench; return what was broken."""
+    broken = []
+    with PtyBench(dialect) as bench:
+        for behaviour in (row for row in BEHAVIOURS if row.smoke and not row.lacking(bench)):
+            try:
+                behaviour.run(bench)
+                bench.leave()
+            except Exception as error:
+                broken.append(f"{dialect}: {behaviour.name}: {error}")
+    return broken
+
+
+@pytest.mark.hardware
+@of_all
+def test_on_a_real_arm(behaviour, arm_port, arm_dialect):
+    with PortBench(arm_dialect, arm_port) as bench:
+        run(behaviour, bench)
+
+
+def test_no_two_behaviours_share_a_name():
+    names = [row.name for row in BEHAVIOURS]
+    assert len(set(names)) == len(names)
