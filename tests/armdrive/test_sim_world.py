@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -12,6 +14,7 @@ from armdrive.sim.blocks import Block
 from armdrive.sim.body import ArmBody
 from armdrive.sim.scene import IncidentKind
 from armdrive.sim.world import World
+from armdrive.sim.world_file import world_from_json, world_to_json
 from kinematics.presets import preset
 from kinematics.spaces import Joints
 
@@ -288,3 +291,35 @@ class TestBlocks:
     def test_impossible_blocks_are_refused(self, sizes):
         with pytest.raises(BadRequest):
             Block(*sizes)
+
+
+class TestFingersOfAServo:
+    """Fingers that no motor of the transmission moves."""
+
+    @pytest.fixture
+    def world(self):
+        body = ArmBody.of_preset(preset("teachmover"))
+        motors = tuple(
+            replace(motor, sees=motor.sees[:5]) for motor in body.transmission.motors[:5]
+        )
+        body = replace(body, transmission=replace(body.transmission, motors=motors))
+        return World(body, blocks=[BLOCK])
+
+    def test_they_close_on_a_block_carry_it_and_let_it_go(self, world):
+        world.move_fingers(50)
+        descend(world, 250, 40, 15)
+        world.move_fingers(0)
+        assert (world.opening_mm, world.scene.held) == (30.0, "A")
+        lift(world, 60)
+        assert block(world).z_mm == pytest.approx(60, abs=2)
+        world.move_fingers(50)
+        assert (world.scene.held, block(world).z_mm) == (None, 0.0)
+
+    def test_they_stay_where_they_were_when_the_world_is_saved(self, world):
+        world.move_fingers(12.5)
+        again = world_from_json(world_to_json(world), world.body)
+        assert (again.opening_mm, again.motors) == (12.5, world.motors)
+
+    def test_they_open_no_wider_than_they_can(self, world):
+        world.move_fingers(500)
+        assert world.opening_mm == world.body.opening_stop_mm
