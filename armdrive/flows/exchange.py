@@ -28,7 +28,7 @@ from armdrive.errors import (
     PositionMismatch,
     Stopped,
 )
-from armdrive.status import Current, Trust
+from armdrive.status import Current, State, Trust
 from armdrive.trust import Evidence
 
 if TYPE_CHECKING:
@@ -155,6 +155,8 @@ class Wire:
             core.coordinates = there or core.coordinates
             return
         core.require_settings()
+        if core.state is State.ERROR_STOP:  # the device has raised an alarm since the last burst
+            raise DeviceFault(core.error)
         core.mark_leaving()
         core.goes_to(target)
         strays = core.controller.coordination_steps(steps, rate_hz)
@@ -235,6 +237,7 @@ class Wire:
         elif core.read_back is None or not passes(core.read_back):
             core.learn(Evidence.READ_BACK_DIFFERS, self.now_s)
         core.believe_registers()
+        core.commanded = core.acknowledged  # also where nothing had moved yet
 
     def _refusal(self, reply: Denied) -> Flow[None]:
         """Find out what a refused motion left behind: nothing, where the device is sure of it."""
