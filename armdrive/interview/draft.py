@@ -1,0 +1,173 @@
+"""The answers so far, and what follows from them: the arm that an interview is about to describe.
+
+`Surroundings` holds what the interview may know of the computer; it reads nothing by itself.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from armdrive.dialects import DIALECTS, Dialect
+from armdrive.interview.gearing import Gearing, steps_per_mm
+from armdrive.interview.templates import COUPLED, OWN_MOTOR, TEMPLATES, Template
+from kinematics import PRESETS, ArmPreset
+from kinematics.chains import Chain
+
+CABLE_MOTORS = ("base", "shoulder", "elbow", "right wrist", "left wrist")
+GRIPPER_MOTOR = "gripper"
+HALF_STEP = 2
+
+
+@dataclass(frozen=True, slots=True)
+class LinkFile:
+    """A model file that was named: its text, and the chain that it describes."""
+
+    path: str
+    text: str
+    chain: Chain
+
+
+def _no_file(path: str) -> LinkFile:
+    raise FileNotFoundError(path)
+
+
+@dataclass(frozen=True, slots=True)
+class Surroundings:
+    """What is around an interview: the arms that exist, the ports, and how a file is read."""
+
+    arms: tuple[str, ...] = ()
+    ports: tuple[str, ...] = ()
+    read_links: Callable[[str], LinkFile] = _no_file
+    given: frozenset[str] = field(default_factory=frozenset)
+    """Keys that are answered beforehand."""
+
+
+@dataclass(frozen=True, slots=True)
+class Draft:
+    """Answers by key, in the order in which they were given."""
+
+    answers: Mapping[str, Any]
+    around: Surroundings
+
+    def get(self, key: str, otherwise: Any = None) -> Any:
+        """Return an answer, or something else where it was not asked for."""
+        return self.answers.get(key, otherwise)
+
+    @property
+    def name(self) -> str:
+        """What the arm is called."""
+        return str(self.answers["name"])
+
+    @property
+    def template(self) -> Template:
+        """The row that was chosen."""
+        return TEMPLATES[self.answers["template"]]
+
+    @property
+    def dialect(self) -> Dialect:
+        """What the arm speaks."""
+        return DIALECTS[self.get("dialect", self.template.dialect)]
+
+    @property
+    def preset(self) -> ArmPreset | None:
+        """The preset, of an arm of the Mini-mover's build."""
+        return PRESETS[self.template.preset] if self.template.preset else None
+
+    @property
+    def measured(self) -> bool:
+        """Whether the arm's numbers may be used: published, or measured by its owner."""
+        return self.preset is None or self.preset.verified or bool(self.get("measured"))
+
+    # -- joints ------------------------------------------------------------------------------
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """The joints from the table to the hand; none before they are known."""
+        if self.preset is not None:
+            return self.preset.arm.joint_names
+        if self.template.links is not None:
+            return tuple(joint.name for joint in self.template.links.joints)
+        if "links.file" in self.answers:
+            return tuple(self.answers["links.file"].chain.joint_names)
+        return tuple(self.get("links.joints", ()))
+
+    def limits_deg(self, joint: str) -> tuple[float, float] | None:
+        """Return a joint's range as far as it is known before anybody is asked."""
+        index = self.joints.index(joint)
+        if self.preset is not None:
+            known = self.preset.arm.limits[index]
+            return math.degrees(known.low_rad), math.degrees(known.high_rad)
+        if self.template.links is not None:
+            return self.template.links.joints[index].limits_deg
+        if "links.file" in self.answers:
+            link = self.answers["links.file"].chain.links[index]
+            if math.isfinite(link.high - link.low):
+                return math.degrees(link.low), math.degrees(link.high)
+        return None
+
+    def speed_deg_s(self, joint: str) -> float | None:
+        """Return a joint's speed as far as it is known before anybody is asked."""
+        index = self.joints.index(joint)
+        if self.preset is not None:
+            return math.degrees(self.preset.joint_speeds_rad_s[index])
+        links = self.template.links
+        return None if links is None else links.joints[index].speed_deg_s
+
+    def range_of(self, joint: str) -> tuple[float, float]:
+        """Return a joint's range, as answered or as known."""
+        found = self.get(f"limits.{joint}") or self.limits_deg(joint)
+        return found or (-180.0, 180.0)
+
+    # -- motors ------------------------------------------------------------------------------
+
+    @property
+    def motors(self) -> tuple[str, ...]:
+        """The motors that turn joints, in the controller's order."""
+        return CABLE_MOTORS if self.preset is not None else self.joints
+
+    @property
+    def gripper(self) -> str:
+        """The kind of the gripper."""
+        return str(self.get("gripper.kind", self.grippers[0] if self.grippers else "none"))
+
+    @property
+    def grippers(self) -> tuple[str, ...]:
+        """The kinds of grippers that the controller has a motor for, or none left over."""
+        stepped = len(self.motors) < self.dialect.abilities.motors
+        kinds = (COUPLED, OWN_MOTOR)
+        return tuple(kind for kind in self.template.grippers if (kind in kinds) == stepped)
+
+    @property
+    def stepped(self) -> bool:
+        """Whether a motor of the arm's own drives the gripper."""
+        return self.gripper in (COUPLED, OWN_MOTOR)
+
+    @property
+    def published_motors(self) -> bool:
+        """Whether the motors are the preset's own."""
+        return str(self.get("motors", "own")) == "published"
+
+    def gearing(self, motor: str) -> Gearing:
+        """Return how a motor turns its joint, from the answers."""
+        answers = self.answers
+        return Gearing(answers["full_steps"], answers["microsteps"], answers[f"gear.{motor}"])
+
+    def published_steps(self, motor: str) -> float:
+        """Return a motor's published steps per turn (gripper: per mm), as the controller counts."""
+        assert self.preset is not None  # noqa: S101 - asked of presets alone
+        assert self.preset.transmission is not None  # noqa: S101
+        motors = {each.name: each for each in self.preset.transmission.motors}
+        per_unit = abs(motors[motor].steps_per_unit)
+        scale = self.get("microsteps", HALF_STEP) / HALF_STEP if self.template.half_steps else 1.0
+        return scale * per_unit * (1.0 if motor == GRIPPER_MOTOR else math.tau)
+
+    @property
+    def gripper_steps_per_mm(self) -> float:
+        """The steps of the gripper's own motor for each mm of opening."""
+        answers = self.answers
+        return steps_per_mm(
+            answers["full_steps"], answers["microsteps"], answers["fingers.mm_per_turn"]
+        )

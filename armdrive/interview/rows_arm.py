@@ -1,0 +1,190 @@
+"""Questions about the arm itself: lengths or links, motors and gears, limits and speeds."""
+
+from __future__ import annotations
+
+from armdrive.interview import readers
+from armdrive.interview.draft import Draft
+from armdrive.interview.gearing import ratio
+from armdrive.interview.readers import Reader, WrongAnswer
+from armdrive.interview.rows import Row, fixed, gate, plain, typed
+
+LENGTHS = ("base_height_mm", "upper_arm_mm", "forearm_mm", "hand_mm")
+LENGTH = fixed(readers.number(-5000.0, 5000.0, "mm"))
+POSITIVE_LENGTH = fixed(readers.number(0.1, 5000.0, "mm"))
+
+
+def _is_preset(draft: Draft) -> bool:
+    return draft.preset is not None and draft.measured
+
+
+def _corrects(what: str, draft: Draft) -> bool:
+    return draft.get(f"{what}.keep") is False
+
+
+def _lengths(draft: Draft) -> tuple[str, ...]:
+    return tuple(each.key for each in draft.template.links.lengths) if draft.template.links else ()
+
+
+def _length(draft: Draft, one: str) -> str | None:
+    links = draft.template.links
+    found = next((each.mm for each in links.lengths if each.key == one), None) if links else None
+    return None if found is None else f"{found:g}"
+
+
+def _preset_length(draft: Draft, one: str) -> str:
+    return f"{getattr(draft.preset and draft.preset.arm, one):g}"
+
+
+def _own_links(draft: Draft) -> bool:
+    return draft.preset is None and draft.template.links is None
+
+
+def _types_links(draft: Draft) -> bool:
+    return _own_links(draft) and draft.get("links") == "type"
+
+
+def _joint_names(line: str) -> tuple[str, ...]:
+    names = tuple(line.replace(",", " ").split())
+    if len(names) not in (5, 6) or len(set(names)) != len(names):
+        raise WrongAnswer(f"five or six different names are needed, not {len(names)}: {line!r}")
+    for name in names:
+        if not name.isidentifier() or name in ("opening", "gripper"):
+            raise WrongAnswer(f"{name!r} cannot name a joint: one word such as wrist_pitch")
+    return names
+
+
+def _link_file(draft: Draft) -> Reader:
+    return draft.around.read_links
+
+
+def _published(draft: Draft) -> bool:
+    preset = draft.preset
+    return preset is not None and preset.verified and preset.transmission is not None
+
+
+def _asks_microsteps(draft: Draft) -> bool:
+    return _asks_gears(draft) or (draft.published_motors and draft.template.half_steps)
+
+
+def _asks_gears(draft: Draft) -> bool:
+    return draft.measured and not draft.published_motors
+
+
+def _gear(draft: Draft, one: str) -> str | None:
+    links = draft.template.links
+    return None if links is None else links.joints[draft.joints.index(one)].ratio
+
+
+def _known_limits(draft: Draft) -> bool:
+    return all(draft.limits_deg(joint) is not None for joint in draft.joints)
+
+
+def _limits(draft: Draft, one: str) -> str | None:
+    known = draft.limits_deg(one)
+    return None if known is None else typed(known)
+
+
+def _speed(draft: Draft, one: str) -> str:
+    return f"{draft.speed_deg_s(one) or 15.0:.4g}"
+
+
+_MOTORS = (
+    ("published", "the arm's own, with the numbers that are published"),
+    ("own", "other motors or gears: asked for one by one"),
+)
+
+ROWS = (
+    Row(
+        "measured", "Have you measured this arm's lengths and steps?",
+        "Nobody has published them. Without your numbers joints can be jogged, and Cartesian "
+        "motion is refused.",
+        fixed(readers.yes_or_no), plain("no"),
+        when=lambda draft: draft.preset is not None and not draft.preset.verified,
+    ),
+    Row(
+        "lengths.keep", "Keep the published lengths?",
+        "Base height, upper arm, forearm, hand. Yours may differ by a millimetre or two.",
+        fixed(readers.yes_or_no), gate("lengths."),
+        when=lambda draft: _is_preset(draft) and draft.preset.verified,  # type: ignore[union-attr]
+    ),
+    Row(
+        "lengths.{one}", "Length {one}?", "Measured between axes, in mm.", POSITIVE_LENGTH,
+        _preset_length, each=lambda _draft: LENGTHS,
+        when=lambda draft: _is_preset(draft) and draft.get("lengths.keep", False) is False,
+    ),
+    Row(
+        "lengths.{one}", "Length {one}, in mm?",
+        "Measured on your arm, between axes: docs/config.md shows from where to where.",
+        LENGTH, _length, each=_lengths,
+    ),
+    Row(
+        "links", "Is there a model file with the link table, or will you type it?",
+        "A model file is a TOML file; docs/model-file.md shows one.",
+        fixed(readers.choice(("file", "type"))),
+        lambda draft, _one: "type" if "links.joints" in draft.around.given else "file",
+        when=_own_links,
+    ),
+    Row(
+        "links.file", "Where is the model file?", "Its path; its text is copied.", _link_file,
+        when=lambda draft: _own_links(draft) and draft.get("links") == "file",
+    ),
+    Row(
+        "links.joints", "The joints' names, from the table to the hand?",
+        "Five or six single words; they are used as in move_j(shoulder_deg=40).",
+        fixed(_joint_names), plain("base shoulder elbow wrist_pitch wrist_roll"),
+        when=_types_links,
+    ),
+    Row(
+        "links.{one}", "Row of {one}: theta/deg d/mm a/mm alpha/deg?",
+        "Standard Denavit-Hartenberg: theta is what the table's zero lies beyond the joint's.",
+        fixed(readers.numbers(("theta", "d", "a", "alpha"))),
+        when=_types_links, each=lambda draft: draft.get("links.joints", ()),
+    ),
+    Row(
+        "motors", "Which motors does it have?",
+        "Steps per turn of a joint are what turns angles into motor steps.",
+        fixed(readers.choice(("published", "own"))),
+        lambda draft, _one: "own" if "full_steps" in draft.around.given else "published",
+        when=_published, choices=lambda _draft: _MOTORS,
+    ),
+    Row(
+        "full_steps", "Full steps of a motor for one turn of its shaft?",
+        "200 for motors of 1.8 degrees, 400 for 0.9, 48 for 7.5.",
+        fixed(readers.whole(4, 10_000)), plain("200"), when=_asks_gears,
+    ),
+    Row(
+        "microsteps", "Microsteps for one full step?",
+        "As the drivers' switches or registers are set; 2 for half-steps.",
+        fixed(readers.whole(1, 1024)),
+        lambda draft, _one: "2" if draft.published_motors else "16", when=_asks_microsteps,
+    ),
+    Row(
+        "gear.{one}", "Gear of the {one} motor, turns of the motor for one of the joint?",
+        "20:1 of a gearbox, teeth as 60/16 (joint over motor), or both: 60/16 * 5.18:1.",
+        fixed(ratio), _gear, when=_asks_gears, each=lambda draft: draft.motors,
+    ),
+    Row(
+        "limits.keep", "Keep the known limits of the joints?",
+        "Where the arm itself stops; nothing is planned beyond.", fixed(readers.yes_or_no),
+        gate("limits."), when=lambda draft: bool(draft.joints) and _known_limits(draft),
+    ),
+    Row(
+        "limits.{one}", "Limits of {one}, lowest and highest in degrees?",
+        "A few degrees before its mechanical stops.", fixed(readers.bounds), _limits,
+        when=lambda draft: not _known_limits(draft) or _corrects("limits", draft),
+        each=lambda draft: draft.joints,
+    ),
+    Row(
+        "speeds.keep", "Keep the known speeds of the joints?", "At full load, without lost steps.",
+        fixed(readers.yes_or_no), gate("speeds."),
+        when=lambda draft: all(draft.speed_deg_s(joint) is not None for joint in draft.joints),
+    ),
+    Row(
+        "speeds.{one}", "Highest speed of {one}, in degrees a second?",
+        "Begin low: a stepper that loses steps does not say so.",
+        fixed(readers.number(0.01, 3600.0)), _speed,
+        when=lambda draft: draft.get("speeds.keep", False) is False,
+        each=lambda draft: draft.joints,
+    ),
+)  # fmt: skip
+"""Asked after the wire, in this order."""
