@@ -41,9 +41,23 @@ def _teachmover() -> TwinKind:
     return KIND
 
 
+def _robko01() -> TwinKind:
+    from armdrive.sim.robko01_twin import KIND
+
+    return KIND
+
+
+def _armdroid() -> TwinKind:
+    from armdrive.sim.armdroid_twin import KIND
+
+    return KIND
+
+
 TWINS: Mapping[str, Callable[[], TwinKind]] = MappingProxyType(
     {
         "teachmover": _teachmover,
+        "robko01": _robko01,
+        "armdroid": _armdroid,
     }
 )
 """Every dialect that has a simulated device, by its name; the device is imported when asked for."""
