@@ -51,6 +51,30 @@ def _teachmover(config: ArmConfig) -> Controller:
     )
 
 
+def _armdroid_settings() -> type[Any]:
+    from armdrive.controllers.armdroid_settings import ArmdroidSettings
+
+    return ArmdroidSettings
+
+
+def _armdroid(config: ArmConfig) -> Controller:
+    from armdrive.controllers.armdroid import ArmdroidController
+
+    return ArmdroidController(DIALECTS["armdroid"].abilities, config.device, config.connection.baud)
+
+
+def _robko01_settings() -> type[Any]:
+    from armdrive.controllers.robko01_settings import RobkoSettings
+
+    return RobkoSettings
+
+
+def _robko01(config: ArmConfig) -> Controller:
+    from armdrive.controllers.robko01 import RobkoController
+
+    return RobkoController(DIALECTS["robko01"].abilities, config.device, config.connection.baud)
+
+
 DIALECTS: Mapping[str, Dialect] = MappingProxyType(
     {
         "teachmover": Dialect(
@@ -78,6 +102,58 @@ DIALECTS: Mapping[str, Dialect] = MappingProxyType(
             ),
             settings=_teachmover_settings,
             controller=_teachmover,
+        ),
+        "robko01": Dialect(
+            name="robko01",
+            title="Robko 01",
+            preset="robko01",
+            baud=115_200,
+            quick_stop="The switch of its power supply is the quicker stop: the arm sags then.",
+            abilities=Abilities(
+                motors=6,
+                coordinated=False,
+                abort=Abort.RAMP,
+                queued_segments=0,
+                speed_mode_with_watchdog=False,
+                reports_while_moving=True,
+                own_homing=False,
+                resets_on_open=False,
+                check_bytes=True,
+                current=Switching.BOTH,
+                grip_switch=False,
+                pendant=False,
+                jog_burst_s=0.25,
+                planned_burst_s=0.5,
+                register_bits=16,
+            ),
+            settings=_robko01_settings,
+            controller=_robko01,
+        ),
+        "armdroid": Dialect(
+            name="armdroid",
+            title="Armdroid 1",
+            preset="armdroid1",
+            baud=9600,
+            quick_stop="The motors' power switch is the only quicker stop, and the arm sags then.",
+            abilities=Abilities(
+                motors=6,
+                coordinated=False,
+                abort=Abort.NONE,
+                queued_segments=0,
+                speed_mode_with_watchdog=False,
+                reports_while_moving=False,
+                own_homing=False,
+                resets_on_open=True,
+                check_bytes=False,
+                current=Switching.BOTH,
+                grip_switch=False,
+                pendant=False,
+                jog_burst_s=0.15,
+                planned_burst_s=0.15,
+                register_bits=16,
+            ),
+            settings=_armdroid_settings,
+            controller=_armdroid,
         ),
     }
 )
