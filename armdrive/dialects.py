@@ -75,18 +75,6 @@ def _robko01(config: ArmConfig) -> Controller:
     return RobkoController(DIALECTS["robko01"].abilities, config.device, config.connection.baud)
 
 
-def _armdroid_settings() -> type[Any]:
-    from armdrive.controllers.armdroid_settings import ArmdroidSettings
-
-    return ArmdroidSettings
-
-
-def _armdroid(config: ArmConfig) -> Controller:
-    from armdrive.controllers.armdroid import ArmdroidController
-
-    return ArmdroidController(DIALECTS["armdroid"].abilities, config.device, config.connection.baud)
-
-
 DIALECTS: Mapping[str, Dialect] = MappingProxyType(
     {
         "teachmover": Dialect(
@@ -167,29 +155,6 @@ DIALECTS: Mapping[str, Dialect] = MappingProxyType(
             settings=_armdroid_settings,
             controller=_armdroid,
         ),
-        "armdroid": Dialect(
-            name="armdroid",
-            title="Armdroid 1",
-            preset="armdroid1",
-            baud=9600,
-            quick_stop="The motors' power switch is the only quicker stop, and the arm sags then.",
-            abilities=Abilities(
-                motors=6,
-                coordinated=False,
-                abort=Abort.NONE,
-                queued_segments=0,
-                speed_mode_with_watchdog=False,
-                reports_while_moving=False,
-                own_homing=False,
-                resets_on_open=True,
-                check_bytes=False,
-                current=Switching.BOTH,
-                grip_switch=False,
-                pendant=False,
-                jog_burst_s=0.15,
-                planned_burst_s=0.15,
-                register_bits=16,
-            ),
     }
 )
 

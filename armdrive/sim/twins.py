@@ -53,17 +53,10 @@ def _armdroid() -> TwinKind:
     return KIND
 
 
-def _armdroid() -> TwinKind:
-    from armdrive.sim.armdroid_twin import KIND
-
-    return KIND
-
-
 TWINS: Mapping[str, Callable[[], TwinKind]] = MappingProxyType(
     {
         "teachmover": _teachmover,
         "robko01": _robko01,
-        "armdroid": _armdroid,
         "armdroid": _armdroid,
     }
 )
