@@ -8,7 +8,6 @@ own comes back as the first answer that is certain to be no late one.
 from __future__ import annotations
 
 import math
-
 from collections.abc import Generator
 
 from armdrive.abilities import Abilities
