@@ -24,6 +24,9 @@ COMMANDS: Mapping[str, str] = MappingProxyType(
         "ik": "a pose to joint angles, every solution",
         "explain": "an arm worked out: link table, A matrices, forward, every inverse",
         "plot": "draw what an arm can reach",
+        "config": "arm files: write one by an interview, list, show, check them",
+        "ports": "list the serial ports, who has them, and which arm files name them",
+        "doctor": "find out what a port leads to, and what is wrong with it; moves nothing",
         "sim": "run a simulated arm that speaks the real bytes",
     }
 )

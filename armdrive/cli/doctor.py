@@ -1,0 +1,222 @@
+"""Find out what a port leads to, and what keeps it from working. Moves nothing.
+
+Opening a port can restart the board behind it: motors then lose their current, and an arm that is
+raised sags. So this asks first, unless --yes is given.
+
+With --arm or --dialect it connects as every other command does, once the dialect is seen to be the
+right one, and compares the controller's settings; --mend asks, and writes the lines that mend them.
+
+  armdrive doctor /dev/ttyUSB0
+  armdrive doctor --arm bench --mend
+  armdrive doctor socket://192.168.4.1:23 --yes --json
+
+It ends with 0 where nothing has to be mended, 1 where something has to be, 3 where nobody agreed
+to the opening, 4 where the port cannot be opened, and 6 where no arm was recognised.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from contextlib import closing
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from armdrive.cli.choosing import add_json_option
+from armdrive.cli.numbers import count
+from armdrive.cli.output import emit, say
+from armdrive.dialects import DIALECTS
+from armdrive.errors import ArmError, BadRequest, OperatorNeeded, PortUnavailable
+
+if TYPE_CHECKING:
+    from armdrive.armfile import ArmConfig
+    from armdrive.doctor.findings import Finding
+    from armdrive.doctor.probing import Examination
+
+DONE, MENDING, CLOSED, NOBODY = 0, 1, 4, 6
+
+WARNING = (
+    "Opening {port} can restart the board behind it: its motors lose their current, and an arm "
+    "that is raised sags. Support it, or park it first. Nothing that is sent moves it."
+)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.add_argument("port", nargs="?", metavar="PORT", help="a serial port or a pyserial URL")
+    parser.add_argument("--arm", metavar="NAME", help="instead: the port of an arm file")
+    parser.add_argument("--dialect", choices=list(DIALECTS), help="what PORT should speak")
+    parser.add_argument("--baud", type=count, help="try this baud rate alone")
+    parser.add_argument("--mend", action="store_true", help="write the settings that differ")
+    parser.add_argument("--yes", action="store_true", help="open the port (and mend) unasked")
+    add_json_option(parser)
+
+
+@dataclass(slots=True)
+class Report:
+    """What is found, printed as it comes, or all at once as JSON."""
+
+    port: str
+    json: bool
+    findings: list[Finding] = field(default_factory=list)
+    more: dict[str, Any] = field(default_factory=dict)
+
+    def add(self, found: list[Finding]) -> None:
+        """Take findings."""
+        self.findings += found
+        for each in () if self.json else found:
+            say(f"{each.grade.value:<8} {each.what}")
+            if each.mend:
+                say(f"{'':<8}   {each.mend}")
+
+    def end(self, code: int) -> int:
+        """Print what is left to be printed, and return the exit code."""
+        if self.json:
+            emit(
+                {
+                    "port": self.port,
+                    **self.more,
+                    "findings": [each.view() for each in self.findings],
+                }
+            )
+            return code
+        for title, key in (("Next:", "next"), ("Or as an arm file:", "arm_file")):
+            if self.more.get(key):
+                say(title)
+                for line in self.more[key]:
+                    say(f"  {line}".rstrip())
+        return code
+
+
+def run(options: argparse.Namespace) -> int:
+    """Examine the port, and say what was found."""
+    from armdrive.doctor.before import look_at
+
+    config = _config(options)
+    port = config.connection.port if config is not None else str(options.port)
+    report = Report(port, options.json)
+    before = look_at(port)
+    report.add(list(before.findings))
+    if not before.openable:
+        return report.end(CLOSED)
+    _agree(port, options)
+    found = _examined(port, options, config)
+    return report.end(_weigh(found, report, options, config))
+
+
+def _config(options: argparse.Namespace) -> ArmConfig | None:
+    """Return the arm that is expected at the port, if one is."""
+    from armdrive.connecting import find, simulation_forced
+
+    if simulation_forced():
+        raise PortUnavailable(
+            "ARMDRIVE_FORCE_SIM is set, so no port is opened: clear that variable first"
+        )
+    if bool(options.port) == bool(options.arm):
+        raise BadRequest(
+            "name one port, or an arm file with --arm; `armdrive ports` lists the ports"
+        )
+    if options.arm and options.dialect:
+        raise BadRequest("the arm file says which dialect it is: leave out --dialect")
+    if options.mend and not (options.arm or options.dialect):
+        raise BadRequest("--mend needs --arm or --dialect: else nobody knows what is expected")
+    if not (options.arm or options.dialect):
+        return None
+    target = find(options.arm or options.port, dialect_name=options.dialect, baud=options.baud)
+    if target.simulated:
+        raise BadRequest(f"{options.arm} is simulated: there is no port to look at")
+    if not target.config.connection.port:
+        raise PortUnavailable(
+            f"the arm file of {options.arm} names no port: `armdrive ports` lists those there are"
+        )
+    return target.config
+
+
+def _agree(port: str, options: argparse.Namespace) -> None:
+    from armdrive.cli.confirming import agreed
+
+    if options.yes:
+        return
+    if options.json or not sys.stdin.isatty():
+        raise OperatorNeeded(f"{WARNING.format(port=port)} Add --yes if that may happen now")
+    say(WARNING.format(port=port))
+    if not agreed(f"Open {port}? Type yes: "):
+        raise OperatorNeeded(f"{port} was not opened, and nothing was sent")
+
+
+def _examined(port: str, options: argparse.Namespace, config: ArmConfig | None) -> Examination:
+    from armdrive.doctor.carrying import examine_port
+    from armdrive.holder import hold
+
+    holding = hold(config.name if config is not None else port, port)
+    try:
+        return examine_port(port, _baud(options, config))
+    finally:
+        holding.release()
+
+
+def _baud(options: argparse.Namespace, config: ArmConfig | None) -> int | None:
+    """Return the one baud rate to try: a given one, or one that is not its dialect's usual."""
+    given: int | None = options.baud
+    if given is not None or config is None:
+        return given
+    wire = config.connection
+    return None if wire.baud == DIALECTS[wire.dialect].baud else wire.baud
+
+
+def _weigh(
+    found: Examination, report: Report, options: argparse.Namespace, config: ArmConfig | None
+) -> int:
+    from armdrive.doctor import after
+    from armdrive.doctor.findings import any_problem
+
+    wire = config.connection if config is not None else None
+    expected = after.Expected(baud=_baud(options, config))
+    if wire is not None:
+        spared = wire.raise_dtr and wire.keep_dtr_on_close
+        expected = after.Expected(wire.dialect, expected.baud, spared)
+    report.add(after.findings(found, expected))
+    identity = found.identity
+    report.more = {
+        "dialect": identity.dialect if identity else "",
+        "firmware": identity.firmware if identity else "",
+        "baud": found.baud if identity else None,
+        "restarted": found.restarted,
+        "next": after.next_steps(report.port, found, arm=options.arm or ""),
+        "arm_file": [] if options.arm else after.arm_file_lines(report.port, found),
+    }
+    if identity is None or not identity.dialect:
+        return NOBODY
+    if config is not None and identity.dialect == config.connection.dialect:
+        _compare(config, report, options)
+    return MENDING if any_problem(report.findings) else DONE
+
+
+def _compare(config: ArmConfig, report: Report, options: argparse.Namespace) -> None:
+    """Connect as every command does, and compare the settings; mend them where that is agreed."""
+    from armdrive.connecting import connect_real
+    from armdrive.doctor.findings import ok, problem
+    from armdrive.doctor.settings import compared
+
+    try:
+        with closing(connect_real(config)) as arm:  # `with arm` would switch its motors on
+            differences, found = compared(arm)
+            if differences and options.mend and _mending_agreed(len(differences), found, options):
+                arm.mend_settings([each.mend for each in differences])
+                _, found = compared(arm)
+                report.add([ok(f"{len(differences)} settings were written")])
+            report.add(found)
+    except ArmError as error:
+        report.add([problem(f"it was recognised, but did not connect: {error}", "try once more")])
+
+
+def _mending_agreed(lines: int, found: list[Finding], options: argparse.Namespace) -> bool:
+    from armdrive.cli.confirming import agreed
+
+    if options.yes:
+        return True
+    if options.json:
+        return False
+    for each in found:
+        say(f"  {each.mend:<16} {each.what}")
+    return agreed(f"Write these {lines} settings to the controller? Type yes: ")

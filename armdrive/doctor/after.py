@@ -1,0 +1,145 @@
+"""From an examination to findings, and to what to do next."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+
+from armdrive.dialects import DIALECTS
+from armdrive.doctor.findings import Finding, note, ok, problem
+from armdrive.doctor.probing import Examination
+from armdrive.doctor.signs import Identity, says_something_readable, shown
+from armdrive.transports.url import scheme
+
+CHECK_WIRING = (
+    "check that the arm is switched on, that the cable carries data, and that transmit and "
+    "receive are not swapped"
+)
+NEVER_RESET = "in the arm file, under [connection]: raise_dtr = true and keep_dtr_on_close = true"
+
+
+@dataclass(frozen=True, slots=True)
+class Expected:
+    """What an arm file or the command line says of the port; None and empty where nothing."""
+
+    dialect: str = ""
+    baud: int | None = None
+    spared_reset: bool = False
+
+
+def findings(found: Examination, expected: Expected) -> list[Finding]:
+    """Say what an examination has found."""
+    if found.identity is None:
+        return [*_unrecognised(found, expected)]
+    listed = [_identified(found.identity, found.baud)]
+    listed += _differing(found, expected)
+    if found.restarted:
+        listed.append(_restarted(expected))
+    return listed
+
+
+def _identified(identity: Identity, baud: int | None) -> Finding:
+    if not identity.dialect:
+        return problem(
+            f"{identity.firmware} answers, which armdrive does not speak with",
+            _RETROFIT
+            if "retrofit" in identity.firmware
+            else "choose another port (`armdrive ports`)",
+        )
+    at = f" at {baud} baud" if baud else ""
+    return ok(f"it speaks {identity.dialect}: {identity.firmware}{at}")
+
+
+_RETROFIT = "switch the retrofit to its SUPER protocol, which is the dialect robko01"
+
+
+def _differing(found: Examination, expected: Expected) -> list[Finding]:
+    identity = found.identity
+    if identity is None or not identity.dialect or expected.dialect in ("", identity.dialect):
+        return []
+    return [
+        problem(
+            f"{expected.dialect} was expected, and {identity.dialect} answers",
+            f'say dialect = "{identity.dialect}" in the arm file (--dialect {identity.dialect}), '
+            "or connect the other arm",
+        )
+    ]
+
+
+def _restarted(expected: Expected) -> Finding:
+    what = (
+        "the board restarted when its port was opened: motors lose their current, and an arm sags"
+    )
+    if expected.spared_reset:
+        return note(
+            f"{what}; the first opening after plugging in always does, later ones are spared it"
+        )
+    return note(what, NEVER_RESET)
+
+
+def _unrecognised(found: Examination, expected: Expected) -> list[Finding]:
+    heard = found.everything
+    tried = sorted({each.baud for each in found.heard})
+    at = "" if len(tried) < 2 else f" at {' and '.join(map(str, tried))} baud"
+    if found.echoes:
+        return [
+            problem(
+                "what is sent comes straight back: no arm answers like that",
+                "transmit and receive are joined somewhere, or a terminal echoes: check the wiring",
+            )
+        ]
+    if not heard:
+        if expected.baud is None:
+            return [problem(f"nobody answers{at}", f"{CHECK_WIRING}; try another rate with --baud")]
+        return [problem(f"nobody answers at {expected.baud} baud", f"{CHECK_WIRING}, and the rate")]
+    if says_something_readable(heard):
+        return [
+            problem(
+                f"somebody speaks, but no dialect that is known here: {shown(heard)}",
+                "if that is half a line, look at the cable; else the firmware is no arm's",
+            )
+        ]
+    return [
+        problem(
+            f"bytes come that nobody can read{at}: {shown(heard)}",
+            "another baud rate (--baud N) or a bad contact, a missing ground say",
+        )
+    ]
+
+
+def next_steps(port: str, found: Examination, *, arm: str = "") -> list[str]:
+    """Return the lines to type next; none where no arm was found."""
+    identity = found.identity
+    if identity is None or identity.dialect not in DIALECTS:
+        return []
+    if arm:
+        return [f"armdrive status --arm {arm}"]
+    row = DIALECTS[identity.dialect]
+    usual = scheme(port) in ("socket", "udp") or found.baud in (None, row.baud)
+    baud = "" if usual else f" --baud {found.baud}"
+    return [
+        f"armdrive status --port {quoted(port)} --dialect {row.name}{baud}",
+        f"armdrive doctor {quoted(port)} --dialect {row.name}{baud}",
+    ]
+
+
+def arm_file_lines(port: str, found: Examination) -> list[str]:
+    """Return an arm file's lines for what was found; none where no arm was found."""
+    identity = found.identity
+    if identity is None or identity.dialect not in DIALECTS:
+        return []
+    row = DIALECTS[identity.dialect]
+    lines = [f'model = "{row.preset}"', "", "[connection]"]
+    lines += [f'dialect = "{row.name}"', f'port = "{port}"']
+    if scheme(port) not in ("socket", "udp") and found.baud not in (None, row.baud):
+        lines.append(f"baud = {found.baud}")
+    if found.restarted and not scheme(port):
+        lines += ["raise_dtr = true", "keep_dtr_on_close = true"]
+    return lines
+
+
+def quoted(port: str) -> str:
+    """Return a port's name as a shell takes it."""
+    import shlex
+
+    return shlex.quote(port) if os.name == "posix" else port

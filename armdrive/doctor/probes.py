@@ -1,0 +1,72 @@
+"""The table of probes: what is said to a port of which nobody knows what it leads to.
+
+In this order, each only while nothing has been recognised. None of them moves any arm of the
+table of dialects, and none leaves anything half received in it; docs/finding-the-arm.md says why,
+byte by byte, and tests say it to the simulated arms.
+
+The quick probes come first. A device of 9600 baud hears a short burst of 115200 baud as nothing or
+as bytes from 0xF0 up, which mean nothing to it; in the other direction a single slow bit fills a
+quick byte, so that nothing but 0x00 and bytes from 0x80 up with all their ones on top is heard.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from armdrive.controllers.teachmover import FIRST_LINE
+from firmware_protocol.armdroid import Version
+from firmware_protocol.armdroid import wire as armdroid_wire
+from firmware_protocol.grbl import Realtime
+from firmware_protocol.robko01 import Host, Ping
+from firmware_protocol.teachmover import Read
+from firmware_protocol.teachmover import wire as teachmover_wire
+from firmware_protocol.teachmover.messages import ATTENTION
+
+CR = b"\r"
+QUICK_BAUD, SLOW_BAUD = 115200, 9600
+
+LISTEN_S = 2.5
+"""How long is only listened at first: a board that restarts says so within this time, and its
+boot loader, which would take probes for its own commands, has ended."""
+SETTLE_S = 0.3
+"""How long is only listened after the baud rate was changed."""
+
+
+@dataclass(frozen=True, slots=True)
+class Probe:
+    """Bytes that ask for an answer, said up to `times` times; `wait_s` is for each answer.
+
+    `dialect` names who is expected to answer, and `baud` its baud rate.
+    """
+
+    name: str
+    dialect: str
+    baud: int
+    data: bytes
+    wait_s: float
+    times: int = 1
+
+
+PROBES = (
+    Probe("?", "grbl", QUICK_BAUD, bytes((Realtime.STATUS,)), 0.5, times=2),
+    # seven times six bytes: a frame that another program left half sent swallows 32 at most
+    Probe("ping", "robko01", QUICK_BAUD, Host().send(Ping()), 0.15, times=7),
+    # the CR ends what a board of another dialect takes for a line
+    Probe("v", "armdroid", SLOW_BAUD, armdroid_wire.encode_command(Version()) + CR, 0.5),
+    # an Armdroid that was too busy to answer has nothing to repeat after this
+    Probe("a line that moves no arm", "teachmover", SLOW_BAUD, FIRST_LINE, 0.5),
+    Probe("@READ", "teachmover", SLOW_BAUD, teachmover_wire.encode_command(Read(), ATTENTION), 1.0),
+)
+
+DATAGRAMS = frozenset({"ping"})
+"""What is said over UDP: other dialects know no datagrams."""
+
+DETAILS = {
+    "armdroid": Probe("v", "armdroid", SLOW_BAUD, armdroid_wire.encode_command(Version()), 0.5),
+    "grbl": Probe("$I", "grbl", QUICK_BAUD, b"$I\n", 0.5),
+}
+"""What is asked of a board that has just restarted and said who it is.
+
+Before that nothing can be left half received in it. To a GRBL board that did not restart, no line
+end is ever sent: it could complete a line that another program left half sent.
+"""

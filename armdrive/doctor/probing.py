@@ -1,0 +1,113 @@
+"""Goes through the table of probes until somebody is recognised. No wire, no clock.
+
+`examine` is a generator: it yields what is to be said and for how long to listen, and is sent what
+was heard.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator
+from dataclasses import dataclass, field, replace
+
+from armdrive.doctor.probes import DATAGRAMS, DETAILS, LISTEN_S, PROBES, SETTLE_S, Probe
+from armdrive.doctor.signs import Identity, recognise
+
+
+@dataclass(frozen=True, slots=True)
+class Turn:
+    """Say `data` at `baud`, then listen for `wait_s`, or until `enough` says of what was heard."""
+
+    baud: int
+    data: bytes
+    wait_s: float
+    enough: Callable[[bytes], bool]
+
+
+@dataclass(frozen=True, slots=True)
+class Heard:
+    """What was heard after a probe was said, or (with an empty name) while only listening."""
+
+    probe: str
+    baud: int
+    said: bytes
+    data: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class Examination:
+    """What came of it: who it is and at which baud rate, and all that was heard on the way."""
+
+    identity: Identity | None = None
+    baud: int | None = None
+    heard: tuple[Heard, ...] = field(default=(), repr=False)
+
+    @property
+    def everything(self) -> bytes:
+        """All that was heard."""
+        return b"".join(each.data for each in self.heard)
+
+    @property
+    def echoes(self) -> bool:
+        """Tell whether what was said came back, which no dialect does."""
+        said = [each for each in self.heard if len(each.said) > 1]
+        return any(each.data.startswith(each.said) for each in said)
+
+    @property
+    def restarted(self) -> bool:
+        """Tell whether the device was heard to begin anew."""
+        return self.identity is not None and self.identity.restarted
+
+
+Script = Generator[Turn, bytes, Examination]
+
+
+def examine(given_baud: int | None = None, *, datagrams: bool = False) -> Script:
+    """Find out what a port leads to; with `given_baud` at that baud rate alone."""
+    probes = [each for each in PROBES if not datagrams or each.name in DATAGRAMS]
+    if given_baud is not None:
+        probes = [replace(each, baud=given_baud) for each in probes]
+    found = Examination(baud=probes[0].baud)
+    found = yield from _listen(found, probes[0].baud, 0.0 if datagrams else LISTEN_S)
+    for probe in probes:
+        if found.identity is not None:
+            break
+        if probe.baud != found.baud:
+            found = yield from _listen(found, probe.baud, SETTLE_S)
+        found = yield from _probe(found, probe)
+    return (yield from _details(found, given_baud))
+
+
+def _probe(found: Examination, probe: Probe) -> Script:
+    for _ in range(probe.times):
+        if found.identity is None:
+            found = yield from _turn(found, probe)
+    return found
+
+
+def _listen(found: Examination, baud: int, wait_s: float) -> Script:
+    found = yield from _turn(replace(found, baud=baud), Probe("", "", baud, b"", wait_s))
+    return found
+
+
+def _turn(found: Examination, probe: Probe) -> Script:
+    """Say a probe, and weigh all that was heard at this baud rate so far."""
+    before = b"".join(each.data for each in found.heard if each.baud == probe.baud)
+
+    def known(data: bytes) -> bool:
+        return recognise(before + data) is not None
+
+    data = yield Turn(probe.baud, probe.data, probe.wait_s, known)
+    heard = Heard(probe.name, probe.baud, probe.data, data)
+    identity = recognise(before + data) or found.identity
+    return replace(found, identity=identity, heard=(*found.heard, heard))
+
+
+def _details(found: Examination, given_baud: int | None) -> Script:
+    """Ask a board that has just said its first words which version it is."""
+    identity = found.identity
+    probe = DETAILS.get(identity.dialect) if identity is not None else None
+    if identity is None or probe is None or not identity.restarted:
+        return found
+    probe = replace(probe, baud=given_baud or found.baud or probe.baud)
+    found = yield from _turn(found, probe)
+    return found

@@ -1,0 +1,161 @@
+"""The table of signs: what was heard, and whose firmware says such things. Nothing here raises."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from firmware_protocol import armdroid, grbl, robko01
+from firmware_protocol.armdroid.wire import decode_answer as armdroid_answer
+from firmware_protocol.errors import RemoteProtocolError
+from firmware_protocol.grbl.reports import decode_answer as grbl_answer
+from firmware_protocol.lines import LineSplitter
+from firmware_protocol.teachmover import Registers, Status
+from firmware_protocol.teachmover.wire import decode_reply
+
+MOST_BYTES = 16384
+"""More than this is not looked at."""
+
+
+@dataclass(frozen=True, slots=True)
+class Identity:
+    """Whose firmware it is. `dialect` is empty where armdrive does not speak with it.
+
+    `restarted` says that these are the first words of a board that has just started.
+    """
+
+    dialect: str
+    firmware: str
+    restarted: bool = False
+
+
+def recognise(heard: bytes) -> Identity | None:
+    """Return who says such things; None where nobody is known who does."""
+    found = None
+    for sign in SIGNS:
+        if found := sign(heard[-MOST_BYTES:]):
+            break
+    return found
+
+
+def says_something_readable(heard: bytes) -> bool:
+    """Tell whether bytes look like text: at a wrong baud rate they do not."""
+    printable = sum(0x20 <= byte <= 0x7E or byte in b"\r\n\t" for byte in heard)
+    return printable >= 0.9 * len(heard)
+
+
+def shown(heard: bytes, most: int = 48) -> str:
+    """Return bytes for people, the end of them cut off."""
+    text = heard[:most].decode("latin-1").encode("unicode_escape").decode("ascii")
+    return f"'{text}'{' ...' if len(heard) > most else ''}"
+
+
+def _lines(heard: bytes, ends: bytes) -> Iterator[bytes]:
+    """Return the lines, the last one also where its end has not come."""
+    lines = LineSplitter(ends, max_lines=4096)
+    lines.feed(heard)
+    while (line := lines.next_line()) is not None:
+        if isinstance(line, bytes):
+            yield line
+    if lines.partial:
+        yield lines.partial
+
+
+def _armdroid(heard: bytes) -> Identity | None:
+    firmware, restarted, seen = "", False, False
+    for line in _lines(heard, b"\r\n"):
+        try:
+            answer = armdroid_answer(line)
+        except RemoteProtocolError:
+            continue
+        seen = True
+        if isinstance(answer, armdroid.VersionReported):
+            spoken = f", protocol {answer.protocol}" if answer.protocol else ""
+            firmware = f"Armdroid serial driver {answer.firmware}{spoken}"
+        restarted |= isinstance(answer, armdroid.Welcome)
+    found = Identity("armdroid", firmware or "Armdroid serial driver", restarted)
+    return found if seen else None
+
+
+_BEGUN_BANNER = re.compile(rb"(?:^|[\r\n])(grbl(?:hal)? [0-9][!-~]*)", re.IGNORECASE)
+"""Enough of a banner, where its end was lost or something stands before it."""
+_REFUSAL = re.compile(rb"(?:^|[\r\n])error:[0-9]{1,3}\r?\n")
+
+
+def _grbl(heard: bytes) -> Identity | None:
+    firmware, restarted, seen = "", False, _REFUSAL.search(heard) is not None
+    for line in _lines(heard, b"\r\n"):
+        try:
+            answer = grbl_answer(line)
+        except RemoteProtocolError:
+            continue
+        seen |= isinstance(answer, grbl.StatusReport | grbl.Alarm)
+        if isinstance(answer, grbl.Banner):
+            firmware = f"{answer.variant} {answer.version}"
+            if answer.firmware:
+                firmware = f"FluidNC {answer.firmware}"
+            restarted = True
+        elif isinstance(answer, grbl.Version) and answer.version:
+            firmware = f"{firmware or 'GRBL'} ({answer.version})"
+    begun = _BEGUN_BANNER.search(heard)
+    if not firmware and begun:
+        firmware, restarted = begun[1].decode("ascii"), True
+    found = Identity("grbl", firmware or "GRBL, version not told", restarted)
+    return found if seen or firmware else None
+
+
+def _robko01(heard: bytes) -> Identity | None:
+    host = robko01.Host()
+    host.receive_data(heard)
+    host.silence()
+    while (event := host.next_event()) is not None:
+        if isinstance(event, robko01.Stray):
+            return Identity("robko01", "Robko 01 SUPER protocol")
+    return None
+
+
+def _teachmover(heard: bytes) -> Identity | None:
+    """Take seven numbers for a TeachMover's registers behind a status line alone."""
+    before: object = None
+    for line in _lines(heard, b"\r"):
+        try:
+            reply = decode_reply(line)
+        except RemoteProtocolError:
+            before = None
+            continue
+        if isinstance(reply, Registers):
+            if before is Status.DONE:
+                return Identity("teachmover", "TeachMover")
+            return Identity("", "Robko 01 retrofit, in its text mode")
+        before = reply
+    return None
+
+
+_STRANGERS = (
+    (rb"echo:\s*Marlin|Marlin [0-9b]", "Marlin, the firmware of a 3D printer"),
+    (rb"Smoothie", "Smoothieware"),
+    (rb"Repetier", "Repetier, the firmware of a 3D printer"),
+    (rb"TinyG|g2core", "TinyG"),
+    (rb"MicroPython|^>>> $", "MicroPython without a program"),
+    (rb"\blogin: ", "a computer that asks for a login"),
+    (rb"rst:0x[0-9a-f]+ \(|ets [A-Z][a-z]{2} ", "an ESP32 whose firmware has said nothing yet"),
+)
+"""What is often found on such a port, and is no arm."""
+
+
+def _stranger(heard: bytes) -> Identity | None:
+    for pattern, name in _STRANGERS:
+        if re.search(pattern, heard, re.MULTILINE):
+            return Identity("", name)
+    return None
+
+
+SIGNS: tuple[Callable[[bytes], Identity | None], ...] = (
+    _robko01,
+    _armdroid,
+    _grbl,
+    _teachmover,
+    _stranger,
+)
+"""In this order; frames with check bytes are the surest."""
