@@ -130,7 +130,11 @@ def connect_simulated(
 def connect_real(
     config: ArmConfig, *, allow_restored: bool = False, operator: Operator | None = None
 ) -> Arm:
-    """Open the arm's port and connect; one program holds an arm at a time."""
+    """Open the arm's port and connect; one program holds an arm at a time.
+
+    Where another dialect answers, the `DeviceFault` says which.
+    """
+    from armdrive.doctor.mistaken import overheard
     from armdrive.transports.url import open_link
 
     wire = config.connection
@@ -152,15 +156,16 @@ def connect_real(
             raise_dtr=wire.raise_dtr,
             keep_dtr_on_close=wire.keep_dtr_on_close,
         )
-        arm = Arm(
-            config,
-            link,
-            RealPace(),
-            simulated=False,
-            recorder=FileRecorder(state_file(config.name)),
-            allow_restored=allow_restored,
-            operator=operator,
-        )
+        with overheard(link, wire) as ears:
+            arm = Arm(
+                config,
+                ears,
+                RealPace(),
+                simulated=False,
+                recorder=FileRecorder(state_file(config.name)),
+                allow_restored=allow_restored,
+                operator=operator,
+            )
     except BaseException:
         holding.release()
         raise

@@ -2,17 +2,27 @@
 
 from __future__ import annotations
 
-from armdrive.doctor.signs import MOST_BYTES, recognise, says_something_readable, shown
+import contextlib
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
 from armdrive.errors import DeviceFault
-from armdrive.transports.link import Link
+
+if TYPE_CHECKING:
+    from armdrive.armfile import Connection
+    from armdrive.transports.link import Link
+
+MOST_BYTES = 4096
+"""So much is remembered of what came in."""
 
 
 class Ears:
-    """A link that remembers what came in over it, until it is told to listen no more."""
+    """A link that remembers the first bytes that came in over it."""
 
     def __init__(self, link: Link) -> None:
         self.link = link
         self.heard = bytearray()
+        self.remembers = True
 
     @property
     def description(self) -> str:
@@ -26,7 +36,9 @@ class Ears:
     def read(self, now_s: float) -> bytes:
         """Return what has arrived, and remember it."""
         data = self.link.read(now_s)
-        self.heard += data[: max(MOST_BYTES - len(self.heard), 0)]
+        if self.remembers:
+            self.heard += data
+            self.remembers = len(self.heard) < MOST_BYTES
         return data
 
     def next_s(self) -> float:
@@ -46,13 +58,28 @@ class Ears:
         self.link.close()
 
 
-def explained(fault: DeviceFault, heard: bytes, *, dialect: str, port: str) -> DeviceFault:
+@contextlib.contextmanager
+def overheard(link: Link, wire: Connection) -> Iterator[Ears]:
+    """Give a link to connect over; a `DeviceFault` on the way out tells what was heard instead."""
+    ears = Ears(link)
+    try:
+        yield ears
+    except DeviceFault as fault:
+        raise explained(fault, bytes(ears.heard), wire) from None
+    finally:
+        ears.remembers = False
+        ears.heard.clear()
+
+
+def explained(fault: DeviceFault, heard: bytes, wire: Connection) -> DeviceFault:
     """Return the fault of a failed connection with what was heard, and who finds out more."""
-    told = " ".join(part for part in (_instead(heard, dialect), _doctor(port)) if part)
-    return type(fault)(f"{fault}. {told}" if told else str(fault))
+    told = [str(fault).rstrip(".") + ".", _instead(heard, wire.dialect), _doctor(wire.port)]
+    return type(fault)(" ".join(part for part in told if part))
 
 
 def _instead(heard: bytes, dialect: str) -> str:
+    from armdrive.doctor.signs import recognise, says_something_readable, shown
+
     identity = recognise(heard)
     if identity is not None and identity.dialect != dialect:
         chosen = f": say dialect {identity.dialect}" if identity.dialect else ""
@@ -60,8 +87,8 @@ def _instead(heard: bytes, dialect: str) -> str:
     if not heard or identity is not None:
         return ""
     if says_something_readable(heard):
-        return f"What came is no {dialect}'s: {shown(bytes(heard))}."
-    return f"What came cannot be read: {shown(bytes(heard))}; is the baud rate right?"
+        return f"What came is no {dialect}'s: {shown(heard)}."
+    return f"What came cannot be read: {shown(heard)}; is the baud rate right?"
 
 
 def _doctor(port: str) -> str:
