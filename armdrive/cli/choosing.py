@@ -51,8 +51,10 @@ def chosen_target(options: argparse.Namespace) -> Target:
 
 
 def default_arm() -> str:
-    """Return the arm where none is named: ARMDRIVE_ARM, `default.toml`, or a simulated one."""
-    named = os.environ.get("ARMDRIVE_ARM")
+    """Return the arm where none is named: ARMDRIVE_ARM, the chosen one, `default.toml`, or sim."""
+    from armdrive.cli.config_files import chosen_default
+
+    named = os.environ.get("ARMDRIVE_ARM") or chosen_default()
     if named:
         return named
     if (places.arm_files() / f"{DEFAULT_FILE}.toml").is_file():

@@ -1,0 +1,52 @@
+"""Arm files: write one by an interview, list them, show what one means, check it, choose one.
+
+Examples:
+  armdrive config new                                 questions, line by line
+  armdrive config new bench --template printed-six --yes
+  armdrive config signs bench                         which way the motors turn
+  armdrive config show bench --toml                   every key with its value
+  armdrive config check bench
+  armdrive config set-default bench
+
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import cast
+
+from armdrive.cli.running import Command
+
+ACTIONS: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        "new": ("config_new", "ask questions and write an arm file"),
+        "signs": ("config_signs", "turn each motor a little to find which way it counts"),
+        "list": ("config_list", "list the arm files"),
+        "show": ("config_show", "show an arm as armdrive understands its file"),
+        "check": ("config_check", "say everything that is wrong with an arm file"),
+        "set-default": ("config_default", "choose the arm that is used where none is named"),
+    }
+)
+"""Every action: the file that does it, and its line of help."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the actions, each with its own options."""
+    actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
+    for name, (_, help_line) in ACTIONS.items():
+        sub = actions.add_parser(
+            name, help=help_line, description=help_line[0].upper() + help_line[1:] + "."
+        )
+        _module(name).add_arguments(sub)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Do what was asked."""
+    return _module(options.action).run(options)
+
+
+def _module(action: str) -> Command:
+    return cast(Command, importlib.import_module(f"armdrive.cli.{ACTIONS[action][0]}"))

@@ -1,0 +1,52 @@
+"""Say everything that is wrong with an arm file at once; nothing is opened and nothing moves."""
+
+from __future__ import annotations
+
+import argparse
+
+from armdrive.armfile import load_arm_file
+from armdrive.cli.choosing import add_json_option
+from armdrive.cli.config_files import arm_paths, read
+from armdrive.cli.output import emit, say
+from armdrive.errors import ArmFileError
+
+WRONG = 2
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.add_argument("arms", nargs="*", metavar="NAME", help="names or paths; none: all")
+    add_json_option(parser)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Check each file; 2 where one cannot be used."""
+    names = options.arms or [str(path) for path in arm_paths()]
+    wrong = [_check(name, options.json) for name in names]
+    if not names and not options.json:
+        say("no arm files to check; `armdrive config new` writes one")
+    return WRONG if any(wrong) else 0
+
+
+def _check(name: str, json: bool) -> bool:
+    from armdrive.interview.problems import problems_of, remarks_on
+
+    remarks: list[str] = []
+    try:
+        arm = read(name)
+    except ArmFileError as error:
+        called, problems = name, [str(error)]
+    else:
+        called = arm.name
+        problems = problems_of(arm.table, arm.name, arm.path.parent)
+        if not problems:
+            remarks += remarks_on(load_arm_file(arm.path))
+    if json:
+        emit({"arm": called, "ok": not problems, "problems": problems, "remarks": remarks})
+        return bool(problems)
+    say(f"{called}: " + (f"{len(problems)} to mend" if problems else "fine"))
+    for sentence in problems:
+        say(f"  ! {sentence}")
+    for sentence in remarks:
+        say(f"  - {sentence}")
+    return bool(problems)

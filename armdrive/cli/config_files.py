@@ -1,0 +1,83 @@
+"""The folder of arm files on the command line: which there are, reading one, the chosen default."""
+
+from __future__ import annotations
+
+import difflib
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from armdrive import places
+from armdrive.errors import ArmFileError
+
+ENDING = ".toml"
+
+
+@dataclass(frozen=True, slots=True)
+class ArmText:
+    """An arm file as it stands on the disk, parsed as TOML and no further."""
+
+    name: str
+    path: Path
+    table: dict[str, Any]
+
+
+def arm_paths() -> list[Path]:
+    """Return the arm files; a model file that lies among them is none."""
+    return [path for path in sorted(places.arm_files().glob(f"*{ENDING}")) if not _is_model(path)]
+
+
+def path_of(name: str) -> Path:
+    """Return the file of an arm's name, or of a path. Raises `ArmFileError`."""
+    path = Path(name) if name.endswith(ENDING) else places.arm_files() / f"{name}{ENDING}"
+    if path.is_file():
+        return path
+    known = [each.stem for each in arm_paths()]
+    near = difflib.get_close_matches(name, known, n=1)
+    hint = f"; did you mean {near[0]!r}?" if near else ""
+    there = f"there are {', '.join(known)}" if known else "there is none yet: armdrive config new"
+    raise ArmFileError(f"no arm file is called {name!r} ({there}){hint}")
+
+
+def read(name: str) -> ArmText:
+    """Return an arm file's table. Raises `ArmFileError` for what is no TOML."""
+    path = path_of(name)
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ArmFileError(f"the arm file {path} cannot be read: {error.strerror}") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ArmFileError(f"the arm file {path} is not valid TOML: {error}") from None
+    return ArmText(path.stem, path, table)
+
+
+def _is_model(path: Path) -> bool:
+    """Tell whether a file is a link table rather than an arm."""
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, tomllib.TOMLDecodeError, UnicodeDecodeError):
+        return False  # listed with what is wrong with it
+    return "links" in table and "model" not in table
+
+
+def _default_path() -> Path:
+    return places.arm_files().parent / "default-arm"
+
+
+def chosen_default() -> str | None:
+    """Return the arm that was chosen as default, None where none was."""
+    try:
+        return _default_path().read_text(encoding="utf-8").strip() or None
+    except (OSError, UnicodeDecodeError):
+        return None
+
+
+def choose_default(name: str | None) -> None:
+    """Choose the default arm, or none."""
+    from armdrive.record import replace_file
+
+    if name is None:
+        _default_path().unlink(missing_ok=True)
+    else:
+        replace_file(_default_path(), name)

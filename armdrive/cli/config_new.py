@@ -1,0 +1,208 @@
+"""Ask questions, show the arm file that they make, and write it once you have agreed.
+
+`?` explains a question, `back` goes back to the one before, an empty line takes what stands in
+brackets, and Ctrl-C leaves nothing behind. For scripts: `--answers FILE`, or `--yes` for every
+default.
+"""
+
+from __future__ import annotations
+
+import argparse
+import difflib
+import tempfile
+import tomllib
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from armdrive import places
+from armdrive.cli.choosing import add_json_option
+from armdrive.cli.config_asking import Back, agree, ask
+from armdrive.cli.config_files import arm_paths
+from armdrive.cli.config_signs import connected, find_signs
+from armdrive.cli.output import emit, say
+from armdrive.errors import ArmError, BadRequest
+from armdrive.interview.answers import flattened
+from armdrive.interview.draft import Draft, LinkFile, Surroundings
+from armdrive.interview.readers import WrongAnswer
+from armdrive.interview.session import Interview
+from armdrive.interview.templates import available
+from armdrive.interview.writing import Files, files_of
+
+if TYPE_CHECKING:
+    from armdrive.armfile import ArmConfig
+
+GIVEN = ("name", "template", "port")
+KEYS = {"port": "connection.port"}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.add_argument("name", nargs="?", help="what the arm is called")
+    parser.add_argument("--template", choices=list(available()), help="what to begin from")
+    parser.add_argument("--port", help="the port that leads to it")
+    parser.add_argument("--answers", metavar="FILE", help="answers in TOML; the rest: defaults")
+    parser.add_argument("--yes", action="store_true", help="every default, without asking")
+    parser.add_argument("--force", action="store_true", help="overwrite an arm file of that name")
+    parser.add_argument("--sim", action="store_true", help="find directions on a simulated arm")
+    add_json_option(parser)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Interview, show, ask, write."""
+    given = _given(options)
+    silent = options.yes or options.answers is not None
+    if options.json and not silent:
+        raise BadRequest("--json asks nothing: give --answers FILE or --yes beside it")
+    if silent and not options.force and "name" in given:
+        _refuse_overwriting(given["name"])
+    draft = _interviewed(given, silent)
+    if draft.get("signs") == "find":
+        draft = _with_signs(draft, simulated=options.sim, alone=silent)
+    files = files_of(draft)
+    config = checked(files, draft.name)
+    if not options.json:
+        say(f"\n{files.shown}")
+    path = places.arm_files() / f"{draft.name}.toml"
+    if not silent and not _agreed(path, force=options.force):
+        say("nothing is written")
+        return 1
+    write(files, path)
+    if options.json:
+        emit({"arm": draft.name, "file": str(path), "model": config.model.key})
+    else:
+        _say_next(path, config)
+    return 0
+
+
+def _given(options: argparse.Namespace) -> dict[str, str]:
+    given: dict[str, str] = {}
+    if options.answers is not None:
+        try:
+            given = flattened(tomllib.loads(Path(options.answers).read_text(encoding="utf-8")))
+        except OSError as error:
+            raise BadRequest(f"{options.answers} cannot be read: {error.strerror}") from None
+        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+            raise BadRequest(f"{options.answers} is not valid TOML: {error}") from None
+    typed = {KEYS.get(key, key): getattr(options, key) for key in GIVEN}
+    return given | {key: value for key, value in typed.items() if value is not None}
+
+
+def _refuse_overwriting(name: str) -> None:
+    path = places.arm_files() / f"{name}.toml"
+    if path.exists():
+        raise BadRequest(f"{path} exists: --force overwrites it")
+
+
+def _interviewed(given: dict[str, str], silent: bool) -> Draft:
+    interview = Interview(_surroundings(given))
+    while (question := interview.question) is not None:
+        if question.key in given or silent:
+            _take_given(interview, question.key, given.get(question.key, ""))
+            continue
+        try:
+            ask(question, interview.answer)
+        except Back:
+            _go_back(interview, given)
+    unused = [key for key in given if key not in interview.draft.answers]
+    if unused:
+        asked = list(interview.draft.answers)
+        near = difflib.get_close_matches(unused[0], asked, n=1)
+        hint = f"did you mean {near[0]!r}?" if near else f"asked were {', '.join(asked)}"
+        raise BadRequest(f"nobody asked for the answer {unused[0]!r}; {hint}")
+    return interview.draft
+
+
+def _take_given(interview: Interview, key: str, line: str) -> None:
+    try:
+        interview.answer(line)
+    except WrongAnswer as wrong:
+        raise BadRequest(f"the answer {key}: {wrong}") from None
+
+
+def _go_back(interview: Interview, given: dict[str, str]) -> None:
+    """Go back to the last question that was asked, over those that were answered beforehand."""
+    while (key := interview.back()) is not None:
+        if key not in given:
+            return
+    say("  this is the first question")
+
+
+def _surroundings(given: dict[str, str]) -> Surroundings:
+    from armdrive.transports.ports import list_ports
+
+    ports = tuple(port.stable_name or port.device for port in list_ports())
+    arms = tuple(path.stem for path in arm_paths())
+    return Surroundings(arms, ports, _read_links, frozenset(given))
+
+
+def _read_links(path: str) -> LinkFile:
+    from armdrive.modelfile import read_model
+
+    place = Path(path).expanduser()
+    try:
+        model = read_model(place)
+        return LinkFile(path, place.read_text(encoding="utf-8"), model.chain)
+    except ArmError as error:
+        raise WrongAnswer(str(error)) from None
+
+
+def _with_signs(draft: Draft, *, simulated: bool, alone: bool) -> Draft:
+    """Return the draft with the directions that were seen; a trouble leaves them for later."""
+    config = checked(files_of(draft), draft.name)
+    try:
+        with connected(config, simulated=simulated, alone=alone) as arm:
+            signs = find_signs(arm, alone=alone)
+    except ArmError as error:
+        if alone:
+            raise
+        say(f"the directions are left for later: {error}")
+        return draft
+    found: dict[str, Any] = {"reversed.motors": signs.motors, "reversed.joints": signs.joints}
+    if signs.unclear and not alone:
+        say(f"not told: {', '.join(signs.unclear)}")
+    return Draft({**draft.answers, **found}, draft.around)
+
+
+def checked(files: Files, name: str) -> ArmConfig:
+    """Read the texts back as they would be read; nothing stays on the disk."""
+    from armdrive.armfile import load_arm_file
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / f"{name}.toml"
+        write(files, path)
+        return load_arm_file(path)
+
+
+def write(files: Files, path: Path) -> None:
+    """Write the model file, then the arm file that names it."""
+    from armdrive.record import replace_file
+
+    if files.model is not None:
+        replace_file(path.parent / files.model_path, files.model.rstrip("\n"))
+    replace_file(path, files.arm.rstrip("\n"))
+
+
+def _agreed(path: Path, *, force: bool) -> bool:
+    if path.exists() and not force:
+        return agree(f"{path} exists. Overwrite it?", "Its present text is lost.")
+    return agree(f"Write this to {path}?", "no leaves everything as it was.", "yes")
+
+
+def _say_next(path: Path, config: ArmConfig) -> None:
+    name = config.name
+    say(f"written: {path}")
+    say("next, from the safest on:")
+    lines = [
+        (f"armdrive config check {name}", "anything wrong or worth knowing; opens nothing"),
+        (f"ARMDRIVE_FORCE_SIM=1 armdrive home --arm {name}", "its simulated twin"),
+    ]
+    if config.connection.port:
+        lines += [
+            (f"armdrive status --arm {name}", "connects; moves nothing"),
+            (f"armdrive config signs {name}", "each motor a little, to see its direction"),
+            (f"armdrive jog --arm {name}", "slowly, by hand; space stops"),
+        ]
+    lines.append((f"armdrive config set-default {name}", "use it where no arm is named"))
+    width = max(len(command) for command, _ in lines)
+    for command, words in lines:
+        say(f"  {command:<{width}}  {words}")
