@@ -1,0 +1,443 @@
+"""Driving an Armdroid: what is said to the board, and what becomes of whatever goes wrong."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from armdroid_bench import CONFIG, configured, honest, ready_arm
+
+from armdrive import ArmFileError, DeviceFault, NoAnswer, Refused
+from armdrive.armfile import parse_arm_file
+from armdrive.connecting import connect_simulated
+from armdrive.controllers.armdroid import ArmdroidController
+from armdrive.controllers.requests import (
+    Alert,
+    AlertKind,
+    ClearFault,
+    Denied,
+    Done,
+    DropCurrent,
+    Halted,
+    HomeDevice,
+    MoveBy,
+    Oddity,
+    ReadPosition,
+    ReadSettings,
+    Registers,
+    SetGripper,
+    SetOutputs,
+    Settings,
+    Silence,
+    SwitchOn,
+)
+from armdrive.dialects import dialect
+from armdrive.errors import ArmError, Stopped
+from armdrive.sim.twin import make_twin
+from armdrive.status import Current, State, Trust
+from kinematics import Motors, Pose
+
+VERSION = "firmware version = 2.0/protocol = 1.0a"
+STEPS = Motors((12, -3, 0, 0, 0, 7))
+NUMBERS = "7,0,0,0,3-,12"
+ECHO = "debug = 7 0 0 0 -3 12"
+DRIVEN = "offsets = 7,0,0,0,-3,12"
+ZERO = "offsets = 0,0,0,0,0,0"
+
+
+class Talked:
+    """A controller whose board is played by the test, a line at a time."""
+
+    def __init__(self, **settings):
+        config = configured(**settings)
+        self.controller = ArmdroidController(dialect("armdroid").abilities, config.device, 9600)
+        self.now_s = 0.0
+
+    def begin(self, request):
+        self.controller.begin(request, self.now_s)
+        return self.said()
+
+    def said(self):
+        return self.controller.advance(self.now_s).decode("ascii")
+
+    def answer(self, line, after_s=0.1):
+        self.now_s += after_s
+        self.controller.receive(line.encode("ascii") + b"\r\n", self.now_s)
+        return self.said()
+
+    def silence(self, seconds=10.0):
+        said = ""
+        for _ in range(int(seconds / 0.1)):
+            self.now_s += 0.1
+            said += self.said()
+        return said
+
+    @property
+    def event(self):
+        return self.controller.next_event()
+
+    def met(self):
+        """Get to know the board, as connecting does."""
+        assert self.begin(ReadPosition()) == "v"
+        assert self.answer(VERSION) == "25s"
+        assert self.answer("speed = 25") == "d"
+        assert self.answer(ZERO) == ""
+        assert isinstance(self.event, Registers)
+        return self
+
+    def loaded(self):
+        """Get to where the board has repeated the numbers of a motion."""
+        assert self.begin(MoveBy(STEPS, 100.0)) == "125s"
+        assert self.answer("speed = 125") == NUMBERS + "g"
+        assert self.answer(ECHO) == "D"
+        return self
+
+
+class TestConversation:
+    def test_first_contact_clears_the_board_and_moves_nothing(self):
+        Talked().met()
+
+    def test_the_second_look_leaves_nothing_to_repeat_and_the_third_only_asks(self):
+        talked = Talked().met()
+        assert talked.begin(ReadPosition()) == ",,,,,d"
+        talked.answer("offsets = 1,2,3,4,5,6")
+        assert talked.event == Registers(Motors((6, 5, 4, 3, 2, 1)))
+        assert talked.begin(ReadPosition()) == "o"
+
+    def test_numbers_are_repeated_before_the_letter_is_sent(self):
+        talked = Talked().met().loaded()
+        talked.answer(DRIVEN, 0.2)
+        assert talked.event == Done()
+        assert talked.begin(MoveBy(STEPS, 100.0)) == NUMBERS + "g"
+
+    def test_without_the_check_a_motion_is_one_text(self):
+        talked = Talked(check_numbers=False).met()
+        assert talked.begin(MoveBy(STEPS, 100.0)) == "125s"
+        assert talked.answer("speed = 125") == NUMBERS + "D"
+
+    def test_numbers_that_were_misunderstood_are_taken_back_and_said_again(self):
+        talked = Talked().met()
+        talked.begin(MoveBy(STEPS, 100.0))
+        assert talked.answer("speed = 125") == NUMBERS + "g"
+        assert talked.answer("debug = 7 0 0 0 -312 0") == "v"
+        assert talked.answer(VERSION) == "25s"
+        assert talked.answer("speed = 25") == "d"
+        assert talked.answer(ZERO) == "125s"
+        assert talked.answer("speed = 125") == NUMBERS + "g"
+        assert talked.answer(ECHO) == "D"
+
+    def test_a_board_that_never_understands_is_refused_and_has_moved_nothing(self):
+        talked = Talked().met()
+        talked.begin(MoveBy(STEPS, 100.0))
+        said = talked.answer("speed = 125")
+        while said:
+            said = talked.answer(
+                {"g": "debug = 0 0 0 0 0 1", "v": VERSION, "d": ZERO}.get(
+                    said[-1], f"speed = {said[:-1]}"
+                )
+            )
+            assert "D" not in said
+        reply = talked.event
+        assert isinstance(reply, Denied)
+        assert not reply.moved
+
+    def test_a_stop_before_the_letter_lets_nothing_begin(self):
+        talked = Talked().met()
+        talked.begin(MoveBy(STEPS, 100.0))
+        assert talked.answer("speed = 125") == NUMBERS + "g"
+        talked.controller.stop(hard=False)
+        assert talked.answer(ECHO) == ""
+        assert talked.event == Halted()
+        assert talked.begin(ReadPosition()) == "v"
+
+    def test_other_offsets_than_asked_are_no_end_of_a_motion(self):
+        talked = Talked().met().loaded()
+        talked.answer(ZERO)
+        assert talked.event is None
+        talked.answer(DRIVEN)
+        assert talked.event == Done()
+
+    def test_offsets_that_stay_wrong_are_told(self):
+        talked = Talked().met().loaded()
+        talked.answer("offsets = 7,0,0,0,-3,112", 0.2)
+        talked.silence()
+        reply = talked.event
+        assert isinstance(reply, Denied)
+        assert reply.moved
+        assert "112" in reply.reason
+        assert talked.begin(ClearFault()) == "v"
+
+    def test_an_answer_far_too_early_is_not_timely(self):
+        talked = Talked().met()
+        talked.begin(MoveBy(Motors((200, 0, 0, 0, 0, 0)), 100.0))
+        talked.answer("speed = 125")
+        talked.answer("debug = 0 0 0 0 0 200")
+        talked.answer("offsets = 0,0,0,0,0,200", 0.3)
+        assert talked.event == Done(timely=False)
+
+    def test_a_lost_end_is_a_silence_and_the_motion_is_never_sent_again(self):
+        talked = Talked().met().loaded()
+        assert talked.silence() == ""
+        reply = talked.event
+        assert isinstance(reply, Silence)
+        assert reply.to == NUMBERS + "D"
+        assert talked.begin(ClearFault()) == "v"
+
+    def test_a_speed_that_was_misunderstood_is_set_again(self):
+        talked = Talked().met()
+        assert talked.begin(MoveBy(STEPS, 100.0)) == "125s"
+        assert talked.answer("speed = 7125") == "v"
+
+    def test_the_current_is_switched_both_ways_and_sure_of_it(self):
+        talked = Talked().met()
+        assert talked.begin(SwitchOn()) == "1t"
+        talked.answer("torque = enabled")
+        assert talked.event == Done()
+        assert talked.begin(DropCurrent()) == "0t"
+        assert talked.answer("torque = enabled") == "v"
+
+    def test_older_firmware_switches_no_current_and_says_so(self):
+        talked = Talked(switches_torque=False).met()
+        assert talked.begin(SwitchOn()) == ""
+        assert talked.event == Done()
+        with pytest.raises(Refused, match="DropCurrent"):
+            talked.begin(DropCurrent())
+
+    @pytest.mark.parametrize("request_", [HomeDevice(), SetOutputs(1), SetGripper(0.5)])
+    def test_what_the_board_has_not_is_refused_and_nothing_is_said(self, request_):
+        talked = Talked().met()
+        with pytest.raises(Refused):
+            talked.begin(request_)
+        assert talked.said() == ""
+
+    def test_a_motion_that_fits_no_sixteen_bits_is_not_sent(self):
+        talked = Talked().met()
+        with pytest.raises(ValueError, match="32767"):
+            talked.begin(MoveBy(Motors((40000, 0, 0, 0, 0, 0)), 100.0))
+
+    def test_a_welcome_at_first_is_none_and_later_a_restart(self):
+        talked = Talked()
+        talked.begin(ReadPosition())
+        talked.answer("Welcome, Armdroid!")
+        assert isinstance(talked.event, Oddity)
+        talked.answer(VERSION)
+        talked.answer("speed = 25")
+        talked.answer(ZERO)
+        assert isinstance(talked.event, Registers)
+        talked.answer("Welcome, Armdroid!")
+        alert = talked.event
+        assert isinstance(alert, Alert)
+        assert alert.kind is AlertKind.RESTARTED
+
+    def test_a_board_that_begins_after_its_port_was_opened_is_waited_for(self):
+        talked = Talked(boot_s=2.5)
+        assert talked.begin(ReadPosition()) == "v"
+        assert "v" in talked.silence(2.0)
+        assert talked.answer(VERSION) == "25s"
+
+    def test_it_tells_its_version_as_its_settings(self):
+        talked = Talked().met()
+        talked.begin(ReadSettings())
+        assert talked.event == Settings(firmware="2.0")
+
+
+class TestNumbers:
+    def test_speeds_are_those_of_whole_milliseconds(self):
+        controller = Talked().controller
+        assert controller.usable_rate_hz(math.inf) == 200.0
+        assert controller.usable_rate_hz(99.0) == pytest.approx(1000 / 12)
+        assert controller.usable_rate_hz(0.0) == 20.0
+
+    def test_a_motor_with_half_the_steps_strays_by_half_of_them(self):
+        controller = Talked().controller
+        assert controller.coordination_steps(Motors((100, 50, -10, 0, 0, 100)), 80.0) == 25.0
+        assert controller.coordination_steps(Motors((0,) * 6), 80.0) == 0.0
+
+    def test_the_check_makes_the_bound_shorter(self):
+        checked, plain = (Talked(check_numbers=on).controller for on in (True, False))
+        assert checked.stopping(0.15).silent_s < 0.20
+        assert plain.stopping(0.15).silent_s > 0.40
+
+    def test_a_single_step_of_the_slowest_speed_counts_as_a_burst(self):
+        slow = Talked(speed_table=((2, 1.6), (250, 200.0))).controller
+        assert slow.stopping(0.15).asked_motion_s == pytest.approx(1.5 / 1.6)
+
+    @pytest.mark.parametrize(
+        ("text", "words"),
+        [
+            ({"channels": [6, 5, 4, 3, 2, 2]}, "armdroid.channels"),
+            ({"speed_table": [[0, 20.0], [250, 200.0]]}, "armdroid.speed_table"),
+            ({"character_s": 1.0}, "armdroid.character_s"),
+            ({"boot_s": -1.0}, "armdroid.boot_s"),
+            ({"speed_doubt": 0.5}, "armdroid.speed_doubt"),
+            ({"answer_margin_s": 0.0}, "armdroid.answer_margin_s"),
+        ],
+    )
+    def test_an_arm_files_section_is_checked(self, text, words):
+        table = {"model": "armdroid1", "connection": {"dialect": "armdroid"}, "armdroid": text}
+        with pytest.raises(ArmFileError, match=words):
+            parse_arm_file(table, name="bench")
+
+
+def test_an_arm_is_met_disabled_and_nothing_has_moved():
+    twin = make_twin(CONFIG)
+    before = twin.world.motors
+    arm = connect_simulated(CONFIG, twin=twin)
+    assert arm.status.state is State.DISABLED
+    assert twin.world.motors == before
+    arm.enable()
+    assert arm.status.current is Current.HELD
+    assert twin.world.motors == before
+
+
+def test_it_homes_moves_jogs_and_grips_and_counts_every_step():
+    arm = ready_arm()
+    arm.move_j(base_deg=8, elbow_deg=-70)
+    pose = arm.pose
+    arm.move_l(Pose(pose.x_mm - 10, pose.y_mm + 20, pose.z_mm + 10, pose.pitch_rad))
+    arm.jog_j(wrist_roll_deg=15)
+    arm.gripper.open(35.0)
+    assert arm.status.trust is Trust.REFERENCED
+    assert arm.twin.world.motors == arm.status.acknowledged == arm.status.read_back
+    assert arm.twin.device.kept == (0,) * 5
+    with pytest.raises(Refused):
+        arm.gripper.grasp()
+
+
+@pytest.mark.parametrize("error", [0.0, 0.4, -0.3])
+@pytest.mark.parametrize("after_s", [0.02, 0.2, 0.5])
+@pytest.mark.parametrize("checked", [True, False])
+def test_a_stopped_arm_stands_within_its_announced_time_and_way(error, after_s, checked):
+    arm = ready_arm(configured(burst_s=0.15, check_numbers=checked), speed_error=error)
+    arm.move_j(base_deg=40, shoulder_deg=60, wait=False)
+    arm.sleep(0.7 + after_s)
+    status, tip = arm.status, arm.twin.world.tip
+    arm.request_stop()
+    stood_s, last = status.time_s, arm.twin.world.motors
+    while arm.status.time_s < status.time_s + 1.5:
+        arm.sleep(0.005)
+        if arm.twin.world.motors != last:
+            stood_s, last = arm.status.time_s, arm.twin.world.motors
+    assert stood_s - status.time_s <= status.stop_time_s
+    assert math.dist(tip, arm.twin.world.tip) <= status.stop_distance_mm
+    assert arm.status.state is State.STANDBY
+    assert last == arm.status.acknowledged == arm.status.commanded
+
+
+def test_an_emergency_stop_latches_and_its_reset_moves_nothing():
+    arm = ready_arm()
+    handle = arm.move_j(base_deg=40, wait=False)
+    arm.sleep(1.2)
+    arm.estop()
+    with pytest.raises(Stopped):
+        handle.wait()
+    arm.sleep(1.0)
+    motors = arm.twin.world.motors
+    arm.reset()
+    assert arm.status.state is State.STANDBY
+    assert arm.status.trust is Trust.REFERENCED
+    assert arm.twin.world.motors == motors == arm.status.acknowledged
+
+
+def test_disabling_lets_the_arm_sag_and_enabling_does_not_bring_trust_back():
+    arm = ready_arm()
+    height = arm.twin.world.pose.z_mm
+    arm.disable()
+    assert arm.status.current is Current.OFF
+    assert arm.twin.world.pose.z_mm < height - 5
+    arm.enable()
+    assert arm.status.current is Current.HELD
+    assert arm.status.trust is Trust.SUSPECT
+
+
+@pytest.mark.parametrize("fault", ["drop", "corrupt", "duplicate"])
+@pytest.mark.parametrize("byte", [*range(1, 40), 52, 63, 77, 90])
+def test_no_single_byte_that_goes_wrong_makes_a_motion_of_another_size(fault, byte):
+    arm = ready_arm()
+    start = arm.twin.world.motors
+    arm.twin.faults.add(fault, f"#{byte}", side="host")
+    try:
+        arm.move_j(base_deg=4, wrist_pitch_deg=-42)
+    except ArmError:
+        assert arm.status.state is State.ERROR_STOP
+    arm.sleep(5.0)
+    assert (arm.twin.world.motors - start).largest <= 80
+    assert honest(arm)
+
+
+@pytest.mark.parametrize("byte", range(1, 60, 4))
+@pytest.mark.parametrize("fault", ["drop", "corrupt", "duplicate"])
+def test_a_disturbed_answer_is_survived_or_found_out(fault, byte):
+    arm = ready_arm()
+    arm.twin.faults.add(fault, f"#{byte}", side="device")
+    try:
+        arm.move_j(base_deg=4)
+    except DeviceFault:
+        assert arm.status.state is State.ERROR_STOP
+        arm.reset()
+        arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
+    arm.move_j(base_deg=2)
+    assert arm.twin.world.joints.deg["base"] == pytest.approx(2.0, abs=0.1)
+    assert honest(arm)
+
+
+def test_a_board_that_is_reset_in_motion_ends_it_and_the_position_is_not_believed():
+    arm = ready_arm()
+    arm.move_j(base_deg=20, wait=False)
+    arm.sleep(1.0)
+    arm.twin.device.reset()
+    arm.sleep(6.0)
+    assert arm.status.state is State.ERROR_STOP
+    assert arm.status.trust is Trust.SUSPECT
+    motors = arm.twin.world.motors
+    arm.reset()
+    arm.enable()
+    assert arm.twin.world.motors == motors
+
+
+def test_a_welcome_between_two_bursts_ends_a_motion():
+    arm = ready_arm()
+    arm.move_j(base_deg=20, wait=False)
+    arm.sleep(0.6)
+    arm.twin.device.said += b"Welcome, Armdroid!\r\n"
+    arm.sleep(4.0)
+    assert arm.status.state is State.ERROR_STOP
+    assert "Welcome" in arm.status.error
+    assert arm.twin.world.joints.deg["base"] < 15.0
+    assert honest(arm)
+
+
+def test_digits_that_another_program_left_are_no_part_of_a_motion():
+    twin = make_twin(CONFIG)
+    twin.link.write(b"7,7,7,7,7,777", 0.0)
+    twin.link.read(1.0)
+    before = twin.world.motors
+    arm = connect_simulated(CONFIG, twin=twin)
+    arm.enable()
+    assert twin.world.motors == before
+    arm.move_motors(10, 0, 0, 0, 0, -3)
+    assert tuple(twin.world.motors - before) == (10, 0, 0, 0, 0, -3)
+
+
+def test_a_mute_board_is_no_arm():
+    twin = make_twin(CONFIG)
+    twin.faults.add("mute")
+    with pytest.raises(NoAnswer, match="switched on"):
+        connect_simulated(CONFIG, twin=twin)
+
+
+def test_a_board_that_resets_as_its_port_is_opened_is_waited_for():
+    twin = make_twin(CONFIG, greets=False, resets_on_open=True)
+    twin.device.opened()
+    arm = connect_simulated(CONFIG, twin=twin)
+    assert arm.status.state is State.DISABLED
+
+
+def test_registers_may_wrap_without_a_step_being_lost():
+    arm = ready_arm()
+    arm.twin.device.count_from((32760, -32760, 32760, -32768, 32767, 5))
+    arm.sleep(2.0)
+    arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
+    arm.move_j(base_deg=4, shoulder_deg=44)
+    assert arm.status.trust is Trust.REFERENCED
+    assert honest(arm)

@@ -1,0 +1,218 @@
+"""The simulated Armdroid does what the serial driver sketch does, its surprises included."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from armdroid_bench import BYTE_S, CONFIG, Bench
+from hypothesis import given
+from hypothesis import strategies as st
+
+from armdrive.errors import BadRequest, StateFileError
+from armdrive.sim.armdroid_rack import LockstepRack
+from armdrive.sim.twin import make_twin
+
+ZERO = "offsets = 0,0,0,0,0,0\r\n"
+WELCOME = "Welcome, Armdroid!\r\n"
+
+
+@pytest.fixture
+def bench():
+    return Bench()
+
+
+def moved(bench, call):
+    before = bench.device.world.motors
+    call()
+    return tuple(bench.device.world.motors - before)
+
+
+class TestMotion:
+    def test_the_answer_comes_when_the_motion_has_ended(self, bench):
+        text = "1,2,3,4-,5,60D"
+        bench.send(text)
+        assert bench.hear(59 * 0.012) == ""
+        answer = "offsets = 1,2,3,-4,5,60\r\n"
+        assert bench.hear((len(text) + len(answer)) * BYTE_S) == answer
+
+    def test_every_motor_turns_at_the_same_rate_until_its_own_steps_are_made(self, bench):
+        bench.send("0,0,0,10,0,40D")
+        bench.hear(14 * BYTE_S + 15.5 * 0.012)
+        assert bench.device.offsets == (0, 0, 0, 10, 0, 16)
+        assert moved(bench, lambda: bench.hear(1.0)) == (24, 0, 0, 0, 0, 0)
+
+    def test_channel_1_is_the_gripper_and_6_the_base(self, bench):
+        assert moved(bench, lambda: bench.ask("1,20d")) == (0, 0, 0, 0, 0, 20)
+        assert moved(bench, lambda: bench.ask("6,20-d")) == (-20, 0, 0, 0, 0, 0)
+
+    @pytest.mark.parametrize(
+        ("rpm", "interval_s"), [(100, 0.012), (250, 0.005), (240, 0.005), (9999, 0.0004)]
+    )
+    def test_a_speed_is_worth_whole_milliseconds(self, bench, rpm, interval_s):
+        assert bench.ask(f"{rpm}s") == f"speed = {rpm}\r\n"
+        bench.send("6,101d")
+        bench.hear(6 * BYTE_S + 99.5 * interval_s)
+        assert bench.device.offsets[5] == 100
+
+    def test_at_speed_zero_a_motion_never_ends(self, bench):
+        assert bench.ask("0s") == "speed = 0\r\n"
+        assert bench.ask("6,3d", 3600.0) == ""
+        assert bench.device.offsets[5] == 1
+
+    def test_home_goes_back_the_whole_way(self, bench):
+        bench.ask("5,6,7,8,9,200D", 4.0)
+        assert moved(bench, lambda: bench.ask("h", 4.0)) == (-200, -9, -8, -7, -6, -5)
+
+    def test_offsets_wrap_at_16_bits_where_the_arm_does_not(self, bench):
+        bench.device.count_from((32760, 0, 0, 0, 0, 0))
+        assert bench.ask("6,20d") == "offsets = 0,0,0,0,0,-32756\r\n"
+
+    def test_a_zeroing_turns_nothing(self, bench):
+        bench.ask("6,20d")
+        assert moved(bench, lambda: bench.ask("r")) == (0,) * 6
+        assert bench.device.offsets == (0,) * 6
+
+    def test_a_slow_board_takes_longer_and_goes_as_far(self):
+        slow = Bench(speed_error=0.5)
+        slow.send("6,21d")
+        assert slow.hear(20 * 0.018 - 0.001) == ""
+        assert slow.hear(0.1) == "offsets = 0,0,0,0,0,21\r\n"
+
+
+class TestCharacters:
+    def test_another_dialects_read_repeats_the_last_motion_of_motors_1_to_5(self, bench):
+        bench.ask("5,6,7,8,9,200D", 4.0)
+        assert moved(bench, lambda: bench.ask("@READ\r")) == (0, 9, 8, 7, 6, 5)
+
+    def test_a_lost_comma_makes_a_motion_of_a_thousand_steps(self, bench):
+        bench.send("0,0,0,11,11,12D".replace("11,11", "1111"))
+        assert bench.hear(13.0) == ""
+        assert bench.hear(1.0) == "offsets = 0,0,0,1111,0,12\r\n"
+
+    def test_numbers_wrap_at_16_bits(self, bench):
+        assert bench.ask("100200g") == f"debug = 0 0 0 0 0 {100200 - 131072}\r\n"
+
+    def test_what_finds_no_room_during_a_motion_is_lost(self, bench):
+        bench.send("6,50d")
+        bench.hear(0.1)
+        bench.ask("7" * 63 + "o", 3.0)
+        assert bench.device.lost_bytes == 1
+        assert not bench.device.busy
+
+    def test_what_is_sent_during_a_motion_waits_for_its_end(self, bench):
+        bench.send("6,50d")
+        bench.hear(0.1)
+        assert bench.ask("o") == "offsets = 0,0,0,0,0,50\r\n" * 2
+
+    def test_a_board_with_native_usb_takes_ten_milliseconds_for_a_character(self):
+        bench = Bench(character_s=0.010)
+        bench.send("250s")
+        answer = "speed = 250\r\n"
+        took_s = 4 * (BYTE_S + 0.010) + len(answer) * BYTE_S
+        assert bench.hear(took_s - 0.006) != answer
+        assert bench.hear(0.006).endswith("\n")
+
+    def test_it_names_its_version_and_interface(self, bench):
+        assert bench.ask("v") == "firmware version = 2.0/protocol = 1.0a\r\n"
+        assert bench.ask("V") == "interface = direct-drive\r\n"
+
+
+class TestCurrent:
+    def test_without_torque_the_arm_sags_and_a_motion_brings_it_back(self, bench):
+        height = bench.device.pose.z_mm
+        assert bench.ask("0t") == "torque = disabled\r\n"
+        assert bench.device.pose.z_mm < height - 5
+        bench.ask("6,1d")
+        assert bench.device.world.energised
+
+    def test_torque_moves_nothing(self, bench):
+        bench.ask("0t")
+        assert moved(bench, lambda: bench.ask("1t")) == (0,) * 6
+        assert bench.device.world.energised
+
+
+class TestOpening:
+    def test_a_board_with_native_usb_greets_and_forgets_arguments(self, bench):
+        bench.ask("5,6,7,8,9,20D")
+        bench.device.opened()
+        assert bench.hear() == WELCOME
+        assert bench.device.kept == (0,) * 5
+        assert bench.device.offsets == (5, 6, 7, 8, 9, 20)
+
+    def test_a_board_in_motion_does_not_see_who_opens_its_port(self, bench):
+        bench.send("6,50d")
+        bench.hear(0.2)
+        bench.device.opened()
+        assert WELCOME not in bench.hear()
+
+    def test_another_board_is_reset_and_deaf_for_a_while(self):
+        bench = Bench(resets_on_open=True, greets=False, boot_s=1.6)
+        bench.ask("250s6,20d")
+        bench.device.opened()
+        assert bench.ask("o", 1.0) == ""
+        bench.hear(1.0)
+        assert bench.ask("o") == ZERO
+        assert bench.device.details()["rpm"] == 100
+
+    def test_a_reset_in_motion_stops_it_dead(self, bench):
+        bench.send("6,100d")
+        bench.hear(0.3)
+        at = bench.device.world.motors
+        bench.device.reset()
+        assert bench.hear(5.0) == WELCOME
+        assert bench.device.world.motors[0] == at[0]
+        assert bench.device.offsets == (0,) * 6
+
+    def test_without_power_nothing_is_heard_and_all_is_forgotten(self, bench):
+        bench.ask("6,20d")
+        bench.device.power_off()
+        assert bench.ask("o") == ""
+        bench.device.power_on()
+        assert bench.hear() == WELCOME
+        assert bench.ask("o") == ZERO
+
+
+class TestSaved:
+    def test_a_saved_arm_counts_on_at_its_speed(self):
+        twin = make_twin(CONFIG)
+        twin.link.write(b"250s6,20d", 0.0)
+        twin.link.read(3.0)
+        again = make_twin(CONFIG, twin.save())
+        assert again.world.motors == twin.world.motors
+        assert again.device.registers[0] == 20
+        assert again.device.details()["rpm"] == 250
+
+    def test_it_is_no_other_dialects_arm(self):
+        with pytest.raises(StateFileError, match="speaks"):
+            make_twin(CONFIG, {**make_twin(CONFIG).save(), "dialect": "teachmover"})
+
+    @pytest.mark.parametrize("option", [{"character_s": -1.0}, {"speed_error": -2.0}, {"greet": 1}])
+    def test_settings_that_no_board_has_are_refused(self, option):
+        with pytest.raises(BadRequest):
+            make_twin(CONFIG, **option)
+
+    def test_there_are_no_inputs(self, bench):
+        with pytest.raises(BadRequest, match="input"):
+            bench.device.set_input(0, True)
+
+
+STEPS = st.tuples(*[st.integers(-60, 60)] * 6)
+
+
+@given(STEPS, st.floats(0.001, 0.05), st.lists(st.floats(0.0, 4.0), max_size=8))
+def test_each_motor_goes_its_own_way_without_turning_back_and_ends_on_it(steps, interval, looks):
+    rack = LockstepRack((0,) * 6)
+    rack.start(steps, interval, 0.0)
+    before = (0,) * 6
+    for look in sorted(looks):
+        now = rack.positions(look)
+        assert all(abs(b) <= abs(a) <= abs(d) for a, b, d in zip(now, before, steps, strict=True))
+        in_step = min(math.floor(look / interval + 1e-6) + 1, 60)
+        assert max(map(abs, now)) <= in_step
+        before = now
+    done_s = rack.done_s
+    rack.settle(done_s)
+    assert not rack.moving
+    assert rack.positions(done_s) == steps
+    assert done_s == pytest.approx(max(max(map(abs, steps)) - 1, 0) * interval)
