@@ -39,10 +39,11 @@ class SimProcess:
         return self
 
     def __exit__(self, *error: object) -> None:
-        if self.process.poll() is None:
-            self.process.terminate()
-        with contextlib.suppress(BrokenPipeError):
-            self.process.communicate(timeout=PATIENCE_S)
+        try:
+            with contextlib.suppress(BrokenPipeError):
+                self.process.communicate("quit\n", timeout=PATIENCE_S)
+        finally:
+            self.process.kill()
 
     def state(self) -> dict[str, Any]:
         """Return the physical state of the arm at this moment."""

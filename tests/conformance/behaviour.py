@@ -33,9 +33,13 @@ class Behaviour:
     smoke: bool = False
     transports: tuple[str, ...] = ()
 
+    def meant_for(self, transport: str) -> bool:
+        """Tell whether this row is one for a transport at all."""
+        return not self.transports or transport in self.transports
+
     def lacking(self, bench: Bench) -> str:
         """Return why this row is not applicable to the arm on a bench; empty where it is."""
-        if self.transports and bench.transport not in self.transports:
+        if not self.meant_for(bench.transport):
             return f"only over {' and '.join(self.transports)}"
         if bench.simulated or self.watched:
             return next((why for rule in self.needs if (why := rule(bench))), "")

@@ -1,0 +1,92 @@
+"""Run the whole table: every behaviour, dialect and transport; print it, and write its page.
+
+    python -m tests.conformance
+    python -m tests.conformance --write docs/conformance.md
+
+Exit code 1 where anything is not as promised.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import tempfile
+import time
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+from armdrive.dialects import DIALECTS
+
+from .behaviours import BEHAVIOURS
+from .benches import BENCHES
+from .running import Result, Verdict, run_row
+from .table import page, text
+
+COMMAND = "python -m tests.conformance --write docs/conformance.md"
+JOBS = 4
+Task = tuple[str, str, str]
+"""A row: behaviour, dialect and transport."""
+
+
+def options(words: Sequence[str] | None) -> argparse.Namespace:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(prog="python -m tests.conformance", description=__doc__)
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser.add_argument("--write", metavar="PAGE", type=Path, help="write the page as well")
+    parser.add_argument("--dialect", action="append", choices=list(DIALECTS))
+    parser.add_argument("--transport", action="append", choices=list(BENCHES))
+    parser.add_argument("--only", default="", metavar="TEXT", help="behaviours that have this text")
+    parser.add_argument("--jobs", type=int, default=JOBS, help="so many rows at a time")
+    return parser.parse_args(words)
+
+
+def tasks(chosen: argparse.Namespace) -> list[Task]:
+    """List the rows that are asked for."""
+    return [
+        (row.name, dialect, transport)
+        for transport in chosen.transport or BENCHES
+        for row in BEHAVIOURS
+        if chosen.only in row.name
+        for dialect in chosen.dialect or DIALECTS
+    ]
+
+
+def run_task(task: Task) -> Result:
+    """Run one row, with a home of its own: nothing is remembered from one to the next."""
+    name, dialect, transport = task
+    behaviour = next(row for row in BEHAVIOURS if row.name == name)
+    with tempfile.TemporaryDirectory(prefix="armdrive-") as home:
+        os.environ["ARMDRIVE_HOME"] = home
+        os.environ.pop("ARMDRIVE_FORCE_SIM", None)
+        return run_row(behaviour, dialect, transport, BENCHES[transport])
+
+
+def results(wanted: Sequence[Task], jobs: int) -> Iterator[Result]:
+    """Run the rows, several at a time, each in its own process: nearly all of it is waiting."""
+    with ProcessPoolExecutor(jobs) as pool:
+        for number, result in enumerate(pool.map(run_task, wanted), 1):
+            if result.verdict is Verdict.BROKEN:
+                sys.stderr.write(f"\r{result.dialect}, {result.transport}: {result.behaviour}: ")
+                sys.stderr.write(f"{result.words}\n")
+            sys.stderr.write(f"\r{number} of {len(wanted)} ")
+            sys.stderr.flush()
+            yield result
+    sys.stderr.write("\n")
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Run what is asked for."""
+    chosen = options(words)
+    began_s = time.monotonic()
+    found = list(results(tasks(chosen), max(chosen.jobs, 1)))
+    shown = [row for row in BEHAVIOURS if chosen.only in row.name]
+    sys.stdout.write(f"{text(shown, found)} in {time.monotonic() - began_s:.0f} s\n")
+    if chosen.write is not None:
+        chosen.write.write_text(page(shown, found, COMMAND), encoding="utf-8")
+    return int(any(each.verdict is Verdict.BROKEN for each in found))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,128 @@
+"""The results as a table of behaviours by dialects, for the terminal and for the page."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from itertools import groupby
+
+from .behaviour import Behaviour
+from .running import Result, Verdict
+
+NOT_RUN = "–"
+WORDS = {
+    "memory": "in process, on simulated time",
+    "pty": "another process, over a pseudo-terminal",
+    "tcp": "another process, over TCP",
+    "port": "a real arm",
+}
+PAGE_INTRO = """# Conformance
+
+What an arm does, whichever controller it has. Each row of the table is a behaviour of
+[tests/conformance](../tests/conformance/behaviours.py): a function that drives an arm by
+armdrive's public calls, looks at the **physical** arm, which no register knows, and says in a
+sentence what was not as promised. Every dialect of [dialects.py](../armdrive/dialects.py) is put on
+the same benches; a new row there is under test by itself. What a dialect cannot do by its table of
+abilities is `n/a`, by a rule on those abilities.
+
+Of every fault the same is asked, whenever it comes: nothing moves that was not commanded; the call
+ends in time, with what was asked for or with an error that says what is wrong; the position is not
+called referenced where the arm does not stand there, if the device gave any sign of it; and once
+the fault is over, a reset (or connecting again) and a reference make the arm work as before, and
+move nothing. A wire without check bytes can turn a number into another one, and a command that
+comes twice can be obeyed twice: there, no driver can keep the arm from moving otherwise than it
+was commanded, so that it is only asked that this is found out. Steppers that slip or stall without
+a switch give no sign at all: there, it is only asked that the arm works once it is referenced.
+
+A word alone holds for every transport; where they differ there is one for each, in this order:
+"""
+
+
+def page(behaviours: Sequence[Behaviour], results: Iterable[Result], command: str) -> str:
+    """Return the page: words, how it was made, the table and its notes."""
+    found = tuple(results)
+    transports = _transports(found)
+    lines = [PAGE_INTRO + "; ".join(f"{each}: {WORDS[each]}" for each in transports) + ".", ""]
+    lines += [f"Made by `{command}`; {summary(found)}.", ""]
+    lines += list(_markdown(behaviours, found))
+    lines += ["## What is not applicable, and why", ""]
+    lines += [f"- {note}" for note in notes(found, Verdict.NOT_APPLICABLE)] or ["Nothing."]
+    broken = [f"- {note}" for note in notes(found, Verdict.BROKEN)]
+    lines += ["", "## What is not as promised", "", *(broken or ["Nothing."])]
+    return "\n".join(lines) + "\n"
+
+
+def text(behaviours: Sequence[Behaviour], results: Iterable[Result]) -> str:
+    """Return the table for a terminal, with the sentences of what was broken."""
+    found = tuple(results)
+    dialects = _dialects(found)
+    width = max(len(row.name) for row in behaviours) + 2
+    rows = [("", *dialects), *_rows(behaviours, found)]
+    lines = [f"{name:<{width}}" + "".join(f"{cell:<18}" for cell in cells) for name, *cells in rows]
+    lines += ["", *notes(found, Verdict.BROKEN), summary(found)]
+    return "\n".join(line.rstrip() for line in lines)
+
+
+def summary(results: Sequence[Result]) -> str:
+    """Count the verdicts."""
+    counts = {verdict: sum(each.verdict is verdict for each in results) for verdict in Verdict}
+    return (
+        f"{counts[Verdict.KEPT]} kept, {counts[Verdict.BROKEN]} broken, "
+        f"{counts[Verdict.NOT_APPLICABLE]} not applicable"
+    )
+
+
+def notes(results: Sequence[Result], verdict: Verdict) -> list[str]:
+    """Say why, once for each reason, and of which behaviours and dialects."""
+    if verdict is Verdict.BROKEN:
+        return [
+            f"{each.behaviour} ({each.dialect}, {each.transport}): {each.words}"
+            for each in results
+            if each.verdict is verdict
+        ]
+    chosen = [each for each in results if each.verdict is verdict and not each.elsewhere]
+    reasons: dict[tuple[str, str], list[str]] = {}
+    for each in chosen:
+        reasons.setdefault((each.words, each.behaviour), []).append(each.dialect)
+    return [
+        f"{behaviour}: {words} ({', '.join(dict.fromkeys(dialects))})"
+        for (words, behaviour), dialects in reasons.items()
+    ]
+
+
+def _markdown(behaviours: Sequence[Behaviour], results: Sequence[Result]) -> Iterable[str]:
+    for family, members in groupby(behaviours, lambda row: row.family):
+        yield from ("", f"## {family[0].upper() + family[1:]}", "")
+        yield f"| behaviour | {' | '.join(_dialects(results))} |"
+        yield "|---" * (1 + len(_dialects(results))) + "|"
+        for cells in _rows(tuple(members), results):
+            yield f"| {' | '.join(cells)} |"
+    yield ""
+
+
+def _rows(behaviours: Sequence[Behaviour], results: Sequence[Result]) -> list[tuple[str, ...]]:
+    known = {(each.behaviour, each.dialect, each.transport): each for each in results}
+    transports = _transports(results)
+    return [
+        (
+            row.name,
+            *(
+                _cell([known.get((row.name, dialect, each)) for each in transports])
+                for dialect in _dialects(results)
+            ),
+        )
+        for row in behaviours
+    ]
+
+
+def _cell(results: Sequence[Result | None]) -> str:
+    """Return one word where all transports agree, else one for each."""
+    words = [NOT_RUN if each is None or each.elsewhere else each.verdict.value for each in results]
+    return words[0] if len(set(words)) == 1 else " · ".join(words)
+
+
+def _dialects(results: Sequence[Result]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(each.dialect for each in results))
+
+
+def _transports(results: Sequence[Result]) -> tuple[str, ...]:
+    return tuple(each for each in WORDS if any(one.transport == each for one in results))
