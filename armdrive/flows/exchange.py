@@ -240,19 +240,24 @@ class Wire:
         core.commanded = core.acknowledged  # also where nothing had moved yet
 
     def _refusal(self, reply: Denied) -> Flow[None]:
-        """Find out what a refused motion left behind: nothing, where the device is sure of it."""
-        difference = yield from self.read()
+        """Find out what a refused motion left behind: nothing, where the device is sure of it.
+
+        Where an alert has said already why the motion ended, its words are the error's.
+        """
         core = self.core
+        told = core.error if core.state is State.ERROR_STOP else ""
+        difference = yield from self.read()
         words = f": {reply.reason}" if reply.reason else ""
         if not reply.moved and not difference.largest:
             core.believe_registers()
             core.commanded = core.acknowledged
-            raise self._fault(DeviceFault(f"the controller refused the motion{words}"))
+            raise self._fault(DeviceFault(told or f"the controller refused the motion{words}"))
         core.learn(Evidence.MOTION_REFUSED, self.now_s)
-        core.believe_registers()
+        take_difference(core)
         raise self._fault(
             DeviceFault(
-                f"the controller refused a motion that it should have understood{words}; a byte "
+                told
+                or f"the controller refused a motion that it should have understood{words}; a byte "
                 "may have been garbled. Look at the arm, then reset"
             )
         )
