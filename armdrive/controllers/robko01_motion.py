@@ -161,7 +161,7 @@ class RobkoMotion(RobkoExchange, ABC):
 
     def _watch(self, way: _Way) -> Script:
         """Look at the motors until they have arrived."""
-        still = 0
+        still = astray = 0
         last: Motors | None = None
         given_up_s = way.began_s + PATIENCE * self._meter.doubt * way.expected_s + PATIENCE_S
         while self.now_s < given_up_s:
@@ -171,8 +171,13 @@ class RobkoMotion(RobkoExchange, ABC):
                 return self.silence(way.began_s)
             if not way.left(seen).largest:
                 return Done(self._meter.learn(way.expected_s, self.now_s - way.began_s))
-            if not way.holds(seen):
-                return self._astray(seen)
+            if not way.holds(seen):  # believed when it is seen twice: an answer may be a late one
+                astray += 1
+                if astray > 1:
+                    return self._astray(seen)
+                yield from self.pause(self.now_s + POLL_S)
+                continue
+            astray = 0
             self.tell(Progress(Registers(seen)))
             if self.now_s > way.began_s + way.expected_s and seen == last:
                 mask = yield from self._mask()

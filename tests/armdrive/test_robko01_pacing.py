@@ -1,0 +1,119 @@
+"""What the driver computes of a Robko's motion, against axes that know nothing of it."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from armdrive.armfile import parse_arm_file
+from armdrive.controllers.robko01_pacing import PaceMeter, Pacing
+from armdrive.controllers.robko01_settings import BOARDS, Board, RobkoSettings
+from armdrive.errors import ArmFileError
+from armdrive.sim.uncoordinated import UncoordinatedRack
+
+BOARD = st.sampled_from([*BOARDS.values(), Board(700.0, 300.0, 0.0), Board(75.0, 125.0, 0.008)])
+STEPS = st.tuples(*[st.integers(-90, 90)] * 6).filter(any)
+RATES = st.one_of(st.floats(1.0, 400.0), st.sampled_from([31.25, 62.0, 62.5, 63.0, 125.0]))
+
+
+def moved(board, steps, speeds, start_s=0.0):
+    rack = UncoordinatedRack(
+        (0,) * 6,
+        acceleration_hz_s=board.acceleration_steps_s2,
+        grid_s=board.step_chance_s,
+        stagger_s=board.step_chance_s / 8,
+    )
+    for axis, (each, speed) in enumerate(zip(steps, speeds, strict=True)):
+        if each:
+            rack.move_to(axis, each, speed, start_s)
+    return rack
+
+
+@settings(max_examples=150)
+@given(BOARD, STEPS, RATES, st.floats(0.0, 0.05))
+@example(BOARDS["avr"], (30, 16, 0, 0, 0, 0), 125.0, 0.0)
+def test_no_axis_lasts_longer_or_strays_further_than_was_computed(board, steps, rate_hz, start_s):
+    pacing = Pacing(board)
+    speeds = pacing.speeds(steps, rate_hz)
+    rack = moved(board, steps, speeds, start_s)
+    took_s, longest = rack.done_s - start_s, max(map(abs, steps))
+    assert took_s <= pacing.lasts_s(longest, rate_hz) + 1e-9
+    lead = next(axis for axis, each in enumerate(steps) if abs(each) == longest)
+    bound = pacing.strays_steps(steps, rate_hz)
+    for look in range(41):
+        seen = rack.positions(start_s + took_s * look / 40)
+        share = seen[lead] / steps[lead]
+        strays = (abs(at - share * each) for at, each in zip(seen, steps, strict=True))
+        assert max(strays) <= bound + 1e-9
+    assert all(0 < speed <= 30_000 for speed, each in zip(speeds, steps, strict=True) if each)
+
+
+@settings(max_examples=100)
+@given(BOARD, RATES, st.integers(1, 200), st.integers(1, 50))
+def test_more_steps_last_longer_and_no_usable_rate_is_above_the_one_wanted(
+    board, rate_hz, steps, more
+):
+    pacing = Pacing(board)
+    assert pacing.usable_hz(rate_hz) <= min(max(rate_hz, 1.0), board.max_rate_hz) + 1e-6
+    assert pacing.usable_hz(pacing.usable_hz(rate_hz)) == pytest.approx(pacing.usable_hz(rate_hz))
+    assert pacing.lasts_s(steps, rate_hz) < pacing.lasts_s(steps + more, rate_hz)
+    assert pacing.lasts_s(0.0, rate_hz) == 0.0
+
+
+def test_the_rates_of_an_avr_board_are_parts_of_125():
+    pacing = Pacing(BOARDS["avr"])
+    wanted = [float("inf"), 124.0, 100.0, 62.0, 42.0, 0.0]
+    real = [pacing.usable_hz(rate_hz) for rate_hz in wanted]
+    assert real == pytest.approx([125.0, 62.5, 62.5, 125 / 3, 125 / 3, 1.0])
+
+
+def test_one_axis_alone_strays_from_nothing():
+    assert Pacing(BOARDS["avr"]).strays_steps((0, 90, 0, 0, 0, 0), 125.0) == 0.0
+
+
+def test_the_meter_believes_slowness_at_once_and_speed_bit_by_bit():
+    meter = PaceMeter(1.5)
+    assert meter.doubt == 1.5
+    assert meter.learn(0.05, 0.2)  # too short to tell
+    assert meter.doubt == 1.5
+    assert meter.learn(0.4, 0.4)
+    assert meter.doubt == 1.0
+    assert meter.learn(0.4, 0.6)
+    assert meter.doubt == pytest.approx(1.5)
+    assert meter.learn(0.4, 0.4)
+    assert 1.3 < meter.doubt < 1.4
+    assert not meter.learn(0.4, 3.0)
+    assert not PaceMeter(1.0).learn(0.4, 0.01)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("board", "uno"),
+        ("acceleration_steps_s2", 1.0),
+        ("max_rate_hz", 0.5),
+        ("step_chance_s", -0.1),
+        ("speed_doubt", 0.5),
+        ("watchdog_s", -1.0),
+        ("boot_s", 100.0),
+        ("answer_margin_s", 0.0),
+    ],
+)
+def test_a_setting_out_of_bounds_is_refused_by_name(key, value):
+    table = {"model": "robko01", "connection": {"dialect": "robko01"}, "robko01": {key: value}}
+    with pytest.raises(ArmFileError, match=rf"robko01\.{key}"):
+        parse_arm_file(table, name="bench")
+
+
+def test_an_arm_file_corrects_what_is_known_of_a_board():
+    table = {
+        "model": "robko01",
+        "connection": {"dialect": "robko01", "port": "udp://192.168.1.9:10182"},
+        "robko01": {"board": "esp32", "acceleration_steps_s2": 700, "watchdog_s": 3},
+    }
+    config = parse_arm_file(table, name="bench")
+    assert config.connection.baud == 115_200
+    assert config.motion.planned_burst_s == 0.5
+    assert config.device.known == Board(700.0, 100.0, 0.0)
+    assert RobkoSettings().known == BOARDS["avr"]

@@ -1,0 +1,303 @@
+"""The simulated Robko 01 does what was seen of the firmware, with its numbers."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from robko_bench import RobkoBench, axes
+
+from armdrive.connecting import simulated_config
+from armdrive.errors import BadRequest
+from armdrive.sim.robko01 import SimRobko
+from armdrive.sim.robko01_box import ESP32, RobkoHabits
+from armdrive.sim.twin import make_device, make_twin
+from firmware_protocol.robko01 import (
+    Acknowledged,
+    Axes,
+    Busy,
+    Clear,
+    Disable,
+    Enable,
+    GetRobotId,
+    Inputs,
+    InputsRead,
+    IsMoving,
+    LoadPosition,
+    MoveAbsolute,
+    MoveRelative,
+    MoveSpeed,
+    Moving,
+    Op,
+    Outputs,
+    OutputsSet,
+    Ping,
+    Pong,
+    Position,
+    SavePosition,
+    SetRobotId,
+    Status,
+    Stop,
+)
+from firmware_protocol.robko01.frames import Kind, frame_bytes
+from kinematics import Joints
+
+
+@pytest.fixture
+def bench():
+    return RobkoBench().enabled()
+
+
+def esp32(**habits) -> RobkoBench:
+    return RobkoBench(SimRobko(habits=RobkoHabits(ESP32, grid_s=0.0, **habits))).enabled()
+
+
+def positions(bench):
+    return bench.ask(Position()).axes.positions_steps
+
+
+def run(bench, request, step_s=0.002):
+    """Have a motion done; return how long it took, and the positions seen on the way."""
+    assert bench.ask(request).status is Status.OK
+    began_s, seen = bench.now_s, [positions(bench)]
+    while bench.device.moving:
+        bench.let_pass(step_s)
+        seen.append(tuple(bench.device.registers))
+    return bench.now_s - began_s, seen
+
+
+class TestWire:
+    def test_a_ping_goes_round_in_five_milliseconds_and_brings_its_bytes_back(self, bench):
+        before_s = bench.now_s
+        assert bench.ask(Ping(b"01234567")) == Pong(b"01234567")
+        assert bench.now_s - before_s == pytest.approx(0.005, abs=0.0005)
+
+    @pytest.mark.parametrize("spoilt", [0, 1, 2, 3, 4, 5])
+    def test_a_frame_with_a_wrong_byte_is_dropped_in_silence(self, bench, spoilt):
+        frame = bytearray(frame_bytes(Kind.REQUEST, Op.ENABLE, b""))
+        frame[spoilt] ^= 0x40
+        bench.link.write(bytes(frame), bench.now_s)
+        assert bench.let_pass(1.0) == b""
+        bench.link.write(bytes(33), bench.now_s)  # whatever the reader believes to be in
+        bench.let_pass(0.1)
+        assert bench.ask(Ping(b"again")) == Pong(b"again")
+        assert bench.device.dropped
+
+    def test_an_unknown_operation_is_dropped_in_silence(self, bench):
+        bench.link.write(frame_bytes(Kind.REQUEST, 17, b""), bench.now_s)
+        assert bench.let_pass(1.0) == b""
+
+    @pytest.mark.parametrize("request_", [SavePosition(), LoadPosition()])
+    def test_saving_and_loading_are_named_and_never_answered(self, bench, request_):
+        assert bench.ask(request_) is None
+        assert bench.ask(Ping(b"x")) == Pong(b"x")
+
+    def test_ids_and_inputs_and_outputs(self, bench):
+        assert bench.ask(SetRobotId(b"me")).robot_id == b"me"
+        assert bench.ask(GetRobotId()).robot_id == b""
+        bench.device.set_input(3, True)
+        assert bench.ask(Inputs()) == InputsRead(8)
+        assert bench.ask(Outputs(5)) == Acknowledged(Op.OUTPUTS)
+        assert bench.device.outputs == 5
+        assert esp32().ask(Outputs(5)) == OutputsSet(5)
+
+
+class TestMotion:
+    def test_a_move_before_the_motors_are_on_is_an_error_and_moves_nothing(self):
+        bench = RobkoBench()
+        for request in (MoveRelative(axes(5)), MoveAbsolute(axes(5)), MoveSpeed(axes(5))):
+            assert bench.ask(request).status is Status.ERROR
+        bench.let_pass(1.0)
+        assert positions(bench) == (0,) * 6
+
+    def test_a_move_during_a_move_is_refused_with_the_axes_that_move(self, bench):
+        bench.ask(MoveRelative(axes(40, 0, -40)))
+        bench.let_pass(0.1)
+        assert bench.ask(MoveRelative(axes(1))) == Busy(Op.MOVE_RELATIVE, 0b101)
+        bench.let_pass(2.0)
+        assert positions(bench) == (40, 0, -40, 0, 0, 0)
+
+    def test_is_moving_answers_zero_just_behind_an_accepted_move_that_keeps_it_busy(self, bench):
+        bench.ask(MoveRelative(axes(40)))
+        assert bench.ask(IsMoving()) == Moving(0)
+        assert isinstance(bench.ask(MoveRelative(axes(1))), Busy)
+        bench.let_pass(0.01)
+        assert bench.ask(IsMoving()) == Moving(1)
+
+    def test_a_commanded_hundred_runs_at_sixty_two(self, bench):
+        _, seen = run(bench, MoveRelative(axes(100, speed=100)))
+        middle = [one[0] for one in seen if 20 <= one[0] <= 80]
+        assert len(set(middle)) / (len(middle) * 0.002) == pytest.approx(62.5, abs=1.0)
+
+    @pytest.mark.parametrize("speed", [125, 200, 30_000])
+    def test_no_axis_exceeds_125_steps_a_second(self, bench, speed):
+        took_s, seen = run(bench, MoveRelative(axes(200, speed=speed)), step_s=0.001)
+        per_chance = [b[0] - a[0] for a, b in zip(seen[1:], seen[9:], strict=False)]
+        assert max(per_chance) == 1
+        assert 200 / took_s < 125
+
+    @pytest.mark.parametrize(("steps", "average_hz"), [(4, 35), (40, 72)])
+    def test_short_moves_are_slow(self, bench, steps, average_hz):
+        took_s, _ = run(bench, MoveRelative(axes(steps, speed=125)), step_s=0.001)
+        assert steps / took_s == pytest.approx(average_hz, rel=0.12)
+
+    def test_axes_are_not_coordinated_each_ends_when_it_ends(self):
+        bench = esp32()
+        _, seen = run(bench, MoveRelative(axes(100, 50, speed=100)))
+        halfway = next(one for one in seen if one[1] >= 50)
+        assert halfway[0] < 60
+        assert seen[-1][:2] == (100, 50)
+
+    def test_every_axis_accelerates_with_700_steps_a_second_squared(self):
+        bench = esp32()
+        took_s, _ = run(bench, MoveRelative(axes(200, speed=350)), step_s=0.001)
+        assert took_s == pytest.approx(200 / 350 + 350 / 700, abs=0.01)
+
+    def test_an_absolute_move_ends_where_it_says(self, bench):
+        run(bench, MoveRelative(axes(20)))
+        run(bench, MoveAbsolute(axes(-10)))
+        assert positions(bench)[0] == -10
+
+    def test_positions_are_true_while_it_moves(self, bench):
+        start = bench.device.world.motors
+        bench.ask(MoveRelative(axes(-60, 30)))
+        for _ in range(5):
+            bench.let_pass(0.1)
+            told = positions(bench)
+            came = bench.device.world.motors - start
+            assert all(abs(a - b) <= 1 for a, b in zip(told, came, strict=True))
+
+    def test_registers_wrap_at_16_bits(self, bench):
+        bench.device.count_from((32_760, 0, 0, 0, 0, -32_768))
+        run(bench, MoveRelative(axes(20, 0, 0, 0, 0, -1)))
+        assert positions(bench) == (-32_756, 0, 0, 0, 0, 32_767)
+
+
+class TestStopping:
+    def test_a_stop_ramps_down(self):
+        bench = esp32()
+        bench.ask(MoveRelative(axes(300, speed=140)))
+        bench.let_pass(1.0)
+        before = bench.device.registers[0]
+        assert bench.ask(Stop()).status is Status.OK
+        bench.let_pass(1.0)
+        assert not bench.device.moving
+        assert positions(bench)[0] - before == pytest.approx(140**2 / 1400, abs=2)
+
+    def test_an_axis_by_speed_runs_on_when_the_host_falls_silent_and_stop_does_not_end_it(
+        self, bench
+    ):
+        assert bench.ask(MoveSpeed(Axes((0,) * 6, (50, 0, 0, 0, 0, 0)))).status is Status.OK
+        bench.let_pass(1.0)
+        assert positions(bench)[0] == pytest.approx(42, abs=1)
+        bench.ask(Stop())
+        bench.let_pass(9.0)
+        assert 400 <= positions(bench)[0] <= 460
+        bench.ask(MoveSpeed(Axes((0,) * 6)))
+        bench.let_pass(1.0)
+        stands = positions(bench)
+        bench.let_pass(1.0)
+        assert positions(bench) == stands
+
+    def test_clear_zeroes_the_positions_in_motion_too(self, bench):
+        bench.ask(MoveRelative(axes(60)))
+        bench.let_pass(0.5)
+        motors = bench.device.world.motors
+        bench.ask(Clear())
+        assert positions(bench) == (0,) * 6
+        bench.let_pass(1.0)
+        assert bench.device.world.motors - motors == (1, 0, 0, 0, 0, 0) or (
+            bench.device.world.motors == motors
+        )
+
+    def test_disabled_motors_let_the_arm_sag_and_the_counts_go_on(self, bench):
+        bench.ask(MoveRelative(axes(60)))
+        bench.let_pass(0.3)
+        height_mm = bench.device.pose.z_mm
+        bench.ask(Disable())
+        assert bench.device.pose.z_mm < height_mm - 5
+        base = bench.device.world.motors[0]
+        bench.let_pass(2.0)
+        assert positions(bench)[0] == 60
+        assert bench.device.world.motors[0] == base
+
+
+class TestPower:
+    def test_a_reset_in_motion_ends_it_and_forgets(self, bench):
+        bench.ask(MoveRelative(axes(60)))
+        bench.let_pass(0.3)
+        bench.device.reset()
+        assert positions(bench) == (0,) * 6
+        assert not bench.device.world.energised
+        assert bench.ask(MoveRelative(axes(1))).status is Status.ERROR
+
+    def test_a_watchdog_that_is_not_fed_switches_the_motors_off(self):
+        bench = esp32(watchdog_s=3.0)
+        for feed in (Ping(), Inputs(), Position()):
+            bench.let_pass(2.0)
+            assert bench.ask(feed).status is Status.OK
+        bench.let_pass(2.0)
+        bench.ask(IsMoving())  # feeds nothing
+        assert bench.device.enabled
+        bench.let_pass(1.2)
+        assert not bench.device.enabled
+        assert not bench.device.world.energised
+        assert bench.ask(MoveRelative(axes(1))).status is Status.ERROR
+
+    def test_one_that_rearms_switches_them_on_with_the_next_frame(self):
+        bench = esp32(watchdog_s=1.0, rearms=True)
+        bench.let_pass(2.0)
+        assert not bench.device.enabled
+        bench.ask(IsMoving())
+        assert bench.device.enabled
+
+    def test_an_operator_jogs_it_and_the_motors_stay_off(self):
+        device = SimRobko()
+        before = device.world.motors
+        device.bring_to(Joints.of(20, 60, -80, -40, 10), 33.0)
+        assert device.registers == device.world.motors - before
+        assert not device.world.energised
+
+    def test_a_saved_one_knows_its_motors_positions_and_outputs(self):
+        twin = make_twin(simulated_config("robko01"))
+        twin.device.receive(frame_bytes(Kind.REQUEST, Op.ENABLE, b""), 0.0)
+        twin.device.receive(frame_bytes(Kind.REQUEST, Op.OUTPUTS, b"\x07"), 0.1)
+        twin.device.transmit(0.2)
+        twin.device.jog((10, 0, -3, 0, 0, 7))
+        again = make_twin(simulated_config("robko01"), twin.save())
+        assert again.device.to_json() == twin.device.to_json()
+        assert again.device.details()["enabled"] is True
+        assert again.device.registers == (10, 0, -3, 0, 0, 7)
+
+
+def test_settings_choose_the_board():
+    config = simulated_config("robko01")
+    assert make_device(config).habits == RobkoHabits()
+    chosen = make_device(config, settings={"board": "esp32", "watchdog_s": 3.0}).habits
+    assert chosen == RobkoHabits(ESP32, 75.0, 0.0, watchdog_s=3.0)
+    with pytest.raises(BadRequest):
+        make_device(config, settings={"watchdog_s": -1.0})
+
+
+@settings(max_examples=20)
+@given(
+    moves=st.lists(st.tuples(*[st.integers(-40, 40)] * 6), max_size=3),
+    looks=st.lists(st.floats(0, 0.2), max_size=10),
+)
+def test_looking_on_changes_nothing(moves, looks):
+    watched, alone = RobkoBench().enabled(), RobkoBench().enabled()
+    for move in moves:
+        for bench, pauses in ((watched, looks), (alone, [sum(looks)])):
+            bench.ask(MoveRelative(axes(*move)))
+            for pause in pauses:
+                bench.let_pass(pause)
+            bench.let_pass(5.0)
+    assert watched.device.registers == alone.device.registers
+    assert watched.device.world.motors == alone.device.world.motors
+
+
+def test_the_motors_switched_on_hold_the_arm():
+    bench = RobkoBench()
+    assert not bench.device.world.energised
+    bench.ask(Enable())
+    assert bench.device.world.energised
