@@ -4,18 +4,48 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable
 from typing import Protocol
 
 from armdrive.doctor.probes import QUICK_BAUD
 from armdrive.doctor.probing import Examination, Script, Turn, examine
+from armdrive.errors import PortUnavailable
 from armdrive.transports.link import Link
-from armdrive.transports.url import open_link, scheme
+from armdrive.transports.serial_port import SerialLink
+from armdrive.transports.udp import UdpLink
+from armdrive.transports.url import host_and_port, scheme
 
 QUIET_S = 0.1
 """A device that was recognised may have something to add for this long."""
 
-Opening = Callable[[int], Link]
+
+class TunableLink(Link, Protocol):
+    """A wire whose baud rate can be changed while it is open."""
+
+    def tune(self, baud: int) -> None:
+        """Change the baud rate."""
+
+
+class TunableSerialLink(SerialLink):
+    """A serial port that is opened once for all baud rates: each opening may restart a board."""
+
+    def tune(self, baud: int) -> None:
+        """Change the baud rate; a raw network connection has none."""
+        if baud == self._baud or self._scheme == "socket":
+            return
+        try:
+            self._port.baudrate = baud
+        except (OSError, ValueError) as error:
+            raise PortUnavailable(
+                f"{self._name} cannot be set to {baud} baud ({error}): name another rate"
+            ) from None
+        self._baud = baud
+
+
+class TunableUdpLink(UdpLink):
+    """Datagrams, which have no baud rate."""
+
+    def tune(self, baud: int) -> None:
+        """Nothing is to be changed."""
 
 
 class Clock(Protocol):
@@ -43,41 +73,40 @@ class RealClock:
 def examine_port(port: str, baud: int | None) -> Examination:
     """Open a port and find out what it leads to; moves nothing. Raises `LinkError`.
 
-    DTR is raised and left up where the system can leave it, so that neither a change of the baud
-    rate nor the next program restarts a board. Windows cannot: there it is never raised.
+    DTR is raised and left up where the system can leave it, so that the next opening restarts no
+    board. Windows cannot: there it is never raised.
     """
-
-    def opened(at_baud: int) -> Link:
-        posix = os.name == "posix"
-        return open_link(port, at_baud, raise_dtr=posix, keep_dtr_on_close=posix)
-
+    kind = scheme(port)
+    datagrams = kind == "udp"
     # a raw network connection has no baud rate: one round is enough
-    one_baud = baud or (QUICK_BAUD if scheme(port) in ("socket", "udp") else None)
-    return carry_out(examine(one_baud, datagrams=scheme(port) == "udp"), opened, RealClock())
+    one_baud = baud or (QUICK_BAUD if kind in ("socket", "udp") else None)
+    link = _opened(port, one_baud or QUICK_BAUD)
+    return carry_out(examine(one_baud, datagrams=datagrams), link, RealClock())
 
 
-def carry_out(script: Script, opened: Opening, clock: Clock) -> Examination:
-    """Carry out a script on the link that `opened(baud)` gives, one link at a time."""
-    link: Link | None = None
-    baud, answer = 0, None
+def _opened(port: str, baud: int) -> TunableLink:
+    if scheme(port) == "udp":
+        return TunableUdpLink(*host_and_port(port))
+    posix = os.name == "posix"
+    return TunableSerialLink(port, baud, raise_dtr=posix, keep_dtr_on_close=posix)
+
+
+def carry_out(script: Script, link: TunableLink, clock: Clock) -> Examination:
+    """Carry out a script on a link, and close it."""
     try:
+        turn = next(script)
         while True:
-            turn = next(script) if answer is None else script.send(answer)
-            if link is None or turn.baud != baud:
-                if link is not None:
-                    link.close()
-                link, baud = opened(turn.baud), turn.baud
-            answer = _take_turn(turn, link, clock)
+            turn = script.send(_take_turn(turn, link, clock))
     except StopIteration as end:
         found: Examination = end.value
         return found
     finally:
-        if link is not None:
-            link.close()
+        link.close()
 
 
-def _take_turn(turn: Turn, link: Link, clock: Clock) -> bytes:
+def _take_turn(turn: Turn, link: TunableLink, clock: Clock) -> bytes:
     now_s = clock.now_s()
+    link.tune(turn.baud)
     if turn.data:
         link.write(turn.data, now_s)
     heard = bytearray(link.read(now_s))

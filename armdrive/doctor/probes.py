@@ -1,17 +1,19 @@
 """The table of probes: what is said to a port of which nobody knows what it leads to.
 
-In this order, each only while nothing has been recognised. None of them moves any arm of the
-table of dialects, and none leaves anything half received in it; docs/finding-the-arm.md says why,
-byte by byte, and tests say it to the simulated arms.
+Each is said only while nothing has been recognised. None of them moves any arm of the table of
+dialects, and none leaves anything half received in it; docs/finding-the-arm.md says why, byte by
+byte, and tests say it to the simulated arms.
 
-The quick probes come first. A device of 9600 baud hears a short burst of 115200 baud as nothing or
-as bytes from 0xF0 up, which mean nothing to it; in the other direction a single slow bit fills a
-quick byte, so that nothing but 0x00 and bytes from 0x80 up with all their ones on top is heard.
+At one baud rate the order is that of the table: what leaves no trace anywhere comes first. Where
+both are tried, the Armdroid is looked for before anybody hears bytes of another rate than its own:
+it is the one dialect in which a single letter moves an arm. Slow bytes are harmless at the quick
+rate, since one slow bit fills a whole quick byte: nothing is heard but 0x00, and bytes from 0x80
+up whose ones are all on top.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from armdrive.controllers.teachmover import FIRST_LINE
 from firmware_protocol.armdroid import Version
@@ -58,8 +60,19 @@ PROBES = (
     Probe("@READ", "teachmover", SLOW_BAUD, teachmover_wire.encode_command(Read(), ATTENTION), 1.0),
 )
 
-DATAGRAMS = frozenset({"ping"})
-"""What is said over UDP: other dialects know no datagrams."""
+_BEFORE_OTHER_RATES = "armdroid"
+_IN_DATAGRAMS = "robko01"
+"""Other dialects know no datagrams."""
+
+
+def sequence(given_baud: int | None = None, *, datagrams: bool = False) -> tuple[Probe, ...]:
+    """Return the probes in the order in which they are said, all of them at a given baud rate."""
+    if datagrams:
+        return tuple(each for each in PROBES if each.dialect == _IN_DATAGRAMS)
+    if given_baud is None:
+        return tuple(sorted(PROBES, key=lambda each: each.dialect != _BEFORE_OTHER_RATES))
+    return tuple(replace(each, baud=given_baud) for each in PROBES)
+
 
 DETAILS = {
     "armdroid": Probe("v", "armdroid", SLOW_BAUD, armdroid_wire.encode_command(Version()), 0.5),

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Generator
 from dataclasses import dataclass, field, replace
 
-from armdrive.doctor.probes import DATAGRAMS, DETAILS, LISTEN_S, PROBES, SETTLE_S, Probe
+from armdrive.doctor.probes import DETAILS, LISTEN_S, QUICK_BAUD, SETTLE_S, Probe, sequence
 from armdrive.doctor.signs import Identity, recognise
 
 
@@ -63,11 +63,9 @@ Script = Generator[Turn, bytes, Examination]
 
 def examine(given_baud: int | None = None, *, datagrams: bool = False) -> Script:
     """Find out what a port leads to; with `given_baud` at that baud rate alone."""
-    probes = [each for each in PROBES if not datagrams or each.name in DATAGRAMS]
-    if given_baud is not None:
-        probes = [replace(each, baud=given_baud) for each in probes]
-    found = Examination(baud=probes[0].baud)
-    found = yield from _listen(found, probes[0].baud, 0.0 if datagrams else LISTEN_S)
+    probes = sequence(given_baud, datagrams=datagrams)
+    first_baud = given_baud or QUICK_BAUD  # whoever has something to say at the start says it so
+    found = yield from _listen(Examination(), first_baud, 0.0 if datagrams else LISTEN_S)
     for probe in probes:
         if found.identity is not None:
             break
