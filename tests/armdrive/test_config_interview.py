@@ -1,0 +1,274 @@
+"""The interview as data: questions, answers, steps back, and the files that come of them."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from armdrive.arm import Arm
+from armdrive.armfile import load_arm_file
+from armdrive.cli.config_new import write
+from armdrive.connecting import connect_simulated
+from armdrive.interview.answers import flattened
+from armdrive.interview.complete import shortest
+from armdrive.interview.draft import LinkFile, Surroundings
+from armdrive.interview.gearing import Gearing, ratio
+from armdrive.interview.readers import WrongAnswer
+from armdrive.interview.session import Interview
+from armdrive.interview.templates import TEMPLATES, available
+from armdrive.interview.toml_text import Entry, Section, document
+from armdrive.interview.writing import files_of
+from armdrive.modelfile import parse_model
+from kinematics import Joints, preset
+
+FIVE = ["base", "shoulder", "elbow", "wrist_pitch", "wrist_roll"]
+TYPED = {
+    "links": "type",
+    "links.base": "0 193.7 0 90",
+    "links.shoulder": "0 0 177.8 0",
+    "links.elbow": "0 0 177.8 0",
+    "links.wrist_pitch": "90 0 0 90",
+    "links.wrist_roll": "0 96.5 0 0",
+    "limits.base": "-90 90",
+    "limits.shoulder": "-35 144",
+    "limits.elbow": "-149 0",
+    "limits.wrist_pitch": "-90 90",
+    "limits.wrist_roll": "-360 360",
+    **{f"gear.{joint}": "5:1" for joint in FIVE},
+    "fingers.mm_per_turn": "12",
+}
+OWN = {"own": TYPED}
+
+
+def interview_of(answers, **around):
+    interview = Interview(Surroundings(given=frozenset(answers), **around))
+    while (question := interview.question) is not None:
+        interview.answer(answers.get(question.key, ""))
+    return interview
+
+
+def files(template, answers=(), **around):
+    given = {"name": "bench", "template": template, **OWN.get(template, {}), **dict(answers)}
+    return files_of(interview_of(given, **around).draft)
+
+
+def loaded(folder, template, answers=(), **around):
+    write(files(template, answers, **around), folder / "bench.toml")
+    return load_arm_file(folder / "bench.toml")
+
+
+# -- templates --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("template", list(available()))
+def test_every_template_loads_and_drives_its_simulated_twin(tmp_path, template):
+    config = loaded(tmp_path, template)
+    assert config.connection.dialect == TEMPLATES[template].dialect
+    first, second = config.model.arm.joint_names[:2]
+    with connect_simulated(config) as arm:
+        assert isinstance(arm, Arm)
+        arm.jog_j(**{f"{first}_deg": 2.0})
+        arm.declare_posture(arm.twin.world.joints)
+        before = arm.joints
+        arm.move_j(**{f"{first}_deg": math.degrees(before[0]) + 10.0})
+        arm.jog_j(**{f"{second}_deg": -2.0})
+        moved = [after - was for after, was in zip(arm.joints, before, strict=True)]
+        assert math.degrees(moved[0]) == pytest.approx(10.0, abs=0.3)
+        assert math.degrees(moved[1]) == pytest.approx(-2.0, abs=0.3)
+        assert tuple(arm.twin.world.joints) == pytest.approx(tuple(arm.joints), abs=0.01)
+
+
+def test_the_published_numbers_of_a_preset_are_left_to_it(tmp_path):
+    text = files("teachmover").arm
+    assert set(tomllib.loads(text)) == {"model", "title", "connection"}
+    config = loaded(tmp_path, "teachmover")
+    assert config.model == preset("teachmover")
+
+
+def test_an_arm_nobody_has_measured_stays_a_template(tmp_path):
+    assert not loaded(tmp_path, "armdroid1").model.verified
+
+
+def test_an_arm_that_was_measured_is_one_no_more(tmp_path):
+    gears = {f"gear.{motor}": "30:1" for motor in (*FIVE[:3], "right wrist", "left wrist")}
+    answers = {"measured": "yes", **gears, "fingers.mm_per_turn": "8"}
+    config = loaded(tmp_path, "armdroid1", answers)
+    assert config.model.verified
+    turn = config.model.transmission.motors[0].steps_per_unit * math.tau
+    assert turn == pytest.approx(200 * 16 * 30)
+
+
+def test_a_typed_link_table_is_the_arm_that_was_typed(tmp_path):
+    config = loaded(tmp_path, "own", {"gripper.over": "elbow"})
+    ours, known = config.model.arm, preset("teachmover").arm
+    joints = Joints((0.1, 0.4, -0.9, -0.3, 0.2))
+    assert ours.fk(joints).x_mm == pytest.approx(known.fk(joints).x_mm)
+    assert ours.fk(joints).z_mm == pytest.approx(known.fk(joints).z_mm)
+    assert ours.fk(joints).pitch_deg == pytest.approx(known.fk(joints).pitch_deg)
+    assert config.model.transmission.motors[-1].follows == ((2, 1),)
+
+
+def test_a_model_file_is_taken_over_with_its_limits(tmp_path):
+    rows = "".join(
+        f'[[links]]\njoint = "j{n}"\nd_mm = 100\na_mm = {n}\nalpha_deg = {90 * (n % 2)}\n'
+        f"low_deg = -{100 + n}\nhigh_deg = {100 + n}\n"
+        for n in range(1, 7)
+    )
+    link_file = LinkFile("six.toml", rows, parse_model(tomllib.loads(rows)).chain)
+    answers = {
+        "links.file": "six.toml",
+        "gripper.kind": "none",
+        **{f"gear.j{n}": "20:1" for n in range(1, 7)},
+    }
+    given = {"name": "bench", "template": "own", **answers}
+    texts = files_of(interview_of(given, read_links=lambda _path: link_file).draft)
+    write(texts, tmp_path / "bench.toml")
+    config = load_arm_file(tmp_path / "bench.toml")
+    assert texts.model == rows
+    assert config.model.arm.joint_names == tuple(f"j{n}" for n in range(1, 7))
+    assert math.degrees(config.model.arm.limits[5].high_rad) == pytest.approx(106)
+
+
+def test_known_directions_are_written(tmp_path):
+    answers = {
+        "signs": "known",
+        "reversed.motors": "elbow, left wrist",
+        "reversed.joints": "wrist_roll",
+    }
+    config = loaded(tmp_path, "teachmover", answers)
+    expected = preset("teachmover").transmission.with_signs(
+        motors=(1, 1, -1, 1, -1, 1), coordinates=(1, 1, 1, 1, -1, 1)
+    )
+    assert config.model.transmission.matrix == expected.matrix
+
+
+def test_reversed_motors_of_a_link_table_turn_what_follows_them(tmp_path):
+    answers = {"signs": "known", "reversed.motors": "elbow"}
+    plain, turned = loaded(tmp_path, "own"), loaded(tmp_path, "own", answers)
+    signs = (1, 1, -1, 1, 1, 1)
+    assert turned.model.transmission.matrix == plain.model.transmission.with_signs(signs).matrix
+
+
+# -- going through it -------------------------------------------------------------------------
+
+
+def test_an_empty_line_is_the_default_and_a_wrong_one_changes_nothing():
+    interview = Interview(Surroundings())
+    with pytest.raises(WrongAnswer, match="no default"):
+        interview.answer("")
+    with pytest.raises(WrongAnswer, match="no name"):
+        interview.answer("my arm!")
+    interview.answer("bench")
+    with pytest.raises(WrongAnswer, match="did you mean 'teachmover'"):
+        interview.answer("teachmoover")
+    assert interview.question.key == "template"
+    interview.answer("1")
+    assert interview.draft.template.key == next(iter(available()))
+    assert interview.question.default == "Microbot TeachMover"
+
+
+def test_going_back_asks_the_question_before_once_more():
+    interview = Interview(Surroundings())
+    assert interview.back() is None
+    interview.answer("bench")
+    interview.answer("teachmover")
+    assert interview.back() == "template"
+    assert interview.question.key == "template"
+    interview.answer("robko01")
+    assert interview.question.default == "Robko 01"
+
+
+def test_a_gate_that_is_kept_closed_hides_what_is_behind_it():
+    kept = interview_of({"name": "a", "template": "teachmover"}).draft.answers
+    opened = {"name": "a", "template": "teachmover", "limits.base": "-80 80"}
+    asked = interview_of(opened).draft
+    assert "limits.base" not in kept
+    assert asked.answers["limits.base"] == (-80.0, 80.0)
+    assert asked.answers["limits.elbow"] == (-149.0, 0.0)
+
+
+def test_a_port_may_be_named_by_its_number():
+    interview = interview_of(
+        {"name": "a", "template": "teachmover", "connection.port": "2"},
+        ports=("/dev/ttyS0", "/dev/ttyUSB0"),
+    )
+    assert interview.draft.answers["connection.port"] == "/dev/ttyUSB0"
+
+
+def test_every_question_explains_itself():
+    for template in available():
+        interview = Interview(Surroundings())
+        answers = {"name": "a", "template": template, **OWN.get(template, {})}
+        while (question := interview.question) is not None:
+            assert question.why.endswith((".", "NAME.")), question.key
+            interview.answer(answers.get(question.key, ""))
+
+
+# -- numbers and texts ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("line", "turns"),
+    [("20:1", 20), ("60/16", 3.75), ("5", 5), ("60/16 * 4:1", 15), ("1:2", 0.5), ("2.5 : 1", 2.5)],
+)
+def test_a_gear_is_read_as_people_write_it(line, turns):
+    assert ratio(line).turns == pytest.approx(turns)
+
+
+@pytest.mark.parametrize("line", ["", "20:", "0:1", "-3", "a:b", "1:0", "inf", "20:1 * "])
+def test_what_is_no_gear_is_refused(line):
+    with pytest.raises(WrongAnswer):
+        ratio(line)
+
+
+def test_the_sum_of_a_gear_is_shown():
+    assert str(Gearing(200, 16, ratio("20:1"))) == ("200 full steps x 16 microsteps x 20:1 = 64000")
+
+
+VALUES = st.recursive(
+    st.text(st.characters(exclude_categories=["Cs"]))
+    | st.booleans()
+    | st.integers(-(10**9), 10**9)
+    | st.floats(allow_nan=False, allow_infinity=False),
+    lambda inner: (
+        st.lists(inner, max_size=3)
+        | st.dictionaries(st.text(st.characters(exclude_categories=["Cs"])), inner, max_size=3)
+    ),
+    max_leaves=6,
+)
+
+
+@given(st.text(st.characters(exclude_categories=["Cs"])), VALUES)
+def test_what_is_written_reads_back_the_same(key, value):
+    text = document([Section("", (Entry(key, value, "a comment"),))])
+    assert tomllib.loads(text) == {key: value}
+
+
+@given(st.integers(-360, 360))
+def test_whole_degrees_are_written_whole(degrees):
+    angle_rad = math.radians(degrees)
+    assert shortest(math.degrees(angle_rad), math.radians, angle_rad) == degrees
+
+
+@given(st.floats(-1000.0, 1000.0))
+def test_the_shortest_number_means_the_same_to_the_last_bit(degrees):
+    angle_rad = math.radians(degrees)
+    short = shortest(math.degrees(angle_rad), math.radians, angle_rad)
+    assert math.radians(short) == angle_rad
+
+
+def test_answers_of_a_file_are_as_one_would_type_them():
+    table = {"name": "a", "gear": {"right wrist": 5.5}, "homing": True, "park": [1, 2], "g": []}
+    table["homing groups"] = [[3], [1, 2]]
+    assert flattened(table) == {
+        "name": "a",
+        "gear.right wrist": "5.5",
+        "homing": "yes",
+        "park": "1, 2",
+        "g": "none",
+        "homing groups": "3; 1, 2",
+    }

@@ -1,0 +1,160 @@
+"""Directions found by looking: on twins whose motors really count the other way."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import product
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from armdrive.armfile import parse_arm_file
+from armdrive.cli.config_files import ArmText
+from armdrive.cli.config_signs import find_signs, lines_for
+from armdrive.connecting import connect_simulated, simulated_config
+from armdrive.interview.readers import WrongAnswer
+from armdrive.interview.sight import sight
+from armdrive.interview.signs import (
+    NOTHING,
+    OTHER,
+    Seen,
+    check_word,
+    conclude,
+    roll_joint,
+    trials,
+)
+from armdrive.sim.found import found_posture
+from armdrive.sim.twin import make_twin
+from kinematics import Joints, preset
+
+MODEL = preset("teachmover")
+POSTURE = found_posture(MODEL.arm)
+MOTORS = [motor.name for motor in MODEL.transmission.motors]
+
+
+def really(config, motors=(1,) * 6, joints=(1,) * 6):
+    """The arm as it really is, where its file believes the preset's directions."""
+    transmission = config.model.transmission.with_signs(motors, joints)
+    return replace(config, model=replace(config.model, transmission=transmission))
+
+
+def reversed_of(names, signs):
+    return tuple(sorted(name for name, sign in zip(names, signs, strict=True) if sign < 0))
+
+
+@pytest.mark.parametrize("dialect", ["teachmover", "robko01"])
+@pytest.mark.parametrize(
+    ("motors", "roll"),
+    [
+        ((1, 1, 1, 1, 1, 1), 1),
+        ((-1, 1, -1, 1, 1, 1), 1),
+        ((1, -1, 1, -1, 1, -1), 1),
+        ((1, 1, 1, 1, 1, 1), -1),
+        ((-1, -1, -1, -1, -1, -1), -1),
+    ],
+)
+def test_what_is_reversed_is_found_on_the_twin(dialect, motors, roll):
+    config = simulated_config(dialect)
+    twin = make_twin(really(config, motors, (1, 1, 1, 1, roll, 1)))
+    with connect_simulated(config, twin=twin) as arm:
+        before = twin.world.joints
+        found = find_signs(arm, alone=True)
+        assert tuple(twin.world.joints) == pytest.approx(tuple(before), abs=1e-9)
+    assert tuple(sorted(found.motors)) == reversed_of(MOTORS, motors)
+    assert found.joints == (("wrist_roll",) if roll < 0 else ())
+    assert found.unclear == ()
+
+
+def looked(trial, motors, joints):
+    """What somebody sees of an arm with these directions, worked out from its geometry."""
+    truth = MODEL.transmission.with_signs(motors, joints)
+    here = truth.to_motors(POSTURE, 20.0)
+    there = list(here)
+    there[trial.motor] += trial.steps
+    (before, open0), (after, open1) = truth.to_joints(here), truth.to_joints(there)
+    seen = sight(MODEL.arm, before, after, open1 - open0)
+    way = next(way for way in seen.visible() if way in trial.ways)
+    return Seen(trial, seen.word(way), seen.word("roll"))
+
+
+@settings(max_examples=20)
+@given(st.tuples(*[st.sampled_from((1, -1))] * 6), st.sampled_from((1, -1)))
+def test_every_combination_of_directions_is_told_apart(motors, roll):
+    signs = (1, 1, 1, 1, roll, 1)
+    made = trials(MODEL.arm, MODEL.transmission, POSTURE)
+    found = conclude((looked(trial, motors, signs) for trial in made), "wrist_roll")
+    assert tuple(sorted(found.motors)) == reversed_of(MOTORS, motors)
+    assert found.joints == (("wrist_roll",) if roll < 0 else ())
+
+
+def test_the_gripper_makes_room_before_the_elbow_pulls_its_cable():
+    names = [trial.name for trial in trials(MODEL.arm, MODEL.transmission, POSTURE)]
+    assert names[0] == "gripper"
+    assert sorted(names) == sorted(MOTORS)
+
+
+def test_trials_are_small():
+    for trial in trials(MODEL.arm, MODEL.transmission, POSTURE):
+        joints, opening_mm = MODEL.transmission.to_joints(
+            [trial.steps if motor == trial.motor else 0 for motor in range(6)]
+        )
+        assert max(map(abs, joints)) < 0.1
+        assert abs(opening_mm) < 4.0
+        assert 1.0 < trial.expected.strongest_mm < 12.0
+
+
+def test_only_the_wrist_turns_the_hand_and_the_other_way():
+    asked = {t.name for t in trials(MODEL.arm, MODEL.transmission, POSTURE) if t.turns_hand}
+    assert asked == {"right wrist", "left wrist"}
+    assert roll_joint(MODEL.arm, POSTURE) == "wrist_roll"
+
+
+def test_what_nobody_saw_stays_unclear():
+    made = trials(MODEL.arm, MODEL.transmission, POSTURE)
+    found = conclude([Seen(made[0], NOTHING), Seen(made[1], OTHER)], "wrist_roll")
+    assert found.unclear == ("gripper", "base")
+    assert found.motors == ()
+
+
+def test_wrist_motors_that_contradict_each_other_are_unclear():
+    made = {trial.name: trial for trial in trials(MODEL.arm, MODEL.transmission, POSTURE)}
+    right, left = made["right wrist"], made["left wrist"]
+    seen = [
+        Seen(right, right.expected.word(right.ways[0]), right.expected.word("roll")),
+        Seen(left, left.expected.word(left.ways[0]), right.expected.word("roll")),
+    ]
+    assert conclude(seen, "wrist_roll").unclear == ("wrist_roll",)
+
+
+def test_a_direction_that_this_motor_cannot_move_is_refused():
+    base = trials(MODEL.arm, MODEL.transmission, POSTURE)[1]
+    check_word(base, "left")
+    with pytest.raises(WrongAnswer, match="left or right"):
+        check_word(base, "up")
+
+
+@pytest.mark.parametrize(
+    ("joint", "word"),
+    zip(range(5), ("left 39", "up", "up", "up", "clockwise"), strict=True),
+)
+def test_positive_joints_are_seen_as_the_docs_say(joint, word):
+    angles = [angle + (0.1 if at == joint else 0.0) for at, angle in enumerate(POSTURE)]
+    seen = sight(MODEL.arm, POSTURE, Joints(tuple(angles)))
+    assert word.split()[0] in str(seen)
+    assert not {"right", "down", "counter-clockwise"} & set(str(seen).split())
+
+
+@pytest.mark.parametrize(("known", "turned"), product((1, -1), repeat=2))
+def test_lines_for_the_file_turn_over_what_it_says(known, turned):
+    from armdrive.interview.signs import Signs
+
+    text = ArmText("a", None, {"model": "teachmover", "motor_signs": {"elbow": known}})
+    signs = Signs(motors=("elbow",) if turned < 0 else ())
+    lines = lines_for(text, signs)
+    if turned < 0:
+        assert lines == ["[motor_signs]", f'"elbow" = {-known}']
+        table = {"model": "teachmover", "motor_signs": {"elbow": -known}}
+        assert parse_arm_file(table, name="a").name == "a"
+    else:
+        assert lines == ["every direction is right as it is"]
