@@ -69,12 +69,6 @@ class Connected:
             noticed=self._noticed,
         )
         self.wire = Wire(self.engine, self.core)
-        self.speeds = Speeds(
-            config.model.joint_speeds_rad_s,
-            config.model.gripper_speed_mm_s,
-            controller.usable_rate_hz(math.inf),
-            self.core.transmission,
-        )
         self._idling = idling.Idling(self.wire)
         pace.start(self.engine)
         try:
@@ -96,6 +90,16 @@ class Connected:
                 last_sent=self.engine.last_sent,
                 last_answer=self.engine.last_answer,
             )
+
+    @property
+    def speeds(self) -> Speeds:
+        """The limits that time is computed from; a device may tell its own once it is connected."""
+        return Speeds(
+            self.config.model.joint_speeds_rad_s,
+            self.config.model.gripper_speed_mm_s,
+            self.core.controller.usable_rate_hz(math.inf),
+            self.core.transmission,
+        )
 
     @property
     def model(self) -> ArmModel:

@@ -97,6 +97,8 @@ class Wire:
             except NoAnswer as error:
                 silence = error
                 continue
+            if isinstance(reply, Denied) and reply.reason:  # it is there, and says why not
+                raise DeviceFault(reply.reason)
             heard_s = self.engine.heard_s
             if attempt and isinstance(reply, Registers):
                 yield from self.quiet()
@@ -166,14 +168,10 @@ class Wire:
         except LinkLost:
             core.learn(Evidence.LOST_IN_MOTION, self.now_s)
             raise
-        if isinstance(reply, Interrupted):
-            yield from self._pendant_stop()
-        elif isinstance(reply, Halted):
-            way = core.commanded - core.acknowledged
-            start = core.acknowledged
-            yield from self._halted(reply, lambda at: _on_the_way(at - start, way))
+        if isinstance(reply, Halted | Interrupted):
+            yield from self._ended(reply, _way_between(core.acknowledged, core.commanded))
             return
-        elif isinstance(reply, Denied):
+        if isinstance(reply, Denied):
             yield from self._refusal(reply)
         core.arrived(there)
         timely = isinstance(reply, Done) and reply.timely
@@ -196,18 +194,6 @@ class Wire:
             )
         )
 
-    def _pendant_stop(self) -> Flow[None]:
-        """Find out how far an interrupted burst came: the registers counted it."""
-        difference = yield from self.read()
-        core = self.core
-        way = core.commanded - core.acknowledged
-        if not _on_the_way(difference, way):
-            core.learn(Evidence.READ_BACK_DIFFERS, self.now_s)
-        core.believe_registers()
-        raise self._fault(
-            PendantStop("the STOP key of the pendant was pressed: look at the arm, then reset")
-        )
-
     def stream(self, request: MoveAlong, course: Course) -> Flow[bool]:
         """Have a device drive queued segments; True when all were driven, False when halted."""
         core = self.core
@@ -218,26 +204,28 @@ class Wire:
         except LinkLost:
             core.learn(Evidence.LOST_IN_MOTION, self.now_s)
             raise
-        if isinstance(reply, Halted):
-            yield from self._halted(reply, course.passes)
+        if isinstance(reply, Halted | Interrupted):
+            yield from self._ended(reply, course.passes)
             return False
-        if isinstance(reply, Interrupted):
-            yield from self._pendant_stop()
-        elif isinstance(reply, Denied):
+        if isinstance(reply, Denied):
             yield from self._refusal(reply)
         core.arrived(course.end)
         return True
 
-    def _halted(self, reply: Halted, passes: Callable[[Motors], bool]) -> Flow[None]:
-        """Take up where a stop from here left the motors."""
+    def _ended(self, reply: Halted | Interrupted, passes: Callable[[Motors], bool]) -> Flow[None]:
+        """Take up where a stop left the motors: the registers counted it. The operator's raises."""
         yield from self.read()
         core = self.core
-        if not reply.kept:
+        if isinstance(reply, Halted) and not reply.kept:
             core.learn(Evidence.STOPPED_DEAD, self.now_s)
         elif core.read_back is None or not passes(core.read_back):
             core.learn(Evidence.READ_BACK_DIFFERS, self.now_s)
         core.believe_registers()
         core.commanded = core.acknowledged  # also where nothing had moved yet
+        if isinstance(reply, Interrupted):
+            raise self._fault(
+                PendantStop("the STOP key of the pendant was pressed: look at the arm, then reset")
+            )
 
     def _refusal(self, reply: Denied) -> Flow[None]:
         """Find out what a refused motion left behind: nothing, where the device is sure of it.
@@ -289,6 +277,9 @@ def take_difference(core: Core) -> bool:
     return zeroed
 
 
-def _on_the_way(came: Motors, way: Motors) -> bool:
-    """Tell whether every motor stands between where it started and where it was sent."""
-    return all(min(0, end) <= steps <= max(0, end) for steps, end in zip(came, way, strict=True))
+def _way_between(start: Motors, end: Motors) -> Callable[[Motors], bool]:
+    """Return what tells whether every motor stands between where it started and was sent."""
+    spans = [(min(pair), max(pair)) for pair in zip(start, end, strict=True)]
+    return lambda at: all(
+        low <= count <= high for count, (low, high) in zip(at, spans, strict=True)
+    )

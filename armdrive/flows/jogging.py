@@ -32,6 +32,9 @@ if TYPE_CHECKING:
 ANGULAR_JOG_RAD_S = math.radians(45.0)
 """Pitch and roll of a Cartesian jog at full speed, before the joints' limits slow it."""
 
+NEARLY = 1e-3
+"""So much longer than it should be a leg may last before it is solved anew."""
+
 SHORTER_TRIES = 8
 """How often a held burst is made shorter before it is given up."""
 
@@ -150,7 +153,7 @@ def _held_ways(wire: Wire, speeds: Speeds) -> Iterator[Way]:
     here = core.coordinates
     part_s = core.config.motion.jog_burst_s / SEGMENTS_AHEAD
     while not wire.stopping and _held(wire):
-        leg = _next_held(wire, speeds, here, part_s, _whole)
+        leg = _next_held(wire, speeds, here, part_s, _in_time)
         if leg is None:
             return
         here = leg.end
@@ -165,8 +168,9 @@ def _fitting(wire: Wire, leg: Leg, longest_s: float) -> float:
     return next_share(wire, leg, longest_s, 0.0)
 
 
-def _whole(_wire: Wire, _leg: Leg, _longest_s: float) -> float:
-    return 1.0
+def _in_time(_wire: Wire, leg: Leg, longest_s: float) -> float:
+    """Of a device that keeps its own time: only the joints' speeds make a leg last longer."""
+    return 1.0 if leg.duration_s <= longest_s * (1.0 + NEARLY) else longest_s / leg.duration_s
 
 
 def _next_held(

@@ -36,12 +36,18 @@ class Course:
         self._low = self._high = self._at = core.acknowledged
 
     def segments(self) -> Iterator[MoveBy]:
-        """Give one segment after the other; its target is the commanded position from then on."""
+        """Give one segment after the other; its target is the commanded position from then on.
+
+        Ways in which no motor makes a step lend their time to the next: a slow motion stays slow.
+        """
+        waited_s = 0.0
         for there, duration_s in self._ways:
             target = self._core.transmission.to_motors(there.joints, there.opening_mm)
             steps, self.end = target - self._at, there
             if not steps.largest:
+                waited_s += duration_s
                 continue
+            duration_s, waited_s = duration_s + waited_s, 0.0
             self._at = target
             self._low = Motors(map(min, self._low, target))
             self._high = Motors(map(max, self._high, target))
