@@ -8,6 +8,8 @@ Examples:
   armdrive config check bench
   armdrive config set-default bench
 
+Every action prints JSON with --json.
+
 """
 
 from __future__ import annotations

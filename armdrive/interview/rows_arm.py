@@ -40,7 +40,12 @@ def _own_links(draft: Draft) -> bool:
 
 
 def _types_links(draft: Draft) -> bool:
-    return _own_links(draft) and draft.get("links") == "type"
+    return _own_links(draft) and draft.get("links.how") == "type"
+
+
+def _typed_rows(draft: Draft) -> bool:
+    """Tell whether rows of links are given beforehand."""
+    return any(k.startswith("links.") for k in draft.around.given - {"links.how", "links.file"})
 
 
 def _joint_names(line: str) -> tuple[str, ...]:
@@ -118,15 +123,15 @@ ROWS = (
         LENGTH, _length, each=_lengths,
     ),
     Row(
-        "links", "Is there a model file with the link table, or will you type it?",
+        "links.how", "Is there a model file with the link table, or will you type it?",
         "A model file is a TOML file; docs/model-file.md shows one.",
         fixed(readers.choice(("file", "type"))),
-        lambda draft, _one: "type" if "links.joints" in draft.around.given else "file",
+        lambda draft, _one: "type" if _typed_rows(draft) else "file",
         when=_own_links,
     ),
     Row(
         "links.file", "Where is the model file?", "Its path; its text is copied.", _link_file,
-        when=lambda draft: _own_links(draft) and draft.get("links") == "file",
+        when=lambda draft: _own_links(draft) and draft.get("links.how") == "file",
     ),
     Row(
         "links.joints", "The joints' names, from the table to the hand?",

@@ -30,7 +30,7 @@ def _asks_fingers(draft: Draft) -> bool:
 
 
 def _homes(draft: Draft) -> bool:
-    return draft.dialect.abilities.own_homing and bool(draft.get("homing"))
+    return draft.dialect.abilities.own_homing and bool(draft.get("homing.own"))
 
 
 def _homed_at(draft: Draft, one: str) -> str:
@@ -78,7 +78,7 @@ ROWS = (
         fixed(readers.number(0.01, 1000.0)), plain("10"), when=_model_arm_steps,
     ),
     Row(
-        "homing", "Does the arm home by its own switches?",
+        "homing.own", "Does the arm home by its own switches?",
         "The controller then drives each motor to its switch when `armdrive home` asks for it.",
         fixed(readers.yes_or_no), plain("yes"),
         when=lambda draft: draft.dialect.abilities.own_homing,

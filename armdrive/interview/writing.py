@@ -142,7 +142,7 @@ def _use(draft: Draft) -> Iterator[Section]:
             Entry("speed_mm_s", draft.answers["fingers.speed"]),
         )
         yield Section("fingers", entries)
-    if draft.get("homing"):
+    if draft.get("homing.own"):
         yield from _homing(draft)
     for key in ("reference", "park"):
         yield _posture(key, draft.get(key, ()))

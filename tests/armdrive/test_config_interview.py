@@ -27,7 +27,7 @@ from kinematics import Joints, preset
 
 FIVE = ["base", "shoulder", "elbow", "wrist_pitch", "wrist_roll"]
 TYPED = {
-    "links": "type",
+    "links.how": "type",
     "links.base": "0 193.7 0 90",
     "links.shoulder": "0 0 177.8 0",
     "links.elbow": "0 0 177.8 0",
