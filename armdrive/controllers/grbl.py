@@ -1,0 +1,309 @@
+"""The driver's end of the GRBL dialect: neutral requests to lines, reports to replies.
+
+Sources: gnea/grbl doc/markdown/interface.md, commands.md, jogging.md, settings.md.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Generator
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from armdrive.abilities import Abilities
+from armdrive.controllers.grbl_axes import Axes
+from armdrive.controllers.grbl_compare import Comparison, idle_key
+from armdrive.controllers.grbl_motion import GrblMotion
+from armdrive.controllers.grbl_plan import Way, trapezoid_s
+from armdrive.controllers.grbl_settings import GrblSettings
+from armdrive.controllers.grbl_stops import DEAF, HELD, TURNING
+from armdrive.controllers.grbl_talk import Answering, refusal
+from armdrive.controllers.requests import (
+    ClearFault,
+    Denied,
+    Done,
+    DropCurrent,
+    Halted,
+    HomeDevice,
+    MendSetting,
+    MoveAlong,
+    MoveBy,
+    ReadPosition,
+    ReadSettings,
+    Request,
+    SetGripper,
+    SetOutputs,
+    Settings,
+    Silence,
+    Stopping,
+    SwitchOn,
+)
+from armdrive.errors import Refused as NotPossible
+from firmware_protocol.grbl import (
+    AXIS_LETTERS,
+    Acknowledged,
+    AlarmRaised,
+    Home,
+    Line,
+    QueryBuildInfo,
+    QuerySettings,
+    Realtime,
+    Refused,
+    Restarted,
+    Sleep,
+    State,
+    StatusReported,
+    Unlock,
+    Unreadable,
+)
+from firmware_protocol.grbl.events import Event as HostEvent
+
+if TYPE_CHECKING:
+    from armdrive.armfile import ArmConfig
+
+LATENCY_S = 0.03
+"""What a host may be late by."""
+LONGEST_LINE = 81
+CONFIRMED_S = 0.12
+"""Looks at a board that brakes, its reset and its banner."""
+TRIES = 3
+"""How often the settings are read, where what came was incomplete."""
+CALM_S = 1.0
+"""A motion that a program before this one left behind is waited for so long."""
+SLOWEST_HZ = 0.01
+EEPROM_S = 2.0
+
+
+class GrblController(GrblMotion):
+    """One board of the GRBL family, seen from the driver."""
+
+    def __init__(self, abilities: Abilities, config: ArmConfig) -> None:
+        settings: GrblSettings = config.device
+        axes = Axes.of(config)
+        motors = replace(abilities, motors=len(axes.letters))
+        super().__init__(motors, settings, axes, config.connection.baud)
+        self._kind = config.gripper.kind
+
+    def script(self, request: Request) -> Answering:
+        """Carry out a request; the first one makes contact with the board before it."""
+        self._refuse_impossible(request)
+        return self._script_of(request)
+
+    def _refuse_impossible(self, request: Request) -> None:
+        if isinstance(request, SetOutputs) and request.bits >> len(self.settings.outputs):
+            raise NotPossible(
+                f"this board has {len(self.settings.outputs)} outputs, {request.bits} needs more: "
+                "name them in grbl.outputs"
+            )
+        if isinstance(request, SetGripper) and self._kind not in ("servo", "output"):
+            raise NotPossible("this arm's gripper is driven by a motor, not by a servo or output")
+        if isinstance(request, MendSetting) and not request.line.startswith("$"):
+            raise NotPossible(f"`{request.line}` is no setting of a GRBL board")
+
+    def _script_of(self, request: Request) -> Answering:
+        if not self.contacted and (silence := (yield from self._contact())) is not None:
+            return silence
+        match request:
+            case MoveBy():
+                return (yield from self.drive(MoveAlong(iter((request,)), math.inf)))
+            case MoveAlong():
+                return (yield from self.drive(request))
+            case ReadPosition():
+                return (yield from self._read())
+            case ReadSettings():
+                return (yield from self._compare())
+            case MendSetting(line):
+                return (yield from self._line(Line(line), EEPROM_S))
+            case SetOutputs(bits):
+                return (yield from self._set_outputs(bits))
+            case SetGripper(share):
+                return (yield from self._set_gripper(share))
+            case DropCurrent():
+                self.modes_set = False
+                return (yield from self._line(Sleep(), self.settings.answer_s))
+            case HomeDevice(groups):
+                return (yield from self._home(groups))
+            case SwitchOn() | ClearFault():
+                return (yield from self._clear())
+
+    # -- contact ------------------------------------------------------------------------------
+
+    def _contact(self) -> Generator[float, HostEvent | None, Silence | None]:
+        """Find the board, whether opening its port has reset it or not. Moves nothing."""
+        began_s = self.now_s
+        if not (yield from self._alive()) and not (yield from self.soft_reset()):
+            self.last_said = "? (and to a reset)"
+            return self.silence(began_s)
+        yield from self._calm_down()
+        for _ in range(TRIES):
+            heard = yield from self.ask(QueryBuildInfo(), self.settings.answer_s)
+            if isinstance(heard, Acknowledged):
+                break
+        self.press(Realtime.FEED_100)
+        self.contacted = True
+        return None
+
+    def _alive(self) -> Generator[float, HostEvent | None, bool]:
+        """Wait for a banner or a report; a board that is starting answers nothing for a while."""
+        end_s = self.now_s + self.settings.boot_s
+        while self.now_s < end_s:
+            self.press(Realtime.STATUS)
+            again_s = min(self.now_s + 2.0 * self.settings.poll_s, end_s)
+            while self.now_s < again_s:
+                heard = yield from self.listen(again_s)
+                if isinstance(heard, Unreadable):
+                    self._count_axes(heard.data)
+                elif isinstance(heard, StatusReported | Restarted):
+                    return True
+        return False
+
+    def _count_axes(self, report: bytes) -> None:
+        """Learn from a report that a board has other axes than this arm."""
+        found = re.match(rb"<[A-Za-z:0-9]+\|[MW]Pos:([-0-9.,]+)[|>]", report)
+        letters = AXIS_LETTERS[: found[1].count(b",") + 1] if found else ""
+        if set(self.axes.letters) <= set(letters):
+            self._host.dialect = replace(self._host.dialect, axes=letters)
+
+    def _calm_down(self) -> Generator[float, HostEvent | None, None]:
+        """See to it that the board stands and reads lines, whatever an earlier program left."""
+        if not (yield from self.look(self.settings.answer_s)):
+            return
+        end_s = self.now_s + CALM_S
+        while self.state in TURNING and self.now_s < end_s:
+            yield from self.pause(self.now_s + self.settings.poll_s)
+            yield from self.look(self.settings.answer_s)
+        if self.state in TURNING or (self.state is State.HOLD and self.sub_state):
+            yield from self.hold()
+        elif self.state in DEAF:
+            yield from self.soft_reset()
+
+    # -- reading ------------------------------------------------------------------------------
+
+    def _read(self) -> Answering:
+        began_s = self.now_s
+        if (yield from self.look_position()):
+            return self.registers()
+        if self.alarm is not None:
+            return Denied(self.alarm_words(), moved=False)
+        return self.silence(began_s)
+
+    def _compare(self) -> Answering:
+        """Read the settings until they are all there, and learn what the axes can really do."""
+        heard: HostEvent | None = None
+        for _ in range(TRIES):
+            self.told.clear()
+            heard = yield from self.ask(QuerySettings(), self.settings.answer_s)
+            key = idle_key(self.settings, self.variant)
+            if isinstance(heard, Acknowledged) and isinstance(key, str) and key not in self.told:
+                yield from self.ask(Line(f"${key}"), self.settings.answer_s)
+            if isinstance(heard, Acknowledged) and key in self.told:
+                break
+        if not isinstance(heard, Acknowledged):
+            return refusal(heard, "the settings could not be read")
+        board = self._host.dialect.axes
+        found = Comparison(self.settings, self.axes, board, dict(self.told), key)
+        self.limits = found.limits()
+        return Settings(tuple(found.differences()), f"{self.variant} {self.firmware}".strip())
+
+    # -- what moves nothing -------------------------------------------------------------------
+
+    def _line(self, command: Line | Sleep, patience_s: float) -> Answering:
+        heard = yield from self.ask(command, patience_s)
+        if isinstance(heard, Acknowledged):
+            return Done()
+        return refusal(heard, f"`{command.text}` was not carried out")
+
+    def _set_outputs(self, bits: int) -> Answering:
+        refused = yield from self.drive_outputs(bits)
+        if refused is None:
+            self.outputs_on = bits
+        return refused or Done()
+
+    def _set_gripper(self, share: float) -> Answering:
+        if self._kind == "output":
+            bit = 1 << self.settings.gripper_output
+            closed = share < 0.5  # the driver asks for 0 or 1 alone
+            before = self.outputs_on or 0
+            on = closed == self.settings.gripper_closes
+            return (yield from self._set_outputs(before | bit if on else before & ~bit))
+        refused = yield from self.drive_gripper(share)
+        if refused is None:
+            self.gripper_share = share
+        return refused or Done()
+
+    def _clear(self) -> Answering:
+        """Leave alarm, hold, sleep or muteness; the board's position is as good as it was."""
+        began_s = self.now_s
+        heard = yield from self.look(self.settings.answer_s)
+        if heard and self.state in TURNING:
+            yield from self.hold()
+        elif (not heard or self.state in DEAF) and not (yield from self.soft_reset()):
+            return self.silence(began_s)
+        yield from self.look(self.settings.answer_s)
+        if self.state is State.ALARM:
+            answer = yield from self.ask(Unlock(), self.settings.answer_s)
+            if not isinstance(answer, Acknowledged):
+                return refusal(answer, "the board stays locked")
+            yield from self.look(self.settings.answer_s)
+        if self.state is not State.IDLE:
+            return Denied(f"the board's state is {self.state or 'not told'}", moved=False)
+        return Done()
+
+    def _home(self, groups: tuple[tuple[int, ...], ...]) -> Answering:
+        """Have the board find its switches, all at once or group after group."""
+        yield from self.look(self.settings.answer_s)
+        if self.state in HELD:
+            return Denied(f"the board's state is {self.state}; `reset` leaves it", moved=False)
+        for command in self._homings(groups):
+            self.speak(command)
+            end_s = self.now_s + self.settings.homing_s
+            heard: HostEvent | None = None
+            while self.now_s < end_s and not self.stop_asked:
+                heard = yield from self.listen(end_s)
+                if isinstance(heard, Acknowledged) or refused_by(heard):
+                    break
+            if self.stop_asked or heard is None:
+                yield from self.soft_reset()
+                return Halted(kept=False)
+            if not isinstance(heard, Acknowledged):
+                return refusal(heard, f"`{command.text}`", moved=True)
+        return Done()
+
+    def _homings(self, groups: tuple[tuple[int, ...], ...]) -> list[Home]:
+        """Return the commands; only some firmwares home several axes that are named together."""
+        if not groups:
+            return [Home()]
+        named = ["".join(self.axes.letters[motor] for motor in group) for group in groups]
+        if self.variant.name != "GRBLHAL":
+            named = list("".join(named))
+        return [Home(letters) for letters in named]
+
+    # -- numbers ------------------------------------------------------------------------------
+
+    def usable_rate_hz(self, rate_hz: float) -> float:
+        """Return the rate itself: any feed can be asked for, up to that of the fastest axis."""
+        return max(min(rate_hz, max(self.limits.rates_hz())), SLOWEST_HZ)
+
+    def duration_s(self, steps: float, rate_hz: float) -> float:
+        """Return how long the slowest axis takes for so many steps, from rest to rest."""
+        slopes = zip(self.limits.accelerations, self.limits.steps_per_unit, strict=True)
+        slowest = min(*self.limits.rates_hz(), rate_hz)
+        least = min(slope * per for slope, per in slopes)
+        return trapezoid_s(Way(max(steps, 1e-6), (1.0,), slowest, least), 0.0, 0.0)
+
+    def stopping(self, burst_s: float) -> Stopping:
+        """Return a ramp, and what passes before it; without a host, what was sent ahead as well."""
+        wire_s = LATENCY_S + LONGEST_LINE * self.byte_s
+        begun_s = wire_s + self.settings.reaction_s
+        return Stopping(
+            begun_s + self.ramp_s + CONFIRMED_S,
+            begun_s + self.ramp_s / 2.0,
+            burst_s + self.ramp_s + wire_s,
+            burst_s + wire_s,
+        )
+
+
+def refused_by(heard: HostEvent | None) -> bool:
+    """Tell whether a line's waiting has ended without its ok."""
+    return isinstance(heard, Refused | Restarted | AlarmRaised)

@@ -1,0 +1,257 @@
+"""A motion on a GRBL board: lines sent a little ahead, their oks counted, every report weighed.
+
+Nothing is sent that the planner could not end within the announced time, and no line while
+another is still on the wire. What a report shows off the lines that were sent ends the motion.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from armdrive.abilities import Abilities
+from armdrive.controllers.grbl_axes import Axes, feed
+from armdrive.controllers.grbl_plan import Limits, Way, way
+from armdrive.controllers.grbl_road import Road
+from armdrive.controllers.grbl_settings import GrblSettings
+from armdrive.controllers.grbl_stops import HELD, GrblStopping
+from armdrive.controllers.grbl_talk import LATE_REPORT_S, Answering, refusal
+from armdrive.controllers.requests import (
+    Alert,
+    AlertKind,
+    Denied,
+    Done,
+    Halted,
+    Interrupted,
+    MoveAlong,
+    MoveBy,
+    Progress,
+    Reply,
+    Silence,
+)
+from firmware_protocol.grbl import (
+    Acknowledged,
+    AlarmRaised,
+    Line,
+    Realtime,
+    Refused,
+    Restarted,
+    State,
+    StatusReported,
+)
+from firmware_protocol.grbl.events import Event as HostEvent
+from kinematics.spaces import Motors
+
+STALLED_S = 2.0
+"""A motion that does not go on for so long, beyond what it should take, is given up."""
+SLOWEST = 12.0
+"""The lowest feed override makes a motion ten times longer."""
+
+
+@dataclass(slots=True)
+class Trip:
+    """One motion under way: where its lines come from, and what is known of those sent."""
+
+    segments: Iterator[MoveBy]
+    road: Road
+    ahead_s: float
+    jog: bool
+    drawn: MoveBy | None = None
+    exhausted: bool = False
+    not_before_s: float = -math.inf
+    polled_s: float = -math.inf
+    awaiting: bool = False
+    reported_s: float = 0.0
+    changed_s: float = 0.0
+    off: int = 0
+    guess_s: float = field(default=0.0)
+
+    @property
+    def finished(self) -> bool:
+        """Tell whether there is nothing more to send, and all that was sent is done."""
+        return self.exhausted and self.drawn is None and self.road.empty
+
+
+class GrblMotion(GrblStopping):
+    """Drives segments."""
+
+    def __init__(self, abilities: Abilities, settings: GrblSettings, axes: Axes, baud: int) -> None:
+        super().__init__(abilities, settings, axes, baud)
+        self.limits: Limits = axes.expected(settings)
+
+    @property
+    def ramp_s(self) -> float:
+        """How long the slowest motor brakes from the fastest that this arm drives it."""
+        rates = zip(self.limits.rates, self.axes.most_hz, self.limits.steps_per_unit, strict=True)
+        fastest = [min(rate, most / per) for rate, most, per in rates]
+        return max(
+            rate / slope for rate, slope in zip(fastest, self.limits.accelerations, strict=True)
+        )
+
+    def drive(self, request: MoveAlong) -> Answering:
+        """Send segments while there is room, until all is driven or something ends it."""
+        hindrance = yield from self.prepare()
+        if hindrance is not None:
+            return hindrance
+        start = self.position or self.registers().positions
+        road = Road(start, self.limits, self.settings.corridor_steps)
+        trip = Trip(request.segments, road, request.ahead_s, request.jog)
+        trip.reported_s = trip.changed_s = self.now_s
+        self.brake_s = 2.0 * self.ramp_s + self.settings.reaction_s
+        while True:
+            if self.stop_asked or request.let_go():
+                return (yield from self._halt(trip))
+            self._send(trip)
+            if trip.finished:
+                return Done()
+            self._poll(trip)
+            heard = yield from self.listen(self._wake_s(trip))
+            if (end := self._weighed(trip, heard)) is not None:
+                return (yield from self._break_off(end))
+
+    # -- sending ------------------------------------------------------------------------------
+
+    def _send(self, trip: Trip) -> None:
+        """Send what there is room for: on the wire, in the ring, and in the time ahead."""
+        if self.now_s < max(self.wire_free_s, trip.not_before_s) or trip.off:
+            return
+        if trip.drawn is None and not trip.exhausted and self._has_room(trip):
+            trip.drawn = next(trip.segments, None)
+            trip.exhausted = trip.drawn is None
+        if trip.drawn is None:
+            return
+        lasts_s = trip.drawn.duration_s
+        # a few steps that shall take long are made within the time ahead, and then waited for
+        driven_s = min(lasts_s, trip.ahead_s / 2.0)
+        ahead = way(trip.drawn.steps, driven_s, self.limits)
+        if not trip.road.fits(ahead, trip.ahead_s, self.ramp_s):
+            return
+        line = Line(self._text(trip, trip.drawn.steps, ahead))
+        if not self._may_say(trip, line):
+            return
+        self.speak(line)
+        trip.road.send(trip.drawn.steps, ahead, self.now_s)
+        trip.guess_s, trip.drawn = driven_s, None
+        trip.changed_s = self.now_s
+        if lasts_s > driven_s:
+            trip.not_before_s = self.now_s + lasts_s - driven_s
+
+    def _has_room(self, trip: Trip) -> bool:
+        """Tell whether one more segment like the last would fit: it is drawn no earlier."""
+        if trip.jog and trip.road.unanswered:
+            return False
+        left_s = sum(each.nominal_s for each in trip.road.rest())
+        return trip.road.empty or left_s + trip.guess_s <= trip.ahead_s + 1e-6
+
+    def _may_say(self, trip: Trip, line: Line) -> bool:
+        if trip.jog and trip.road.unanswered:
+            return False
+        return trip.road.waiting < self.blocks and self._host.room_for(line)
+
+    def _text(self, trip: Trip, steps: Motors, ahead: Way) -> str:
+        words = self.axes.words(trip.road.end, trip.road.end + steps)
+        return f"{'$J=G91' if trip.jog else 'G91G1'}{feed(ahead)}{words}"
+
+    def _poll(self, trip: Trip) -> None:
+        every_s = LATE_REPORT_S if trip.awaiting else self.settings.poll_s
+        if self.now_s >= trip.polled_s + every_s:
+            self.press(Realtime.STATUS)
+            trip.polled_s, trip.awaiting = self.now_s, True
+
+    def _wake_s(self, trip: Trip) -> float:
+        every_s = LATE_REPORT_S if trip.awaiting else self.settings.poll_s
+        wake_s = trip.polled_s + every_s
+        for later_s in (self.wire_free_s, trip.not_before_s):
+            if self.now_s < later_s:
+                wake_s = min(wake_s, later_s)
+        return wake_s
+
+    # -- weighing -----------------------------------------------------------------------------
+
+    def _weighed(self, trip: Trip, heard: HostEvent | None) -> Reply | None:
+        """Take in what was heard; return what the motion has come to, where it has come to one."""
+        match heard:
+            case Acknowledged():
+                trip.road.answered()
+                trip.changed_s = self.now_s
+            case Refused():
+                moved = trip.road.oks > 0 or trip.road.unanswered > 1
+                return refusal(heard, f"`{heard.command.text}` was refused", moved=moved)
+            case AlarmRaised():
+                return Denied(self.alarm_words())
+            case Restarted():
+                return Denied("the board was reset, or lost its power, while it moved")
+            case StatusReported():
+                return self._reported(trip)
+        if self.now_s >= trip.reported_s + self.settings.answer_s:
+            return Silence("?", self.now_s - trip.reported_s)
+        return self._overdue(trip)
+
+    def _reported(self, trip: Trip) -> Reply | None:
+        trip.awaiting, trip.reported_s = False, self.now_s
+        if self.state is State.ALARM:
+            return Denied(self.alarm_words())
+        if self.state in HELD:
+            return Interrupted() if self.state is State.HOLD else Denied("the safety door is open")
+        if self.state in (State.SLEEP, State.CHECK):
+            return Denied(f"the board's state is {self.state}; `reset` leaves it")
+        position = self.position
+        if self.reported is None or self.reported.machine_position is None or position is None:
+            return None
+        self.tell(Progress(self.registers()))
+        left = trip.road.waiting, trip.road.start
+        idle = self.state is State.IDLE and self.planner_empty()
+        on_it = trip.road.report(position, idle=idle)
+        if left != (trip.road.waiting, trip.road.start):
+            trip.changed_s = self.now_s
+        trip.off = 0 if on_it else trip.off + 1
+        if trip.off == 1:
+            trip.polled_s = -math.inf  # a report has no check bytes either: look again, at once
+        return self._astray(trip) if trip.off > 1 else None
+
+    def _astray(self, trip: Trip) -> Reply:
+        text = (
+            f"the arm is off the path that was sent, at {tuple(self.registers().positions)} steps "
+            f"on the way to {tuple(trip.road.end)}: a byte was lost or the steps a unit are wrong"
+        )
+        self.tell(Alert(AlertKind.ASTRAY, text))
+        return Denied(text)
+
+    def _overdue(self, trip: Trip) -> Reply | None:
+        """Look at what has not come: an ok, or the end of the motion."""
+        road = trip.road
+        standing = self.state is State.IDLE and self.planner_empty()
+        if road.unanswered and self.now_s >= road.oldest_sent_s + self.settings.answer_s:
+            if standing and self.position is not None and road.at_end(self.position):
+                road.take_as_answered()  # the line was driven: only its ok was lost
+                self._host.forget_outstanding()
+                road.report(self.position, idle=True)
+            elif standing or not road.oks:
+                return Denied("the board answered a line with nothing: it was lost on the wire")
+        patience_s = STALLED_S + SLOWEST * road.expected_s()
+        if not road.empty and self.now_s >= trip.changed_s + patience_s:
+            return Denied("the motion does not go on: look at the arm and at the board")
+        return None
+
+    # -- ending -------------------------------------------------------------------------------
+
+    def _halt(self, trip: Trip) -> Answering:
+        """End a motion that somebody stopped, or a jog that was let go."""
+        if self.stop_asked and self.stop_hard:
+            return Halted((yield from self.kill()))
+        if not self.stop_asked and trip.road.empty and trip.drawn is None:
+            return Done()
+        stop = self.cancel_jog(trip.road) if trip.jog else self.hold()
+        return Halted((yield from stop))
+
+    def _break_off(self, end: Reply) -> Answering:
+        """Bring a motion to an end that went wrong, and return what went wrong."""
+        if isinstance(end, Silence):
+            self.press(Realtime.FEED_HOLD)  # whatever still hears it
+            if (yield from self.soft_reset()):
+                return Denied(f"{end}; the board was reset in motion")
+            return end
+        if self.alarm is None and self.state is not None and self.state is not State.ALARM:
+            yield from self.hold()
+        return end

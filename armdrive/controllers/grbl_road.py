@@ -1,0 +1,127 @@
+"""The lines of one motion that have been sent: which are done, where the arm is.
+
+Nothing but a report says that a line was driven. A block leaves the board's planner up to 60 ms
+before its last step, so that the reported position has the last word: a line is behind us when the
+position lies on a later one.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+
+from armdrive.controllers.grbl_plan import Limits, Way, planned_s
+from kinematics.spaces import Motors
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """One line: from where to where, absolute, and how it is driven."""
+
+    start: Motors
+    end: Motors
+    way: Way
+    sent_s: float
+
+    def share_at(self, position: Motors, tolerance: float) -> float | None:
+        """Return how much of it has been driven at a position on it; None for one off it."""
+        delta = self.end - self.start
+        made = position - self.start
+        busiest = max(range(len(delta)), key=lambda motor: abs(delta[motor]))
+        share = min(max(made[busiest] / delta[busiest], 0.0), 1.0)
+        off = max(abs(count - whole * share) for count, whole in zip(made, delta, strict=True))
+        return share if off <= tolerance else None
+
+
+class Road:
+    """The lines under way. `unanswered` counts the last of them, which have had no ok."""
+
+    def __init__(self, start: Motors, limits: Limits, tolerance: float) -> None:
+        self.start = self.end = start
+        self.unanswered = 0
+        self.oks = 0
+        self._limits = limits
+        self._tolerance = tolerance
+        self._lines: deque[Line] = deque()
+        self._share = 0.0
+
+    @property
+    def empty(self) -> bool:
+        """Tell whether every line that was sent is known to be done."""
+        return not self._lines
+
+    @property
+    def waiting(self) -> int:
+        """How many lines are not known to be done."""
+        return len(self._lines)
+
+    @property
+    def oldest_sent_s(self) -> float:
+        """When the oldest line without an ok was sent."""
+        return self._lines[-self.unanswered].sent_s
+
+    def send(self, steps: Motors, way: Way, now_s: float) -> None:
+        """Take in a line that is sent now."""
+        self._lines.append(Line(self.end, self.end + steps, way, now_s))
+        self.end = self.end + steps
+        self.unanswered += 1
+
+    def answered(self) -> None:
+        """Take in an ok: the oldest line without one is in the planner."""
+        self.unanswered = max(self.unanswered - 1, 0)
+        self.oks += 1
+
+    def take_as_answered(self) -> None:
+        """Give up waiting for oks that were lost."""
+        self.unanswered = 0
+
+    def rest(self, more: Way | None = None) -> list[Way]:
+        """Return what is left to drive, and one way more."""
+        ways = [line.way for line in self._lines]
+        if ways:
+            ways[0] = ways[0].rest(self._share)
+        return ways if more is None else [*ways, more]
+
+    def fits(self, more: Way, ahead_s: float, ramp_s: float) -> bool:
+        """Tell whether one way more leaves no more than so much time to drive.
+
+        Ramps come on top: lines are driven from wherever they are to a stand-still.
+        """
+        ways = self.rest(more)
+        if len(ways) == 1:
+            return True
+        nominal_s = sum(each.nominal_s for each in ways)
+        return (
+            nominal_s <= ahead_s + 1e-6 and planned_s(ways, self._limits) <= ahead_s + ramp_s + 1e-6
+        )
+
+    def expected_s(self) -> float:
+        """Return how long the rest should take."""
+        return planned_s(self.rest(), self._limits)
+
+    def at_end(self, position: Motors) -> bool:
+        """Tell whether a position is where the last line leads."""
+        return position == self.end
+
+    def report(self, position: Motors, *, idle: bool) -> bool:
+        """Take in a report; False where its position is off every line that can be under way.
+
+        `idle` says that the board stands and that its planner is empty: what it has acknowledged
+        is done.
+        """
+        if idle:
+            self._drop(len(self._lines) - self.unanswered)
+        if not self._lines:
+            return (position - self.start).largest <= self._tolerance
+        for index, line in enumerate(self._lines):
+            share = line.share_at(position, self._tolerance)
+            if share is not None:
+                self._drop(index)
+                self._share = share
+                return True
+        return False
+
+    def _drop(self, count: int) -> None:
+        for _ in range(count):
+            self.start = self._lines.popleft().end
+            self._share = 0.0

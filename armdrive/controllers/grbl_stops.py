@@ -1,0 +1,192 @@
+"""How a GRBL board is brought to a stand-still, and what it takes to go on afterwards.
+
+A feed hold, a wait for `Hold:0` and then a reset keep the position; a reset in motion loses it. A
+jog is cancelled, which is ignored unless the state is Jog already: so it is repeated until the
+board is Idle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+
+from armdrive.controllers.grbl_road import Road
+from armdrive.controllers.grbl_talk import Asking, GrblTalk, refusal
+from armdrive.controllers.requests import Denied
+from firmware_protocol.grbl import (
+    Acknowledged,
+    Coolant,
+    DigitalOutput,
+    Line,
+    Modes,
+    Realtime,
+    State,
+    StatusReported,
+)
+from firmware_protocol.grbl.events import Event as HostEvent
+
+STOP_POLL_S = 0.02
+"""How often a board that brakes is looked at."""
+PRESS_AGAIN_S = 0.15
+"""A feed hold without effect by then was lost."""
+SETTLE_S = 0.06
+"""An Idle that lasts this long is no pause between two lines."""
+IDLE_LOOKS = 10
+TURNING = (State.RUN, State.JOG, State.HOME)
+HELD = (State.HOLD, State.DOOR, State.TOOL)
+DEAF = (*HELD, State.SLEEP, State.CHECK)
+"""States in which lines are not carried out, and which a reset leaves."""
+
+
+class GrblStopping(GrblTalk):
+    """The ways to a stand-still."""
+
+    outputs_on: int | None = None
+    gripper_share: float | None = None
+    brake_s = 1.0
+
+    def watch(self, step_s: float) -> Generator[float, HostEvent | None, StatusReported | None]:
+        """Ask for a report and wait a moment for it."""
+        self.press(Realtime.STATUS)
+        end_s = self.now_s + step_s
+        found: StatusReported | None = None
+        while self.now_s < end_s and not (self.stop_asked and self.stop_hard):
+            heard = yield from self.listen(end_s)
+            if isinstance(heard, StatusReported):
+                found = heard
+        return found
+
+    def hold(self) -> Asking:
+        """Brake, wait until the board stands, and reset it; False where steps may be lost.
+
+        The reset is what empties ring and planner: a hold alone would go on at the next resume.
+        """
+        end_s = self.now_s + self.brake_s + self.settings.answer_s
+        pressed_s = -PRESS_AGAIN_S
+        idle = 0
+        while self.now_s < end_s and not self.stop_hard:
+            if self.state not in HELD and self.now_s >= pressed_s + PRESS_AGAIN_S:
+                self.press(Realtime.FEED_HOLD)
+                pressed_s = self.now_s
+            seen = yield from self.watch(STOP_POLL_S)
+            if seen is None:
+                continue
+            if self.state in HELD and not self.sub_state:
+                break
+            if self.state in (State.ALARM, State.SLEEP, State.CHECK):
+                break
+            if self.state is State.DOOR and self.sub_state == 1:
+                break
+            idle = idle + 1 if self.state is State.IDLE and self.planner_empty() else 0
+            if idle > IDLE_LOOKS:  # a firmware that takes no hold while it stands
+                break
+        return (yield from self.reset_and_restore())
+
+    def kill(self) -> Asking:
+        """Stop dead; False where the board says that this ended a motion."""
+        return (yield from self.reset_and_restore())
+
+    def reset_and_restore(self) -> Asking:
+        """Reset the board, and have its outputs and gripper as they were; tell what it kept."""
+        alarmed = self.alarm is not None and not self.alarm.position_kept
+        answered = yield from self.soft_reset()
+        kept = answered and not self.aborted and not alarmed
+        if kept:
+            yield from self.restore()
+        return kept
+
+    def restore(self) -> Generator[float, HostEvent | None, None]:
+        """Switch on again what a reset switches off: a valve or a servo must not drop its load."""
+        if self.gripper_share is not None:
+            yield from self.drive_gripper(self.gripper_share)
+        if self.outputs_on:
+            yield from self.drive_outputs(self.outputs_on)
+
+    def cancel_jog(self, road: Road) -> Asking:
+        """End a jog and keep the position; False where steps may be lost.
+
+        The line that is unanswered is waited for: a cancel does not reach lines in the ring.
+        """
+        end_s = self.now_s + self.settings.answer_s
+        while road.unanswered and self.now_s < end_s and not self.stop_hard:
+            heard = yield from self.listen(min(end_s, self.now_s + LATE_OK_S))
+            if isinstance(heard, Acknowledged):
+                road.answered()
+            elif heard is None and self.now_s >= road.oldest_sent_s + LATE_OK_S:
+                break
+        end_s = self.now_s + self.brake_s + self.settings.answer_s
+        idle_s: float | None = None
+        while self.now_s < end_s and not self.stop_hard:
+            self.press(Realtime.JOG_CANCEL)
+            seen = yield from self.watch(STOP_POLL_S)
+            if seen is None or self.state is not State.IDLE or not self.planner_empty():
+                idle_s = None
+                if self.state in (*DEAF, State.ALARM, State.RUN):
+                    break
+                continue
+            idle_s = self.now_s if idle_s is None else idle_s
+            if not road.unanswered or self.now_s >= idle_s + SETTLE_S:
+                self._host.forget_outstanding()
+                return True
+        return (yield from (self.kill() if self.stop_hard else self.hold()))
+
+    # -- lines that move nothing --------------------------------------------------------------
+
+    def prepare(self) -> Generator[float, HostEvent | None, Denied | None]:
+        """See to it that a motion can begin; return why it cannot, where it cannot."""
+        if not (yield from self.look_position()):
+            return Denied(
+                self.alarm_words() if self.alarm else "the board tells no position", False
+            )
+        if self.state is State.ALARM:
+            return Denied(f"{self.alarm_words()}. `reset` unlocks it", moved=False)
+        if self.state is not State.IDLE:
+            return Denied(f"the board's state is {self.state}; `reset` leaves it", moved=False)
+        return (yield from self.set_modes())
+
+    def set_modes(self) -> Generator[float, HostEvent | None, Denied | None]:
+        """Put the parser into the modes that our lines are written for."""
+        if self.modes_set:
+            return None
+        heard = yield from self.ask(Modes(relative=True), self.settings.answer_s)
+        if not isinstance(heard, Acknowledged):
+            return refusal(heard, "the board's modes could not be set")
+        self.modes_set = True
+        return None
+
+    def carry_out(
+        self, commands: tuple[Line | Coolant | DigitalOutput, ...], what: str
+    ) -> Generator[float, HostEvent | None, Denied | None]:
+        """Say lines one at a time; return why one was refused."""
+        for command in commands:
+            heard = yield from self.ask(command, self.settings.answer_s)
+            if not isinstance(heard, Acknowledged):
+                return refusal(heard, what)
+        return None
+
+    def drive_gripper(self, share: float) -> Generator[float, HostEvent | None, Denied | None]:
+        """Command a gripper that is no stepper."""
+        span = self.settings.servo_open - self.settings.servo_closed
+        value = self.settings.servo_closed + span * share
+        word = "S" if self.settings.servo == "M3" else "Q"
+        line = Line(f"{self.settings.servo}{word}{value:.3f}".rstrip("0").rstrip("."))
+        return (yield from self.carry_out((line,), "the gripper's servo"))
+
+    def drive_outputs(self, bits: int) -> Generator[float, HostEvent | None, Denied | None]:
+        """Switch the outputs; flood and mist have one word to switch both off."""
+        words = self.settings.outputs
+        on = {word for bit, word in enumerate(words) if bits >> bit & 1}
+        commands: list[Line | Coolant | DigitalOutput] = []
+        if {"flood", "mist"} & set(words) - on:
+            commands.append(Coolant(on=False))
+        commands += [Coolant(on=True)] * ("flood" in on)
+        commands += [Line("M7")] * ("mist" in on)
+        commands += [
+            DigitalOutput(int(word[1:]), word in on, at_once=True)
+            for word in words
+            if word.startswith("P")
+        ]
+        return (yield from self.carry_out(tuple(commands), "the outputs"))
+
+
+LATE_OK_S = 0.3
+"""The ok of a jog's line that has not come by then was lost."""
