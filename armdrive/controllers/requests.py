@@ -8,7 +8,7 @@ messages that takes on the wire; an `Alert` may come at any time, asked or not.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from typing import Protocol
 
@@ -18,21 +18,26 @@ from kinematics.spaces import Motors
 # -- what is asked ------------------------------------------------------------------------------
 
 
+def _never() -> bool:
+    return False
+
+
 @dataclass(frozen=True, slots=True)
 class MoveBy:
-    """Move all motors together; the busiest one at `rate_hz` steps a second or slower."""
+    """Move all motors together; the busiest one at `rate_hz` steps a second or slower.
+
+    A device that needs messages before the one that sets motors going gives up, and answers
+    `Halted`, where `let_go()` has become true by then.
+    """
 
     steps: Motors
     rate_hz: float
+    let_go: Callable[[], bool] = field(default=_never, compare=False, repr=False)
 
     @property
     def duration_s(self) -> float:
         """How long it takes at that rate, without any ramp."""
         return self.steps.largest / self.rate_hz if self.steps.largest else 0.0
-
-
-def _never() -> bool:
-    return False
 
 
 @dataclass(frozen=True, slots=True)

@@ -149,8 +149,17 @@ class Wire:
         if self.now_s > self._looked_s + FRESH_S:
             yield from self.look()
 
-    def move(self, target: Motors, rate_hz: float, there: Coordinates | None) -> Flow[None]:
-        """Send one burst to an absolute target and wait until it has ended."""
+    def move(
+        self,
+        target: Motors,
+        rate_hz: float,
+        there: Coordinates | None,
+        let_go: Callable[[], bool] = lambda: False,
+    ) -> Flow[None]:
+        """Send one burst to an absolute target and wait until it has ended.
+
+        A burst that has not begun to move when `let_go()` becomes true need not be made.
+        """
         core = self.core
         steps = target - core.acknowledged
         if not steps.largest:
@@ -164,7 +173,7 @@ class Wire:
         strays = core.controller.coordination_steps(steps, rate_hz)
         self.straying_steps = max(self.straying_steps, strays)
         try:
-            reply = yield from self.request(MoveBy(steps, rate_hz), Evidence.ANSWER_LOST)
+            reply = yield from self.request(MoveBy(steps, rate_hz, let_go), Evidence.ANSWER_LOST)
         except LinkLost:
             core.learn(Evidence.LOST_IN_MOTION, self.now_s)
             raise

@@ -143,7 +143,7 @@ def _held_burst(wire: Wire, speeds: Speeds) -> Flow[bool]:
     leg = _next_held(wire, speeds, core.coordinates, core.config.motion.jog_burst_s, _fitting)
     if leg is None:
         return False
-    yield from paced_move(wire, leg.end, leg.duration_s)
+    yield from paced_move(wire, leg.end, leg.duration_s, lambda: not _held(wire))
     return True
 
 

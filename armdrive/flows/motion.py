@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -146,15 +147,17 @@ def true_duration_s(wire: Wire, steps: float, duration_s: float) -> float:
     return wire.core.controller.duration_s(steps, _rate_hz(steps, duration_s))
 
 
-def paced_move(wire: Wire, there: Coordinates, duration_s: float) -> Flow[None]:
-    """Send one burst that takes `duration_s` or longer.
+def paced_move(
+    wire: Wire, there: Coordinates, duration_s: float, let_go: Callable[[], bool] = lambda: False
+) -> Flow[None]:
+    """Send one burst that takes `duration_s` or longer, if nobody has let go before it begins.
 
     Where the device's slowest setting is still faster than that, the rest of the time is waited.
     """
     target = _motors(wire.core, there)
     steps = (target - wire.core.acknowledged).largest
     until_s = wire.now_s + duration_s
-    yield from wire.move(target, _rate_hz(steps, duration_s), there)
+    yield from wire.move(target, _rate_hz(steps, duration_s), there, let_go)
     slowest_hz = wire.core.controller.usable_rate_hz(0.0)
     if steps / slowest_hz < duration_s:
         yield Until(until_s)
