@@ -7,7 +7,7 @@ repeated by the board (`g`), and only then the letter that moves anything. `h` i
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from dataclasses import replace
 from typing import TypeAlias
 
@@ -67,7 +67,8 @@ class ArmdroidController(Talk):
         """Return what carries out a request; whatever may be repeated is asked until it is sure."""
         match request:
             case MoveBy(steps, rate_hz):
-                return self._move(DriveAll(self._by_channel(steps)), self._rates.rpm(rate_hz))
+                drive = DriveAll(self._by_channel(steps))
+                return self._move(drive, self._rates.rpm(rate_hz), request.let_go)
             case ReadPosition():
                 return self._position()
             case SwitchOn():
@@ -118,11 +119,11 @@ class ArmdroidController(Talk):
 
     # -- scripts ------------------------------------------------------------------------------
 
-    def _move(self, drive: DriveAll, rpm: int) -> Script:
+    def _move(self, drive: DriveAll, rpm: int, let_go: Callable[[], bool]) -> Script:
         start = self.offsets if self.clean else (yield from self.look())
         if start is None or not (yield from self.set_speed(rpm)):
             return Denied("it does not answer as it should", moved=False)
-        rest = yield from self._load(drive, rpm)
+        rest = yield from self._load(drive, rpm, let_go)
         if not isinstance(rest, bytes):
             return rest
         sent_s, expected = self.now_s, _sum(start, drive.steps)
@@ -136,7 +137,7 @@ class ArmdroidController(Talk):
         return Done(self._measure(drive, rpm, self.now_s - sent_s, len(rest)))
 
     def _load(
-        self, drive: DriveAll, rpm: int
+        self, drive: DriveAll, rpm: int, let_go: Callable[[], bool]
     ) -> Generator[float, Heard | None, bytes | Denied | Halted]:
         """Give the board the numbers of a motion; return the characters that set it going."""
         understood = None
@@ -144,7 +145,7 @@ class ArmdroidController(Talk):
             data = self.begin_drive(drive)
             if self._settings.check_numbers and not self.stop_asked:
                 understood = yield from self.repeated(data[:-1])
-            if self.stop_asked:
+            if self.stop_asked or let_go():
                 self.give_up()
                 return Halted()
             if not self._settings.check_numbers:

@@ -7,7 +7,7 @@ import math
 import pytest
 from armdroid_bench import CONFIG, configured, honest, ready_arm
 
-from armdrive import ArmFileError, DeviceFault, NoAnswer, Refused
+from armdrive import ArmFileError, DeviceFault, Jog, NoAnswer, Refused
 from armdrive.armfile import parse_arm_file
 from armdrive.connecting import connect_simulated
 from armdrive.controllers.armdroid import ArmdroidController
@@ -149,6 +149,15 @@ class TestConversation:
         assert talked.answer(ECHO) == ""
         assert talked.event == Halted()
         assert talked.begin(ReadPosition()) == "v"
+
+    def test_a_jog_that_was_let_go_before_the_letter_does_not_begin(self):
+        talked = Talked().met()
+        held = [True]
+        talked.begin(MoveBy(STEPS, 100.0, lambda: not held))
+        assert talked.answer("speed = 125") == NUMBERS + "g"
+        held.clear()
+        assert talked.answer(ECHO) == ""
+        assert talked.event == Halted()
 
     def test_other_offsets_than_asked_are_no_end_of_a_motion(self):
         talked = Talked().met().loaded()
@@ -322,6 +331,23 @@ def test_a_stopped_arm_stands_within_its_announced_time_and_way(error, after_s, 
     assert math.dist(tip, arm.twin.world.tip) <= status.stop_distance_mm
     assert arm.status.state is State.STANDBY
     assert last == arm.status.acknowledged == arm.status.commanded
+
+
+@pytest.mark.parametrize("held_s", [0.31, 0.45, 0.6, 0.8, 1.03])
+def test_a_released_jog_stands_within_the_announced_time(held_s):
+    arm = ready_arm()
+    arm.hold(Jog.joint(base=1.0), speed=1.0, for_s=5.0)
+    arm.sleep(held_s)
+    arm.release()
+    released_s, bound_s = arm.status.time_s, arm.status.stop_time_s
+    stood_s, last = released_s, arm.twin.world.motors
+    while arm.status.time_s < released_s + 1.5:
+        arm.sleep(0.005)
+        if arm.twin.world.motors != last:
+            stood_s, last = arm.status.time_s, arm.twin.world.motors
+    assert stood_s - released_s <= bound_s
+    assert last == arm.status.acknowledged == arm.status.commanded
+    assert arm.status.trust is Trust.REFERENCED
 
 
 def test_an_emergency_stop_latches_and_its_reset_moves_nothing():
