@@ -3,7 +3,8 @@
 disconnected --opened--> standby (or disabled, where the device can switch its motor current)
 standby --move--> moving --done--> standby;  standby --home--> homing --done--> standby
 moving, homing --stop--> stopping --done--> standby
-any but disconnected --fault--> error-stop --reset--> standby;  any --lost--> disconnected
+any but disconnected --fault--> error-stop --reset--> standby (or disabled, where the device's
+motors went off meanwhile);  any --lost--> disconnected
 
 `stop` is legal everywhere. Error-stop latches: only `reset` leaves it, and moves nothing.
 """
@@ -32,6 +33,7 @@ class Event(Enum):
     STOP = "stop"
     FAULT = "a fault"
     RESET = "reset"
+    RESET_SWITCHED = "reset, and the motors are off"
 
 
 def _table() -> Mapping[tuple[State, Event], State]:
@@ -51,6 +53,7 @@ def _table() -> Mapping[tuple[State, Event], State]:
         (s.MOVING, e.STOP): s.STOPPING,
         (s.HOMING, e.STOP): s.STOPPING,
         (s.ERROR_STOP, e.RESET): s.STANDBY,
+        (s.ERROR_STOP, e.RESET_SWITCHED): s.DISABLED,
     }
     for state in s:
         rows.setdefault((state, e.STOP), state)

@@ -195,7 +195,10 @@ def enable(wire: Wire) -> Flow[None]:
 
 
 def reset(wire: Wire) -> Flow[None]:
-    """Leave error-stop: listen until the line is quiet, and take up what the registers say."""
+    """Leave error-stop: listen until the line is quiet, and take up what the registers say.
+
+    A device that may have switched its motors off is disabled then: `enable` is a call of its own.
+    """
     core = wire.core
     yield from wire.quiet()
     reply = yield from wire.request(ClearFault())
@@ -204,9 +207,11 @@ def reset(wire: Wire) -> Flow[None]:
     registers = yield from wire.ask_registers()
     if wire.stopping:
         raise wire.stopped("a stop came during the reset: reset again")
-    core.happen(Event.RESET)
     core.error = core.notice = ""
     weigh_difference(wire, core.compare(registers))
+    switched = core.controller.abilities.current is Switching.BOTH
+    off = switched and core.current is not Current.HELD
+    core.happen(Event.RESET_SWITCHED if off else Event.RESET)
     core.still_since_s = wire.now_s
 
 

@@ -36,7 +36,7 @@ def test_only_reset_and_a_lost_wire_leave_error_stop():
     leaving = {
         event for (state, event), to in TRANSITIONS.items() if state is State.ERROR_STOP is not to
     }
-    assert leaving == {Event.RESET, Event.LOST}
+    assert leaving == {Event.RESET, Event.RESET_SWITCHED, Event.LOST}
 
 
 def test_motion_begins_in_standby_alone():
