@@ -105,7 +105,7 @@ class RobkoExchange(Scripted[HostEvent]):
         while tries < TRIES or self.now_s < until_s:
             tries += 1
             self.say(FLUSH)
-            if (yield from self._once(self._token(), "")) is not None:
+            if (yield from self._once(self._token(), "PING")) is not None:
                 self._met, self._out_of_step = True, False
                 return True
         return False
@@ -118,9 +118,9 @@ class RobkoExchange(Scripted[HostEvent]):
             self._seen = Motors(heard.answer.axes.positions_steps)
             self._seen_s = self.now_s
 
-    def _look(self) -> Generator[float, HostEvent | None, Motors | None]:
+    def _look(self, text: str = "") -> Generator[float, HostEvent | None, Motors | None]:
         """Return where the motors are, as reported: wrapped to 16 bits."""
-        answer = yield from self._ask(Position())
+        answer = yield from self._ask(Position(), text=text)
         return self._seen if isinstance(answer, Positions) else None
 
     def _token(self) -> Ping:

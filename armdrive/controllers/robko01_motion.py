@@ -221,9 +221,13 @@ class RobkoMotion(RobkoExchange, ABC):
         """Say what positions mean to which the motion does not lead."""
         if not seen.largest:
             words = "the controller was reset or lost its power in mid-motion"
-            self._on = False
-            self.tell(Alert(AlertKind.RESTARTED, words))
+            self.restarted(words)
             return Denied(words)
         words = f"the controller reports {tuple(seen)}, which is not on the way that was sent"
         self.tell(Alert(AlertKind.ASTRAY, words))
         return Denied(words)
+
+    def restarted(self, words: str) -> None:
+        """Tell that the board has begun anew, which leaves its motors off."""
+        self._on = False
+        self.tell(Alert(AlertKind.RESTARTED, words))

@@ -264,9 +264,7 @@ class TestArm:
         assert arm.status.state is State.ERROR_STOP
         assert arm.status.trust is Trust.SUSPECT
         arm.reset()
-        with pytest.raises(DeviceFault, match="enable"):
-            arm.move_motors(5, 0, 0, 0, 0, 0)
-        arm.reset()
+        assert arm.status.state is State.DISABLED
         arm.enable()
         arm.move_motors(5, 0, 0, 0, 0, 0)
 
@@ -276,6 +274,16 @@ class TestArm:
         arm.twin.device.reset()
         arm.sleep(2.0)
         assert arm.status.trust is Trust.SUSPECT
+        assert arm.status.state is State.ERROR_STOP
+        assert "reset or lost its power" in arm.status.error
+
+    def test_one_that_is_reset_with_its_positions_at_zero_is_found_out_by_its_refusal(self):
+        arm = ready_robko()
+        arm.twin.device.reset()
+        with pytest.raises(DeviceFault, match="switched its motors off"):
+            arm.move_j(base_deg=3)
+        arm.reset()
+        assert arm.status.state is State.DISABLED
 
 
 CHANGES = {
