@@ -6,18 +6,17 @@ Sources: gnea/grbl doc/markdown/interface.md, commands.md, jogging.md, settings.
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Generator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from armdrive.abilities import Abilities
 from armdrive.controllers.grbl_axes import Axes
 from armdrive.controllers.grbl_compare import Comparison, idle_key
+from armdrive.controllers.grbl_contact import GrblContact
 from armdrive.controllers.grbl_motion import GrblMotion
 from armdrive.controllers.grbl_plan import Way, trapezoid_s
 from armdrive.controllers.grbl_settings import GrblSettings
-from armdrive.controllers.grbl_stops import DEAF, HELD, TURNING
+from armdrive.controllers.grbl_stops import HELD
 from armdrive.controllers.grbl_talk import Answering, refusal
 from armdrive.controllers.requests import (
     ClearFault,
@@ -35,27 +34,19 @@ from armdrive.controllers.requests import (
     SetGripper,
     SetOutputs,
     Settings,
-    Silence,
     Stopping,
     SwitchOn,
 )
 from armdrive.errors import Refused as NotPossible
 from firmware_protocol.grbl import (
-    AXIS_LETTERS,
     Acknowledged,
     AlarmRaised,
     Home,
     Line,
-    QueryBuildInfo,
     QuerySettings,
-    Realtime,
     Refused,
     Restarted,
     Sleep,
-    State,
-    StatusReported,
-    Unlock,
-    Unreadable,
 )
 from firmware_protocol.grbl.events import Event as HostEvent
 
@@ -69,13 +60,11 @@ CONFIRMED_S = 0.12
 """Looks at a board that brakes, its reset and its banner."""
 TRIES = 3
 """How often the settings are read, where what came was incomplete."""
-CALM_S = 1.0
-"""A motion that a program before this one left behind is waited for so long."""
 SLOWEST_HZ = 0.01
 EEPROM_S = 2.0
 
 
-class GrblController(GrblMotion):
+class GrblController(GrblMotion, GrblContact):
     """One board of the GRBL family, seen from the driver."""
 
     def __init__(self, abilities: Abilities, config: ArmConfig) -> None:
@@ -102,7 +91,7 @@ class GrblController(GrblMotion):
             raise NotPossible(f"`{request.line}` is no setting of a GRBL board")
 
     def _script_of(self, request: Request) -> Answering:
-        if not self.contacted and (silence := (yield from self._contact())) is not None:
+        if not self.contacted and (silence := (yield from self.contact())) is not None:
             return silence
         match request:
             case MoveBy():
@@ -125,58 +114,7 @@ class GrblController(GrblMotion):
             case HomeDevice(groups):
                 return (yield from self._home(groups))
             case SwitchOn() | ClearFault():
-                return (yield from self._clear())
-
-    # -- contact ------------------------------------------------------------------------------
-
-    def _contact(self) -> Generator[float, HostEvent | None, Silence | None]:
-        """Find the board, whether opening its port has reset it or not. Moves nothing."""
-        began_s = self.now_s
-        if not (yield from self._alive()) and not (yield from self.soft_reset()):
-            self.last_said = "? (and to a reset)"
-            return self.silence(began_s)
-        yield from self._calm_down()
-        for _ in range(TRIES):
-            heard = yield from self.ask(QueryBuildInfo(), self.settings.answer_s)
-            if isinstance(heard, Acknowledged):
-                break
-        self.press(Realtime.FEED_100)
-        self.contacted = True
-        return None
-
-    def _alive(self) -> Generator[float, HostEvent | None, bool]:
-        """Wait for a banner or a report; a board that is starting answers nothing for a while."""
-        end_s = self.now_s + self.settings.boot_s
-        while self.now_s < end_s:
-            self.press(Realtime.STATUS)
-            again_s = min(self.now_s + 2.0 * self.settings.poll_s, end_s)
-            while self.now_s < again_s:
-                heard = yield from self.listen(again_s)
-                if isinstance(heard, Unreadable):
-                    self._count_axes(heard.data)
-                elif isinstance(heard, StatusReported | Restarted):
-                    return True
-        return False
-
-    def _count_axes(self, report: bytes) -> None:
-        """Learn from a report that a board has other axes than this arm."""
-        found = re.match(rb"<[A-Za-z:0-9]+\|[MW]Pos:([-0-9.,]+)[|>]", report)
-        letters = AXIS_LETTERS[: found[1].count(b",") + 1] if found else ""
-        if set(self.axes.letters) <= set(letters):
-            self._host.dialect = replace(self._host.dialect, axes=letters)
-
-    def _calm_down(self) -> Generator[float, HostEvent | None, None]:
-        """See to it that the board stands and reads lines, whatever an earlier program left."""
-        if not (yield from self.look(self.settings.answer_s)):
-            return
-        end_s = self.now_s + CALM_S
-        while self.state in TURNING and self.now_s < end_s:
-            yield from self.pause(self.now_s + self.settings.poll_s)
-            yield from self.look(self.settings.answer_s)
-        if self.state in TURNING or (self.state is State.HOLD and self.sub_state):
-            yield from self.hold()
-        elif self.state in DEAF:
-            yield from self.soft_reset()
+                return (yield from self.clear())
 
     # -- reading ------------------------------------------------------------------------------
 
@@ -231,24 +169,6 @@ class GrblController(GrblMotion):
         if refused is None:
             self.gripper_share = share
         return refused or Done()
-
-    def _clear(self) -> Answering:
-        """Leave alarm, hold, sleep or muteness; the board's position is as good as it was."""
-        began_s = self.now_s
-        heard = yield from self.look(self.settings.answer_s)
-        if heard and self.state in TURNING:
-            yield from self.hold()
-        elif (not heard or self.state in DEAF) and not (yield from self.soft_reset()):
-            return self.silence(began_s)
-        yield from self.look(self.settings.answer_s)
-        if self.state is State.ALARM:
-            answer = yield from self.ask(Unlock(), self.settings.answer_s)
-            if not isinstance(answer, Acknowledged):
-                return refusal(answer, "the board stays locked")
-            yield from self.look(self.settings.answer_s)
-        if self.state is not State.IDLE:
-            return Denied(f"the board's state is {self.state or 'not told'}", moved=False)
-        return Done()
 
     def _home(self, groups: tuple[tuple[int, ...], ...]) -> Answering:
         """Have the board find its switches, all at once or group after group."""

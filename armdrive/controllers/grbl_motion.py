@@ -7,13 +7,11 @@ another is still on the wire. What a report shows off the lines that were sent e
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass, field
 
 from armdrive.abilities import Abilities
 from armdrive.controllers.grbl_axes import Axes, feed
 from armdrive.controllers.grbl_plan import Limits, Way, way
-from armdrive.controllers.grbl_road import Road
+from armdrive.controllers.grbl_road import Road, Trip
 from armdrive.controllers.grbl_settings import GrblSettings
 from armdrive.controllers.grbl_stops import HELD, GrblStopping
 from armdrive.controllers.grbl_talk import LATE_REPORT_S, Answering, refusal
@@ -25,7 +23,6 @@ from armdrive.controllers.requests import (
     Halted,
     Interrupted,
     MoveAlong,
-    MoveBy,
     Progress,
     Reply,
     Silence,
@@ -47,30 +44,6 @@ STALLED_S = 2.0
 """A motion that does not go on for so long, beyond what it should take, is given up."""
 SLOWEST = 12.0
 """The lowest feed override makes a motion ten times longer."""
-
-
-@dataclass(slots=True)
-class Trip:
-    """One motion under way: where its lines come from, and what is known of those sent."""
-
-    segments: Iterator[MoveBy]
-    road: Road
-    ahead_s: float
-    jog: bool
-    drawn: MoveBy | None = None
-    exhausted: bool = False
-    not_before_s: float = -math.inf
-    polled_s: float = -math.inf
-    awaiting: bool = False
-    reported_s: float = 0.0
-    changed_s: float = 0.0
-    off: int = 0
-    guess_s: float = field(default=0.0)
-
-    @property
-    def finished(self) -> bool:
-        """Tell whether there is nothing more to send, and all that was sent is done."""
-        return self.exhausted and self.drawn is None and self.road.empty
 
 
 class GrblMotion(GrblStopping):

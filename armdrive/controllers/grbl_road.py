@@ -7,10 +7,13 @@ position lies on a later one.
 
 from __future__ import annotations
 
+import math
 from collections import deque
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from armdrive.controllers.grbl_plan import Limits, Way, planned_s
+from armdrive.controllers.requests import MoveBy
 from kinematics.spaces import Motors
 
 
@@ -125,3 +128,27 @@ class Road:
         for _ in range(count):
             self.start = self._lines.popleft().end
             self._share = 0.0
+
+
+@dataclass(slots=True)
+class Trip:
+    """One motion under way: where its lines come from, and what is known of those sent."""
+
+    segments: Iterator[MoveBy]
+    road: Road
+    ahead_s: float
+    jog: bool
+    drawn: MoveBy | None = None
+    exhausted: bool = False
+    not_before_s: float = -math.inf
+    polled_s: float = -math.inf
+    awaiting: bool = False
+    reported_s: float = 0.0
+    changed_s: float = 0.0
+    off: int = 0
+    guess_s: float = 0.0
+
+    @property
+    def finished(self) -> bool:
+        """Tell whether there is nothing more to send, and all that was sent is done."""
+        return self.exhausted and self.drawn is None and self.road.empty

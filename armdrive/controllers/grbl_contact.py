@@ -1,0 +1,99 @@
+"""Finding a GRBL board, and bringing it to where it reads lines again. Nothing here moves."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Generator
+from dataclasses import replace
+
+from armdrive.controllers.grbl_stops import DEAF, TURNING, GrblStopping
+from armdrive.controllers.grbl_talk import Answering, refusal
+from armdrive.controllers.requests import Denied, Done, Silence
+from firmware_protocol.grbl import (
+    AXIS_LETTERS,
+    Acknowledged,
+    QueryBuildInfo,
+    Realtime,
+    Restarted,
+    State,
+    StatusReported,
+    Unlock,
+    Unreadable,
+)
+from firmware_protocol.grbl.events import Event as HostEvent
+
+TRIES = 3
+"""How often the board's build is asked for."""
+CALM_S = 1.0
+"""A motion that a program before this one left behind is waited for so long."""
+
+
+class GrblContact(GrblStopping):
+    """The way to a board that stands and listens."""
+
+    def contact(self) -> Generator[float, HostEvent | None, Silence | None]:
+        """Find the board, whether opening its port has reset it or not. Moves nothing."""
+        began_s = self.now_s
+        if not (yield from self._alive()) and not (yield from self.soft_reset()):
+            self.last_said = "? (and to a reset)"
+            return self.silence(began_s)
+        yield from self._calm_down()
+        for _ in range(TRIES):
+            heard = yield from self.ask(QueryBuildInfo(), self.settings.answer_s)
+            if isinstance(heard, Acknowledged):
+                break
+        self.press(Realtime.FEED_100)
+        self.contacted = True
+        return None
+
+    def _alive(self) -> Generator[float, HostEvent | None, bool]:
+        """Wait for a banner or a report; a board that is starting answers nothing for a while."""
+        end_s = self.now_s + self.settings.boot_s
+        while self.now_s < end_s:
+            self.press(Realtime.STATUS)
+            again_s = min(self.now_s + 2.0 * self.settings.poll_s, end_s)
+            while self.now_s < again_s:
+                heard = yield from self.listen(again_s)
+                if isinstance(heard, Unreadable):
+                    self._count_axes(heard.data)
+                elif isinstance(heard, StatusReported | Restarted):
+                    return True
+        return False
+
+    def _count_axes(self, report: bytes) -> None:
+        """Learn from a report that a board has other axes than this arm."""
+        found = re.match(rb"<[A-Za-z:0-9]+\|[MW]Pos:([-0-9.,]+)[|>]", report)
+        letters = AXIS_LETTERS[: found[1].count(b",") + 1] if found else ""
+        if set(self.axes.letters) <= set(letters):
+            self._host.dialect = replace(self._host.dialect, axes=letters)
+
+    def _calm_down(self) -> Generator[float, HostEvent | None, None]:
+        """See to it that the board stands and reads lines, whatever an earlier program left."""
+        if not (yield from self.look(self.settings.answer_s)):
+            return
+        end_s = self.now_s + CALM_S
+        while self.state in TURNING and self.now_s < end_s:
+            yield from self.pause(self.now_s + self.settings.poll_s)
+            yield from self.look(self.settings.answer_s)
+        if self.state in TURNING or (self.state is State.HOLD and self.sub_state):
+            yield from self.hold()
+        elif self.state in DEAF:
+            yield from self.soft_reset()
+
+    def clear(self) -> Answering:
+        """Leave alarm, hold, sleep or muteness; the board's position is as good as it was."""
+        began_s = self.now_s
+        heard = yield from self.look(self.settings.answer_s)
+        if heard and self.state in TURNING:
+            yield from self.hold()
+        elif (not heard or self.state in DEAF) and not (yield from self.soft_reset()):
+            return self.silence(began_s)
+        yield from self.look(self.settings.answer_s)
+        if self.state is State.ALARM:
+            answer = yield from self.ask(Unlock(), self.settings.answer_s)
+            if not isinstance(answer, Acknowledged):
+                return refusal(answer, "the board stays locked")
+            yield from self.look(self.settings.answer_s)
+        if self.state is not State.IDLE:
+            return Denied(f"the board's state is {self.state or 'not told'}", moved=False)
+        return Done()

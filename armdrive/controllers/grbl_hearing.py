@@ -1,0 +1,194 @@
+"""Hearing a GRBL board: all that is learnt from what it says, asked or not."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator
+from dataclasses import replace
+
+from armdrive.abilities import Abilities
+from armdrive.controllers.grbl_axes import PINS, Axes
+from armdrive.controllers.grbl_settings import GrblSettings
+from armdrive.controllers.requests import (
+    Alert,
+    AlertKind,
+    Oddity,
+    Registers,
+)
+from armdrive.controllers.scripted import BITS_A_BYTE, Scripted
+from firmware_protocol.grbl import (
+    AlarmRaised,
+    AxesInfo,
+    BuildInfo,
+    Command,
+    Dialect,
+    Host,
+    Realtime,
+    Restarted,
+    Setting,
+    State,
+    StatusReported,
+    Unexpected,
+    Unreadable,
+    Variant,
+    Version,
+)
+from firmware_protocol.grbl.events import Event as HostEvent
+from kinematics.spaces import Motors
+
+ABORTED = (3, 6)
+"""Alarms that our own reset raises where it ends a motion: of a motion, and of homing."""
+
+
+class GrblHearing(Scripted[HostEvent]):
+    """What the driver knows of one board."""
+
+    def __init__(self, abilities: Abilities, settings: GrblSettings, axes: Axes, baud: int) -> None:
+        self._host = Host(
+            Dialect(axes=axes.board(), ring_bytes=None, outputs=True, crlf_answers_twice=False)
+        )
+        super().__init__(abilities, self._host)
+        self.settings = settings
+        self.axes = axes
+        self.byte_s = BITS_A_BYTE / baud
+        self.wire_free_s = -math.inf
+        self.state: State | str | None = None
+        self.sub_state: int | None = None
+        self.reported: StatusReported | None = None
+        self.position: Motors | None = None
+        self.inputs = 0
+        self.most_free = 0
+        self.alarm: AlarmRaised | None = None
+        self.firmware = ""
+        self.told: dict[int | str, str] = {}
+        self.contacted = False
+        self.modes_set = False
+        self.aborted = False
+        self.blocks = settings.max_segments
+        self._resetting = False
+
+    # -- saying -------------------------------------------------------------------------------
+
+    def say(self, data: bytes, text: str = "") -> None:
+        """Put bytes on the wire, and know when they are through."""
+        super().say(data, text)
+        self.wire_free_s = max(self.wire_free_s, self.now_s) + len(data) * self.byte_s
+
+    def speak(self, command: Command) -> None:
+        """Say a line."""
+        self.say(self._host.send(command), command.text)
+
+    def press(self, command: Realtime) -> None:
+        """Say a real-time command."""
+        shown = "" if command is Realtime.STATUS else command.name.lower().replace("_", " ")
+        self.say(self._host.send_realtime(command), shown)
+
+    def give_up(self) -> None:
+        """Forget unanswered lines and half a message."""
+        self._host.forget_outstanding()
+        self._host.discard()
+        self._resetting = False
+
+    # -- hearing ------------------------------------------------------------------------------
+
+    def listen(self, until_s: float) -> Generator[float, HostEvent | None, HostEvent | None]:
+        """Wait for whatever comes next; None when the time is over or a stop is asked for."""
+        heard = yield until_s
+        if heard is not None:
+            self.weigh(heard)
+        return heard
+
+    def unasked(self, heard: HostEvent) -> None:
+        """Weigh what no script was waiting for."""
+        self.weigh(heard)
+
+    def weigh(self, heard: HostEvent) -> None:
+        """Learn from anything that the board says, whoever waits for it."""
+        match heard:
+            case StatusReported():
+                self._learn_status(heard)
+            case AlarmRaised():
+                self._learn_alarm(heard)
+            case Restarted():
+                self._learn_restart(heard)
+            case BuildInfo():
+                self._learn_build(heard)
+            case AxesInfo(_, letters):
+                if set(self.axes.letters) <= set(letters):
+                    self._host.dialect = replace(
+                        self._host.dialect, axes="".join(dict.fromkeys(letters))
+                    )
+            case Version(version):
+                self.firmware = version
+            case Setting(key, value):
+                self.told[key] = value
+            case Unexpected() | Unreadable():
+                self.tell(Oddity(str(heard)))
+
+    def _learn_status(self, heard: StatusReported) -> None:
+        report = heard.report
+        self.reported = heard
+        self.state, self.sub_state = report.state, report.sub_state
+        if self.state is not State.ALARM:
+            self.alarm = None
+        if report.free_blocks is not None:
+            self.most_free = max(self.most_free, report.free_blocks)
+        pins = report.pins or ""
+        self.inputs = sum(1 << bit for bit, pin in enumerate(PINS) if pin in pins)
+        if heard.machine_position is not None:
+            self.position = self.axes.motors(heard.machine_position, self._host.dialect.axes)
+
+    def _learn_alarm(self, heard: AlarmRaised) -> None:
+        self.alarm, self.state = heard, State.ALARM
+        if self._resetting and heard.code in ABORTED:
+            self.aborted = True  # we have asked for it
+            return
+        kind = AlertKind.ALARM if heard.position_kept else AlertKind.ALARM_LOST
+        if self.contacted:
+            self.tell(Alert(kind, self.alarm_words()))
+
+    def _learn_restart(self, heard: Restarted) -> None:
+        own, self._resetting = self._resetting, False
+        self.modes_set = False
+        self.alarm = self.state = None
+        if heard.banner.firmware:
+            self.firmware = heard.banner.firmware
+        if self.contacted and not own:
+            self.tell(
+                Alert(
+                    AlertKind.RESTARTED,
+                    "the board was reset, or lost its power, and counts from zero again",
+                )
+            )
+
+    def _learn_build(self, build: BuildInfo) -> None:
+        if build.blocks:
+            self.blocks = min(self.settings.max_segments, build.blocks)
+        dialect = replace(self._host.dialect, ring_bytes=build.rx_bytes)
+        if "H" in build.letters or dialect.variant is not Variant.GRBL:
+            dialect = replace(dialect, single_axis_homing=True)
+        self._host.dialect = dialect
+
+    @property
+    def variant(self) -> Variant:
+        """Which firmware of the family it is."""
+        return self._host.dialect.variant
+
+    def alarm_words(self) -> str:
+        """Say what the board's alarm is, and what to do."""
+        if self.alarm is None:
+            return "the board is locked by an alarm"
+        number = "" if self.alarm.code is None else f" {self.alarm.code}"
+        return (
+            f"the board is in alarm{number} ({self.alarm.meaning}): {self.alarm.remedy}. It may "
+            "answer nothing until then, which is no broken wire"
+        )
+
+    def registers(self) -> Registers:
+        """Return the position as it was reported last."""
+        return Registers(self.position or Motors((0,) * len(self.axes.letters)), self.inputs)
+
+    def planner_empty(self) -> bool:
+        """Tell whether the last report has no motion in the planner; Idle alone may precede it."""
+        free = None if self.reported is None else self.reported.report.free_blocks
+        return free is None or free >= self.most_free
