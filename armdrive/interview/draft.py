@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 from armdrive.dialects import DIALECTS, Dialect
@@ -81,6 +81,14 @@ class Draft:
         """Whether the arm's numbers may be used: published, or measured by its owner."""
         return self.preset is None or self.preset.verified or bool(self.get("measured"))
 
+    @property
+    def device_fields(self) -> dict[str, Any]:
+        """What the dialect's own section may say, with the values that stand where it does not.
+
+        A dialect whose section names its axes drives as many motors as are named there.
+        """
+        return {each.name: each.default for each in fields(self.dialect.settings())}
+
     # -- joints ------------------------------------------------------------------------------
 
     @property
@@ -136,9 +144,9 @@ class Draft:
     @property
     def grippers(self) -> tuple[str, ...]:
         """The kinds of grippers that the controller has a motor for, or none left over."""
-        stepped = len(self.motors) < self.dialect.abilities.motors
-        kinds = (COUPLED, OWN_MOTOR)
-        return tuple(kind for kind in self.template.grippers if (kind in kinds) == stepped)
+        spare = self.dialect.abilities.motors - len(self.motors)
+        fits = {True: spare > 0, False: spare == 0 or "axes" in self.device_fields}
+        return tuple(kind for kind in self.template.grippers if fits[kind in (COUPLED, OWN_MOTOR)])
 
     @property
     def stepped(self) -> bool:

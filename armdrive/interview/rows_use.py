@@ -80,7 +80,8 @@ ROWS = (
     Row(
         "homing.own", "Does the arm home by its own switches?",
         "The controller then drives each motor to its switch when `armdrive home` asks for it.",
-        fixed(readers.yes_or_no), plain("yes"),
+        fixed(readers.yes_or_no),
+        lambda draft, _one: "yes" if draft.template.homes else "no",
         when=lambda draft: draft.dialect.abilities.own_homing,
     ),
     Row(

@@ -9,12 +9,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from armdrive.interview import rows_arm, rows_use, rows_wire
+from armdrive.interview import rows_arm, rows_device, rows_use, rows_wire
 from armdrive.interview.draft import Draft, Surroundings
 from armdrive.interview.readers import WrongAnswer
 from armdrive.interview.rows import Question
 
-ROWS = (*rows_wire.ROWS, *rows_arm.ROWS, *rows_use.ROWS)
+ROWS = (*rows_wire.ROWS, *rows_arm.ROWS, *rows_use.ROWS, *rows_device.ROWS)
 
 
 class Interview:

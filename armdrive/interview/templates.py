@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any
 
 from armdrive.dialects import DIALECTS
 from armdrive.interview.link_tables import LinkTable
@@ -30,8 +29,8 @@ class Template:
     """One row. Its arm is a preset, a link table, or (with neither) the reader's own links.
 
     `grippers` are the kinds to choose from, the usual one first. `half_steps` tells that the
-    preset counts half-steps while the controller may count microsteps. `device` are keys of the
-    dialect's own section.
+    preset counts half-steps while the controller may count microsteps. `homes` tells that such
+    arms usually have switches.
     """
 
     key: str
@@ -41,11 +40,12 @@ class Template:
     links: LinkTable | None = None
     grippers: tuple[str, ...] = (COUPLED,)
     half_steps: bool = False
-    device: Mapping[str, Any] = field(default_factory=dict)
+    homes: bool = False
     note: str = ""
 
 
 _ANY_GRIPPER = tuple(GRIPPERS)
+_CABLE_OR_OTHER = (COUPLED, SERVO, OUTPUT, NOTHING)
 
 TEMPLATES: Mapping[str, Template] = MappingProxyType(
     {
@@ -65,12 +65,12 @@ TEMPLATES: Mapping[str, Template] = MappingProxyType(
             Template(
                 "minimover5-grbl",
                 "a Mini-mover 5 without its controller, its six motors on a GRBL board", "grbl",
-                preset="minimover5", half_steps=True,
+                preset="minimover5", half_steps=True, grippers=_CABLE_OR_OTHER,
                 note="All six motors count motor steps, so the cables' couplings are armdrive's.",
             ),
             Template(
                 "printed-six", "a printed six-axis arm on a six-axis GRBL board", "grbl",
-                links=PRINTED_SIX, grippers=(SERVO, OUTPUT, NOTHING),
+                links=PRINTED_SIX, grippers=(SERVO, OUTPUT, NOTHING), homes=True,
                 note="A starting template: lengths, gears, limits and homing are not your arm's "
                 "until you have measured and entered them.",
             ),

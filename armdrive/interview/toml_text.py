@@ -7,12 +7,16 @@ from __future__ import annotations
 
 import json
 import re
+import textwrap
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 COMMENT_AT = 30
 """The column that comments begin in, where the line before them is shorter."""
+
+WIDTH = 96
+"""The longest line of a heading."""
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
@@ -38,7 +42,8 @@ class Section:
 
 def document(sections: Iterable[Section], heading: str = "") -> str:
     """Return the text of a document, one line at the end."""
-    blocks = ["\n".join(f"# {line}" for line in heading.splitlines())] if heading else []
+    lines = [each for line in heading.splitlines() for each in textwrap.wrap(line, WIDTH)]
+    blocks = ["\n".join(f"# {line}" for line in lines)] if lines else []
     blocks += [_section(each) for each in sections if each.entries]
     return "\n\n".join(blocks) + "\n"
 

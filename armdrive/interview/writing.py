@@ -70,10 +70,7 @@ def _links(draft: Draft) -> str | None:
 def _sections(draft: Draft, model_path: str) -> Iterator[Section]:
     yield _top(draft, model_path)
     yield _connection(draft)
-    if draft.template.device and draft.template.dialect == draft.dialect.name:
-        yield Section(
-            draft.dialect.name, tuple(Entry(k, v) for k, v in draft.template.device.items())
-        )
+    yield _device(draft)
     yield from _arm(draft)
     yield from _use(draft)
 
@@ -102,6 +99,16 @@ def _connection(draft: Draft) -> Section:
             Entry("keep_dtr_on_close", True, "... so it stays up between programs"),
         ]
     return Section("connection", tuple(entries))
+
+
+def _device(draft: Draft) -> Section:
+    """Return the dialect's own section: what was asked of it, and whether it homes."""
+    known = draft.device_fields
+    asked = [(key, draft.get(f"device.{key}")) for key in known]
+    entries = [Entry(key, value) for key, value in asked if value is not None]
+    if draft.get("homing.own") and "homing" in known:
+        entries.append(Entry("homing", True, "the board's own setting is checked against this"))
+    return Section(draft.dialect.name, tuple(entries))
 
 
 def _arm(draft: Draft) -> Iterator[Section]:
