@@ -75,6 +75,18 @@ def _robko01(config: ArmConfig) -> Controller:
     return RobkoController(DIALECTS["robko01"].abilities, config.device, config.connection.baud)
 
 
+def _grbl_settings() -> type[Any]:
+    from armdrive.controllers.grbl_settings import GrblSettings
+
+    return GrblSettings
+
+
+def _grbl(config: ArmConfig) -> Controller:
+    from armdrive.controllers.grbl import GrblController
+
+    return GrblController(DIALECTS["grbl"].abilities, config)
+
+
 DIALECTS: Mapping[str, Dialect] = MappingProxyType(
     {
         "teachmover": Dialect(
@@ -154,6 +166,32 @@ DIALECTS: Mapping[str, Dialect] = MappingProxyType(
             ),
             settings=_armdroid_settings,
             controller=_armdroid,
+        ),
+        "grbl": Dialect(
+            name="grbl",
+            title="GRBL board",
+            preset="minimover5",
+            baud=115_200,
+            quick_stop="The switch of the motors' supply is the quicker stop: the arm sags then.",
+            abilities=Abilities(
+                motors=6,
+                coordinated=True,
+                abort=Abort.RAMP,
+                queued_segments=15,
+                speed_mode_with_watchdog=False,
+                reports_while_moving=True,
+                own_homing=True,
+                resets_on_open=True,
+                check_bytes=False,
+                current=Switching.DROPS,
+                grip_switch=False,
+                pendant=False,
+                jog_burst_s=0.15,
+                planned_burst_s=0.4,
+                register_bits=32,
+            ),
+            settings=_grbl_settings,
+            controller=_grbl,
         ),
     }
 )
