@@ -61,18 +61,18 @@ def finger_motor(bench: Bench) -> str:
 
 def grip_switch(bench: Bench) -> str:
     """Fingers that feel."""
-    return "" if bench.row.abilities.grip_switch else "no grip switch"
+    return "" if bench.abilities.grip_switch else "no grip switch"
 
 
 def switches_current(bench: Bench) -> str:
     """Motors that the host can let go."""
-    able = bench.row.abilities.current is not Switching.NONE
+    able = bench.abilities.current is not Switching.NONE
     return "" if able else "its motors are always on"
 
 
 def starts_disabled(bench: Bench) -> str:
     """Motors that are off until somebody switches them on."""
-    able = bench.row.abilities.current is Switching.BOTH
+    able = bench.abilities.current is Switching.BOTH
     return "" if able else "its motors cannot be switched on by themselves"
 
 
@@ -88,7 +88,7 @@ def limit_switches(bench: Bench) -> str:
 
 def own_homing(bench: Bench) -> str:
     """A device that finds its switches by itself, and an arm that has them."""
-    able = bench.row.abilities.own_homing and bench.config.homing is not None
+    able = bench.abilities.own_homing and bench.config.homing is not None
     return "" if able else "no homing of its own"
 
 

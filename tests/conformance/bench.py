@@ -8,11 +8,12 @@ import math
 from collections.abc import Callable, Iterator
 from typing import Any, ClassVar
 
+from armdrive.abilities import Abilities, Switching
 from armdrive.arm import Arm
 from armdrive.armfile import ArmConfig
 from armdrive.dialects import dialect
 from armdrive.posture import Operator
-from armdrive.status import State, Trust
+from armdrive.status import Current, State, Trust
 from kinematics import Joints, Motors
 
 from .seen import ON_THE_STEP, Point, Rest, Seen, check
@@ -83,6 +84,11 @@ class Bench(abc.ABC):
         """Undo every fault: the wire carries all again, and the power is on."""
 
     @property
+    def abilities(self) -> Abilities:
+        """What the arm's controller can do, by the settings of this arm."""
+        return self.row.controller(self.config).abilities
+
+    @property
     def device(self) -> type | None:
         """The class of the simulated device, which tells what it can do; None of a real one."""
         return None
@@ -103,11 +109,17 @@ class Bench(abc.ABC):
 
     def refer(self, arm: Arm) -> None:
         """Make an arm ready for planned motion, by the posture in which it is seen to stand."""
-        if arm.status.state is State.DISABLED:
-            arm.enable()
+        self.switch_on(arm)
         joints, opening_mm = self.posture(self.look().motors)
         arm.declare_posture(joints, opening_mm=opening_mm)
         check(arm.status.trust is Trust.REFERENCED, "a declared posture was not taken")
+
+    def switch_on(self, arm: Arm) -> None:
+        """Switch the motors on, where that can be done and they are not held for certain."""
+        status = arm.status
+        off = status.current is not Current.HELD and self.abilities.current is Switching.BOTH
+        if off or status.state is State.DISABLED:
+            arm.enable()
 
     def begin_anew(self) -> None:
         """Begin with an arm as one finds it in the morning, where that costs nothing."""

@@ -19,7 +19,7 @@ def _never(_: Bench) -> bool:
 
 def _unchecked(bench: Bench) -> bool:
     """A changed number is a number: without check bytes the device obeys it."""
-    return not bench.row.abilities.check_bytes
+    return not bench.abilities.check_bytes
 
 
 def _always(_: Bench) -> bool:

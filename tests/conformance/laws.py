@@ -141,8 +141,7 @@ def _brought_back(bench: Bench, arm: Arm) -> Arm:
     elif arm.status.state is State.ERROR_STOP:
         arm.reset()
         check(arm.status.state is not State.ERROR_STOP, "the reset left it in error-stop")
-    if arm.status.state is State.DISABLED:
-        arm.enable()
+    bench.switch_on(arm)
     bench.sleep(0.5)
     check(bench.look().motors == before.motors, "bringing the arm back moved it")
     return arm

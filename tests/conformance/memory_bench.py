@@ -111,9 +111,9 @@ class MemoryBench(Bench):
 
     def leave(self) -> None:
         """Close the driver, and put a new wire in its place."""
-        if self.arm is not None:
+        if (arm := self.arm) is not None:
             super().leave()
-            self._keep_time()
+            self._now_s = max(self._now_s, arm.pace.now_s())
             self.twin = self._rewired()
 
     def close(self) -> None:

@@ -15,13 +15,12 @@ from .seen import ON_THE_STEP, check
 def connect_moves_nothing(bench: Bench) -> None:
     before = bench.look()
     arm = bench.connect()
-    wanted = State.DISABLED if bench.row.abilities.current is Switching.BOTH else State.STANDBY
+    wanted = State.DISABLED if bench.abilities.current is Switching.BOTH else State.STANDBY
     check(arm.status.state is wanted, f"connected to {arm.status.state}, not {wanted}")
     check(arm.status.trust is Trust.UNKNOWN, "an arm of which nothing is recorded is trusted")
     bench.sleep(1.5)
     check(bench.look().motors == before.motors, "connecting or idling moved the arm")
-    if arm.status.state is State.DISABLED:
-        arm.enable()
+    bench.switch_on(arm)
     check(bench.look().motors == before.motors, "switching the motors on moved the arm")
     bench.leave()
     check(bench.look().motors == before.motors, "leaving moved the arm")
@@ -40,8 +39,7 @@ def status_is_told(bench: Bench) -> None:
 
 def planned_motion_is_refused_unreferenced(bench: Bench) -> None:
     arm = bench.connect()
-    if arm.status.state is State.DISABLED:
-        arm.enable()
+    bench.switch_on(arm)
     before = bench.look()
     for name, call in planned(arm).items():
         refused(call, Refused, f"{name} without a reference")
@@ -63,8 +61,7 @@ def nothing_moves_while_disabled(bench: Bench) -> None:
 
 def home_by_operator(bench: Bench) -> None:
     arm = bench.connect()
-    if arm.status.state is State.DISABLED:
-        arm.enable()
+    bench.switch_on(arm)
     arm.home(operator=bench.operator())
     check(arm.status.trust is Trust.REFERENCED, f"homed, but {arm.status.trust}")
     check(arm.status.state is State.STANDBY, f"homed, but in {arm.status.state}")
@@ -77,8 +74,7 @@ def home_by_operator(bench: Bench) -> None:
 
 def an_unconfirmed_home_references_nothing(bench: Bench) -> None:
     arm = bench.connect()
-    if arm.status.state is State.DISABLED:
-        arm.enable()
+    bench.switch_on(arm)
     before = bench.look()
     refused(lambda: arm.home(operator=lambda request: False), Refused, "an unconfirmed home")
     check(arm.status.trust is Trust.UNKNOWN, "an unconfirmed posture was taken")
@@ -94,12 +90,11 @@ def a_record_is_restored_but_not_trusted(bench: Bench) -> None:
     bench.sleep(0.5)
     arm = bench.connect()
     restored = arm.status.trust
-    forgets = bench.row.abilities.resets_on_open
+    forgets = bench.abilities.resets_on_open
     allowed = {Trust.RESTORED, Trust.SUSPECT} if forgets else {Trust.RESTORED}
     check(restored in allowed, f"reconnected, and the position is {restored}")
     check(arm.status.acknowledged == told, "the restored position is another one")
-    if arm.status.state is State.DISABLED:
-        arm.enable()
+    bench.switch_on(arm)
     refused(planned(arm)["move_j"], NotReferenced, "a motion from a restored position")
     if restored is Trust.RESTORED:
         arm.confirm_restored()

@@ -138,8 +138,7 @@ def _place(goal) -> Point:
 
 def motors_move_by_raw_steps(bench: Bench) -> None:
     arm = bench.connect()
-    if arm.status.state is State.DISABLED:
-        arm.enable()
+    bench.switch_on(arm)
     before = bench.look().motors
     steps = [0] * len(before)
     steps[0], steps[1] = 40, -25

@@ -50,8 +50,7 @@ def increments_add_up(bench: Bench) -> None:
 
 def unreferenced_jogs_are_slow(bench: Bench) -> None:
     arm = bench.connect()
-    if arm.status.state is State.DISABLED:
-        arm.enable()
+    bench.switch_on(arm)
     first = arm.model.arm.joint_names[0]
     limit_rad_s = arm.model.joint_speeds_rad_s[0] * bench.config.motion.unreferenced_speed
     before = bench.posture(bench.look().motors)[0].deg[first]

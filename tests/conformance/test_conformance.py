@@ -8,6 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from armdrive.dialects import DIALECTS
+from armdrive.sim.twins import TWINS
 
 from .behaviour import Behaviour
 from .behaviours import BEHAVIOURS
@@ -16,9 +17,10 @@ from .memory_bench import MemoryBench
 from .port_bench import PortBench
 from .process_bench import PtyBench
 
+SIMULATED = [name for name in DIALECTS if name in TWINS]
 needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 of_all = pytest.mark.parametrize("behaviour", BEHAVIOURS, ids=lambda row: row.name)
-of_dialects = pytest.mark.parametrize("dialect", DIALECTS)
+of_dialects = pytest.mark.parametrize("dialect", SIMULATED)
 
 
 def run(behaviour: Behaviour, bench: Bench) -> None:
@@ -39,8 +41,8 @@ def test_on_simulated_time(behaviour, dialect):
 @needs_pty
 def test_a_handful_over_a_pty():
     """All dialects side by side, one process each: nearly all of it is waiting in real time."""
-    with ThreadPoolExecutor(len(DIALECTS)) as pool:
-        broken = [words for found in pool.map(handful, DIALECTS) for words in found]
+    with ThreadPoolExecutor(len(SIMULATED)) as pool:
+        broken = [words for found in pool.map(handful, SIMULATED) for words in found]
     assert not broken, "\n".join(broken)
 
 
@@ -62,6 +64,10 @@ def handful(dialect: str) -> list[str]:
 def test_on_a_real_arm(behaviour, arm_port, arm_dialect):
     with PortBench(arm_dialect, arm_port) as bench:
         run(behaviour, bench)
+
+
+def test_every_dialect_has_a_twin_to_be_tested_on():
+    assert set(DIALECTS) == set(SIMULATED)
 
 
 def test_no_two_behaviours_share_a_name():
