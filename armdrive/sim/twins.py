@@ -53,11 +53,18 @@ def _armdroid() -> TwinKind:
     return KIND
 
 
+def _grbl() -> TwinKind:
+    from armdrive.sim.grbl_twin import KIND
+
+    return KIND
+
+
 TWINS: Mapping[str, Callable[[], TwinKind]] = MappingProxyType(
     {
         "teachmover": _teachmover,
         "robko01": _robko01,
         "armdroid": _armdroid,
+        "grbl": _grbl,
     }
 )
 """Every dialect that has a simulated device, by its name; the device is imported when asked for."""

@@ -1,0 +1,186 @@
+"""The boards of the GRBL family as data: how large, how quick, and what each does its own way.
+
+Where a figure is not known it is a guess to the harder side. Times are seconds. Those of the 8-bit
+boards were measured on the real firmware in a processor simulator, those of the others are not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from firmware_protocol.grbl import (
+    AxesInfo,
+    Banner,
+    Bracketed,
+    BuildInfo,
+    Dialect,
+    Info,
+    Variant,
+    Version,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Firmware:
+    """One firmware on its usual board.
+
+    `ring_bytes` is what the receive ring holds, `blocks` how many lines the planner queues.
+    A line takes `parse_s`, and `plan_s` more where it is a motion. A change of settings takes
+    `eeprom_s`, in which bytes that arrive are lost where it is `deaf_in_eeprom`. An alarm is
+    followed by `alarm_s` without motor current before the board starts anew, which takes
+    `start_s`; from a reset of the board itself it takes `boot_s`, without current as well.
+    `mute_in_critical`: after a limit alarm `?` is not answered until the reset.
+    `silent_in_homing`: nor during homing. `cancel_clears_ring`: a jog cancel does.
+    """
+
+    name: str
+    variant: Variant
+    ring_bytes: int
+    blocks: int
+    max_line: int
+    outputs: bool
+    letters_to_home: int
+    crlf_answers_twice: bool
+    parse_s: float
+    plan_s: float
+    eeprom_s: float
+    deaf_in_eeprom: bool
+    alarm_s: float
+    start_s: float
+    boot_s: float
+    mute_in_critical: bool
+    silent_in_homing: bool
+    cancel_clears_ring: bool
+    version: str
+    build: str
+
+    def dialect(self, axes: str) -> Dialect:
+        """Return what lines a build with these axes reads."""
+        return Dialect(
+            self.variant,
+            axes,
+            self.max_line,
+            self.ring_bytes,
+            self.outputs,
+            self.letters_to_home > 0,
+            self.crlf_answers_twice,
+        )
+
+    @property
+    def banner(self) -> Banner:
+        """What it says when it starts."""
+        if self.variant is Variant.FLUIDNC:
+            return Banner(self.version, self.variant, self.build)
+        return Banner(self.version, self.variant)
+
+    def info(self, axes: str, note: str) -> tuple[Info, ...]:
+        """Return what `$I` answers; FluidNC says nothing of its ring."""
+        if self.variant is Variant.FLUIDNC:
+            return Version(f"{self.version} FluidNC {self.build}", note), BuildInfo("PHS")
+        head = (
+            Version(f"{self.version}.{self.build}", note),
+            BuildInfo("VNM" if self.outputs else "V", self.blocks, self.ring_bytes),
+        )
+        if self.variant is not Variant.GRBLHAL:
+            return head
+        return (*head, AxesInfo(len(axes), axes), Bracketed("FIRMWARE:grblHAL"))
+
+
+_GRBL = Firmware(
+    name="grbl",
+    variant=Variant.GRBL,
+    ring_bytes=128,
+    blocks=15,
+    max_line=79,
+    outputs=False,
+    letters_to_home=0,
+    crlf_answers_twice=True,
+    parse_s=0.35e-3,
+    plan_s=3.75e-3,
+    eeprom_s=17e-3,
+    deaf_in_eeprom=True,
+    alarm_s=0.5,
+    start_s=5e-3,
+    boot_s=1.5,
+    mute_in_critical=True,
+    silent_in_homing=True,
+    cancel_clears_ring=False,
+    version="1.1h",
+    build="20190825",
+)
+
+_MEGA_5X = Firmware(
+    name="mega5x",
+    variant=Variant.GRBL,
+    ring_bytes=255,
+    blocks=35,
+    max_line=79,
+    outputs=True,
+    letters_to_home=1,
+    crlf_answers_twice=True,
+    parse_s=0.35e-3,
+    plan_s=3.75e-3,
+    eeprom_s=17e-3,
+    deaf_in_eeprom=True,
+    alarm_s=0.5,
+    start_s=5e-3,
+    boot_s=1.5,
+    mute_in_critical=True,
+    silent_in_homing=True,
+    cancel_clears_ring=False,
+    version="1.1m",
+    build="20210506",
+)
+
+_GRBLHAL = Firmware(
+    name="grblhal",
+    variant=Variant.GRBLHAL,
+    ring_bytes=1024,
+    blocks=35,
+    max_line=256,
+    outputs=True,
+    letters_to_home=9,
+    crlf_answers_twice=False,
+    parse_s=0.05e-3,
+    plan_s=0.1e-3,
+    eeprom_s=5e-3,
+    deaf_in_eeprom=False,
+    alarm_s=0.1,
+    start_s=5e-3,
+    boot_s=0.5,
+    mute_in_critical=False,
+    silent_in_homing=False,
+    cancel_clears_ring=True,
+    version="1.1f",
+    build="20240527",
+)
+
+_FLUIDNC = Firmware(
+    name="fluidnc",
+    variant=Variant.FLUIDNC,
+    ring_bytes=256,
+    blocks=15,
+    max_line=255,
+    outputs=True,
+    letters_to_home=1,
+    crlf_answers_twice=False,
+    parse_s=0.1e-3,
+    plan_s=0.2e-3,
+    eeprom_s=5e-3,
+    deaf_in_eeprom=False,
+    alarm_s=0.1,
+    start_s=5e-3,
+    boot_s=1.0,
+    mute_in_critical=False,
+    silent_in_homing=False,
+    cancel_clears_ring=False,
+    version="3.7",
+    build="v3.7.8",
+)
+
+FIRMWARES: Mapping[str, Firmware] = MappingProxyType(
+    {one.name: one for one in (_GRBL, _MEGA_5X, _GRBLHAL, _FLUIDNC)}
+)
+"""Every firmware by the name that the option takes."""

@@ -1,0 +1,91 @@
+"""What a simulated GRBL board drives besides its motors: spindle, coolant, ports, and a gripper."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from armdrive.sim.saved import Json
+from firmware_protocol.grbl import Modal
+
+
+@dataclass(frozen=True, slots=True)
+class Wiring:
+    """Which output moves the fingers: `what` is spindle, coolant, digital or analog, or nothing.
+
+    At the value `closed` the fingers are shut, at `opened` wide open, in between in proportion.
+    """
+
+    what: str = ""
+    port: int = 0
+    closed: float = 0.0
+    opened: float = 1.0
+
+    def share(self, value: float) -> float:
+        """Return how far a value opens the fingers, from 0 to 1."""
+        return min(max((value - self.closed) / (self.opened - self.closed), 0.0), 1.0)
+
+
+@dataclass(slots=True)
+class Outputs:
+    """The state of every output. `most_speed` bounds the spindle, as `$30` does."""
+
+    spindle: str = "M5"
+    speed: float = 0.0
+    flood: bool = False
+    mist: bool = False
+    digital: dict[int, bool] = field(default_factory=dict)
+    analog: dict[int, float] = field(default_factory=dict)
+
+    def spin(self, modal: Modal, most_speed: float) -> None:
+        """Have the spindle as the modes say."""
+        self.spindle = modal.spindle
+        self.speed = min(modal.speed, most_speed) if modal.spindle != "M5" else 0.0
+
+    def cool(self, word: str) -> None:
+        """Switch coolant: M7 and M8 add to one another, M9 ends both."""
+        self.mist = word != "M9" and (self.mist or word == "M7")
+        self.flood = word != "M9" and (self.flood or word == "M8")
+
+    def put(self, word: str, port: int, value: float) -> None:
+        """Set a port, digital or analog."""
+        if word in ("M67", "M68"):
+            self.analog[port] = value
+        else:
+            self.digital[port] = bool(value)
+
+    def off(self) -> None:
+        """Stop spindle and coolant, as every reset does; ports stay."""
+        self.spindle, self.speed = "M5", 0.0
+        self.flood = self.mist = False
+
+    @property
+    def letters(self) -> str:
+        """The accessories as a status report names them."""
+        turning = {"M3": "S", "M4": "C"}.get(self.spindle, "")
+        return turning + "F" * self.flood + "M" * self.mist
+
+    def value(self, wiring: Wiring) -> float | None:
+        """Return what a gripper on this wiring is told; None for a servo that is told nothing."""
+        match wiring.what:
+            case "spindle":
+                return self.speed if self.spindle != "M5" else None
+            case "coolant":
+                return float(self.flood)
+            case "digital":
+                return float(self.digital.get(wiring.port, False))
+            case "analog":
+                return self.analog.get(wiring.port)
+        return None
+
+    def to_json(self) -> dict[str, Json]:
+        """Return the outputs for people and for programs."""
+        digital: dict[str, Json] = {str(port): on for port, on in sorted(self.digital.items())}
+        analog: dict[str, Json] = {str(port): v for port, v in sorted(self.analog.items())}
+        return {
+            "spindle": self.spindle,
+            "speed": self.speed,
+            "flood": self.flood,
+            "mist": self.mist,
+            "digital": digital,
+            "analog": analog,
+        }

@@ -1,0 +1,193 @@
+"""How a simulated GRBL board is wired to an arm and set up, out of the arm's configuration.
+
+What the arm file's own section says is read without its class, and the rest worked out here: the
+driver's figures are its own, so that a difference has to be found.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from armdrive.errors import BadRequest
+from armdrive.sim.grbl_outputs import Wiring
+from armdrive.sim.grbl_settings import (
+    ACCELERATION,
+    ALWAYS_ON_MS,
+    HARD_LIMITS,
+    HOMING,
+    HOMING_FEED,
+    HOMING_SEEK,
+    IDLE_MS,
+    JUNCTION,
+    PULL_OFF,
+    RATE,
+    REPORT,
+    SOFT_LIMITS,
+    STEPS,
+    TRAVEL,
+)
+from armdrive.sim.grbl_switches import Switch, Switches
+from armdrive.sim.world import World
+from firmware_protocol.grbl import AXIS_LETTERS
+
+if TYPE_CHECKING:
+    from armdrive.armfile import ArmConfig
+    from kinematics import Transmission
+
+MPOS_AND_BUFFERS = 3
+SEEK_SHARE, FEED_SHARE = 0.5, 0.05
+"""How fast homing is, of an axis's own greatest rate."""
+PULL_OFF_SHARE = 0.005
+"""How far a switch is left behind, of the travel."""
+_MINUTE_S = 60.0
+
+
+def motor_letters(config: ArmConfig, count: int) -> str:
+    """Return the axis letter of each motor."""
+    letters = str(getattr(config.device, "axes", AXIS_LETTERS))[:count]
+    if len(letters) < count:
+        raise BadRequest(f"the axes {letters} cannot turn the {count} motors of this arm")
+    return letters
+
+
+def board_axes(letters: str, built: str) -> str:
+    """Return the axes of the board in its own order: those that are needed, or as it is built."""
+    axes = "".join(letter for letter in AXIS_LETTERS if letter in (built or letters))
+    if not set(letters) <= set(axes) or set(built) - set(AXIS_LETTERS):
+        raise BadRequest(f"a board with the axes {built} has no motors for {letters}")
+    return axes
+
+
+def well_set_up(config: ArmConfig, letters: str, axes: str) -> dict[int, float]:
+    """Return the settings that somebody has given a board who knows this arm."""
+    device: Any = config.device
+    turning = _transmission(config)
+    per_unit = _steps_per_unit(config, turning)
+    rates = _given(device, "rates") or _rates_hz(config, turning)
+    ramp_s = float(getattr(device, "ramp_s", 0.1))
+    slopes = _given(device, "accelerations") or tuple(rate / ramp_s for rate in rates)
+    spans = _spans(config, turning)
+    travels = _given(device, "travel") or tuple(
+        math.ceil(span / per) for span, per in zip(spans, per_unit, strict=True)
+    )
+    values: dict[int, float] = {
+        IDLE_MS: ALWAYS_ON_MS,
+        REPORT: MPOS_AND_BUFFERS,
+        JUNCTION: float(getattr(device, "junction_steps", 1.0)) / max(per_unit),
+        SOFT_LIMITS: float(getattr(device, "soft_limits", False)),
+        HARD_LIMITS: float(getattr(device, "hard_limits", False)),
+        HOMING: float(getattr(device, "homing", config.homing is not None)),
+    }
+    for motor, letter in enumerate(letters):
+        axis, per = axes.index(letter), per_unit[motor]
+        values[STEPS + axis] = per
+        values[RATE + axis] = _up(rates[motor] / per * _MINUTE_S)
+        values[ACCELERATION + axis] = _up(slopes[motor] / per)
+        values[TRAVEL + axis] = travels[motor]
+    slowest = min(rates[motor] / per_unit[motor] for motor in range(len(letters))) * _MINUTE_S
+    values[HOMING_SEEK] = _up(slowest * SEEK_SHARE)
+    values[HOMING_FEED] = _up(slowest * FEED_SHARE)
+    values[PULL_OFF] = _up(min(travels) * PULL_OFF_SHARE)
+    return values
+
+
+def switches(
+    config: ArmConfig, world: World, letters: str, axes: str, values: dict[int, float]
+) -> Switches:
+    """Return the limit switches: where homing ends by the arm file is a pull-off behind them.
+
+    Where the file tells no such posture, they are at the upper end of each motor's travel.
+    """
+    found: dict[int, Switch] = {}
+    for motor, letter in enumerate(letters):
+        axis = axes.index(letter)
+        back = round(values[PULL_OFF] * values[STEPS + axis])
+        if config.homing is None:
+            home = _highest(config, motor)
+        else:
+            turning = _transmission(config)
+            home = turning.to_motors(config.homing.joints, config.homing.opening_mm)[motor] + back
+        found[axis] = Switch(motor, home, 1)
+    return Switches(world, found)
+
+
+def gripper_wiring(config: ArmConfig) -> Wiring:
+    """Return which output moves the fingers, where no motor does."""
+    device: Any = config.device
+    if config.gripper.kind == "servo":
+        word = str(getattr(device, "servo", "M3"))
+        shut = float(getattr(device, "servo_closed", 0.0))
+        wide = float(getattr(device, "servo_open", 1000.0))
+        if word == "M3":
+            return Wiring("spindle", 0, shut, wide)
+        return Wiring("analog", int(word.partition("E")[2]), shut, wide)
+    if config.gripper.kind == "output":
+        names = getattr(device, "outputs", ("flood",))
+        name = str(names[int(getattr(device, "gripper_output", 0))])
+        closes = bool(getattr(device, "gripper_closes", True))
+        what = "digital" if name.startswith("P") else name
+        port = int(name[1:]) if what == "digital" else 0
+        return Wiring(what, port, float(closes), float(not closes))
+    return Wiring()
+
+
+def _transmission(config: ArmConfig) -> Transmission:
+    if config.model.transmission is None:
+        raise BadRequest("no motor steps are known of this arm, so it cannot be simulated")
+    return config.model.transmission
+
+
+def _given(device: Any, name: str) -> tuple[float, ...]:
+    return tuple(map(float, getattr(device, name, ()) or ()))
+
+
+def _steps_per_unit(config: ArmConfig, turning: Transmission) -> tuple[float, ...]:
+    """Return 1 where the unit is a step, or steps a degree of a motor (a mm of the fingers')."""
+    if getattr(config.device, "unit", "steps") == "steps":
+        return (1.0,) * len(turning.motors)
+    joints = len(turning.joint_names)
+    return tuple(
+        round(abs(one.steps_per_unit) * (math.pi / 180 if motor < joints else 1.0), 3)
+        for motor, one in enumerate(turning.motors)
+    )
+
+
+def _rates_hz(config: ArmConfig, turning: Transmission) -> tuple[float, ...]:
+    """Return how fast each motor turns when the joint that asks most of it is at full speed."""
+    speeds = (*config.model.joint_speeds_rad_s, config.model.gripper_speed_mm_s)
+    return tuple(
+        max(abs(share) * speed for share, speed in zip(row, speeds, strict=False))
+        for row in turning.matrix
+    )
+
+
+def _ranges(config: ArmConfig) -> list[tuple[float, float]]:
+    bounds = [(one.low_rad, one.high_rad) for one in config.model.arm.limits]
+    return [*bounds, config.model.gripper_range_mm]
+
+
+def _spans(config: ArmConfig, turning: Transmission) -> list[float]:
+    """Return how many steps each motor can turn within the joints' ranges."""
+    return [
+        sum(
+            abs(share) * (high - low)
+            for share, (low, high) in zip(row, _ranges(config), strict=False)
+        )
+        for row in turning.matrix
+    ]
+
+
+def _highest(config: ArmConfig, motor: int) -> int:
+    turning = _transmission(config)
+    row, offset = turning.matrix[motor], turning.motors[motor].offset_steps
+    ends = (
+        max(share * low, share * high)
+        for share, (low, high) in zip(row, _ranges(config), strict=False)
+    )
+    return math.ceil(sum(ends) + offset)
+
+
+def _up(value: float) -> float:
+    """Round up to what the board's settings can hold."""
+    return math.ceil(value * 1000.0 - 1e-6) / 1000.0
