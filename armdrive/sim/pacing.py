@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
+import re
+
 from armdrive.sim.device import WireDevice
 from armdrive.sim.wire import PacedWire
 from armdrive.sim.wire_faults import WireFaults
+
+_LINES = re.compile(rb"[^\r\n]*[\r\n]|[^\r\n]+")
 
 
 class PacedDevice:
     """Carries bytes to a device and back at a baud rate, or at once where there is none.
 
     Time may be advanced in steps of any size: what happens in between happens at its own moment,
-    so that an answer is as late as it would be if somebody had looked all the time.
+    so that an answer is as late as it would be if somebody had looked all the time. Of lines that
+    are put on a paced line at once, each arrives at its own moment.
     """
 
     def __init__(self, device: WireDevice, baud: int | None) -> None:
         self.device = device
         self.faults = WireFaults()
+        self._paced = bool(baud)
         self._in = PacedWire(baud)
         self._out = PacedWire(baud)
         self._plugged = True
@@ -31,7 +37,7 @@ class PacedDevice:
         self.advance(now_s)
         if self._plugged:
             for piece in self.faults.host.passed(data, now_s):
-                self._in.push(piece, now_s)
+                self._push(piece, now_s)
 
     def receive(self, now_s: float) -> bytes:
         """Take what has come back by now."""
@@ -69,13 +75,17 @@ class PacedDevice:
         if self._plugged:
             self._out.push(data, now_s)
 
+    def _push(self, data: bytes, now_s: float) -> None:
+        for line in _LINES.findall(data) if self._paced else (data,):
+            self._in.push(line, now_s)
+
     def _due_s(self) -> float:
         """Tell when something next happens that is more than an arrival at the host."""
         return min(self._in.next_s(), self.device.next_s(), self.faults.next_s)
 
     def _exchange(self, now_s: float) -> None:
         for late in self.faults.host.due(now_s):
-            self._in.push(late, now_s)
+            self._push(late, now_s)
         for arrived in self._in.pull_each(now_s):
             self.device.receive(arrived, now_s)
         said = self.device.transmit(now_s)
