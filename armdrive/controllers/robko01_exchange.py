@@ -35,6 +35,11 @@ BOARD_S = 0.02
 """How long a board may think about an answer; 3 ms were seen."""
 
 
+UNMET = 9
+"""So many tokens are used in turn before the first answer: 1 to 9, which no dialect takes for a
+letter, a line end or a real-time command."""
+
+
 class RobkoExchange(Scripted[HostEvent]):
     """Asks and hears; knows when the watchdog was fed last and where the motors were seen."""
 
@@ -124,8 +129,12 @@ class RobkoExchange(Scripted[HostEvent]):
         return self._seen if isinstance(answer, Positions) else None
 
     def _token(self) -> Ping:
-        """Return a ping with bytes that no ping before it had for a long time."""
-        self._number = (self._number + 1) % (1 << 16)
+        """Return a ping with bytes that no ping before it had for a long time.
+
+        Until the board is known to be a Robko's, with bytes that mean nothing in other dialects
+        either: a 10, say, would end a line that was left half sent to a GRBL board.
+        """
+        self._number = (self._number + 1) % (1 << 16) if self._met else self._number % UNMET + 1
         return Ping(self._number.to_bytes(2, "big"))
 
     def _patience_s(self, length: int) -> float:
