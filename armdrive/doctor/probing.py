@@ -54,8 +54,14 @@ class Examination:
 
     @property
     def restarted(self) -> bool:
-        """Tell whether the device was heard to begin anew."""
-        return self.identity is not None and self.identity.restarted
+        """Tell whether the device was heard to begin anew when its port was opened.
+
+        First words at another baud rate than its own cannot be read, but were heard.
+        """
+        if self.identity is None:
+            return False
+        first = self.heard[0]
+        return self.identity.restarted or (bool(first.data) and first.baud != self.baud)
 
 
 Script = Generator[Turn, bytes, Examination]

@@ -1,0 +1,202 @@
+"""The doctor's probes move no arm and leave nothing half received, whoever is at the port."""
+
+from __future__ import annotations
+
+import itertools
+
+import pytest
+from doctor_bench import SPOKEN, SimPort, made
+from hypothesis import given
+from hypothesis import strategies as st
+from uart import RECEIVERS, Receiver
+
+from armdrive.arm import Arm
+from armdrive.connecting import simulated_config
+from armdrive.dialects import DIALECTS
+from armdrive.doctor.probes import DETAILS, PROBES, QUICK_BAUD, SLOW_BAUD, Probe, sequence
+from armdrive.pace import SimulatedPace
+from armdrive.status import State
+from firmware_protocol.armdroid.characters import MEANT
+from firmware_protocol.robko01 import Axes, Enable, Host, MoveRelative
+
+AFTER_S = 40.0
+"""Longer than any motion below lasts."""
+
+
+def robko(*requests) -> bytes:
+    return b"".join(Host().send(each) for each in requests)
+
+
+MOVE = MoveRelative(Axes((100, 0, 0, 0, 0, 0), (50, 50, 50, 50, 50, 50)))
+PREPARED: dict[str, dict[str, tuple[bytes, float]]] = {
+    "teachmover": {
+        "fresh": (b"", 0.0),
+        "half a command": (b"@STEP 240,100,100,0,0,0,0", 1.0),
+        "in motion": (b"@STEP 0,200,-100,0,0,0,0\r", 0.5),
+    },
+    "armdroid": {
+        "fresh": (b"", 3.0),
+        "with numbers to repeat": (b"10,20,30,40,50,60D", 5.0),
+        "half a command": (b"10,20,30,40,50,60D10,2", 5.0),
+        "in a long motion": (b"50,0,0,0,0,0D20s0,0,0,0,0,300D", 2.0),
+    },
+    "robko01": {
+        "fresh": (b"", 0.0),
+        "half a frame": (robko(Enable()) + robko(MOVE)[:9], 1.0),
+        "all but the last byte of a frame": (robko(Enable()) + robko(MOVE)[:-1], 1.0),
+        "in motion": (robko(Enable()) + robko(MOVE), 0.5),
+    },
+    "grbl": {
+        "fresh": (b"", 3.0),
+        "half a line": (b"G1G91X10F300", 3.0),
+        "half a line with an open comment": (b"G1G91X10F300(a", 3.0),
+        "in motion": (b"G1G91X30F600\n", 0.5),
+    },
+}
+"""What another program left behind, and how long ago: bytes at the device's own baud rate."""
+
+CASES = [(dialect, state) for dialect in SPOKEN for state in PREPARED[dialect]]
+LINE_ENDS_ACT = [("grbl", "half a line with an open comment")]
+"""Where any line end starts a motion: the doctor sends none to a board that answers `?`."""
+STILL = [case for case in CASES if "motion" not in case[1]]
+
+
+def prepared(dialect: str, state: str) -> SimPort:
+    port = SimPort(made(dialect))
+    port.pass_time(3.0)  # a board takes nothing while it starts
+    data, ago_s = PREPARED[dialect][state]
+    port.tune(port.device.baud)
+    port.write(data, port.now)
+    port.pass_time(ago_s)
+    return port
+
+
+def undisturbed(dialect: str, state: str, until_s: float):
+    """Return the device that nobody has examined, at the same moment."""
+    port = prepared(dialect, state)
+    port.pass_time(until_s - port.now)
+    return port.device
+
+
+def say(port: SimPort, probe: Probe) -> None:
+    port.tune(probe.baud)
+    for _ in range(probe.times):
+        port.write(probe.data, port.now)
+        port.pass_time(probe.wait_s)
+
+
+def check_unmoved(port: SimPort, dialect: str, state: str) -> None:
+    port.pass_time(AFTER_S)
+    other = undisturbed(dialect, state, port.now)
+    assert port.device.world.motors == other.world.motors
+    assert port.device.world.energised == other.world.energised
+    assert not port.device.moving
+
+
+@pytest.mark.parametrize(("dialect", "state"), CASES)
+@pytest.mark.parametrize("own_baud", [True, False])
+def test_an_examination_moves_nothing(dialect, state, own_baud):
+    port = prepared(dialect, state)
+    found = port.examine(port.device.baud if own_baud else None)
+    assert port.closed
+    if (dialect, state) in STILL:
+        assert found.identity is not None
+        assert (found.identity.dialect, found.baud) == (dialect, port.device.baud)
+    else:
+        assert found.identity is None or found.identity.dialect == dialect
+    check_unmoved(port, dialect, state)
+
+
+@pytest.mark.parametrize(
+    ("dialect", "state"), [each for each in CASES if each not in LINE_ENDS_ACT]
+)
+@pytest.mark.parametrize("given_baud", [True, False])
+def test_even_the_whole_table_said_to_the_end_moves_nothing(dialect, state, given_baud):
+    port = prepared(dialect, state)
+    for probe in sequence(port.device.baud if given_baud else None):
+        say(port, probe)
+    check_unmoved(port, dialect, state)
+
+
+@pytest.mark.parametrize("dialect", SPOKEN)
+def test_in_no_other_order_either_while_the_line_that_moves_nothing_is_before_read(dialect):
+    state = list(PREPARED[dialect])[1]  # what is left half sent is the harshest
+    line, read = PROBES[-2:]
+    for order in itertools.permutations(PROBES):
+        if order.index(line) < order.index(read):
+            port = prepared(dialect, state)
+            for probe in order:
+                port.tune(port.device.baud)
+                port.write(probe.data, port.now)
+                port.pass_time(probe.wait_s)
+            check_unmoved(port, dialect, state)
+
+
+@pytest.mark.skipif("armdroid" not in SPOKEN, reason="needs the simulated Armdroid")
+def test_read_alone_would_move_an_armdroid():
+    port = prepared("armdroid", "with numbers to repeat")
+    before = port.device.world.motors
+    say(port, PROBES[-1])
+    port.pass_time(AFTER_S)
+    assert port.device.world.motors != before
+
+
+@pytest.mark.parametrize(
+    ("dialect", "state"), [each for each in STILL if each not in LINE_ENDS_ACT]
+)
+def test_afterwards_the_arm_connects_as_if_nothing_had_been(dialect, state):
+    port = prepared(dialect, state)
+    port.examine(None)
+    before = port.device.world.motors
+    port.tune(port.device.baud)
+    pace = SimulatedPace()
+    pace._now_s = port.now
+    arm = Arm(simulated_config(dialect), port, pace, simulated=True)
+    assert arm.status.state in (State.STANDBY, State.DISABLED)
+    arm.close()
+    assert port.device.world.motors == before
+
+
+def test_an_armdroid_in_motion_has_room_for_all_that_is_said():
+    room_bytes = 63  # of the ring of 64 of an Arduino
+    for given_baud in (SLOW_BAUD, None):
+        said = [each for each in sequence(given_baud) if each.baud == SLOW_BAUD]
+        assert sum(len(each.data) * each.times for each in said) <= room_bytes
+
+
+def test_no_byte_of_the_quick_probes_means_anything_to_an_armdroid():
+    for probe in PROBES[:2]:
+        assert not set(probe.data) & MEANT
+
+
+def test_the_table_knows_the_baud_rates_of_the_dialects():
+    for probe in (*PROBES, *DETAILS.values()):
+        if probe.dialect in DIALECTS:
+            assert probe.baud == DIALECTS[probe.dialect].baud
+    assert {probe.dialect for probe in PROBES} >= set(DIALECTS)
+
+
+# What is heard at another baud rate.
+
+
+def test_a_receiver_at_the_same_rate_hears_what_was_said():
+    assert Receiver(9600).hear(bytes(range(256)), 9600) == bytes(range(256))
+
+
+@given(receiver=RECEIVERS, gap_bits=st.sampled_from([0.0, 0.5, 3.0]))
+def test_quick_probes_are_heard_at_the_slow_rate_as_bytes_that_mean_nothing(receiver, gap_bits):
+    slow = Receiver(SLOW_BAUD, receiver.error, receiver.validates, receiver.by_level)
+    for probe in PROBES[:2]:
+        heard = slow.hear(probe.data, QUICK_BAUD, gap_bits)
+        assert not set(heard) & (MEANT | {ord("\r")})
+        if not gap_bits:
+            assert all(byte >= 0xF0 for byte in heard)
+
+
+@given(receiver=RECEIVERS, data=st.binary(min_size=1, max_size=30), gap_bits=st.floats(0.0, 5.0))
+def test_whatever_is_said_slowly_is_heard_at_the_quick_rate_as_bytes_that_mean_nothing(
+    receiver, data, gap_bits
+):
+    quick = Receiver(QUICK_BAUD, receiver.error, receiver.validates, receiver.by_level)
+    ones_on_top = {0xFF & (0xFF << shift) for shift in range(9)}
+    assert set(quick.hear(data, SLOW_BAUD, gap_bits)) <= ones_on_top
