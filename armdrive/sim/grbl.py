@@ -9,15 +9,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from typing import ClassVar
 
 from armdrive.errors import BadRequest
 from armdrive.sim.device import SwitchState
-from armdrive.sim.grbl_board import Board, Makers
+from armdrive.sim.grbl_board import Board
+from armdrive.sim.grbl_build import Build
 from armdrive.sim.grbl_drive import BoardDrive
 from armdrive.sim.grbl_file import known_json, recall_known
-from armdrive.sim.grbl_firmware import Firmware
 from armdrive.sim.grbl_lines import run_line
 from armdrive.sim.grbl_orders import (
     fail,
@@ -28,7 +27,7 @@ from armdrive.sim.grbl_orders import (
     soft_reset,
     switched_on,
 )
-from armdrive.sim.grbl_outputs import Wiring
+from armdrive.sim.grbl_script import Makers
 from armdrive.sim.grbl_settings import Settings
 from armdrive.sim.grbl_switches import Switches
 from armdrive.sim.saved import Json, Saved
@@ -40,25 +39,6 @@ COUNT_MOST = (1 << 31) - 1
 PINS = "PDHSR"
 """What the input bits are: probe, door, feed hold, cycle start, reset."""
 _MAKERS = Makers(run_line, obey, raise_critical, fail)
-
-
-@dataclass(frozen=True, slots=True)
-class Build:
-    """How a board is built and wired.
-
-    `order` gives the axis of each motor by its place in `axes`; `fingers` is which output moves
-    them, over `opening_mm` at `finger_mm_s`. `coast` is the share of the ramp that the arm runs on
-    when its motors stop dead. `resets_on_open`: a saved board is found freshly reset.
-    """
-
-    firmware: Firmware
-    axes: str
-    order: Sequence[int]
-    fingers: Wiring = field(default_factory=Wiring)
-    opening_mm: tuple[float, float] = (0.0, 76.0)
-    finger_mm_s: float = 100.0
-    coast: float = 1.0
-    resets_on_open: bool = False
 
 
 class SimGrbl(SimBase):
@@ -80,15 +60,13 @@ class SimGrbl(SimBase):
         super().__init__(world, drive, baud)
         self.build = build
         self.board = Board(
-            build.firmware,
-            build.axes,
+            build,
             settings,
             drive,
             switches,
             self.said,
             _MAKERS,
             baud=baud,
-            coast=build.coast,
             outputs_changed=self._outputs_changed,
         )
         self._fingers: tuple[float, float] | None = None
@@ -126,7 +104,7 @@ class SimGrbl(SimBase):
             letter for number, letter in enumerate(PINS) if self.inputs_set >> number & 1
         )
         act = {"H": hold, "S": resume, "R": soft_reset}.get(PINS[bit])
-        if act is not None and pressed and self.powered and self.board.boot is None:
+        if act is not None and pressed and self.powered and not self.board.boot.active:
             self.board.now_s = self.now_s
             act(self.board)
 
@@ -146,7 +124,7 @@ class SimGrbl(SimBase):
         """Move by hand of a person at the controls, at once; counted. `BadRequest` in motion."""
         super().jog(steps)
         self.board.parser.position = self._drive.units_of(self._drive.rack.goal)
-        self.board.look_at_switches(forget=True)
+        self.board.limits.forget(self.board)
 
     def reset(self) -> None:
         """Reset the board, as opening its port does: it forgets where it is, and the arm sags."""
@@ -164,7 +142,7 @@ class SimGrbl(SimBase):
         self.board.now_s = self.now_s
         self.board.forget()
         self.said.clear()
-        self.board.begin_boot(switched_on(self.board, wait_s))
+        self.board.boot.begin(switched_on(self.board, wait_s), self.now_s)
         if not wait_s:
             self.board.happen(self.now_s)
 
@@ -198,7 +176,7 @@ class SimGrbl(SimBase):
             self._start(0.0)
         else:
             self.said.clear()
-            self.board.look_at_switches(forget=True)
+            self.board.limits.forget(self.board)
 
     def _register_range(self) -> tuple[int, int]:
         return -COUNT_MOST, COUNT_MOST
@@ -206,7 +184,7 @@ class SimGrbl(SimBase):
     def _look(self) -> None:
         if self.powered:
             self.board.now_s = self.now_s
-            self.board.look_at_switches()
+            self.board.limits.look(self.board)
 
     def _outputs_changed(self) -> None:
         """Move the fingers as their output says; they arrive when they have had the time to."""

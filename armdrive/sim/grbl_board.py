@@ -16,39 +16,23 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Generator
-from dataclasses import dataclass
-from typing import TypeAlias
+from collections.abc import Callable
 
+from armdrive.sim.grbl_build import Build
 from armdrive.sim.grbl_drive import BoardDrive
-from armdrive.sim.grbl_firmware import Firmware
+from armdrive.sim.grbl_limits import HardLimits
 from armdrive.sim.grbl_outputs import Outputs
 from armdrive.sim.grbl_parser import Parser
 from armdrive.sim.grbl_ring import Ring
-from armdrive.sim.grbl_settings import HARD_LIMITS, Settings
+from armdrive.sim.grbl_script import Makers, Task
+from armdrive.sim.grbl_settings import Settings
 from armdrive.sim.grbl_status import Reporter
 from armdrive.sim.grbl_switches import Switches
 from firmware_protocol.grbl import Answer, Device, Error, LineReceived, Ok, Realtime, State
 
-Script: TypeAlias = Generator[float, None, Ok | Error]
-"""A line at work; it returns its answer."""
-Boot: TypeAlias = Generator[float, None, None]
-
-TICK_S = 0.005
-"""How often hard limits are looked at while something moves."""
 _BLOCKING = (State.HOLD, State.DOOR, State.SLEEP)
 _PICKED = re.compile(rb"[\x18!?~\x80-\xff]")
 _PICKED_BY_GRBLHAL = re.compile(rb"[\x18\x19!?~\x80-\xff]")
-
-
-@dataclass(frozen=True, slots=True)
-class Makers:
-    """What the board is made to do with lines and real-time commands; in modules of their own."""
-
-    line: Callable[[Board, LineReceived], Script]
-    order: Callable[[Board, Realtime], None]
-    critical: Callable[[Board, int], None]
-    fail: Callable[[Board, int], None]
 
 
 class Board:
@@ -56,8 +40,7 @@ class Board:
 
     def __init__(
         self,
-        firmware: Firmware,
-        axes: str,
+        build: Build,
         settings: Settings,
         drive: BoardDrive,
         switches: Switches,
@@ -65,17 +48,16 @@ class Board:
         makers: Makers,
         *,
         baud: int | None,
-        coast: float,
         outputs_changed: Callable[[], None],
     ) -> None:
+        firmware, self.axes = build.firmware, build.axes
         self.firmware = firmware
-        self.axes = axes
         self.settings = settings
         self.drive = drive
         self.switches = switches
-        self.coast = coast
-        self.codec = Device(firmware.dialect(axes))
-        self.parser = Parser(axes)
+        self.coast = build.coast
+        self.codec = Device(firmware.dialect(build.axes))
+        self.parser = Parser(build.axes)
         self.outputs = Outputs()
         self.outputs_changed = outputs_changed
         self.reporter = Reporter(baud)
@@ -85,21 +67,15 @@ class Board:
         self.inputs = ""
         self.now_s = 0.0
         self.state = State.IDLE
-        self.stands = False
-        self.cancelling = False
-        self.leaving = False
-        self.critical = False
+        self.stands = self.cancelling = self.leaving = self.critical = False
         self.overrides = [100, 100, 100]
         self.deaf_until_s = -math.inf
         self.idle_off_s = math.inf
-        self.boot: Boot | None = None
-        self._boot_s = math.inf
+        self.boot: Task[None] = Task()
+        self.limits = HardLimits()
+        self._line: Task[Ok | Error] = Task()
         self._said = said
         self._makers = makers
-        self._job: Script | None = None
-        self._job_s = math.inf
-        self._tick_s = math.inf
-        self._pressed = 0
         self._picked = _PICKED_BY_GRBLHAL if self.codec.dialect.grblhal_realtime else _PICKED
 
     # What others look at.
@@ -108,12 +84,12 @@ class Board:
     def blocked(self) -> bool:
         """Whether the main loop goes on with no line."""
         held = self.state in _BLOCKING or self.cancelling
-        return held or self.boot is not None or self.critical
+        return held or self.boot.active or self.critical
 
     @property
     def at_work(self) -> bool:
         """Whether a line is at work, or lines wait, or something moves."""
-        return self._job is not None or bool(self.ring) or self.drive.rack.waiting > 0
+        return self._line.active or len(self.ring) > 0 or self.drive.rack.waiting > 0
 
     @property
     def full(self) -> bool:
@@ -137,7 +113,7 @@ class Board:
             self.ring.put(data[start : found.start()])
             start = found.end()
             command = _ORDERS.get(data[found.start()])
-            if command is not None and self.boot is None:
+            if command is not None and not self.boot.active:
                 self.order(command)
         self.ring.put(data[start:])
         self.run()
@@ -147,25 +123,25 @@ class Board:
     def due_s(self) -> float:
         """Tell when the board next does something by itself."""
         return min(
-            math.inf if self.blocked else self._job_s,
-            self._boot_s,
+            math.inf if self.blocked else self._line.until_s,
+            self.boot.until_s,
             self.drive.rack.next_line_s,
             self.idle_off_s,
-            self._tick_s,
+            self.limits.due_s,
             self.reporter.due_s(self),
         )
 
     def happen(self, now_s: float) -> None:
         """Do what is due."""
         self.now_s = now_s
-        if self.boot is not None and self._boot_s <= now_s:
-            self.go_on_booting()
+        if self.boot.until_s <= now_s:
+            self.boot.step()
         if self.drive.rack.next_line_s <= now_s:
             self.drive.settle(now_s)
             if not self.drive.moving:
                 self._stood()
-        if self._tick_s <= now_s:
-            self.look_at_switches()
+        if self.limits.due_s <= now_s:
+            self.limits.look(self)
         if self.idle_off_s <= now_s:
             self.idle_off_s = math.inf
             self.drive.world.cut_current(now_s)
@@ -176,36 +152,27 @@ class Board:
     def run(self) -> None:
         """Go on with lines as far as there is something to do at this moment."""
         while not self.blocked:
-            if self._job is None:
-                data = self.ring.take_line()
-                if not data:
-                    self.autostart()
-                    break
-                self.codec.receive_data(data)
-                request = self.codec.next_event()
-                if isinstance(request, LineReceived):
-                    self._job = self._makers.line(self, request)
-                    self._job_s = -math.inf
-            elif not self._go_on():
+            if not self._line.active and not self._fetch():
+                self.autostart()
                 break
-        if not self._watching:
-            self._tick_s = math.inf
-        elif math.isinf(self._tick_s):
-            self._tick_s = self.now_s + TICK_S
+            if not self._line.ready(self.now_s):
+                break
+            answer = self._line.step()
+            if answer is not None and self.codec.unanswered:
+                self.say(answer[0])
+            elif answer is None and self._line.until_s > self.now_s:
+                break
+        self.limits.plan(self)
 
-    def _go_on(self) -> bool:
-        """Resume the line at work; False where it waits, or has waited in vain."""
-        if self._job is None or not (self._job_s <= self.now_s or math.isinf(self._job_s)):
-            return False
-        try:
-            self._job_s = next(self._job)
-        except StopIteration as end:
-            self._job, self._job_s = None, math.inf
-            if not self.codec.unanswered:  # the board was reset while it was at work
+    def _fetch(self) -> bool:
+        """Take a line out of the ring; False where none is whole."""
+        while data := self.ring.take_line():
+            self.codec.receive_data(data)
+            request = self.codec.next_event()
+            if isinstance(request, LineReceived):
+                self._line.begin(self._makers.line(self, request), self.now_s)
                 return True
-            self.say(end.value)
-            return True
-        return self._job_s <= self.now_s
+        return False
 
     # Motion.
 
@@ -242,12 +209,6 @@ class Board:
         """Carry out a real-time command."""
         self._makers.order(self, command)
 
-    def write_eeprom(self) -> Generator[float, None, None]:
-        """Write, with the interrupts off on some boards: what arrives meanwhile is lost."""
-        if self.firmware.deaf_in_eeprom:
-            self.deaf_until_s = self.now_s + self.firmware.eeprom_s
-        yield self.now_s + self.firmware.eeprom_s
-
     def _stood(self) -> None:
         """Act on motors that have come to a stand."""
         if not self.settings.motors_stay_on and self.state is not State.HOME:
@@ -265,56 +226,23 @@ class Board:
         elif self.state in (State.RUN, State.JOG):
             self.state = State.IDLE
 
-    # Limits.
-
-    @property
-    def _watching(self) -> bool:
-        limited = self.settings.on(HARD_LIMITS) and self.state is not State.HOME
-        return limited and self.drive.moving and not self.critical
-
-    def look_at_switches(self, *, forget: bool = False) -> None:
-        """Raise ALARM:1 where a switch has changed, pressed or let go; `forget` only looks."""
-        self._tick_s = math.inf
-        before, self._pressed = self._pressed, self.switches.mask()
-        deaf = forget or self.state in (State.ALARM, State.HOME) or self.boot is not None
-        if self._pressed != before and self.settings.on(HARD_LIMITS) and not deaf:
-            self.alarm(1)
-
     # Starting anew.
-
-    def begin_boot(self, boot: Boot) -> None:
-        """Start anew by a script that yields until when it waits; the line at work yields first."""
-        self.boot, self._boot_s = boot, self.now_s
-
-    def go_on_booting(self) -> None:
-        """Take the next step of starting anew."""
-        if self.boot is None:
-            return
-        try:
-            self._boot_s = next(self.boot)
-        except StopIteration:
-            self.boot, self._boot_s = None, math.inf
 
     def forget(self) -> None:
         """Lose what is lost with the power, and with a reset of the whole board."""
-        if self._job is not None:
-            self._job.close()
-        self._job, self._job_s = None, math.inf
-        self.boot, self._boot_s = None, math.inf
+        self._line.end()
+        self.boot.end()
         self.critical = self.stands = self.cancelling = self.leaving = False
         self.state = State.IDLE
-        self.deaf_until_s, self.idle_off_s, self._tick_s = -math.inf, math.inf, math.inf
+        self.deaf_until_s, self.idle_off_s = -math.inf, math.inf
         self.codec.discard()
         self.ring.clear()
-        self.outputs.off()
-        self.outputs.digital.clear()
-        self.outputs.analog.clear()
+        self.outputs.forget()
 
     def drop_line(self) -> None:
         """Leave the line at work; as the firmware falls out of it, it is answered with ok."""
-        if self._job is not None:
-            self._job.close()
-            self._job, self._job_s = None, math.inf
+        if self._line.active:
+            self._line.end()
             if self.codec.unanswered:
                 self.say(Ok())
 

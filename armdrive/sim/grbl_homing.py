@@ -54,7 +54,7 @@ def home(board: Board, axes: Sequence[int]) -> Steps:
     board.state = State.IDLE
     if not settings.motors_stay_on:
         board.let_motors_go()
-    board.look_at_switches(forget=True)
+    board.limits.forget(board)
     return 0
 
 

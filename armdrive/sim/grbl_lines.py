@@ -8,10 +8,12 @@ from __future__ import annotations
 import math
 from collections.abc import Generator
 
-from armdrive.sim.grbl_board import Board, Script
+from armdrive.sim.grbl_board import Board
 from armdrive.sim.grbl_parser import Way, Work
+from armdrive.sim.grbl_script import Script
 from armdrive.sim.grbl_settings import MOST_SPEED, SOFT_LIMITS, TRAVEL
 from armdrive.sim.grbl_system import run_system
+from armdrive.sim.grbl_waits import until_room, until_still, write_eeprom
 from firmware_protocol.grbl import (
     Block,
     Empty,
@@ -117,7 +119,7 @@ def _serve(board: Board, work: Work) -> Generator[float, None, None]:
     if work.dwell_s is not None:
         yield board.now_s + work.dwell_s
     if work.writes_eeprom:
-        yield from board.write_eeprom()
+        yield from write_eeprom(board)
 
 
 def _move(board: Board, way: Way, work: Work) -> Steps:
@@ -129,9 +131,7 @@ def _move(board: Board, way: Way, work: Work) -> Steps:
     if board.state is State.CHECK:
         return 0
     yield board.now_s + board.firmware.plan_s
-    while board.full:
-        board.autostart()
-        yield math.inf
+    yield from until_room(board)
     rack = board.drive.rack
     if board.state is State.IDLE:
         rack.hold(board.now_s)  # until no more lines are coming
@@ -174,10 +174,3 @@ def _end(board: Board, work: Work) -> Generator[float, None, None]:
         board.outputs.off()
         board.outputs_changed()
         board.say(Feedback("Pgm End"))
-
-
-def until_still(board: Board) -> Generator[float, None, None]:
-    """Wait until everything queued has been driven."""
-    while board.drive.rack.waiting or board.state is State.RUN:
-        board.autostart()
-        yield math.inf

@@ -9,8 +9,9 @@ import math
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
-from armdrive.sim.grbl_board import Board, Boot
+from armdrive.sim.grbl_board import Board
 from armdrive.sim.grbl_lines import run_startup
+from armdrive.sim.grbl_script import Boot
 from armdrive.sim.grbl_settings import HOMING, IDLE_MS
 from firmware_protocol.grbl import Alarm, Feedback, Realtime, State
 
@@ -53,7 +54,7 @@ def resume(board: Board) -> None:
 
 def soft_reset(board: Board) -> None:
     """Start anew; in motion the motors stop dead, and steps may be lost."""
-    if board.boot is not None:
+    if board.boot.active:
         return
     _outputs_off(board)
     code = 0
@@ -63,7 +64,7 @@ def soft_reset(board: Board) -> None:
         code = _ABORTED
         board.let_motors_go()
     board.kill()
-    board.begin_boot(_started_anew(board, code))
+    board.boot.begin(_started_anew(board, code), board.now_s)
 
 
 def raise_critical(board: Board, code: int) -> None:
@@ -80,7 +81,7 @@ def raise_critical(board: Board, code: int) -> None:
 def fail(board: Board, code: int) -> None:
     """Raise an alarm of homing, after which the board starts anew; the motors stay on."""
     board.kill()
-    board.begin_boot(_started_anew(board, code))
+    board.boot.begin(_started_anew(board, code), board.now_s)
 
 
 def switched_on(board: Board, wait_s: float) -> Boot:
@@ -109,7 +110,6 @@ def _outputs_off(board: Board) -> None:
 
 
 def _start(board: Board) -> None:
-    board.boot = None
     locked = board.state in (State.ALARM, State.SLEEP)
     board.state = State.ALARM if locked else State.IDLE
     board.critical = board.stands = board.cancelling = board.leaving = False
@@ -126,7 +126,7 @@ def _start(board: Board) -> None:
         board.idle_off_s = math.inf
     else:
         board.let_motors_go()
-    board.look_at_switches(forget=True)
+    board.limits.forget(board)
     board.say(board.firmware.banner)
     if locked:
         board.say(Feedback("'$H'|'$X' to unlock"))

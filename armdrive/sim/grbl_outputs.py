@@ -58,6 +58,12 @@ class Outputs:
         self.spindle, self.speed = "M5", 0.0
         self.flood = self.mist = False
 
+    def forget(self) -> None:
+        """Switch everything off, as without power."""
+        self.off()
+        self.digital.clear()
+        self.analog.clear()
+
     @property
     def letters(self) -> str:
         """The accessories as a status report names them."""

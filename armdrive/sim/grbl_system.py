@@ -11,6 +11,7 @@ from armdrive.sim.grbl_board import Board
 from armdrive.sim.grbl_homing import home
 from armdrive.sim.grbl_parser import STORED
 from armdrive.sim.grbl_settings import ALWAYS_ON_MS, HOMING, factory_values
+from armdrive.sim.grbl_waits import write_eeprom
 from firmware_protocol.grbl import (
     Block,
     Bracketed,
@@ -141,7 +142,7 @@ def _set(board: Board, command: SetSetting) -> Steps:
     if code:
         return code
     board.drive.rack.limits = board.settings.limits()
-    yield from board.write_eeprom()
+    yield from write_eeprom(board)
     return 0
 
 
@@ -154,13 +155,13 @@ def _store_line(board: Board, command: StoreStartupLine) -> Steps:
     if command.line and not isinstance(content, Block):
         return 3
     board.startup[command.which] = command.line
-    yield from board.write_eeprom()
+    yield from write_eeprom(board)
     return 0
 
 
 def _store_note(board: Board, command: StoreBuildInfo) -> Steps:
     board.note = command.note
-    yield from board.write_eeprom()
+    yield from write_eeprom(board)
     return 0
 
 
@@ -172,7 +173,7 @@ def _restore(board: Board, command: Restore) -> Steps:
     if command.what == "*":
         board.startup[:] = "", ""
         board.note = ""
-    yield from board.write_eeprom()
+    yield from write_eeprom(board)
     board.say(Feedback("Restoring defaults"))
     board.order(Realtime.SOFT_RESET)
     yield math.inf

@@ -6,7 +6,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from armdrive.errors import BadRequest
-from armdrive.sim.grbl import Build, SimGrbl
+from armdrive.sim.grbl import SimGrbl
+from armdrive.sim.grbl_build import Build
 from armdrive.sim.grbl_firmware import FIRMWARES
 from armdrive.sim.grbl_settings import Settings
 from armdrive.sim.grbl_wiring import (
