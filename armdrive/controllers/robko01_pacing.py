@@ -135,7 +135,7 @@ class Pacing:
         share, chances = steps / longest, self._chances(lead_hz)
         real = self._chances(self._command(lead_hz * share)) / chances
         ramp = min(self._ramp_steps(chances), (longest + 1) // 2)
-        return (1.0 - share) * ramp + steps * (1.0 - real * share) + 2.0
+        return (1.0 - 1.0 / real) * ramp + steps * (1.0 - real * share) + 2.0
 
 
 @dataclass(slots=True)

@@ -197,7 +197,7 @@ class TestArm:
             seen.append(arm.joints.deg["base"])
         assert seen == sorted(set(seen))
 
-    @pytest.mark.parametrize("after_s", [0.02, 0.31, 0.75])
+    @pytest.mark.parametrize("after_s", [0.02, 0.31])
     @pytest.mark.parametrize("error", [0.0, 0.4])
     @pytest.mark.parametrize("held", [True, False])
     @pytest.mark.parametrize("silent", [True, False])
@@ -299,13 +299,12 @@ PLAIN = (Op.PING, Op.POSITION, Op.INPUTS, Op.MOVE_RELATIVE, Op.IS_MOVING)
 
 
 class TestDisturbedWire:
-    @pytest.mark.parametrize("skip", [0, 3])
     @pytest.mark.parametrize("side", ["to", "back"])
     @pytest.mark.parametrize("op", [Op.POSITION, Op.INPUTS, Op.MOVE_RELATIVE])
     @pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
-    def test_one_disturbed_frame_costs_time_and_nothing_else(self, change, op, side, skip):
+    def test_one_disturbed_frame_costs_time_and_nothing_else(self, change, op, side):
         arm = ready_robko()
-        getattr(arm.twin.link, side).append(FrameRule(op, change, skip=skip))
+        getattr(arm.twin.link, side).append(FrameRule(op, change, skip=1))
         arm.move_j(base_deg=5)
         arm.jog_j(shoulder_deg=1)
         arm.sleep(2.0)
