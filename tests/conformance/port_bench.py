@@ -13,21 +13,25 @@ from armdrive.armfile import ArmConfig
 from armdrive.connecting import find
 from armdrive.errors import ArmError, Refused
 from armdrive.posture import Operator
-from armdrive.status import State, Status
+from armdrive.sim.found import found_posture
+from armdrive.status import State, Status, Trust
 from kinematics import Motors
 
 from .bench import Bench
 from .seen import Seen
 
+SLOWLY = 0.3
+
 
 class PortBench(Bench):
-    """A real arm. `open_port(PORT)` makes the kind of bench that a dialect is then put on."""
+    """A real arm, which stands in its reference posture when the first row begins."""
 
     transport: ClassVar[str] = "port"
     real_time: ClassVar[bool] = True
     look_s: ClassVar[float] = 0.02
     noise_s: ClassVar[float] = 0.25
     simulated: ClassVar[bool] = False
+    _begun: ClassVar[bool] = False
 
     def __init__(self, dialect_name: str, port: str) -> None:
         super().__init__(dialect_name)
@@ -47,11 +51,32 @@ class PortBench(Bench):
         """Ask a standing arm for its registers; of a moving one, take what was told last."""
         if self.arm is not None:
             self._last = _told(self.arm, self._last)
-        return Seen(time.monotonic(), self._last, self.tip(self._last), 0.0)
+        return Seen(time.monotonic(), self._last, self.tip(self._last), self.posture(self._last)[1])
 
     def sleep(self, time_s: float) -> None:
         """Sleep."""
         time.sleep(time_s)
+
+    def refer(self, arm: Arm) -> None:
+        """Confirm what the last row has left behind; of the first, the reference posture.
+
+        Before the run the person beside the arm has brought it to its reference posture. It then
+        goes to where simulated arms are found: raised, and clear of the table.
+        """
+        self.switch_on(arm)
+        trust = arm.status.trust
+        if trust is Trust.RESTORED:
+            arm.confirm_restored()
+        elif trust is Trust.UNKNOWN and not self._begun:
+            arm.confirm_reference()
+        else:
+            raise Refused(
+                f"the position is {trust.value}: bring the arm to its reference posture and begin "
+                "anew with the rows that are left"
+            )
+        type(self)._begun = True
+        found = found_posture(arm.model.arm)
+        arm.move_j(speed=SLOWLY, **{f"{name}_deg": angle for name, angle in found.deg.items()})
 
     def operator(self) -> Operator:
         """Nobody is asked in the middle of a test."""

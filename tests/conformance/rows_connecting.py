@@ -123,7 +123,7 @@ def the_next_program_gets_the_arm(bench: Bench) -> None:
 
 ROWS = (
     Behaviour("connecting, idling and leaving move nothing", "connect", connect_moves_nothing,
-              watched=True, smoke=True),
+              smoke=True),
     Behaviour("the status names the arm and bounds its stop", "connect", status_is_told,
               watched=True),
     Behaviour("planned motion is refused while unreferenced", "connect",

@@ -59,9 +59,16 @@ def handful(dialect: str) -> list[str]:
     return broken
 
 
+@pytest.fixture(scope="session")
+def one_home(tmp_path_factory):
+    """What one row records of a real arm, the next one takes up."""
+    return tmp_path_factory.mktemp("arm")
+
+
 @pytest.mark.hardware
 @of_all
-def test_on_a_real_arm(behaviour, arm_port, arm_dialect):
+def test_on_a_real_arm(behaviour, arm_port, arm_dialect, one_home, monkeypatch):
+    monkeypatch.setenv("ARMDRIVE_HOME", str(one_home))
     with PortBench(arm_dialect, arm_port) as bench:
         run(behaviour, bench)
 
