@@ -1,8 +1,8 @@
 """From a goal to a plan: corner points in joint space, how long each leg takes, and its audit.
 
 A plan is audited whole before its first byte is sent: every joint limit at every corner (a leg is
-straight in joint space, so its ends are its worst points) and every guard along the way, at most
-2 mm of tip travel apart. A start that is itself beyond a bound is not held against the plan as
+straight in joint space, so its ends are its worst points) and every guard along the way
+(kinematics/guards_path.py). A start that is itself beyond a bound is not held against the plan as
 long as the plan never goes further beyond it: there must be a way out.
 """
 
@@ -17,7 +17,6 @@ from armdrive.core import Coordinates
 from armdrive.errors import BadRequest, OutOfBounds
 from kinematics import (
     GuardViolation,
-    JointPath,
     Joints,
     LimitViolation,
     Pose,
@@ -33,6 +32,7 @@ if TYPE_CHECKING:
 
     from armdrive.armfile import ArmConfig
     from kinematics import Transmission
+    from kinematics.guards import Violation
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,21 +152,9 @@ def audit(config: ArmConfig, corners: list[Joints]) -> None:
 
 
 def _audit_guards(config: ArmConfig, corners: list[Joints]) -> None:
-    arm, guards = config.model.arm, config.model.guards
-    if not guards.violations(arm, corners[0]):
-        found = first_violation(arm, guards, corners)
-        if found is not None:
-            raise guard_error(found[1], found[0])
-        return
-    # the start is beyond a guard: no point may be deeper than the one before it, until all is well
-    depth_mm = guards.depth_mm(arm, corners[0])
-    for a, b in pairwise(corners):
-        path = JointPath(a, b)
-        for index in range(1, ESCAPE_SAMPLES + 1):
-            broken = guards.violation(arm, path.at(index / ESCAPE_SAMPLES))
-            if broken is not None and broken.excess_mm > depth_mm + SLACK_MM:
-                raise guard_error(broken, index / ESCAPE_SAMPLES)
-            depth_mm = broken.excess_mm if broken is not None else 0.0
+    found = first_violation(config.model.arm, config.model.guards, corners, way_out=True)
+    if found is not None:
+        raise guard_error(found[1], found[0])
 
 
 def posture_for(config: ArmConfig, goal: Pose, seed: Joints) -> Joints:
@@ -199,22 +187,24 @@ def limit_error(violation: LimitViolation) -> OutOfBounds:
     )
 
 
-def guard_error(guard: GuardViolation, share: float, nearest: Pose | None = None) -> OutOfBounds:
-    """Put a guard into words."""
+def guard_error(guard: Violation, share: float, nearest: Pose | None = None) -> OutOfBounds:
+    """Put a guard into words; value and bound are in mm, or in degrees for a sum of angles."""
     where = "at the goal" if share >= 1.0 else f"{share:.0%} of the way to the goal"
     instead = f"; nearest pose that is allowed: {nearest}" if nearest is not None else ""
+    if isinstance(guard, GuardViolation):
+        value, bound = guard.value_mm, guard.bound_mm
+    else:
+        value, bound = math.degrees(guard.value_rad), math.degrees(guard.bound_rad)
     return OutOfBounds(
         f"{guard.sentence}, {where}; nothing was moved{instead}",
         name=guard.guard,
-        value=guard.value_mm,
-        bound=guard.bound_mm,
+        value=value,
+        bound=bound,
         nearest=nearest,
     )
 
 
 SLACK_RAD = 1e-9
-SLACK_MM = 1e-6
-ESCAPE_SAMPLES = 64
 
 
 def _audit_opening(config: ArmConfig, start_mm: float, end_mm: float) -> None:

@@ -35,9 +35,10 @@ from kinematics.errors import (
 from kinematics.escape import nearest_allowed
 from kinematics.five_axis import Base, Branch, Elbow, FiveAxisArm, RollFrame
 from kinematics.guards import Guards, GuardViolation
+from kinematics.guards_path import first_violation
 from kinematics.limits import JointRange, LimitViolation
 from kinematics.nearest import Nearest, nearest
-from kinematics.paths import JointPath, deviation_mm, first_violation, joint_path, line_path
+from kinematics.paths import JointPath, deviation_mm, joint_path, line_path
 from kinematics.presets import PRESETS, ArmModel, ArmPreset, Reference, cable_transmission, preset
 from kinematics.spaces import JOINT_NAMES, Joints, Motors, Pose
 from kinematics.transmission import MotorSpec, Transmission

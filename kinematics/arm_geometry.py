@@ -34,7 +34,12 @@ class StraightLine(Protocol):
 
 
 class ArmGeometry(Protocol):
-    """An arm: joints with ranges, forward and inverse kinematics, and its points in space."""
+    """An arm: joints with ranges, forward and inverse kinematics, and its points in space.
+
+    It is a value: what was worked out about an arm may be kept with the arm as its key.
+    """
+
+    def __hash__(self) -> int: ...
 
     @property
     def limits(self) -> tuple[JointRange, ...]:

@@ -7,15 +7,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from kinematics.arm_geometry import ArmGeometry
 from kinematics.closed_form import AXIS_MM
-from kinematics.guards import Guards, GuardViolation
+from kinematics.escape_ways import at_radius, distance_mm, of_links, steepest
+from kinematics.guards import GuardedArm, Guards, Violation
 from kinematics.spaces import Joints, Pose
 
 MOVES = 4
 """How many bounds a goal is moved to, one after another, before that way is given up."""
+
+MOST_TRIES = 16
+"""How many goals are tried after each move, the nearest ones first."""
+
+HALVINGS = 12
+"""How often the way back to where the arm stands is halved, where nothing else was found."""
 
 
 def nearest_allowed(
@@ -25,37 +32,85 @@ def nearest_allowed(
 
     The goal is moved to the bounds of the guards that it breaks, alone and one after another,
     each time to the nearest pose in reach. Of the poses that `arm.ik` then solves (with this
-    seed) outside every guard, the one nearest to the goal is returned; None where `MOVES` such
-    moves find none. With one guard broken and the bound in reach, the answer is exact.
+    seed) outside every guard, the one nearest to the goal is returned. Where `MOVES` such moves
+    find none, it is the furthest allowed pose found on the straight way from the seed's, and None
+    where there is no seed that is itself allowed. With one guard on points of the arm broken and
+    the bound in reach, the answer is exact; with one on its links it is near the bound.
     """
-    best: Pose | None = None
-    least = math.inf
-    direction = _direction(arm, pose, seed)
+    search = _Search(arm, guards.over(arm), pose, seed)
     seen: set[Pose] = set()
     tries = [pose]
     for _ in range(MOVES + 1):
-        following: list[Pose] = []
-        for goal in tries:
-            near = arm.nearest_pose(goal, seed)
-            joints = arm.solve(near, seed)
-            if joints is None:  # pragma: no cover - what is in reach has a posture
-                continue
-            broken = guards.violations(arm, joints)
-            distance = _distance(near, pose)
-            if not broken and distance < least:
-                best, least = near, distance
-            for violation in broken:
-                for start in (goal, near):
-                    following += _escapes(guards, violation, start, direction)
-        tries = [goal for goal in following if _new(goal, seen)]
-    return best
+        following = [found for goal in tries for found in search.look(goal)]
+        following.sort(key=lambda goal: distance_mm(goal, pose))
+        tries = [goal for goal in following if _new(goal, seen)][:MOST_TRIES]
+    return search.best or search.on_the_way()
 
 
-def _direction(arm: ArmGeometry, pose: Pose, seed: Joints | None) -> float:
-    """Return the direction of a pose from the base axis, or the seed's for a pose on the axis."""
-    if math.hypot(pose.x_mm, pose.y_mm) > AXIS_MM:
-        return math.atan2(pose.y_mm, pose.x_mm)
-    return arm.limits[0].clamp(seed[0] if seed else 0.0)
+@dataclass(slots=True)
+class _Search:
+    """The best pose so far, and where to go from one that is not allowed."""
+
+    arm: ArmGeometry
+    guarded: GuardedArm
+    pose: Pose
+    seed: Joints | None
+    best: Pose | None = None
+    least_mm: float = math.inf
+
+    def look(self, goal: Pose) -> Iterator[Pose]:
+        """Keep the pose in reach nearest to a goal if it is allowed, else yield ways out of it."""
+        near = self.arm.nearest_pose(goal, self.seed)
+        joints = self.arm.solve(near, self.seed)
+        if joints is None:  # pragma: no cover - what is in reach has a posture
+            return
+        broken = self.guarded.violations(joints)
+        away_mm = distance_mm(near, self.pose)
+        if not broken and away_mm < self.least_mm:
+            self.best, self.least_mm = near, away_mm
+        for violation in broken:
+            for start in (goal, near):
+                yield from self._escapes(violation, start, joints)
+
+    def on_the_way(self) -> Pose | None:
+        """Return an allowed pose between the seed's and the goal, None without such a seed."""
+        if self.seed is None or self.guarded.violations(self.seed):
+            return None
+        start = self.arm.fk(self.seed)
+        low, high, found = 0.0, 1.0, start
+        for _ in range(HALVINGS):
+            middle = (low + high) / 2.0
+            there = _between(start, self.pose, middle)
+            joints = self.arm.solve(there, self.seed)
+            if joints is not None and not self.guarded.violations(joints):
+                low, found = middle, there
+            else:
+                high = middle
+        return found
+
+    def _escapes(self, violation: Violation, pose: Pose, joints: Joints) -> Iterator[Pose]:
+        """Yield the poses that leave one guard by each of its bounds."""
+        guards, direction = self.guarded.guards, self._direction()
+        if violation.guard == "table":
+            yield replace(pose, z_mm=pose.z_mm + violation.excess_mm)
+        elif violation.guard == "outer radius" and guards.outer_radius_mm is not None:
+            yield at_radius(pose, guards.outer_radius_mm, direction)
+        elif violation.guard == "inner radius" and guards.inner_radius_mm is not None:
+            yield at_radius(pose, guards.inner_radius_mm, direction)
+            yield replace(pose, z_mm=guards.inner_height_mm)
+        elif violation.guard == "hand against base":
+            yield at_radius(pose, guards.hand_tip_radius_mm, direction)
+            yield replace(pose, z_mm=guards.hand_height_mm)
+            yield at_radius(pose, math.hypot(pose.x_mm, pose.y_mm) + violation.excess_mm, direction)
+        else:
+            yield from of_links(self.guarded, violation, pose, joints)
+            yield from steepest(self.guarded, violation, pose, joints)
+
+    def _direction(self) -> float:
+        """Return the pose's direction from the base axis, or the seed's for a pose on the axis."""
+        if math.hypot(self.pose.x_mm, self.pose.y_mm) > AXIS_MM:
+            return math.atan2(self.pose.y_mm, self.pose.x_mm)
+        return self.arm.limits[0].clamp(self.seed[0] if self.seed else 0.0)
 
 
 def _new(pose: Pose, seen: set[Pose]) -> bool:
@@ -69,27 +124,22 @@ def _new(pose: Pose, seen: set[Pose]) -> bool:
     return True
 
 
-def _escapes(
-    guards: Guards, violation: GuardViolation, pose: Pose, direction: float
-) -> Iterator[Pose]:
-    """Yield the poses that leave one guard by each of its bounds."""
-    if violation.guard == "table":
-        yield replace(pose, z_mm=pose.z_mm + violation.excess_mm)
-    elif violation.guard == "outer radius" and guards.outer_radius_mm is not None:
-        yield _at_radius(pose, guards.outer_radius_mm, direction)
-    elif violation.guard == "inner radius" and guards.inner_radius_mm is not None:
-        yield _at_radius(pose, guards.inner_radius_mm, direction)
-        yield replace(pose, z_mm=guards.inner_height_mm)
-    elif violation.guard == "hand against base":
-        yield _at_radius(pose, guards.hand_tip_radius_mm, direction)
-        yield replace(pose, z_mm=guards.hand_height_mm)
-        yield _at_radius(pose, math.hypot(pose.x_mm, pose.y_mm) + violation.excess_mm, direction)
+def _between(start: Pose, end: Pose, share: float) -> Pose:
+    """Return the pose at a share of the way in x, y and z, and in the angles the shorter way."""
+    x, y, z = (
+        a + share * (b - a)
+        for a, b in (
+            (start.x_mm, end.x_mm),
+            (start.y_mm, end.y_mm),
+            (start.z_mm, end.z_mm),
+        )
+    )
+    yaw = None
+    if start.yaw_rad is not None and end.yaw_rad is not None:
+        yaw = _turned(start.yaw_rad, end.yaw_rad, share)
+    pitch = _turned(start.pitch_rad, end.pitch_rad, share)
+    return Pose(x, y, z, pitch, _turned(start.roll_rad, end.roll_rad, share), yaw)
 
 
-def _at_radius(pose: Pose, radius: float, direction: float) -> Pose:
-    """Return the pose moved to a distance from the base axis, in a direction from it."""
-    return replace(pose, x_mm=radius * math.cos(direction), y_mm=radius * math.sin(direction))
-
-
-def _distance(a: Pose, b: Pose) -> float:
-    return math.dist((a.x_mm, a.y_mm, a.z_mm), (b.x_mm, b.y_mm, b.z_mm))
+def _turned(start_rad: float, end_rad: float, share: float) -> float:
+    return start_rad + share * math.remainder(end_rad - start_rad, math.tau)

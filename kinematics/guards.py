@@ -1,7 +1,7 @@
-"""Places where the arm would hit the table or itself, as a table of rules on its points.
+"""Places where the arm would hit the table, itself, or what stands about it, as a table of rules.
 
 Lengths in mm, angles in rad. r is the distance from the base axis. Source of the numbers: the
-guards that public TeachMover programs carry.
+guards that public TeachMover programs carry. docs/guards.md says what each guard means.
 """
 
 from __future__ import annotations
@@ -11,31 +11,25 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from kinematics.arm_geometry import ArmGeometry
+from kinematics.boxes import Box
+from kinematics.guards_found import (
+    ROUNDING_MM,
+    AngleSum,
+    GuardViolation,
+    Reading,
+    SumViolation,
+    Violation,
+)
+from kinematics.guards_links import Links, links_of
+from kinematics.guards_words import sentence_of
 from kinematics.spaces import Joints
 
-ROUNDING_MM = 1e-6
-"""A pose that stands on a guard's bound is allowed, whichever way its last digit fell."""
-
-
-@dataclass(frozen=True, slots=True)
-class GuardViolation:
-    """One guard that a posture breaks.
-
-    `value_mm` of `quantity` against `bound_mm`; `excess_mm` is the least distance that would
-    free the arm of this guard. `sentence` says it to a person.
-    """
-
-    guard: str
-    quantity: str
-    value_mm: float
-    bound_mm: float
-    excess_mm: float
-    sentence: str
+__all__ = ["AngleSum", "Box", "GuardViolation", "GuardedArm", "Guards", "SumViolation", "Violation"]
 
 
 @dataclass(frozen=True, slots=True)
 class Guards:
-    """The bounds, each None where an arm has no such guard.
+    """The bounds, each None or empty where an arm has no such guard.
 
     The tip, wrist and elbow must stay above the table (z = 0), `tolerance_mm` allowed, because
     rounding to motor steps alone puts a tip on the table some hundredths below it. The tip must
@@ -44,6 +38,10 @@ class Guards:
     degrees) into the base: wrist nearer than `hand_wrist_radius_mm`, tip nearer than
     `hand_tip_radius_mm` (public programs write x for it, with the arm turned to the front) and
     the tip lower than `hand_height_mm`.
+
+    `radii_mm`, one for each link from the upper arm to the hand, makes the links capsules: these
+    keep out of one another, of `boxes`, and of the base, a column of `base_radius_mm` up to
+    `base_top_mm`, all with the same tolerance. `sums` of joint angles stay in their ranges.
     """
 
     tolerance_mm: float = 1.0
@@ -54,89 +52,117 @@ class Guards:
     hand_wrist_radius_mm: float | None = 89.0
     hand_tip_radius_mm: float = 57.0
     hand_height_mm: float = 32.0
+    radii_mm: tuple[float, ...] = ()
+    base_radius_mm: float | None = None
+    base_top_mm: float = 150.0
+    boxes: tuple[Box, ...] = ()
+    sums: tuple[AngleSum, ...] = ()
 
-    def violations(self, arm: ArmGeometry, joints: Joints) -> tuple[GuardViolation, ...]:
+    def over(self, arm: ArmGeometry) -> GuardedArm:
+        """Return these guards about an arm; raises `KinematicsError` where they do not fit it."""
+        links = None
+        if self.radii_mm or self.boxes or self.base_radius_mm is not None:
+            links = links_of(arm, self.radii_mm, self.boxes, self.base_radius_mm, self.base_top_mm)
+        return GuardedArm(self, arm, links)
+
+    def violations(self, arm: ArmGeometry, joints: Joints) -> tuple[Violation, ...]:
         """Return every guard that a posture breaks."""
-        points = arm.points(joints)
-        tip_r, wrist_r = math.hypot(*points[-1][:2]), math.hypot(*points[-2][:2])
-        tip_z = points[-1][2]
-        return (
-            *self._table(arm.moving_points, points),
-            *self._inner(tip_r, tip_z),
-            *self._outer(tip_r),
-            *self._hand(arm.fk(joints).pitch_rad, wrist_r, tip_r, tip_z),
-        )
+        return self.over(arm).violations(joints)
 
-    def violation(self, arm: ArmGeometry, joints: Joints) -> GuardViolation | None:
+    def violation(self, arm: ArmGeometry, joints: Joints) -> Violation | None:
         """Return the guard that a posture breaks most, or None."""
-        return max(self.violations(arm, joints), key=lambda broken: broken.excess_mm, default=None)
+        return worst(self.violations(arm, joints))
 
     def depth_mm(self, arm: ArmGeometry, joints: Joints) -> float:
         """Return how deep a posture is inside the guards, 0 outside all: leaving makes it less."""
-        worst = self.violation(arm, joints)
-        return worst.excess_mm if worst else 0.0
+        broken = self.violation(arm, joints)
+        return broken.excess_mm if broken else 0.0
 
-    def _table(
-        self, names: tuple[str, ...], points: tuple[tuple[float, float, float], ...]
-    ) -> Iterator[GuardViolation]:
-        if not self.table:
-            return
-        for name, (_, _, z) in zip(names, points[-len(names) :], strict=True):
-            if z < -self.tolerance_mm - ROUNDING_MM:
-                yield GuardViolation(
-                    "table",
-                    f"{name} z",
-                    z,
-                    0.0,
-                    -z,
-                    f"the {name} would be {-z:.1f} mm below the table",
-                )
 
-    def _inner(self, tip_r: float, tip_z: float) -> Iterator[GuardViolation]:
-        if self.inner_radius_mm is None:
-            return
-        short, low = self.inner_radius_mm - tip_r, self.inner_height_mm - tip_z
-        if min(short, low) > ROUNDING_MM:
-            yield GuardViolation(
-                "inner radius",
-                "tip radius",
-                tip_r,
-                self.inner_radius_mm,
-                min(short, low),
-                f"the tip would be {tip_r:.1f} mm from the base axis, inside the arm's body: below "
-                f"z {self.inner_height_mm:.0f} mm it must keep {self.inner_radius_mm:.0f} mm away",
-            )
+def deepest(broken: tuple[Violation, ...]) -> Violation:
+    """Return the deepest of some violations."""
+    return max(broken, key=lambda one: one.excess_mm)
 
-    def _outer(self, tip_r: float) -> Iterator[GuardViolation]:
-        if self.outer_radius_mm is None or tip_r <= self.outer_radius_mm + ROUNDING_MM:
-            return
-        yield GuardViolation(
-            "outer radius",
-            "tip radius",
-            tip_r,
-            self.outer_radius_mm,
-            tip_r - self.outer_radius_mm,
-            f"the tip would be {tip_r:.1f} mm from the base axis, "
-            f"beyond the guard at {self.outer_radius_mm:.0f} mm",
+
+def worst(broken: tuple[Violation, ...]) -> Violation | None:
+    """Return the deepest of the violations, None where there are none."""
+    return deepest(broken) if broken else None
+
+
+@dataclass(frozen=True, slots=True)
+class GuardedArm:
+    """Guards that know their arm, for many postures of it."""
+
+    guards: Guards
+    arm: ArmGeometry
+    links: Links | None
+
+    def violations(self, joints: Joints) -> tuple[Violation, ...]:
+        """Return every guard that a posture breaks."""
+        return (
+            *(
+                GuardViolation(*reading[:4], -reading.clearance_mm, sentence_of(reading, self))
+                for reading in self._readings(joints)
+                if reading.room_mm < 0.0
+            ),
+            *self._broken_sums(joints),
         )
 
-    def _hand(
-        self, pitch: float, wrist_r: float, tip_r: float, tip_z: float
-    ) -> Iterator[GuardViolation]:
-        if self.hand_wrist_radius_mm is None or not -math.pi < pitch < -math.pi / 2.0 - 1e-9:
-            return
-        gaps = (
-            self.hand_wrist_radius_mm - wrist_r,
-            self.hand_tip_radius_mm - tip_r,
-            self.hand_height_mm - tip_z,
+    def room_mm(self, joints: Joints) -> float:
+        """Return how far every point may travel without a guard being broken.
+
+        Below 0 where one is. Sums of angles give no room of their own: along a joint motion they
+        are worst at its ends.
+        """
+        room = min([reading.room_mm for reading in self._readings(joints)], default=math.inf)
+        return -1.0 if self.guards.sums and any(self._broken_sums(joints)) else room
+
+    def _readings(self, joints: Joints) -> Iterator[Reading]:
+        points = self.arm.points(joints)
+        yield from self._table(points)
+        yield from self._tip(joints, points)
+        if self.links is not None:
+            yield from self.links.readings(points, self.guards.tolerance_mm)
+
+    def _table(self, points: tuple[tuple[float, float, float], ...]) -> Iterator[Reading]:
+        if self.guards.table:
+            names, tolerance = self.arm.moving_points, self.guards.tolerance_mm
+            for name, (_, _, z) in zip(names, points[-len(names) :], strict=True):
+                yield Reading("table", f"{name} z", z, 0.0, z, tolerance)
+
+    def _tip(
+        self, joints: Joints, points: tuple[tuple[float, float, float], ...]
+    ) -> Iterator[Reading]:
+        """Yield what the guards measure that know the tip, wrist and pitch alone."""
+        guards = self.guards
+        tip_r, wrist_r = math.hypot(*points[-1][:2]), math.hypot(*points[-2][:2])
+        tip_z = points[-1][2]
+        inner, outer, hand = (
+            guards.inner_radius_mm,
+            guards.outer_radius_mm,
+            guards.hand_wrist_radius_mm,
         )
-        if min(gaps) > ROUNDING_MM:
-            yield GuardViolation(
-                "hand against base",
-                "wrist radius",
-                wrist_r,
-                self.hand_wrist_radius_mm,
-                min(gaps),
-                f"the hand would hit the base: it points backwards with the wrist {wrist_r:.1f} mm "
-                f"from the base axis, where {self.hand_wrist_radius_mm:.0f} mm are needed",
+        if inner is not None:
+            off = max(tip_r - inner, tip_z - guards.inner_height_mm)
+            yield Reading("inner radius", "tip radius", tip_r, inner, off)
+        if outer is not None:
+            yield Reading("outer radius", "tip radius", tip_r, outer, outer - tip_r)
+        if hand is not None:
+            off = max(
+                wrist_r - hand, tip_r - guards.hand_tip_radius_mm, tip_z - guards.hand_height_mm
             )
+            if off < -ROUNDING_MM and not self._backwards(joints):
+                off = 0.0  # the hand may turn without travelling far: there is no room to rely on
+            yield Reading("hand against base", "wrist radius", wrist_r, hand, off)
+
+    def _backwards(self, joints: Joints) -> bool:
+        return -math.pi < self.arm.fk(joints).pitch_rad < -math.pi / 2.0 - 1e-9
+
+    def _broken_sums(self, joints: Joints) -> Iterator[SumViolation]:
+        for one in self.guards.sums:
+            value = math.fsum(share * joints[joint] for joint, share in one.shares)
+            excess = one.excess_rad(value)
+            if excess > 0.0:
+                reach_mm = max(self.arm.levers_mm(None))
+                name = f"range of the {one.name}"
+                yield SumViolation(name, one.name, value, one.bound_rad(value), excess * reach_mm)

@@ -13,7 +13,6 @@ from itertools import pairwise
 
 from kinematics.arm_geometry import ArmGeometry, StraightLine
 from kinematics.errors import KinematicsError, PathBroken, finite
-from kinematics.guards import Guards, GuardViolation
 from kinematics.spaces import Joints, Pose
 
 Point = tuple[float, ...]
@@ -60,7 +59,7 @@ class JointPath:
 def joint_path(start: Joints, goal: Joints) -> JointPath:
     """Return the joint motion between two postures; ranges are convex, so checking ends is enough.
 
-    Guards are another matter: see `first_violation`.
+    Guards are another matter: see guards_path.py.
     """
     return JointPath(start, goal)
 
@@ -143,33 +142,6 @@ def deviation_mm(
             tip = arm.points(JointPath(a, b).at(index / samples))[-1]
             worst = max(worst, _off_segment(tip, origin, end))
     return worst
-
-
-def first_violation(
-    arm: ArmGeometry, guards: Guards, waypoints: Sequence[Joints], step_mm: float = 2.0
-) -> tuple[float, GuardViolation] | None:
-    """Return where a path of joint motions first breaks a guard, or None.
-
-    The path is looked at so often that no point of the arm travels more than `step_mm` between.
-    The fraction (0 to 1) of the answer is the share of that bound of the travel, over the whole
-    path, that lies before it.
-    """
-    step = _positive("step_mm", step_mm)
-    paths = [JointPath(a, b) for a, b in pairwise(waypoints)]
-    travels = [arm.travel_bound_mm(path.changes_rad) for path in paths]
-    total = sum(travels)
-    broken = guards.violation(arm, waypoints[0]) if waypoints else None
-    if broken:
-        return 0.0, broken
-    done = 0.0
-    for path, travel in zip(paths, travels, strict=True):
-        count = math.ceil(travel / step)
-        for part in range(1, count + 1):
-            broken = guards.violation(arm, path.at(part / count))
-            if broken:
-                return (done + travel * part / count) / total, broken
-        done += travel
-    return None
 
 
 def _off_segment(point: Point, start: Point, end: Point) -> float:

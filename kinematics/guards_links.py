@@ -1,0 +1,151 @@
+"""Guards on the arm's links as capsules: against keep-out boxes, the base column, one another.
+
+Lengths in mm. A link is the straight line between two neighbouring points of the arm with a
+radius about it. Neighbours always touch, and so do links that only short ones separate: those
+pairs are left out, as is a link whose joint at its beginning stands within the base column.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from kinematics.capsules import segment_distance_mm
+from kinematics.columns import Column
+from kinematics.errors import KinematicsError
+from kinematics.guards_found import Reading
+from kinematics.spaces import Joints
+
+if TYPE_CHECKING:
+    from kinematics.arm_geometry import ArmGeometry, Point
+    from kinematics.boxes import Box
+
+BASE_COLUMN = "base column"
+AGAINST_ITSELF = "arm against itself"
+BOX = "box "
+"""How the names of the guards of boxes begin."""
+
+FAR_MM = 40.0
+"""A link at least this far from a box is not measured exactly: a lower bound will do."""
+
+_LOOKS = 4
+_STILL_MM = 1e-6
+
+_ENDING_AT = {
+    "shoulder": "shoulder column",
+    "elbow": "upper arm",
+    "wrist": "forearm",
+    "wrist pitch": "forearm",
+    "tip": "hand",
+}
+"""Links by the point where they end; others are called after that point."""
+
+Segments = tuple[tuple["Point", "Point"], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Links:
+    """Which links of one arm are looked at, against what; made by `links_of`."""
+
+    names: tuple[str, ...]
+    radii_mm: tuple[float, ...]
+    boxes: tuple[Box, ...]
+    column: Column | None
+    over_base: tuple[int, ...]
+    pairs: tuple[tuple[int, int], ...]
+
+    def segments(self, points: tuple[Point, ...]) -> Segments:
+        """Return the middle line of each link."""
+        ends = points[-len(self.names) - 1 :]
+        return tuple(pairwise(ends))
+
+    def readings(self, points: tuple[Point, ...], tolerance_mm: float) -> Iterator[Reading]:
+        """Yield what every box, the base column and every pair of links measure."""
+        lines = self.segments(points)
+        for box in self.boxes:
+            for name, radius, (a, b) in zip(self.names, self.radii_mm, lines, strict=True):
+                off = _off_box_mm(box, a, b, radius) - radius
+                yield Reading(BOX + box.name, name, off, 0.0, off, tolerance_mm)
+        if self.column is not None:
+            for index in self.over_base:
+                off = self.column.distance_mm(*lines[index]) - self.radii_mm[index]
+                yield Reading(BASE_COLUMN, self.names[index], off, 0.0, off, tolerance_mm)
+        for i, j in self.pairs:
+            off = segment_distance_mm(*lines[i], *lines[j]) - self.radii_mm[i] - self.radii_mm[j]
+            both = f"{self.names[j]} against the {self.names[i]}"
+            yield Reading(AGAINST_ITSELF, both, off, 0.0, off, tolerance_mm, 2.0)
+
+
+def _off_box_mm(box: Box, a: Point, b: Point, radius: float) -> float:
+    """Return the signed distance, or a lower bound of it where that is far enough to be free."""
+    middle = ((a[0] + b[0]) / 2.0, (a[1] + b[1]) / 2.0, (a[2] + b[2]) / 2.0)
+    bound = box.point_distance_mm(middle) - math.dist(a, b) / 2.0
+    return bound if bound > radius + FAR_MM else box.distance_mm(a, b)
+
+
+@lru_cache(maxsize=32)
+def links_of(
+    arm: ArmGeometry,
+    radii_mm: tuple[float, ...],
+    boxes: tuple[Box, ...],
+    base_radius_mm: float | None,
+    base_top_mm: float,
+) -> Links:
+    """Return what is to be looked at on an arm; the same question is not worked out twice.
+
+    Raises `KinematicsError` where there are not as many radii as links.
+    """
+    names = link_names(arm)
+    if len(radii_mm) != len(names):
+        raise KinematicsError(
+            f"a radius is needed for each of {', '.join(names)}: {len(names)}, not {len(radii_mm)}"
+        )
+    points = arm.points(_zero(arm))
+    ends = points[-len(names) - 1 :]
+    lengths = [math.dist(a, b) for a, b in pairwise(ends)]
+    pairs = tuple(
+        (i, j)
+        for i in range(len(names))
+        for j in range(i + 2, len(names))
+        if sum(lengths[i + 1 : j]) >= radii_mm[i] + radii_mm[j]
+    )
+    column: Column | None = None
+    over: tuple[int, ...] = ()
+    if base_radius_mm is not None:
+        column = Column(points[0][0], points[0][1], base_radius_mm, base_top_mm)
+        over = _free_of_base(arm, column, radii_mm)
+    return Links(names, radii_mm, boxes, column, over, pairs)
+
+
+def link_names(arm: ArmGeometry) -> tuple[str, ...]:
+    """Return what the links are called that end at the arm's moving points."""
+    return tuple(_ENDING_AT.get(name, f"link to the {name}") for name in arm.moving_points)
+
+
+def _free_of_base(arm: ArmGeometry, column: Column, radii_mm: tuple[float, ...]) -> tuple[int, ...]:
+    """Return the links that do not stand in the base column with their first joint.
+
+    That joint stays where it is while the arm moves, or goes round the base axis with it.
+    """
+    draw = random.Random(1)  # noqa: S311 - any postures will do
+    count = len(radii_mm)
+    found: list[list[float]] = [[] for _ in radii_mm]
+    for _ in range(_LOOKS):
+        angles = tuple(draw.uniform(-3.0, 3.0) for _ in arm.limits)
+        starts = arm.points(Joints(angles, arm.joint_names))[-count - 1 : -1]
+        for distances, start in zip(found, starts, strict=True):
+            distances.append(column.distance_mm(start, start))
+    return tuple(
+        index
+        for index, (distances, radius) in enumerate(zip(found, radii_mm, strict=True))
+        if max(distances) - min(distances) > _STILL_MM or distances[0] >= radius
+    )
+
+
+def _zero(arm: ArmGeometry) -> Joints:
+    return Joints((0.0,) * len(arm.limits), arm.joint_names)
