@@ -128,8 +128,8 @@ class RobkoMotion(RobkoExchange, ABC):
             if isinstance(answer, Busy) and self.now_s < until_s and not self.stop_asked:
                 yield from self.pause(self.now_s + POLL_S)
                 continue
-            if isinstance(answer, Busy):
-                return Halted() if self.stop_asked else Denied("it is still moving", moved=False)
+            if isinstance(answer, Busy) and not self.stop_asked:
+                return Denied("it is still moving", moved=False)
             if isinstance(answer, Acknowledged) and answer.status is not Status.OK:
                 return self._disabled()
             return None
@@ -203,8 +203,11 @@ class RobkoMotion(RobkoExchange, ABC):
             return self.silence(began_s)
         looks, since_s = 0, self.now_s
         last: Motors | None = None
+        given_up_s = began_s + PATIENCE * self._meter.doubt * way.expected_s + PATIENCE_S
         while looks < STILL_LOOKS or self.now_s < since_s + STILL_S:
             asked_s = self.now_s
+            if asked_s > given_up_s:
+                return Denied("the motors were told to stop, and do not come to rest")
             seen = yield from self._look()
             mask = yield from self._mask()
             if seen is None or mask is None:

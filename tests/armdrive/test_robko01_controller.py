@@ -114,6 +114,13 @@ class TestRequests:
         assert not script.device.moving
         assert 0 < script.device.registers[0] < 100
 
+    def test_motors_that_do_not_come_to_rest_are_told(self):
+        script = enabled()
+        for axis in range(2):
+            script.device._drive.rack.run(axis, 20.0, script.now_s)
+        script.device._box._by_speed = True
+        assert "come to rest" in str(script.ask(MOVE, stop_after_s=0.1))
+
     def test_a_move_with_the_motors_off_is_denied_and_nothing_has_moved(self):
         script = Script()
         reply = script.ask(MOVE)
