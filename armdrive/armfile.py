@@ -193,6 +193,11 @@ def config_of_preset(key: str, *, name: str, connection: Connection) -> ArmConfi
     return ArmConfig(name, model.title, model, connection, MotionSettings(**bursts))
 
 
+def _port_of(row: Dialect) -> dict[str, Any]:
+    """Return how a dialect's port is opened unless an arm file says otherwise."""
+    return {"baud": row.baud, "raise_dtr": row.raise_dtr}
+
+
 def _bursts(row: Dialect) -> dict[str, float]:
     """Return how long a dialect's motions are unless an arm file says otherwise."""
     able = row.abilities
@@ -235,7 +240,7 @@ def parse_arm_file(table: Mapping[str, Any], *, name: str, folder: Path = Path()
         name=name,
         title=title or model.title,
         model=model,
-        connection=read_section(Connection, {"baud": row.baud} | dict(wiring), "connection"),
+        connection=read_section(Connection, _port_of(row) | dict(wiring), "connection"),
         motion=read_section(MotionSettings, motion, "motion"),
         gripper=gripper,
         device=read_section(row.settings(), table.get(row.name, {}), row.name),
@@ -338,13 +343,18 @@ def _corrected(model: ArmPreset, table: Mapping[str, Any]) -> ArmPreset:
 
 
 def _filled_in(model: ArmPreset, table: Mapping[str, Any]) -> bool:
-    """Tell whether a file gives every number that a template only stands in for."""
+    """Tell whether a file gives every number that a template only stands in for.
+
+    The template's own numbers, all written out, are still nobody's measurement.
+    """
     turning = [] if model.transmission is None else model.transmission.motors[:5]
-    return (
+    whole = (
         bool(turning)
         and set(table.get("lengths", {})) == set(_LENGTHS)
         and {motor.name for motor in turning} == set(table.get("steps_per_turn", {}))
     )
+    known = preset(model.key)
+    return whole and (model.arm, model.transmission) != (known.arm, known.transmission)
 
 
 _LENGTHS = ("base_height_mm", "upper_arm_mm", "forearm_mm", "hand_mm")

@@ -53,7 +53,7 @@ def find(name: str, *, dialect_name: str | None = None, baud: int | None = None)
             f"{', '.join(DIALECTS)}; `armdrive doctor {name}` finds it out without moving anything"
         )
     row = dialect(dialect_name)
-    wire = Connection(dialect=row.name, port=name, baud=baud or row.baud)
+    wire = Connection(row.name, name, baud or row.baud, row.raise_dtr)
     return _real_unless_forced(config_of_preset(row.preset, name=name, connection=wire))
 
 

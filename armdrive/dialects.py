@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 class Dialect:
     """One row: `preset` is the arm that speaks it where no arm file says otherwise.
 
+    `raise_dtr` is how its port is opened by default: a board with native USB is mute without it.
     `settings` gives the class of what an arm file says in the section of the dialect's name, and
     `controller` the driver's end for an arm.
     """
@@ -31,6 +32,7 @@ class Dialect:
     title: str
     preset: str
     baud: int
+    raise_dtr: bool
     quick_stop: str
     abilities: Abilities
     settings: Callable[[], type[Any]]
@@ -94,6 +96,7 @@ DIALECTS: Mapping[str, Dialect] = MappingProxyType(
             title="TeachMover",
             preset="teachmover",
             baud=9600,
+            raise_dtr=False,
             quick_stop="The STOP key of the pendant is the quicker stop: it ends a burst at once.",
             abilities=Abilities(
                 motors=6,
@@ -120,6 +123,7 @@ DIALECTS: Mapping[str, Dialect] = MappingProxyType(
             title="Robko 01",
             preset="robko01",
             baud=115_200,
+            raise_dtr=False,
             quick_stop="The switch of its power supply is the quicker stop: the arm sags then.",
             abilities=Abilities(
                 motors=6,
@@ -146,6 +150,7 @@ DIALECTS: Mapping[str, Dialect] = MappingProxyType(
             title="Armdroid 1",
             preset="armdroid1",
             baud=9600,
+            raise_dtr=True,
             quick_stop="The motors' power switch is the only quicker stop, and the arm sags then.",
             abilities=Abilities(
                 motors=6,
@@ -172,6 +177,7 @@ DIALECTS: Mapping[str, Dialect] = MappingProxyType(
             title="GRBL board",
             preset="minimover5",
             baud=115_200,
+            raise_dtr=False,
             quick_stop="The switch of the motors' supply is the quicker stop: the arm sags then.",
             abilities=Abilities(
                 motors=6,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 
 from armdrive.cli.choosing import add_arm_options, chosen_target, connect_chosen
 from armdrive.cli.output import emit, say
@@ -18,7 +19,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Print the status."""
     try:
-        with connect_chosen(options) as arm:
+        with contextlib.closing(connect_chosen(options)) as arm:  # nothing is switched on
             status = arm.status
     except ArmInUse:
         return _of_holder(options)

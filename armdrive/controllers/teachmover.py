@@ -50,11 +50,13 @@ LONGEST_LINE = len("@STEP 245,-32768,-32768,-32768,-32768,-32768,-32768,255\r") 
 LONGEST_REGISTERS = len("1\r-32768,-32768,-32768,-32768,-32768,-32768,65535\r")
 STILL = (0, 0, 0, 0, 0, 0)
 
-FIRST_LINE = b"@,d,,,,,d\r"
+FIRST_LINE = b"@25sd,,,,,d\r"
 """Makes an Armdroid harmless that somebody took for a TeachMover.
 
 An Armdroid reads letters, not lines, and the D of `@READ` would repeat the last motion of five of
-its motors. This line moves none of them and leaves it nothing to repeat. A TeachMover answers `0`.
+its motors. Here `25s` sets a slow speed and empties its accumulator, the first `d` empties its
+index, five commas write zeros where the numbers of that motion were, and the last `d` moves
+nothing by nothing. A TeachMover understands none of it and answers `0`.
 """
 CONTACT_S = 0.25
 """How long the answer to the first line is waited for, beyond its time on the wire."""
