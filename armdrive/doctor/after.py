@@ -9,7 +9,6 @@ from armdrive.dialects import DIALECTS
 from armdrive.doctor.findings import Finding, note, ok, problem
 from armdrive.doctor.probing import Examination
 from armdrive.doctor.signs import Identity, says_something_readable, shown
-from armdrive.transports.url import scheme
 
 CHECK_WIRING = (
     "check that the arm is switched on, that the cable carries data, and that transmit and "
@@ -34,7 +33,7 @@ def findings(found: Examination, expected: Expected) -> list[Finding]:
     listed = [_identified(found.identity, found.baud)]
     listed += _differing(found, expected)
     if found.restarted:
-        listed.append(_restarted(expected))
+        listed.append(_restarted(found, expected))
     return listed
 
 
@@ -66,14 +65,17 @@ def _differing(found: Examination, expected: Expected) -> list[Finding]:
     ]
 
 
-def _restarted(expected: Expected) -> Finding:
+def _restarted(found: Examination, expected: Expected) -> Finding:
+    if found.baud is None:
+        return note(
+            "it greeted when the connection was opened: a board behind a serial server has "
+            "restarted then, and its arm may have sagged"
+        )
     what = (
         "the board restarted when its port was opened: motors lose their current, and an arm sags"
     )
     if expected.spared_reset:
-        return note(
-            f"{what}; the first opening after plugging in always does, later ones are spared it"
-        )
+        return note(f"{what}; the first opening after plugging in always does that")
     return note(what, NEVER_RESET)
 
 
@@ -115,8 +117,7 @@ def next_steps(port: str, found: Examination, *, arm: str = "") -> list[str]:
     if arm:
         return [f"armdrive status --arm {arm}"]
     row = DIALECTS[identity.dialect]
-    usual = scheme(port) in ("socket", "udp") or found.baud in (None, row.baud)
-    baud = "" if usual else f" --baud {found.baud}"
+    baud = "" if found.baud in (None, row.baud) else f" --baud {found.baud}"
     return [
         f"armdrive status --port {quoted(port)} --dialect {row.name}{baud}",
         f"armdrive doctor {quoted(port)} --dialect {row.name}{baud}",
@@ -131,9 +132,9 @@ def arm_file_lines(port: str, found: Examination) -> list[str]:
     row = DIALECTS[identity.dialect]
     lines = [f'model = "{row.preset}"', "", "[connection]"]
     lines += [f'dialect = "{row.name}"', f'port = "{port}"']
-    if scheme(port) not in ("socket", "udp") and found.baud not in (None, row.baud):
+    if found.baud not in (None, row.baud):
         lines.append(f"baud = {found.baud}")
-    if found.restarted and not scheme(port):
+    if found.restarted and found.baud is not None:
         lines += ["raise_dtr = true", "keep_dtr_on_close = true"]
     return lines
 

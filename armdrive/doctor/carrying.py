@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+from dataclasses import replace
 from typing import Protocol
 
 from armdrive.doctor.probes import QUICK_BAUD
@@ -77,11 +78,12 @@ def examine_port(port: str, baud: int | None) -> Examination:
     board. Windows cannot: there it is never raised.
     """
     kind = scheme(port)
-    datagrams = kind == "udp"
+    network = kind in ("socket", "udp")
     # a raw network connection has no baud rate: one round is enough
-    one_baud = baud or (QUICK_BAUD if kind in ("socket", "udp") else None)
+    one_baud = baud or (QUICK_BAUD if network else None)
     link = _opened(port, one_baud or QUICK_BAUD)
-    return carry_out(examine(one_baud, datagrams=datagrams), link, RealClock())
+    found = carry_out(examine(one_baud, datagrams=kind == "udp"), link, RealClock())
+    return replace(found, baud=None) if network else found
 
 
 def _opened(port: str, baud: int) -> TunableLink:

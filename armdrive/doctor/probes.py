@@ -51,8 +51,8 @@ class Probe:
 
 PROBES = (
     Probe("?", "grbl", QUICK_BAUD, bytes((Realtime.STATUS,)), 0.5, times=2),
-    # seven times six bytes: a frame that another program left half sent swallows 32 at most
-    Probe("ping", "robko01", QUICK_BAUD, Host().send(Ping()), 0.15, times=7),
+    # six times six bytes: a frame that another program left half sent swallows 29 at most
+    Probe("ping", "robko01", QUICK_BAUD, Host().send(Ping()), 0.15, times=6),
     # the CR ends what a board of another dialect takes for a line
     Probe("v", "armdroid", SLOW_BAUD, armdroid_wire.encode_command(Version()) + CR, 0.5),
     # an Armdroid that was too busy to answer has nothing to repeat after this

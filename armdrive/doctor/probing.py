@@ -35,7 +35,10 @@ class Heard:
 
 @dataclass(frozen=True, slots=True)
 class Examination:
-    """What came of it: who it is and at which baud rate, and all that was heard on the way."""
+    """What came of it: who it is and at which baud rate, and all that was heard on the way.
+
+    `baud` is None where the connection has none.
+    """
 
     identity: Identity | None = None
     baud: int | None = None
@@ -60,8 +63,9 @@ class Examination:
         """
         if self.identity is None:
             return False
-        first = self.heard[0]
-        return self.identity.restarted or (bool(first.data) and first.baud != self.baud)
+        first = self.heard[:1] if self.baud is not None else ()
+        elsewhere = any(each.data and each.baud != self.baud for each in first)
+        return self.identity.restarted or elsewhere
 
 
 Script = Generator[Turn, bytes, Examination]

@@ -101,6 +101,12 @@ def test_a_board_that_restarts_is_a_note_with_what_spares_it_the_next_time():
     assert "the first opening after plugging in" in spared.what
 
 
+def test_a_greeting_over_a_network_is_not_taken_for_a_reset_of_dtr():
+    found = Examination(Identity("grbl", "FluidNC v3", restarted=True), None)
+    assert "serial server" in after.findings(found, after.Expected())[-1].what
+    assert "raise_dtr = true" not in after.arm_file_lines("socket://arm:23", found)
+
+
 def test_first_words_at_another_rate_are_a_restart_too():
     device = Deaf((0.5, b"Welcome, Armdroid!\r\n"), answers=b"version = 1.3\r\n")
     found = SimPort(device).examine()

@@ -44,6 +44,7 @@ PREPARED: dict[str, dict[str, tuple[bytes, float]]] = {
         "fresh": (b"", 0.0),
         "half a frame": (robko(Enable()) + robko(MOVE)[:9], 1.0),
         "all but the last byte of a frame": (robko(Enable()) + robko(MOVE)[:-1], 1.0),
+        "the least of the longest frame": (b"\xaa\x01\x1b", 1.0),
         "in motion": (robko(Enable()) + robko(MOVE), 0.5),
     },
     "grbl": {
