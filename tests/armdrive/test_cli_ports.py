@@ -1,0 +1,112 @@
+"""`armdrive ports`: what there is, who has it, whose arm file names it; nothing is opened."""
+
+from __future__ import annotations
+
+import os
+import sys
+from types import SimpleNamespace
+
+import pytest
+import serial
+from cli_calls import Caller, write_arm_file
+from serial.tools import list_ports as pyserial
+
+from armdrive.cli.worlds import connect_remembered
+from armdrive.connecting import simulated_config
+from armdrive.transports import ports
+
+USB = {"vid": 0x0403, "pid": 0x6001, "serial_number": "A50285BI", "manufacturer": "FTDI"}
+
+
+@pytest.fixture
+def call(capsys):
+    return Caller(capsys)
+
+
+@pytest.fixture
+def adapter(tmp_path, monkeypatch):
+    """Pretend that there is one port; a file stands in for its device."""
+    device = tmp_path / "ttyUSB0"
+    device.touch()
+    found = SimpleNamespace(device=str(device), description="FT232R USB UART", **USB)
+    monkeypatch.setattr(pyserial, "comports", lambda: [found])
+    monkeypatch.setattr(ports, "BY_ID", tmp_path / "by-id")
+    return device
+
+
+def arm_file(port: object, name: str = "bench") -> None:
+    write_arm_file(name, f'model = "teachmover"\n[connection]\nport = "{port}"\n')
+
+
+def test_a_port_is_listed_with_all_that_is_known(call, adapter, tmp_path):
+    (tmp_path / "by-id").mkdir()
+    (tmp_path / "by-id" / "usb-FTDI-if00").symlink_to(adapter)
+    arm_file(tmp_path / "by-id" / "usb-FTDI-if00")
+    (seen,) = call("ports", "--json", code=0).json["ports"]
+    assert seen["port"] == str(adapter)
+    assert (seen["description"], seen["usb"]) == ("FT232R USB UART", "0403:6001")
+    assert (seen["serial_number"], seen["manufacturer"]) == ("A50285BI", "FTDI")
+    assert seen["stable_name"] == str(tmp_path / "by-id" / "usb-FTDI-if00")
+    assert seen["arm_files"] == ["bench"]
+    assert (seen["holder"], seen["allowed"], seen["mend"]) == (None, True, "")
+    said = call("ports", code=0).out
+    for word in ("FT232R USB UART", "0403:6001", "A50285BI", "usb-FTDI-if00", "arm file bench"):
+        assert word in said
+    assert "armdrive doctor PORT" in said
+
+
+def test_nothing_is_opened(call, adapter, monkeypatch):
+    def opened(*args, **kwargs):
+        pytest.fail("a port was opened")
+
+    monkeypatch.setattr(serial, "Serial", opened)
+    assert len(call("ports", "--json", code=0).json["ports"]) == 1
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="needs /proc")
+def test_who_holds_a_port_is_named(call, adapter):
+    with adapter.open():
+        (seen,) = call("ports", "--json", code=0).json["ports"]
+        assert seen["holder"]["pid"] == os.getpid()
+        assert seen["holder"]["arm"] is None
+        assert f"(pid {os.getpid()})" in call("ports", code=0).out
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="needs /proc")
+def test_an_arm_that_armdrive_drives_on_a_port_is_named(call, adapter):
+    from dataclasses import replace
+
+    arm_file(adapter)
+    config = replace(simulated_config("teachmover"), name="bench")
+    with adapter.open(), connect_remembered(config, pace="real"):
+        (seen,) = call("ports", "--json", code=0).json["ports"]
+        assert seen["holder"]["arm"] == "bench"
+        assert "which drives bench" in call("ports", code=0).out
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs file permissions")
+def test_a_port_that_may_not_be_opened_comes_with_what_mends_it(call, adapter, monkeypatch):
+    monkeypatch.setattr(os, "access", lambda path, mode: False)
+    monkeypatch.setattr("armdrive.transports.refusals.owning_group", lambda port: "dialout")
+    (seen,) = call("ports", "--json", code=0).json["ports"]
+    assert not seen["allowed"]
+    assert "sudo usermod -aG dialout $USER" in seen["mend"]
+    assert "sudo usermod -aG dialout $USER" in call("ports", code=0).out
+
+
+def test_arm_files_without_their_port_and_broken_ones_are_told(call, adapter):
+    arm_file("/dev/ttyNOWHERE")
+    arm_file("socket://127.0.0.1:4001", "network")
+    write_arm_file("broken", "model = 7\n")
+    seen = call("ports", "--json", code=0).json
+    assert seen["absent"] == [{"arm": "bench", "port": "/dev/ttyNOWHERE"}]
+    assert [each["arm"] for each in seen["unusable_arm_files"]] == ["broken"]
+    said = call("ports", code=0).out
+    assert "bench names /dev/ttyNOWHERE, which is not there" in said
+    assert "broken cannot be used" in said
+
+
+def test_a_computer_without_ports_says_so(call, monkeypatch):
+    monkeypatch.setattr(pyserial, "comports", list)
+    assert "no serial port is there" in call("ports", code=0).out
+    assert call("ports", "--json", code=0).json["ports"] == []
