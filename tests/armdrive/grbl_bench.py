@@ -1,0 +1,129 @@
+"""A simulated GRBL board on a simulated wire: say something, let time pass, look at the answers."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from armdrive.armfile import GripperSettings
+from armdrive.connecting import simulated_config
+from armdrive.sim.twin import make_device
+from armdrive.transports.memory import MemoryLink
+from firmware_protocol.grbl import Banner, Host, LineReader, StatusReport
+from firmware_protocol.grbl.reports import decode_answer
+
+BAUD = 115_200
+BYTE_S = 10 / BAUD
+PER_UNIT = 10.0
+SLOPE = 500.0
+AXES = 6
+MACHINE = {
+    **{100 + axis: PER_UNIT for axis in range(AXES)},
+    **{110 + axis: 6000.0 for axis in range(AXES)},
+    **{120 + axis: SLOPE for axis in range(AXES)},
+    **{130 + axis: 200.0 for axis in range(AXES)},
+    11: 0.01,
+}
+"""A board with the figures of the measurements: units of ten steps, 500 units/s^2."""
+
+
+def config_of(kind="stepper", **device):
+    """The arm of the board, its gripper on an output perhaps."""
+    config = simulated_config("grbl")
+    model = config.model
+    if kind != "stepper":
+        model = replace(model, transmission=model.transmission.without_gripper())
+    return replace(
+        config,
+        model=model,
+        gripper=GripperSettings(kind=kind),
+        device=replace(config.device, **device),
+    )
+
+
+class Bench:
+    """`heard` is every line that the board has said, `reports` the status reports of them."""
+
+    def __init__(self, values=MACHINE, *, baud=BAUD, config=None, saved=None, **options):
+        config = config or config_of()
+        self.device = make_device(config, saved, settings=options)
+        self.board = self.device.board
+        self.board.settings.values.update(values)
+        self.board.drive.rack.limits = self.board.settings.limits()
+        if not saved:
+            self.device.world.energised = self.board.settings.motors_stay_on
+        self.link = MemoryLink(self.device, baud)
+        self.now_s = 0.0
+        self.heard: list[str] = []
+        self.reader = LineReader()
+        self.rest = b""
+        self.wait(0.05)
+
+    @property
+    def reports(self):
+        found = (decode_answer(line.encode()) for line in self.heard if line.startswith("<"))
+        return [one for one in found if isinstance(one, StatusReport)]
+
+    @property
+    def banners(self):
+        found = (decode_answer(one.encode()) for one in self.heard if one.startswith(("G", "g")))
+        return [one for one in found if isinstance(one, Banner)]
+
+    def put(self, data):
+        """Put bytes on the wire."""
+        self.link.write(data if isinstance(data, bytes) else data.encode("latin-1"), self.now_s)
+
+    def wait(self, seconds):
+        """Let time pass; return the lines that were said meanwhile."""
+        self.now_s += seconds
+        *lines, self.rest = (self.rest + self.link.read(self.now_s)).split(b"\r\n")
+        said = [line.decode() for line in lines if line]
+        self.heard += said
+        return said
+
+    def say(self, text, seconds=0.05):
+        """Send a line, or real-time commands, and let time pass."""
+        self.put(text if len(text) == 1 else text + "\n")
+        return self.wait(seconds)
+
+    def ask(self):
+        """Ask for a report, and return it."""
+        before = len(self.reports)
+        self.put("?")
+        for _ in range(100):
+            self.wait(0.001)
+            if len(self.reports) > before:
+                return self.reports[-1]
+        return None
+
+    @property
+    def x(self):
+        """Where the board counts its first axis."""
+        return self.board.drive.counts[0] / PER_UNIT
+
+    def finish(self):
+        """Let time pass until nothing moves and nothing is said."""
+        while (due_s := self.link.next_s()) < math.inf:
+            self.now_s = max(self.now_s, due_s)
+            self.wait(0.0)
+            assert self.now_s < 1e4
+        return self.heard
+
+
+def stream(bench, commands, host=None):
+    """Send lines by counting characters (or one at a time); return how long that took."""
+    host = host or Host(bench.board.codec.dialect)
+    began_s, waiting, oks = bench.now_s, list(commands)[::-1], 0
+    total = len(waiting)
+    while oks < total:
+        while waiting and host.room_for(waiting[-1]):
+            bench.link.write(host.send(waiting.pop()), bench.now_s)
+        bench.now_s = max(bench.now_s, bench.link.next_s())
+        assert not math.isinf(bench.now_s), "no answer comes any more"
+        host.receive_data(bench.link.read(bench.now_s))
+        while (event := host.next_event()) is not None:
+            if type(event).__name__ == "Acknowledged":
+                oks += 1
+            else:
+                assert type(event).__name__ == "Feedback", event
+    return bench.now_s - began_s

@@ -1,0 +1,208 @@
+"""The simulated GRBL board's wire: its ring, its lines, its answers, and how fast they come."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from grbl_bench import BYTE_S, MACHINE, Bench, stream
+
+from armdrive.errors import BadRequest
+from armdrive.sim.grbl_firmware import FIRMWARES
+from firmware_protocol.grbl import Host, Move, State, Variant
+
+SOFT_RESET, JOG_CANCEL = "\x18", "\x85"
+
+
+@pytest.mark.parametrize(
+    ("firmware", "variant", "opt"),
+    [
+        ("grbl", Variant.GRBL, "[OPT:V,15,128]"),
+        ("mega5x", Variant.GRBL, "[OPT:VNM,35,255]"),
+        ("grblhal", Variant.GRBLHAL, "[OPT:VNM,35,1024]"),
+        ("fluidnc", Variant.FLUIDNC, "[OPT:PHS]"),
+    ],
+)
+def test_every_firmware_says_what_it_is(firmware, variant, opt):
+    bench = Bench(firmware=firmware)
+    assert [one.variant for one in bench.banners] == [variant]
+    said = bench.say("$I")
+    assert opt in said
+    assert said[-1] == "ok"
+    assert ("[AXS:6:XYZABC]" in said) == (firmware == "grblhal")
+
+
+def test_an_unknown_firmware_is_refused_by_name():
+    with pytest.raises(BadRequest, match="grblhal"):
+        Bench(firmware="marlin")
+
+
+def test_an_empty_line_is_answered_within_two_milliseconds():
+    bench = Bench()
+    bench.say("")
+    assert bench.heard[-1] == "ok"
+    assert stream(bench, []) == 0.0
+    one = stream(bench, [Move({"X": 0.0})])  # no way at all
+    assert one < 10e-3
+
+
+def test_a_lost_byte_is_silent_and_moves_twelve_where_twelve_and_a_half_was_meant():
+    bench = Bench()
+    assert bench.say("G1X12.F3000", 2.0) == ["ok"]  # G1X12.5F3000 less one character
+    assert bench.x == 12.0
+
+
+def test_a_lost_line_end_gives_one_answer_too_few_and_then_an_error():
+    bench = Bench()
+    bench.put("G1X1F3000")
+    bench.put("G1X2F3000\n")
+    assert bench.wait(1.0) == ["error:24"]
+    assert bench.x == 0.0
+
+
+@pytest.mark.parametrize(("firmware", "most"), [("grbl", 79), ("mega5x", 79), ("grblhal", 256)])
+def test_a_line_that_is_too_long_is_refused_whole(firmware, most):
+    bench = Bench(firmware=firmware)
+    assert bench.say("G1F300" + "X" + "0" * (most - 8) + "1", 3.0) == ["ok"]
+    assert bench.say("G1F300" + "X" + "0" * (most - 7) + "1", 3.0) == ["error:11"]
+
+
+@pytest.mark.parametrize(("firmware", "ring"), [("grbl", 128), ("mega5x", 255), ("grblhal", 1024)])
+def test_a_full_ring_drops_bytes_without_a_word(firmware, ring):
+    bench = Bench(firmware=firmware)
+    bench.say("!")  # nothing is read any more
+    lines = 150
+    bench.put("G4P0.001\n" * lines)
+    assert bench.wait(0.2) == []
+    assert bench.ask().free_bytes == 0
+    assert bench.device.details()["lost_bytes"] == lines * 9 - ring
+    bench.say("~", 2.0)
+    assert bench.heard.count("ok") == ring // 9
+
+
+def test_real_time_bytes_are_picked_out_of_the_middle_of_a_line():
+    bench = Bench()
+    bench.put("G1X5?F3000\n")
+    said = bench.wait(2.0)
+    assert [line for line in said if line == "ok"] == ["ok"]
+    assert bench.reports[-1].state is State.IDLE
+    assert bench.x == 5.0
+
+
+def test_the_rate_of_short_segments_is_the_measured_one():
+    """164 to 291 a second by counting characters, 158 to 175 one at a time, at 500 units/s^2."""
+    names = [Move({"X": 0.1 * (n + 1)}, 6000.0) for n in range(300)]
+    counting = len(names) / stream(Bench(firmware="grbl"), names)
+    one_by_one = Host(replace(Bench(firmware="grbl").board.codec.dialect, ring_bytes=None))
+    single = len(names) / stream(Bench(firmware="grbl"), names, one_by_one)
+    assert 164 <= counting <= 291
+    assert 150 <= single <= 175
+
+
+def test_in_check_mode_the_wire_is_the_limit():
+    """485 to 534 lines a second, against 235 to 250 one at a time (and a slower host)."""
+    lines = [Move({"X": 10.123, "Y": -4.5}, 1500.0) for _ in range(300)]
+    bench = Bench()
+    bench.say("$C")
+    rate = len(lines) / stream(bench, lines)
+    bytes_each = len(lines[0].text) + 1
+    assert rate * bytes_each * BYTE_S > 0.95
+    one_by_one = Host(replace(bench.board.codec.dialect, ring_bytes=None))
+    assert len(lines) / stream(bench, lines, one_by_one) < 0.85 * rate
+
+
+def test_reports_are_answered_at_a_hundred_hertz_and_run_together_at_five_hundred():
+    for asked_hz, least, most in ((100, 99, 101), (500, 140, 210)):
+        bench = Bench({**MACHINE, 10: 1})
+        bench.say("$J=G91X100F600")
+        before = len(bench.reports)
+        for _ in range(asked_hz):
+            bench.say("?", 1 / asked_hz)
+        assert least <= len(bench.reports) - before <= most
+
+
+def test_offset_and_overrides_come_now_and_then():
+    bench = Bench()
+    for _ in range(40):
+        bench.ask()
+    assert [n for n, one in enumerate(bench.reports) if one.work_offset] == [0, 10, 20, 30]
+    assert [n for n, one in enumerate(bench.reports) if one.overrides] == [1, 11, 21, 31]
+    assert not any(one.work_offset and one.overrides for one in bench.reports)
+    bench.say("G92X5")
+    assert bench.ask().work_offset[0] == -5.0
+
+
+def test_the_mask_says_what_reports_tell():
+    bench = Bench()
+    bench.say("G10L2P1X3")
+    first = bench.ask()
+    assert (first.machine_position[0], first.free_blocks, first.free_bytes) == (0.0, 35, 255)
+    bench.say("$10=0")
+    second = bench.ask()
+    assert (second.machine_position, second.work_position[0]) == (None, -3.0)
+    assert second.free_blocks is None
+
+
+def test_a_change_of_settings_blocks_and_loses_what_arrives_meanwhile():
+    bench = Bench()
+    bench.put("$110=5000\n")
+    bench.put("G1X1F600\n")
+    assert bench.wait(0.5) == ["ok"]
+    assert bench.device.details()["lost_bytes"] == 9
+    assert bench.board.settings[110] == 5000.0
+    patient = Bench(firmware="grblhal")
+    patient.put("$110=5000\nG1X1F600\n")
+    assert patient.wait(0.5) == ["ok", "ok"]
+
+
+@pytest.mark.parametrize(
+    ("line", "answer"),
+    [
+        ("$0=2", "error:6"),
+        ("$100=-1", "error:4"),
+        ("$99=1", "error:3"),
+        ("$20=1", "error:10"),
+        ("$H", "error:5"),
+        ("G2X1Y1I1F100", "error:20"),
+        ("G1X1", "error:22"),
+        ("$J=X1", "error:22"),
+        ("X1X2", "error:25"),
+    ],
+)
+def test_what_is_wrong_is_refused_by_its_number(line, answer):
+    assert Bench().say(line)[-1:] == [answer]
+
+
+def test_settings_of_the_factory_are_the_published_ones():
+    said = Bench({}, factory=True).say("$$", 0.5)
+    for line in ("$1=25", "$10=1", "$100=250.000", "$110=500.000", "$120=10.000", "$130=200.000"):
+        assert line in said
+
+
+def test_defaults_are_put_back_and_the_board_starts_anew():
+    bench = Bench()
+    bench.say("$RST=$", 0.2)
+    assert bench.heard[-3:] == ["[MSG:Restoring defaults]", "ok", "Grbl 1.1m ['$' for help]"]
+    assert bench.board.settings[1] == 25
+
+
+def test_startup_lines_run_at_every_start_and_answer_nothing():
+    bench = Bench()
+    assert bench.say("$N0=G91", 0.1) == ["ok"]
+    bench.say(SOFT_RESET, 0.1)
+    assert bench.heard[-1] == ">G91:ok"
+    assert "G91" in bench.say("$G")[0]
+
+
+def test_every_firmware_has_its_own_figures():
+    assert {one.ring_bytes for one in FIRMWARES.values()} == {128, 255, 256, 1024}
+    assert [one.cancel_clears_ring for one in FIRMWARES.values()] == [False, False, True, False]
+
+
+def test_a_flood_of_noise_never_raises(draw_bytes=bytes(range(256)) * 8):
+    bench = Bench()
+    for start in range(0, len(draw_bytes), 37):
+        bench.put(draw_bytes[start : start + 37])
+        bench.wait(0.01)
+    bench.wait(5.0)
+    assert JOG_CANCEL not in "".join(bench.heard)
