@@ -13,7 +13,7 @@ from armdrive.cli.choosing import add_json_option
 from armdrive.cli.config_asking import agree, ask_value
 from armdrive.cli.config_files import ArmText, read
 from armdrive.cli.output import emit, say
-from armdrive.errors import OperatorNeeded
+from armdrive.errors import DeviceFault, OperatorNeeded
 from armdrive.interview.readers import choice
 from armdrive.interview.rows import Question
 from armdrive.interview.sight import WAYS, Sight, sight
@@ -115,12 +115,31 @@ def find_signs(arm: Arm, *, alone: bool = False) -> Signs:
         _explain(arm)
         if not agree("Switch the motors on and begin?", "Anything but yes leaves the arm alone."):
             return Signs(unclear=tuple(motor.name for motor in transmission.motors))
-    if arm.status.state is State.DISABLED:
-        arm.enable()
+    _make_ready(arm)
     seen = [
         _tried(arm, trial, alone=alone) for trial in trials(arm.model.arm, transmission, posture)
     ]
     return conclude(seen, roll_joint(arm.model.arm, posture))
+
+
+def _make_ready(arm: Arm) -> None:
+    """Switch the motors on where they are off. Moves nothing."""
+    if arm.status.state is State.DISABLED:
+        arm.enable()
+
+
+def _move(arm: Arm, trial: Trial, sign: int) -> None:
+    """Turn one motor; a board that is locked until it has homed is unlocked by `reset`."""
+    steps = [0] * arm.abilities.motors
+    steps[trial.motor] = sign * trial.steps
+    try:
+        arm.move_motors(*steps, speed=TRIAL_SPEED)
+    except DeviceFault:
+        if sign < 0 or arm.config.homing is None:
+            raise
+        arm.reset()
+        _make_ready(arm)
+        arm.move_motors(*steps, speed=TRIAL_SPEED)
 
 
 def _explain(arm: Arm) -> None:
@@ -161,15 +180,14 @@ def _tried(arm: Arm, trial: Trial, *, alone: bool) -> Seen:
 
 def _turn(arm: Arm, trial: Trial) -> Sight | None:
     """Turn there and back; return what a simulated observer saw half-way."""
-    steps = [trial.steps if motor == trial.motor else 0 for motor in range(arm.abilities.motors)]
     twin = arm.twin
     before = (twin.world.joints, twin.world.opening_mm) if twin else None
-    arm.move_motors(*steps, speed=TRIAL_SPEED)
+    _move(arm, trial, 1)
     seen = None
     if twin is not None and before is not None:
         opened_mm = twin.world.opening_mm - before[1]
         seen = sight(twin.world.body.arm, before[0], twin.world.joints, opened_mm)
-    arm.move_motors(*(-step for step in steps), speed=TRIAL_SPEED)
+    _move(arm, trial, -1)
     return seen
 
 

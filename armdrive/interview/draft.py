@@ -124,6 +124,11 @@ class Draft:
         links = self.template.links
         return None if links is None else links.joints[index].speed_deg_s
 
+    def direction(self, motor: str) -> int:
+        """Return 1 or -1: which way a motor of a link table counts before anybody has looked."""
+        links = self.template.links
+        return 1 if links is None else links.joints[self.joints.index(motor)].sees
+
     def range_of(self, joint: str) -> tuple[float, float]:
         """Return a joint's range, as answered or as known."""
         found = self.get(f"limits.{joint}") or self.limits_deg(joint)

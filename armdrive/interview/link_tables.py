@@ -19,7 +19,11 @@ class Length:
 
 @dataclass(frozen=True, slots=True)
 class Joint:
-    """One row, limits in degrees and speed in degrees a second; `d` and `a` name lengths."""
+    """One row, limits in degrees and speed in degrees a second; `d` and `a` name lengths.
+
+    `sees` is 1, or -1 where the motor counts up as the joint goes down. Homing is taken to end at
+    the motor's upper end, as GRBL does it unless it is told otherwise.
+    """
 
     name: str
     limits_deg: tuple[float, float]
@@ -29,6 +33,7 @@ class Joint:
     a: str = ""
     alpha_deg: float = 0.0
     offset_deg: float = 0.0
+    sees: int = 1
 
 
 @dataclass(frozen=True, slots=True)

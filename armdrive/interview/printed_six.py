@@ -24,9 +24,9 @@ PRINTED_SIX = LinkTable(
         Joint("base", (-170.0, 170.0), 20.0, "10:1", d="shoulder_height"),
         Joint(
             "shoulder", (-42.0, 90.0), 15.0, "50:1", a="shoulder_offset", alpha_deg=-90.0,
-            offset_deg=-90.0,
+            offset_deg=-90.0, sees=-1,
         ),
-        Joint("elbow", (-89.0, 52.0), 15.0, "50:1", a="upper_arm"),
+        Joint("elbow", (-89.0, 52.0), 15.0, "50:1", a="upper_arm", sees=-1),
         Joint("forearm_roll", (-165.0, 165.0), 30.0, "16:1", d="forearm", alpha_deg=-90.0),
         Joint("wrist_pitch", (-105.0, 105.0), 30.0, "10:1", alpha_deg=90.0),
         Joint("wrist_roll", (-155.0, 155.0), 40.0, "20:1", d="flange", alpha_deg=-90.0),

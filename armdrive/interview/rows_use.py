@@ -8,6 +8,9 @@ from armdrive.interview.readers import Reader
 from armdrive.interview.rows import Row, fixed, plain, typed
 from armdrive.interview.templates import COUPLED, GRIPPERS
 
+PULLED_OFF_DEG = 2.0
+"""How far inside its limits an arm is taken to stand after homing."""
+
 POSTURE = ("x", "y", "z", "pitch", "roll")
 
 
@@ -34,7 +37,9 @@ def _homes(draft: Draft) -> bool:
 
 
 def _homed_at(draft: Draft, one: str) -> str:
-    return f"{draft.range_of(one)[0]:g}"
+    upwards = draft.preset is not None or draft.direction(one) > 0
+    low, high = draft.range_of(one)
+    return f"{high - PULLED_OFF_DEG if upwards else low + PULLED_OFF_DEG:g}"
 
 
 def _motor_names(draft: Draft) -> tuple[str, ...]:

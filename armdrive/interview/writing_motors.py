@@ -31,11 +31,12 @@ def array_of_motors(draft: Draft) -> Iterator[Section]:
     reversed_motors = draft.get("reversed.motors", ())
     reversed_joints = draft.get("reversed.joints", ())
     for motor in draft.motors:
-        sign = (-1 if motor in reversed_motors else 1) * (-1 if motor in reversed_joints else 1)
+        turned = (motor in reversed_motors) != (motor in reversed_joints)
+        sign = draft.direction(motor) * (-1 if turned else 1)
         entries = (
             Entry("name", motor),
             _named(_turning(draft, motor), "steps_per_turn"),
-            Entry("sees", {motor: sign}, "-1 counts the other way" if sign < 0 else ""),
+            Entry("sees", {motor: sign}, "-1: it counts up as the joint goes down" * (sign < 0)),
         )
         yield Section("motors", entries, array=True)
     if draft.stepped:

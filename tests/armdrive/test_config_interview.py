@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armdrive.arm import Arm
 from armdrive.armfile import load_arm_file
 from armdrive.cli.config_new import write
 from armdrive.connecting import connect_simulated
@@ -70,15 +69,17 @@ def test_every_template_loads_and_drives_its_simulated_twin(tmp_path, template):
     assert config.connection.dialect == TEMPLATES[template].dialect
     first, second = config.model.arm.joint_names[:2]
     with connect_simulated(config) as arm:
-        assert isinstance(arm, Arm)
-        arm.jog_j(**{f"{first}_deg": 2.0})
-        arm.declare_posture(arm.twin.world.joints)
+        if config.homing is None:
+            arm.jog_j(**{f"{first}_deg": -2.0})
+            arm.declare_posture(arm.twin.world.joints)
+        else:
+            arm.home()
         before = arm.joints
-        arm.move_j(**{f"{first}_deg": math.degrees(before[0]) + 10.0})
-        arm.jog_j(**{f"{second}_deg": -2.0})
+        arm.move_j(**{f"{first}_deg": math.degrees(before[0]) - 10.0})
+        arm.jog_j(**{f"{second}_deg": 2.0})
         moved = [after - was for after, was in zip(arm.joints, before, strict=True)]
-        assert math.degrees(moved[0]) == pytest.approx(10.0, abs=0.3)
-        assert math.degrees(moved[1]) == pytest.approx(-2.0, abs=0.3)
+        assert math.degrees(moved[0]) == pytest.approx(-10.0, abs=0.3)
+        assert math.degrees(moved[1]) == pytest.approx(2.0, abs=0.3)
         assert tuple(arm.twin.world.joints) == pytest.approx(tuple(arm.joints), abs=0.01)
 
 
