@@ -19,6 +19,10 @@ if TYPE_CHECKING:
     from armdrive.controllers.requests import Controller
 
 
+FASTER = 1.5
+"""By what factor motors may be faster than the driver's table of them says."""
+
+
 @dataclass(frozen=True, slots=True)
 class StopBound:
     """The worst case at this moment: of a stop that is asked for, and of a host that dies."""
@@ -34,17 +38,30 @@ def stop_bound(
 ) -> StopBound:
     """Return the bound at a posture; without a known posture, for the arm stretched out."""
     stopping = controller.stopping(burst_s)
+    speeds = _speeds_rad_s(config, controller)
     return StopBound(
         stopping.asked_s,
-        _way_mm(config, joints, stopping.asked_motion_s),
+        _way_mm(config, joints, speeds, stopping.asked_motion_s),
         stopping.silent_s,
-        _way_mm(config, joints, stopping.silent_motion_s),
+        _way_mm(config, joints, speeds, stopping.silent_motion_s),
     )
 
 
-def _way_mm(config: ArmConfig, joints: Joints | None, motion_s: float) -> float:
+def _speeds_rad_s(config: ArmConfig, controller: Controller) -> tuple[float, ...]:
+    """Return how fast each joint can turn: by its limit, or by motors that are slower than it."""
+    limits = config.model.joint_speeds_rad_s
+    transmission = config.model.transmission
+    if transmission is None:
+        return limits
+    fastest_hz = controller.usable_rate_hz(math.inf) * FASTER
+    turns = (fastest_hz * math.fsum(map(abs, row)) for row in transmission.inverse)
+    return tuple(min(limit, turn) for limit, turn in zip(limits, turns, strict=False))
+
+
+def _way_mm(
+    config: ArmConfig, joints: Joints | None, speeds: tuple[float, ...], motion_s: float
+) -> float:
     way_mm = 0.0
-    speeds = config.model.joint_speeds_rad_s
     for speed_rad_s, lever_mm in reversed(
         list(zip(speeds, config.model.arm.levers_mm(joints), strict=True))
     ):

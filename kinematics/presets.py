@@ -86,6 +86,12 @@ def cable_transmission(
     )
 
 
+def _left_wrist_first(transmission: Transmission) -> Transmission:
+    """Return the same mechanics with the two wrist motors on each other's channels."""
+    base, shoulder, elbow, right, left, gripper = transmission.motors
+    return Transmission((base, shoulder, elbow, left, right, gripper), transmission.joint_names)
+
+
 _LIMITS = (
     JointRange.of(-90, 90),
     JointRange.of(-35, 144),
@@ -154,12 +160,12 @@ _ROBKO01 = replace(
     key="robko01",
     title="Robko 01",
     arm=FiveAxisArm(190.0, 178.0, 178.0, 92.0, _LIMITS),
-    transmission=cable_transmission(
-        base=1222.7, shoulder=1161.4, elbow=680.1, wrist=244.7, gripper=27.0
+    transmission=_left_wrist_first(
+        cable_transmission(base=1222.7, shoulder=1161.4, elbow=680.1, wrist=244.7, gripper=27.0)
     ).with_signs(motors=(1, 1, -1, 1, 1, 1)),
     grip_steps_per_n=None,
     notes="Lengths and steps per radian from the arm's own Python software; its elbow counts "
-    "backward as positive. The unit of its gripper figure (27.0) is taken as steps per mm, and "
+    "backward as positive, and its left wrist motor comes first. The unit of its gripper figure (27.0) is taken as steps per mm, and "
     "limits, speeds, guards and the gripper's elbow coupling as the TeachMover's: check them. No "
     "reference posture is published: the TeachMover's mark on the table serves.",
 )
