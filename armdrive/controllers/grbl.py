@@ -132,7 +132,7 @@ class GrblController(GrblMotion, GrblContact):
         for _ in range(TRIES):
             self.told.clear()
             heard = yield from self.ask(QuerySettings(), self.settings.answer_s)
-            key = idle_key(self.settings, self.variant)
+            key = idle_key(self.settings, self.variant, self.told)
             if isinstance(heard, Acknowledged) and isinstance(key, str) and key not in self.told:
                 yield from self.ask(Line(f"${key}"), self.settings.answer_s)
             if isinstance(heard, Acknowledged) and key in self.told:
@@ -179,12 +179,10 @@ class GrblController(GrblMotion, GrblContact):
             self.speak(command)
             end_s = self.now_s + self.settings.homing_s
             heard: HostEvent | None = None
-            while self.now_s < end_s and not self.stop_asked:
+            while self.now_s < end_s and not self.stop_asked and not answered(heard):
                 heard = yield from self.listen(end_s)
-                if isinstance(heard, Acknowledged) or refused_by(heard):
-                    break
-            if self.stop_asked or heard is None:
-                yield from self.soft_reset()
+            if not answered(heard):
+                yield from self.soft_reset()  # homing obeys nothing else
                 return Halted(kept=False)
             if not isinstance(heard, Acknowledged):
                 return refusal(heard, f"`{command.text}`", moved=True)
@@ -224,6 +222,6 @@ class GrblController(GrblMotion, GrblContact):
         )
 
 
-def refused_by(heard: HostEvent | None) -> bool:
-    """Tell whether a line's waiting has ended without its ok."""
-    return isinstance(heard, Refused | Restarted | AlarmRaised)
+def answered(heard: HostEvent | None) -> bool:
+    """Tell whether waiting for a line's answer has come to an end."""
+    return isinstance(heard, Acknowledged | Refused | Restarted | AlarmRaised)

@@ -25,8 +25,8 @@ DECIMALS = 4
 """The decimals of a distance in degrees; a motor step is never finer than that."""
 FINEST = 400.0
 """Steps a unit: reports have three decimals, and a step has to show in them."""
-PINS = "XYZABCPDHRS"
-"""The letters of a report's pins, as input bits: limits, probe, door, hold, reset, start."""
+PINS = "PDHSRXYZABC"
+"""The letters of a report's pins, as input bits: probe, door, hold, start, reset, limits."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,9 +26,11 @@ BARELY = 0.02
 """So much slower than expected goes unmentioned."""
 
 
-def idle_key(settings: GrblSettings, variant: Variant) -> int | str:
-    """Return the key of the setting that keeps the motors on."""
-    word = settings.idle_key or ("/stepping/idle_ms" if variant is Variant.FLUIDNC else "1")
+def idle_key(settings: GrblSettings, variant: Variant, told: Told) -> int | str:
+    """Return the key of the setting that keeps the motors on: FluidNC has a path for it."""
+    word = settings.idle_key
+    if not word:
+        return "/stepping/idle_ms" if variant is Variant.FLUIDNC and 1 not in told else 1
     return int(word) if word.isdigit() else word
 
 

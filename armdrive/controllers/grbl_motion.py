@@ -223,7 +223,9 @@ class GrblMotion(GrblStopping):
         if isinstance(end, Silence):
             self.press(Realtime.FEED_HOLD)  # whatever still hears it
             if (yield from self.soft_reset()):
-                return Denied(f"{end}; the board was reset in motion")
+                text = "the board fell silent in motion and has begun anew: reset, or without power"
+                self.tell(Alert(AlertKind.RESTARTED, text))
+                return Denied(text)
             return end
         if self.alarm is None and self.state is not None and self.state is not State.ALARM:
             yield from self.hold()

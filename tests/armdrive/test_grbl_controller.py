@@ -1,0 +1,323 @@
+"""A GRBL arm driven through its controller, on simulated time: motion, stops, alarms, settings."""
+
+import math
+
+import pytest
+from grbl_arm import (
+    OPENING_MM,
+    OVER,
+    begin_jog,
+    begin_line,
+    begin_planned,
+    begin_tip_jog,
+    config,
+    found,
+    killed,
+    ready,
+    stands,
+    tip_mm,
+)
+
+from armdrive import Jog
+from armdrive.errors import DeviceFault, PendantStop, Refused, SettingsDiffer, Stopped
+from armdrive.sim.device import SwitchState
+from armdrive.status import Current, State, Trust
+from kinematics import Pose
+
+FIRMWARES = ["grbl", "mega5x", "grblhal", "fluidnc"]
+BEGINNINGS = [begin_planned, begin_line, begin_jog, begin_tip_jog]
+HOLD_PIN = 2
+
+
+def standing_as_said(arm):
+    return arm.twin.world.motors == arm.status.acknowledged
+
+
+@pytest.mark.parametrize("firmware", FIRMWARES)
+def test_connecting_moves_nothing_and_finds_a_board_that_is_set_up(firmware):
+    arm = found(firmware=firmware)
+    assert arm.status.state is State.STANDBY
+    assert arm.status.trust is Trust.UNKNOWN
+    assert arm.core.differences == ()
+    assert arm.twin.link.motions == []
+    assert arm.twin.device.registers == arm.status.read_back
+
+
+@pytest.mark.parametrize("unit", ["steps", "degrees"])
+@pytest.mark.parametrize("firmware", FIRMWARES)
+def test_every_kind_of_motion_ends_where_it_should(firmware, unit):
+    arm = ready(config(device={"unit": unit}), firmware=firmware)
+    arm.move_j(base_deg=20, elbow_deg=-70)
+    assert standing_as_said(arm)
+    pose = arm.pose
+    goal = Pose(pose.x_mm - 20, pose.y_mm + 40, pose.z_mm + 30, pose.pitch_rad, 0.0)
+    arm.move_l(goal)
+    assert math.dist(arm.twin.world.tip, (goal.x_mm, goal.y_mm, goal.z_mm)) < 1.0
+    arm.jog_j(wrist_roll_deg=10)
+    arm.jog_l(z_mm=5)
+    arm.move_motors(10, -5, 3, 0, 0, 7)
+    arm.gripper.open(40.0)
+    assert arm.twin.world.opening_mm == pytest.approx(40.0, abs=0.2)
+    assert standing_as_said(arm)
+    assert arm.status.trust is Trust.REFERENCED
+
+
+def test_a_thousand_short_ways_in_degrees_come_back_to_the_same_steps():
+    arm = ready(config(device={"unit": "degrees"}, idle_poll_s=0.0))
+    began = arm.twin.world.motors
+    for _ in range(40):
+        arm.move_j(base_deg=7.77, wrist_roll_deg=3.3)
+        arm.move_j(base_deg=0.0, wrist_roll_deg=0.0)
+    assert arm.twin.world.motors == began
+
+
+def test_the_tip_stays_on_a_straight_line():
+    arm = ready()
+    start = arm.twin.world.tip
+    handle = arm.move_l(Pose.of(x_mm=240, y_mm=120, z_mm=150, pitch_deg=-80), wait=False)
+    seen = []
+    while not handle.done:
+        arm.sleep(0.05)
+        seen.append(arm.twin.world.tip)
+    end = arm.twin.world.tip
+    way = [b - a for a, b in zip(start, end, strict=True)]
+    square = sum(part * part for part in way)
+    for point in seen:
+        share = sum(d * (p - a) for d, p, a in zip(way, point, start, strict=True)) / square
+        assert math.dist(point, [a + share * d for a, d in zip(start, way, strict=True)]) < 1.2
+    assert len(seen) > 10
+
+
+@pytest.mark.parametrize("speed", [1.0, 0.3, 0.02])
+def test_a_motion_is_never_faster_than_asked_and_not_much_slower(speed):
+    arm = ready()
+    began_s = arm.status.time_s
+    arm.move_j(base_deg=10, speed=speed)
+    asked_s = math.radians(10) / (0.37 * speed)
+    assert asked_s <= arm.status.time_s - began_s <= asked_s * 1.15 + 0.4
+
+
+def test_a_slow_jog_is_slow():
+    arm = ready()
+    arm.hold(Jog.joint(base=1.0), speed=0.01, for_s=0.5)
+    arm.sleep(2.0)
+    assert math.radians(arm.twin.world.joints.deg["base"]) <= 0.37 * 0.01 * 0.6 + 2 / 1125
+
+
+@pytest.mark.parametrize("after_s", [0.03, 0.2, 0.7])
+@pytest.mark.parametrize("begin", BEGINNINGS)
+@pytest.mark.parametrize("firmware", FIRMWARES[1:])
+def test_a_stopped_arm_stands_in_time_and_keeps_its_position(firmware, begin, after_s):
+    arm = ready(firmware=firmware)
+    begin(arm)
+    arm.sleep(0.06 + after_s)
+    status, tip = arm.status, arm.twin.world.tip
+    assert status.state is State.MOVING
+    arm.request_stop()
+    assert stands(arm) - status.time_s <= status.stop_time_s
+    assert tip_mm(arm, tip) <= status.stop_distance_mm
+    assert arm.status.state is State.STANDBY
+    assert arm.status.trust is Trust.REFERENCED
+    assert standing_as_said(arm)
+    assert arm.twin.device.details()["state"] == "Idle"
+    arm.move_j(wrist_roll_deg=2)
+    assert standing_as_said(arm)
+
+
+@pytest.mark.parametrize("ramp_s", [0.1, 0.4])
+@pytest.mark.parametrize("begin", BEGINNINGS)
+def test_a_board_whose_driver_dies_stops_in_the_announced_time_and_way(begin, ramp_s):
+    for after_s in (0.04, 0.11, 0.5, 0.83):
+        arm = ready(config(device={"ramp_s": ramp_s}))
+        begin(arm)
+        arm.sleep(0.07 + after_s)
+        status, tip = arm.status, arm.twin.world.tip
+        assert status.state is State.MOVING
+        assert killed(arm) <= status.silent_time_s
+        assert tip_mm(arm, tip) <= status.silent_distance_mm
+
+
+@pytest.mark.parametrize("begin", BEGINNINGS)
+def test_an_emergency_stop_loses_the_position_and_reset_brings_the_board_back(begin):
+    arm = ready()
+    begin(arm)
+    arm.sleep(0.5)
+    status = arm.status
+    arm.estop()
+    assert stands(arm) - status.time_s <= status.stop_time_s
+    assert arm.status.state is State.ERROR_STOP
+    assert arm.status.trust is Trust.SUSPECT
+    before = arm.twin.world.motors
+    arm.reset()
+    assert arm.status.state is State.STANDBY
+    assert arm.twin.world.motors == before
+    arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
+    arm.move_j(base_deg=5)
+    assert standing_as_said(arm)
+
+
+def test_a_stop_of_an_arm_that_stands_sends_nothing():
+    arm = ready()
+    arm.stop()
+    arm.sleep(1.0)
+    assert not arm.twin.link.pressed(b"!")
+    assert not arm.twin.link.pressed(b"\x18")
+    arm.move_j(base_deg=3)
+
+
+def test_a_stop_just_as_the_motion_ends_leaves_no_hold_behind():
+    for early_s in (0.0, 0.02, 0.05, 0.08, 0.12):
+        arm = ready()
+        handle = arm.move_j(base_deg=2, wait=False)
+        began_s = arm.status.time_s
+        took_s = math.radians(2) / 0.37 + 0.15
+        arm.sleep(began_s + took_s - early_s - arm.status.time_s)
+        arm.request_stop()
+        arm.sleep(0.5)
+        try:
+            handle.wait()
+        except Stopped:
+            assert arm.status.state is State.STANDBY
+        assert arm.twin.device.details()["state"] == "Idle"
+        arm.move_j(base_deg=4)
+        assert standing_as_said(arm)
+
+
+def test_a_jog_that_is_let_go_ends_soon_and_only_cancels():
+    arm = ready()
+    arm.hold(Jog.joint(base=1.0), speed=1.0, for_s=5.0)
+    arm.sleep(0.8)
+    before = arm.twin.world.joints.deg["base"]
+    arm.release()
+    released_s = arm.status.time_s
+    assert stands(arm) - released_s < 0.2
+    assert arm.twin.world.joints.deg["base"] - before < math.degrees(0.37) * 0.2
+    assert arm.twin.link.pressed(b"\x85")
+    assert not arm.twin.link.pressed(b"\x18")
+    assert standing_as_said(arm)
+    assert arm.status.state is State.STANDBY
+
+
+def test_no_more_than_one_line_of_a_jog_is_unanswered():
+    arm = ready()
+    host = arm.core.controller._host
+    arm.hold(Jog.joint(base=1.0, elbow=-0.5), speed=1.0, for_s=1.0)
+    most = 0
+    for _ in range(300):
+        arm.sleep(0.002)
+        most = max(most, len(host.outstanding_lines))
+    assert most == 1
+
+
+def test_disabling_drops_the_current_and_enabling_wakes_the_board():
+    arm = ready()
+    arm.disable()
+    assert arm.status.current is Current.OFF
+    arm.sleep(0.5)  # the board keeps the motors for $1, 255 ms, before it lets go
+    assert not arm.twin.world.energised
+    assert arm.status.trust is Trust.SUSPECT
+    arm.enable()
+    assert arm.twin.world.energised
+    assert arm.status.state is State.STANDBY
+    assert arm.twin.device.details()["state"] == "Idle"
+    arm.move_motors(10, 0, 0, 0, 0, 0)
+
+
+def test_a_board_that_is_reset_in_motion_is_told_of_in_words():
+    arm = ready()
+    handle = arm.move_j(base_deg=60, wait=False)
+    arm.sleep(0.6)
+    arm.twin.device.reset()
+    with pytest.raises(DeviceFault, match="begun anew"):
+        handle.wait(5.0)
+    assert arm.status.state is State.ERROR_STOP
+    assert arm.status.trust is Trust.SUSPECT
+    arm.reset()
+    assert arm.status.state is State.STANDBY
+    assert arm.status.trust is Trust.SUSPECT
+
+
+def test_a_board_that_is_reset_while_it_stands_makes_the_position_suspect():
+    arm = ready()
+    arm.twin.device.reset()
+    arm.sleep(3.0)
+    assert arm.status.state is State.ERROR_STOP
+    assert "counts from zero" in arm.status.error
+    assert arm.status.trust is Trust.SUSPECT
+
+
+def test_a_limit_alarm_mutes_the_board_which_is_no_broken_wire():
+    arm = ready(config(device={"hard_limits": True}))
+    handle = arm.move_j(base_deg=60, wait=False)
+    arm.sleep(0.6)
+    arm.twin.device.set_switch(0, SwitchState.CLOSED)
+    with pytest.raises(DeviceFault, match="alarm 1"):
+        handle.wait(8.0)
+    assert arm.status.state is State.ERROR_STOP
+    assert "no broken wire" in arm.status.error
+    assert arm.status.trust is Trust.SUSPECT
+    arm.twin.device.set_switch(0, SwitchState.FREE)
+    arm.reset()
+    assert arm.status.state is State.STANDBY
+
+
+def test_somebody_at_the_hold_button_stops_the_arm_and_its_position_is_kept():
+    arm = ready()
+    handle = arm.move_j(base_deg=60, wait=False)
+    arm.sleep(0.6)
+    arm.twin.device.set_input(HOLD_PIN, on=True)
+    with pytest.raises(PendantStop):
+        handle.wait(5.0)
+    arm.twin.device.set_input(HOLD_PIN, on=False)
+    assert arm.status.trust is Trust.REFERENCED
+    assert standing_as_said(arm)
+    arm.reset()
+    arm.move_j(base_deg=0)
+    assert standing_as_said(arm)
+
+
+def test_a_board_from_the_factory_moves_nothing_until_it_is_mended():
+    arm = found(factory=True)
+    musts = [each for each in arm.core.differences if each.must]
+    assert {each.mend for each in musts} >= {"$1=255", "$10=3", "$100=1", "$105=1"}
+    arm.declare_posture(OVER, opening_mm=OPENING_MM)
+    with pytest.raises(SettingsDiffer, match=r"\$1=255"):
+        arm.move_j(base_deg=3)
+    from armdrive.flows.referencing import mend_settings
+
+    lines = tuple(each.mend for each in arm.core.differences)
+    arm.perform(mend_settings(arm.wire, lines))
+    assert arm.core.differences == ()
+    arm.move_j(base_deg=3)
+    assert standing_as_said(arm)
+
+
+def test_a_homing_board_boots_locked_and_reset_unlocks_it():
+    arm = found(config(device={"homing": True}), homing=True)
+    with pytest.raises(DeviceFault, match="reset"):
+        arm.move_motors(5, 0, 0, 0, 0, 0)
+    arm.reset()
+    arm.move_motors(5, 0, 0, 0, 0, 0)
+
+
+def test_outputs_and_a_servo_come_back_after_a_stop():
+    arm = ready(config(gripper="servo", device={"outputs": ("flood",)}))
+    arm.gripper.open(76.0)
+    arm.set_outputs(1)
+    assert arm.twin.world.opening_mm == pytest.approx(76.0, abs=1.0)
+    before = arm.twin.device.details()["outputs"]
+    arm.move_j(base_deg=60, wait=False)
+    arm.sleep(0.6)
+    arm.stop()
+    arm.sleep(0.5)
+    assert arm.twin.device.details()["outputs"] == before
+    with pytest.raises(Refused, match=r"grbl\.outputs"):
+        arm.set_outputs(2)
+
+
+def test_a_gripper_on_a_valve_opens_and_closes():
+    arm = ready(config(gripper="output", device={"outputs": ("flood", "P0"), "gripper_output": 1}))
+    arm.gripper.open(76.0)
+    assert arm.twin.world.opening_mm == pytest.approx(76.0, abs=1.0)
+    arm.gripper.close(0.0)
+    assert arm.twin.world.opening_mm == pytest.approx(0.0, abs=1.0)
