@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from dataclasses import replace
 from typing import Protocol
@@ -74,8 +73,8 @@ class RealClock:
 def examine_port(port: str, baud: int | None) -> Examination:
     """Open a port and find out what it leads to; moves nothing. Raises `LinkError`.
 
-    DTR is raised and left up where the system can leave it, so that the next opening restarts no
-    board. Windows cannot: there it is never raised.
+    DTR is raised, since boards with native USB are mute without, and left up where the system can
+    leave it, so that the next opening restarts no board. Windows cannot leave it.
     """
     kind = scheme(port)
     network = kind in ("socket", "udp")
@@ -89,8 +88,7 @@ def examine_port(port: str, baud: int | None) -> Examination:
 def _opened(port: str, baud: int) -> TunableLink:
     if scheme(port) == "udp":
         return TunableUdpLink(*host_and_port(port))
-    posix = os.name == "posix"
-    return TunableSerialLink(port, baud, raise_dtr=posix, keep_dtr_on_close=posix)
+    return TunableSerialLink(port, baud, raise_dtr=True, keep_dtr_on_close=True)
 
 
 def carry_out(script: Script, link: TunableLink, clock: Clock) -> Examination:

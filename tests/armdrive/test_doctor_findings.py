@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 from doctor_bench import SPOKEN, Deaf, Echo, SimPort, made
 from hypothesis import given
@@ -11,6 +13,7 @@ from armdrive.controllers.requests import Difference
 from armdrive.dialects import DIALECTS
 from armdrive.doctor import after, before
 from armdrive.doctor.findings import Grade, any_problem
+from armdrive.doctor.probes import PROBES
 from armdrive.doctor.probing import Examination
 from armdrive.doctor.settings import settings_findings
 from armdrive.doctor.signs import Identity, recognise, shown
@@ -180,3 +183,11 @@ def test_an_adapter_that_holds_bytes_back_is_found(tmp_path):
     timer.write_text("?")
     assert before.latency("/dev/ttyUSB0", tmp_path) == []
     assert before.latency("/dev/ttyACM0", tmp_path) == []
+
+
+def test_the_page_shows_every_probe_as_it_is_said():
+    page = (Path(__file__).parents[2] / "docs" / "finding-the-arm.md").read_text(encoding="utf-8")
+    for probe in PROBES:
+        said = probe.data.decode("latin-1").encode("unicode_escape").decode("ascii")
+        assert f"`{said}` |" in page, probe
+        assert f"| {probe.baud} |" in page
