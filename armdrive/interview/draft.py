@@ -139,7 +139,10 @@ class Draft:
     @property
     def motors(self) -> tuple[str, ...]:
         """The motors that turn joints, in the controller's order."""
-        return CABLE_MOTORS if self.preset is not None else self.joints
+        if self.preset is None:
+            return self.joints
+        known = self.preset.transmission
+        return CABLE_MOTORS if known is None else tuple(motor.name for motor in known.motors[:-1])
 
     @property
     def gripper(self) -> str:

@@ -61,7 +61,8 @@ def test_what_is_reversed_is_found_on_the_twin(dialect, motors, roll):
         before = twin.world.joints
         found = find_signs(arm, alone=True)
         assert tuple(twin.world.joints) == pytest.approx(tuple(before), abs=1e-9)
-    assert tuple(sorted(found.motors)) == reversed_of(MOTORS, motors)
+    names = [motor.name for motor in config.model.transmission.motors]
+    assert tuple(sorted(found.motors)) == reversed_of(names, motors)
     assert found.joints == (("wrist_roll",) if roll < 0 else ())
     assert found.unclear == ()
 
