@@ -103,7 +103,7 @@ class ArmGeometry(Protocol):
         ...
 
     def travel_bound_mm(self, changes_rad: Sequence[float]) -> float:
-        """Return a distance that no point exceeds while the joints turn by this much."""
+        """Return a distance that no point exceeds while the joints turn by this in proportion."""
         ...
 
     def levers_mm(self, joints: Joints | None) -> tuple[float, ...]:

@@ -277,10 +277,16 @@ class FiveAxisArm:
         return line_from(self, start, goal)
 
     def travel_bound_mm(self, changes_rad: Sequence[float]) -> float:
-        """Return a distance that no point exceeds while the joints turn by this much."""
-        base, shoulder, elbow, wrist, _ = map(abs, changes_rad)
+        """Return a distance that no point exceeds while the joints turn by this in proportion.
+
+        Each link turns by the sum of the joints before it: where those turn against one another,
+        as on a line along which the hand keeps its pitch, it travels little.
+        """
+        base, shoulder, elbow, wrist, _ = changes_rad
         _, upper, fore, hand = self.lengths
-        return (base + shoulder) * (upper + fore + hand) + elbow * (fore + hand) + wrist * hand
+        fore_rad = abs(shoulder + elbow)
+        own_mm = upper * abs(shoulder) + fore * fore_rad + hand * abs(shoulder + elbow + wrist)
+        return own_mm + abs(base) * (upper + fore + hand)
 
     def levers_mm(self, joints: Joints | None) -> tuple[float, ...]:
         """Return each joint axis's distance from the tip, stretched out where none are given.

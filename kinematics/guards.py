@@ -17,6 +17,7 @@ from kinematics.guards_found import (
     AngleSum,
     GuardViolation,
     Reading,
+    Room,
     SumViolation,
     Violation,
 )
@@ -108,21 +109,34 @@ class GuardedArm:
             *self._broken_sums(joints),
         )
 
-    def room_mm(self, joints: Joints) -> float:
-        """Return how far every point may travel without a guard being broken.
+    def room(self, joints: Joints) -> Room:
+        """Return how far the arm may move from a posture without a guard being broken.
 
-        Below 0 where one is. Sums of angles give no room of their own: along a joint motion they
-        are worst at its ends.
+        Sums of angles give no room of their own: along a joint motion they are worst at its ends.
         """
-        room = min([reading.room_mm for reading in self._readings(joints)], default=math.inf)
-        return -1.0 if self.guards.sums and any(self._broken_sums(joints)) else room
+        points = self.arm.points(joints)
+        tolerance = self.guards.tolerance_mm
+        own = [reading.room_mm for reading in self._own(joints, points)]
+        boxes = math.inf
+        if self.links is not None:
+            lines = self.links.segments(points)
+            own += [one.room_mm for one in self.links.own_readings(lines, tolerance)]
+            boxes = self.links.clear_of_boxes_mm(lines) + tolerance + ROUNDING_MM
+        if self.guards.sums and any(self._broken_sums(joints)):
+            own.append(-1.0)
+        return Room(min(own, default=math.inf), boxes)
 
     def _readings(self, joints: Joints) -> Iterator[Reading]:
         points = self.arm.points(joints)
-        yield from self._table(points)
-        yield from self._tip(joints, points)
+        yield from self._own(joints, points)
         if self.links is not None:
             yield from self.links.readings(points, self.guards.tolerance_mm)
+
+    def _own(
+        self, joints: Joints, points: tuple[tuple[float, float, float], ...]
+    ) -> Iterator[Reading]:
+        yield from self._table(points)
+        yield from self._tip(joints, points)
 
     def _table(self, points: tuple[tuple[float, float, float], ...]) -> Iterator[Reading]:
         if self.guards.table:

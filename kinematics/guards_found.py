@@ -36,6 +36,22 @@ class Reading(NamedTuple):
         return (self.clearance_mm + self.tolerance_mm + ROUNDING_MM) / self.pace
 
 
+class Room(NamedTuple):
+    """How far every point of the arm may travel, at least, before a guard is broken.
+
+    `own_mm` for the guards about the base axis, which the base's turning leaves alone, `boxes_mm`
+    for those of places in the room. One that is broken already makes it less than 0.
+    """
+
+    own_mm: float
+    boxes_mm: float
+
+    @property
+    def free(self) -> bool:
+        """Whether no guard is broken."""
+        return self.own_mm >= 0.0 and self.boxes_mm >= 0.0
+
+
 @dataclass(frozen=True, slots=True)
 class GuardViolation:
     """One guard that a posture breaks.

@@ -31,7 +31,7 @@ BOX = "box "
 """How the names of the guards of boxes begin."""
 
 FAR_MM = 40.0
-"""A link at least this far from a box is not measured exactly: a lower bound will do."""
+"""A link at least this far from a box need not be measured exactly: a bound will do."""
 
 _LOOKS = 4
 _STILL_MM = 1e-6
@@ -69,8 +69,12 @@ class Links:
         lines = self.segments(points)
         for box in self.boxes:
             for name, radius, (a, b) in zip(self.names, self.radii_mm, lines, strict=True):
-                off = _off_box_mm(box, a, b, radius) - radius
+                off = box.distance_mm(a, b) - radius
                 yield Reading(BOX + box.name, name, off, 0.0, off, tolerance_mm)
+        yield from self.own_readings(lines, tolerance_mm)
+
+    def own_readings(self, lines: Segments, tolerance_mm: float) -> Iterator[Reading]:
+        """Yield what the base column and every pair of links measure."""
         if self.column is not None:
             for index in self.over_base:
                 off = self.column.distance_mm(*lines[index]) - self.radii_mm[index]
@@ -80,12 +84,26 @@ class Links:
             both = f"{self.names[j]} against the {self.names[i]}"
             yield Reading(AGAINST_ITSELF, both, off, 0.0, off, tolerance_mm, 2.0)
 
+    def clear_of_boxes_mm(self, lines: Segments) -> float:
+        """Return how far the nearest link is from the nearest box, or a bound that is far enough.
 
-def _off_box_mm(box: Box, a: Point, b: Point, radius: float) -> float:
-    """Return the signed distance, or a lower bound of it where that is far enough to be free."""
-    middle = ((a[0] + b[0]) / 2.0, (a[1] + b[1]) / 2.0, (a[2] + b[2]) / 2.0)
-    bound = box.point_distance_mm(middle) - math.dist(a, b) / 2.0
-    return bound if bound > radius + FAR_MM else box.distance_mm(a, b)
+        Most links are far from most boxes: the sphere about a link decides, and is cheap.
+        """
+        spheres = [
+            (
+                ((a[0] + b[0]) / 2.0, (a[1] + b[1]) / 2.0, (a[2] + b[2]) / 2.0),
+                math.dist(a, b) / 2.0 + radius,
+            )
+            for (a, b), radius in zip(lines, self.radii_mm, strict=True)
+        ]
+        least = math.inf
+        for box in self.boxes:
+            for index, (middle, within) in enumerate(spheres):
+                off = box.point_distance_mm(middle) - within
+                if off < FAR_MM and off < least:
+                    off = box.distance_mm(*lines[index]) - self.radii_mm[index]
+                least = min(least, off)
+        return least
 
 
 @lru_cache(maxsize=32)

@@ -9,12 +9,17 @@ than half of `step_mm`, and mostly a few looks are enough.
 
 from __future__ import annotations
 
+import math
+import random
 from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 
-from kinematics.arm_geometry import ArmGeometry
+from kinematics.arm_geometry import ArmGeometry, Point
 from kinematics.errors import KinematicsError, finite
-from kinematics.guards import GuardedArm, Guards, Violation, deepest, worst
+from kinematics.guards import GuardedArm, Guards, Violation, deepest
+from kinematics.guards_found import Room
 from kinematics.paths import JointPath
 from kinematics.spaces import Joints
 
@@ -25,6 +30,10 @@ SLACK_MM = 1e-6
 """A depth that rounding alone makes greater has not grown."""
 
 Key = tuple[str, str]
+"""A guard and what it measures: each of them may get no deeper, by itself."""
+
+_LOOKS = 4
+_STILL_MM = 1e-6
 
 
 def first_violation(
@@ -51,16 +60,62 @@ def first_violation(
     broken = watch.begin(waypoints[0])
     if broken is not None and not way_out:
         return 0.0, broken
-    paths = [JointPath(a, b) for a, b in pairwise(waypoints)]
-    travels = [arm.travel_bound_mm(path.changes_rad) for path in paths]
-    total, done = sum(travels), 0.0
-    for path, travel in zip(paths, travels, strict=True):
-        found = watch.along(path, travel)
+    done, total, travels = 0.0, 0.0, []
+    upright = turns_upright(arm)
+    for a, b in pairwise(waypoints):
+        travels.append(_travel(arm, JointPath(a, b), upright))
+        total += travels[-1].whole_mm
+    for travel in travels:
+        found = watch.along(travel)
         if found is not None:
             share, violation = found
-            return ((done + travel * share) / total if total > 0.0 else 1.0), violation
-        done += travel
+            return ((done + travel.whole_mm * share) / total if total > 0.0 else 1.0), violation
+        done += travel.whole_mm
     return None
+
+
+@dataclass(frozen=True, slots=True)
+class _Travel:
+    """One joint motion, and how far no point of the arm travels on it.
+
+    `own_mm` without the turning of a base whose axis is the vertical through the origin.
+    """
+
+    path: JointPath
+    whole_mm: float
+    own_mm: float
+
+
+def _travel(arm: ArmGeometry, path: JointPath, upright: bool) -> _Travel:
+    changes = path.changes_rad
+    whole_mm = arm.travel_bound_mm(changes)
+    own_mm = arm.travel_bound_mm((0.0, *changes[1:])) if upright else whole_mm
+    return _Travel(path, whole_mm, own_mm)
+
+
+@lru_cache(maxsize=32)
+def turns_upright(arm: ArmGeometry) -> bool:
+    """Tell whether the base turns the whole arm about the vertical through the origin.
+
+    Then no distance from that axis, from the table, or between links depends on it.
+    """
+    draw = random.Random(1)  # noqa: S311 - any postures will do
+    for _ in range(_LOOKS):
+        turn, *others = (draw.uniform(-3.0, 3.0) for _ in arm.limits)
+        ahead, turned = (
+            arm.points(Joints((base, *others), arm.joint_names)) for base in (0.0, turn)
+        )
+        if not any(_turned_by(angle, ahead, turned) for angle in (turn, -turn)):
+            return False
+    return True
+
+
+def _turned_by(angle: float, ahead: tuple[Point, ...], turned: tuple[Point, ...]) -> bool:
+    c, s = math.cos(angle), math.sin(angle)
+    return all(
+        math.dist((c * x - s * y, s * x + c * y, z), there) <= _STILL_MM
+        for (x, y, z), there in zip(ahead, turned, strict=True)
+    )
 
 
 class _Watch:
@@ -70,35 +125,35 @@ class _Watch:
         self._guarded = guarded
         self._step_mm = step_mm
         self._depths: dict[Key, float] = {}
-        self._room_mm = 0.0
+        self._room = Room(0.0, 0.0)
 
     def begin(self, joints: Joints) -> Violation | None:
         """Stand at the start; return the worst guard that it breaks."""
-        self._room_mm = self._guarded.room_mm(joints)
-        if self._room_mm >= 0.0:
+        self._room = self._guarded.room(joints)
+        if self._room.free:
             return None
         broken = self._guarded.violations(joints)
         self._depths = {(one.guard, one.quantity): one.excess_mm for one in broken}
-        return worst(broken)
+        return deepest(broken)
 
-    def along(self, path: JointPath, travel_mm: float) -> tuple[float, Violation] | None:
+    def along(self, travel: _Travel) -> tuple[float, Violation] | None:
         """Go along one joint motion; return the share of it where a guard is first broken."""
         share = 0.0
         if self._depths:
-            count = max(int(travel_mm / self._step_mm) + 1, 1)
+            count = int(travel.whole_mm / self._step_mm) + 1
             for part in range(1, count + 1):
                 share = part / count
-                worse = self._deeper(path.at(share))
+                worse = self._deeper(travel.path.at(share))
                 if worse is not None:
                     return share, worse
                 if not self._depths:
                     break
         if share >= 1.0:
             return None
-        found = self._prove(path, share, travel_mm)
+        found = self._prove(travel, share)
         if found is None:
             return None
-        return found, deepest(self._guarded.violations(path.at(found)))
+        return found, deepest(self._guarded.violations(travel.path.at(found)))
 
     def _deeper(self, joints: Joints) -> Violation | None:
         """Return the guard that is deeper than a moment ago, or newly broken."""
@@ -112,23 +167,30 @@ class _Watch:
         self._depths = {
             key: min(depth, now[key]) for key, depth in self._depths.items() if key in now
         }
-        self._room_mm = self._guarded.room_mm(joints) if not broken else self._room_mm
-        return worst(grown)
+        self._room = self._guarded.room(joints)
+        return deepest(grown) if grown else None
 
-    def _prove(self, path: JointPath, low: float, travel_mm: float) -> float | None:
+    def _prove(self, travel: _Travel, low: float) -> float | None:
         """Return the first share looked at that breaks a guard, None where all is proved free."""
-        room = self._guarded.room_mm
-        ahead = [(1.0, room(path.goal))]
+        look, path = self._guarded.room, travel.path
+        ahead = [(1.0, look(path.goal))]
         while ahead:
-            high, beyond_mm = ahead[-1]
-            gap_mm = (high - low) * travel_mm
-            near = gap_mm <= self._step_mm
-            if beyond_mm < 0.0 and near:
+            high, beyond = ahead[-1]
+            part = high - low
+            near = part * travel.whole_mm <= self._step_mm
+            if near and not beyond.free:
                 return high
-            if beyond_mm >= 0.0 and (near or self._room_mm + beyond_mm >= gap_mm):
-                low, self._room_mm = high, beyond_mm
+            if beyond.free and (near or self._proves(beyond, part, travel)):
+                low, self._room = high, beyond
                 ahead.pop()
             else:
                 middle = (low + high) / 2.0
-                ahead.append((middle, room(path.at(middle))))
+                ahead.append((middle, look(path.at(middle))))
         return None
+
+    def _proves(self, beyond: Room, part: float, travel: _Travel) -> bool:
+        here = self._room
+        return (
+            here.own_mm + beyond.own_mm >= part * travel.own_mm
+            and here.boxes_mm + beyond.boxes_mm >= part * travel.whole_mm
+        )
