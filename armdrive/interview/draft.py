@@ -12,7 +12,15 @@ from typing import Any
 
 from armdrive.dialects import DIALECTS, Dialect
 from armdrive.interview.gearing import Gearing, steps_per_mm
-from armdrive.interview.templates import COUPLED, OWN_MOTOR, TEMPLATES, Template
+from armdrive.interview.templates import (
+    COUPLED,
+    NOTHING,
+    OUTPUT,
+    OWN_MOTOR,
+    SERVO,
+    TEMPLATES,
+    Template,
+)
 from kinematics import PRESETS, ArmPreset
 from kinematics.chains import Chain
 
@@ -151,10 +159,18 @@ class Draft:
 
     @property
     def grippers(self) -> tuple[str, ...]:
-        """The kinds of grippers that the controller has a motor for, or none left over."""
+        """The kinds of grippers that this controller can move beside the arm's own motors."""
+        known = self.device_fields
         spare = self.dialect.abilities.motors - len(self.motors)
-        fits = {True: spare > 0, False: spare == 0 or "axes" in self.device_fields}
-        return tuple(kind for kind in self.template.grippers if fits[kind in (COUPLED, OWN_MOTOR)])
+        others = spare == 0 or "axes" in known
+        fits = {
+            COUPLED: spare > 0,
+            OWN_MOTOR: spare > 0,
+            SERVO: others and "servo" in known,
+            OUTPUT: others and "gripper_output" in known,
+            NOTHING: others,
+        }
+        return tuple(kind for kind in self.template.grippers if fits[kind])
 
     @property
     def stepped(self) -> bool:

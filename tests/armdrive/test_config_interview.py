@@ -6,20 +6,14 @@ import math
 import tomllib
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from armdrive.armfile import load_arm_file
 from armdrive.cli.config_new import write
 from armdrive.connecting import connect_simulated
-from armdrive.interview.answers import flattened
-from armdrive.interview.complete import shortest
 from armdrive.interview.draft import LinkFile, Surroundings
-from armdrive.interview.gearing import Gearing, ratio
 from armdrive.interview.readers import WrongAnswer
 from armdrive.interview.session import Interview
 from armdrive.interview.templates import TEMPLATES, available
-from armdrive.interview.toml_text import Entry, Section, document
 from armdrive.interview.writing import files_of
 from armdrive.modelfile import parse_model
 from kinematics import Joints, preset
@@ -207,69 +201,3 @@ def test_every_question_explains_itself():
         while (question := interview.question) is not None:
             assert question.why.endswith((".", "NAME.")), question.key
             interview.answer(answers.get(question.key, ""))
-
-
-# -- numbers and texts ------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("line", "turns"),
-    [("20:1", 20), ("60/16", 3.75), ("5", 5), ("60/16 * 4:1", 15), ("1:2", 0.5), ("2.5 : 1", 2.5)],
-)
-def test_a_gear_is_read_as_people_write_it(line, turns):
-    assert ratio(line).turns == pytest.approx(turns)
-
-
-@pytest.mark.parametrize("line", ["", "20:", "0:1", "-3", "a:b", "1:0", "inf", "20:1 * "])
-def test_what_is_no_gear_is_refused(line):
-    with pytest.raises(WrongAnswer):
-        ratio(line)
-
-
-def test_the_sum_of_a_gear_is_shown():
-    assert str(Gearing(200, 16, ratio("20:1"))) == ("200 full steps x 16 microsteps x 20:1 = 64000")
-
-
-VALUES = st.recursive(
-    st.text(st.characters(exclude_categories=["Cs"]))
-    | st.booleans()
-    | st.integers(-(10**9), 10**9)
-    | st.floats(allow_nan=False, allow_infinity=False),
-    lambda inner: (
-        st.lists(inner, max_size=3)
-        | st.dictionaries(st.text(st.characters(exclude_categories=["Cs"])), inner, max_size=3)
-    ),
-    max_leaves=6,
-)
-
-
-@given(st.text(st.characters(exclude_categories=["Cs"])), VALUES)
-def test_what_is_written_reads_back_the_same(key, value):
-    text = document([Section("", (Entry(key, value, "a comment"),))])
-    assert tomllib.loads(text) == {key: value}
-
-
-@given(st.integers(-360, 360))
-def test_whole_degrees_are_written_whole(degrees):
-    angle_rad = math.radians(degrees)
-    assert shortest(math.degrees(angle_rad), math.radians, angle_rad) == degrees
-
-
-@given(st.floats(-1000.0, 1000.0))
-def test_the_shortest_number_means_the_same_to_the_last_bit(degrees):
-    angle_rad = math.radians(degrees)
-    short = shortest(math.degrees(angle_rad), math.radians, angle_rad)
-    assert math.radians(short) == angle_rad
-
-
-def test_answers_of_a_file_are_as_one_would_type_them():
-    table = {"name": "a", "gear": {"right wrist": 5.5}, "homing": True, "park": [1, 2], "g": []}
-    table["homing groups"] = [[3], [1, 2]]
-    assert flattened(table) == {
-        "name": "a",
-        "gear.right wrist": "5.5",
-        "homing": "yes",
-        "park": "1, 2",
-        "g": "none",
-        "homing groups": "3; 1, 2",
-    }

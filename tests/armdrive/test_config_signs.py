@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+import io
 from dataclasses import replace
 from itertools import product
 
 import pytest
+from cli_calls import Caller
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from armdrive.armfile import parse_arm_file
+from armdrive import places
+from armdrive.armfile import load_arm_file, parse_arm_file
+from armdrive.cli import config_signs
 from armdrive.cli.config_files import ArmText
+from armdrive.cli.config_new import write
 from armdrive.cli.config_signs import find_signs, lines_for
 from armdrive.connecting import connect_simulated, simulated_config
+from armdrive.interview.draft import Surroundings
 from armdrive.interview.readers import WrongAnswer
+from armdrive.interview.session import Interview
 from armdrive.interview.sight import sight
 from armdrive.interview.signs import (
     NOTHING,
@@ -24,6 +31,7 @@ from armdrive.interview.signs import (
     roll_joint,
     trials,
 )
+from armdrive.interview.writing import files_of
 from armdrive.sim.found import found_posture
 from armdrive.sim.twin import make_twin
 from kinematics import Joints, preset
@@ -159,3 +167,34 @@ def test_lines_for_the_file_turn_over_what_it_says(known, turned):
         assert parse_arm_file(table, name="a").name == "a"
     else:
         assert lines == ["every direction is right as it is"]
+
+
+def six_axis(folder):
+    interview = Interview(Surroundings())
+    for line in ("bench", "printed-six"):
+        interview.answer(line)
+    while interview.question is not None:
+        interview.answer("")
+    write(files_of(interview.draft), folder / "bench.toml")
+    return load_arm_file(folder / "bench.toml")
+
+
+def test_a_six_axis_board_that_is_locked_until_it_homes_is_looked_at_too(tmp_path):
+    config = six_axis(tmp_path)
+    truth = config.model.transmission.with_signs((-1, 1, -1, -1, 1, -1))
+    twin = make_twin(replace(config, model=replace(config.model, transmission=truth)))
+    with connect_simulated(config, twin=twin) as arm:
+        found = find_signs(arm, alone=True)
+    assert found.motors == ("base", "elbow", "forearm_roll", "wrist_roll")
+    assert found.joints == found.unclear == ()
+
+
+def test_ctrl_c_while_a_motor_turns_stops_the_arm_and_writes_nothing(monkeypatch, capsys):
+    def interrupted(arm, trial, sign):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(config_signs, "_move", interrupted)
+    words = ("config", "new", "bench", "--template", "teachmover", "--sim")
+    monkeypatch.setattr("sys.stdin", io.StringIO("\n" * 10 + "find\nyes\n\n"))
+    Caller(capsys)(*words, code=130)
+    assert not (places.arm_files() / "bench.toml").exists()

@@ -1,0 +1,179 @@
+"""`armdrive config new` as one calls it: from a pipe, from a file of answers, interrupted."""
+
+from __future__ import annotations
+
+import io
+import tomllib
+
+import pytest
+from cli_calls import Caller, write_arm_file
+
+from armdrive import places
+from armdrive.armfile import load_arm_file
+from armdrive.connecting import simulated_config
+from armdrive.sim import twin as twins
+
+PLAIN = 'model = "teachmover"\n[connection]\nport = "/dev/ttyNOWHERE"\n'
+
+
+@pytest.fixture
+def call(capsys):
+    return Caller(capsys)
+
+
+@pytest.fixture
+def typing(monkeypatch):
+    def types(*lines):
+        monkeypatch.setattr("sys.stdin", io.StringIO("".join(f"{line}\n" for line in lines)))
+
+    return types
+
+
+def arm_path(name):
+    return places.arm_files() / f"{name}.toml"
+
+
+def written():
+    folder = places.arm_files().parent
+    return [path for path in folder.rglob("*") if path.is_file()] if folder.exists() else []
+
+
+# title, dialect, port, baud, lengths, motors, limits, speeds, park, guards
+DEFAULTS = [""] * 10
+
+
+def test_an_interview_by_a_pipe_writes_a_file_that_drives_the_twin(call, typing, monkeypatch):
+    typing("bench", "teachmover", "The one", *DEFAULTS[1:], "skip", "yes")
+    said = call("config", "new", code=0)
+    assert "Which port leads to it?" in said.out
+    assert f"written: {arm_path('bench')}" in said.out
+    assert "armdrive config check bench" in said.out
+    assert load_arm_file(arm_path("bench")).title == "The one"
+    monkeypatch.setenv("ARMDRIVE_FORCE_SIM", "1")
+    call("home", "--arm", "bench", code=0)
+    moved = call("move", "--arm", "bench", "--x", "250", "--z", "120", "--json", code=0).json
+    assert moved["pose"]["x_mm"] == pytest.approx(250, abs=0.5)
+
+
+def test_a_question_mark_explains_and_back_goes_back(call, typing):
+    typing("bench", "robko01", "back", "teachmover", "?", *DEFAULTS, "skip", "yes")
+    said = call("config", "new", code=0)
+    assert "Shown wherever the arm is named." in said.out
+    assert load_arm_file(arm_path("bench")).model.key == "teachmover"
+
+
+def test_back_passes_over_what_was_given_beforehand(call, typing):
+    typing("one", "back", "two", *DEFAULTS[1:], "skip", "yes")
+    call("config", "new", "bench", "--template", "teachmover", code=0)
+    assert load_arm_file(arm_path("bench")).title == "two"
+
+
+def test_a_wrong_answer_is_named_and_asked_again(call, typing):
+    typing("my arm!", "bench", "teachmover", *DEFAULTS[:3], "7", "", *DEFAULTS[4:], "", "yes")
+    said = call("config", "new", code=0)
+    assert "is no name for a file" in said.out
+    assert "a number from 50 to 4e+06 is needed, not 7" in said.out
+
+
+def test_answers_that_end_too_early_leave_nothing_behind(call, typing):
+    typing("bench", "teachmover")
+    assert "A title for people?" in call("config", "new", code=2).err
+    assert written() == []
+
+
+def test_ctrl_c_leaves_nothing_behind(call, monkeypatch):
+    class Interrupted(io.StringIO):
+        def readline(self, *_):
+            line = super().readline()
+            if not line:
+                raise KeyboardInterrupt
+            return line
+
+    monkeypatch.setattr("sys.stdin", Interrupted("bench\nteachmover\n" + "\n" * 11))
+    assert "interrupted" in call("config", "new", code=130).err
+    assert written() == []
+
+
+def test_a_no_at_the_end_writes_nothing(call, typing):
+    typing("bench", "teachmover", *DEFAULTS, "skip", "no")
+    assert "nothing is written" in call("config", "new", code=1).out
+    assert written() == []
+
+
+def test_an_arm_file_is_not_overwritten_unasked(call, typing):
+    write_arm_file("bench", PLAIN)
+    assert "--force" in call.refused("config", "new", "bench", "--yes", "--template", "own", code=2)
+    typing(*DEFAULTS, "skip", "")
+    call("config", "new", "bench", "--template", "teachmover", code=1)
+    assert arm_path("bench").read_text() == PLAIN
+    call("config", "new", "bench", "--template", "teachmover", "--yes", "--force", code=0)
+    assert arm_path("bench").read_text() != PLAIN
+
+
+def test_answers_from_a_file_ask_nothing(call, tmp_path):
+    answers = tmp_path / "answers.toml"
+    answers.write_text(
+        'template = "teachmover"\nfull_steps = 200\nmicrosteps = 8\n'
+        'connection = { port = "/dev/ttyUSB7" }\nlimits = { base = [-80, 85] }\n'
+        'fingers.mm_per_turn = 10\npark = [200, 0, 150, -80, 0]\nreversed = { motors = ["base"] }\n'
+        '[gear]\nbase = "20:1"\nshoulder = "60/16 * 9:1"\nelbow = 12\n'
+        '"right wrist" = "5:1"\n"left wrist" = "5:1"\n'
+        '[lengths]\nhand_mm = 97.5\n'
+    )  # fmt: skip
+    said = call("config", "new", "bench", "--answers", str(answers), "--json", code=0).json
+    assert said["file"] == str(arm_path("bench"))
+    table = tomllib.loads(arm_path("bench").read_text())
+    assert table["steps_per_turn"]["base"] == 32000
+    assert table["steps_per_turn"]["shoulder"] == 54000
+    assert table["steps_per_mm"] == 160
+    assert table["limits_deg"]["base"] == [-80, 85]
+    assert table["lengths"]["hand_mm"] == 97.5
+    assert table["motor_signs"] == {"base": -1}
+    assert table["connection"]["port"] == "/dev/ttyUSB7"
+    assert load_arm_file(arm_path("bench")).park.x_mm == 200
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ('template = "teachmover"\ntitel = 3', "did you mean"),
+        ('template = "teachmover"\nconnection.baud = "fast"', "connection.baud"),
+        ("template = ", "not valid TOML"),
+        ('template = "own"\nlinks.file = "/nowhere.toml"', "/nowhere.toml"),
+        ('template = "own"', "links.file"),
+    ],
+)
+def test_answers_that_cannot_be_used_are_named(call, tmp_path, text, said):
+    answers = tmp_path / "answers.toml"
+    answers.write_text(text)
+    assert said in call.refused("config", "new", "bench", "--answers", str(answers), code=2)
+    assert written() == []
+
+
+def test_directions_are_found_on_a_twin_whose_motors_are_reversed(call, typing, monkeypatch):
+    truth = simulated_config("teachmover").model.transmission.with_signs((1, 1, -1, 1, 1, -1))
+    of_preset = twins.ArmBody.of_preset
+
+    def body(model):
+        from dataclasses import replace
+
+        return replace(of_preset(model), transmission=truth)
+
+    monkeypatch.setattr(twins.ArmBody, "of_preset", body)
+    # each motor: now?, what was seen (what the simulated arm shows), the wrists: and the roll
+    motors = ["", ""] * 4 + ["", "", ""] * 2
+    typing("bench", "teachmover", *DEFAULTS, "find", "yes", *motors, "yes")
+    said = call("config", "new", "--sim", code=0)
+    assert "seen on the simulated arm: up" in said.out
+    assert tomllib.loads(arm_path("bench").read_text())["motor_signs"] == {
+        "gripper": -1,
+        "elbow": -1,
+    }
+
+
+def test_the_directions_of_a_file_are_looked_at_later(call):
+    write_arm_file("bench", PLAIN)
+    assert "every direction" in call("config", "signs", "bench", "--sim", "--yes", code=0).out
+    found = call("config", "signs", "bench", "--sim", "--json", code=0).json
+    assert found["reversed_motors"] == found["unclear"] == []
+    assert "somebody has to watch" in call.refused("config", "signs", "bench", "--yes", code=3)
