@@ -6,7 +6,8 @@ byte, and tests say it to the simulated arms.
 
 At one baud rate the order is that of the table: what leaves no trace anywhere comes first. Where
 both are tried, the Armdroid is looked for before anybody hears bytes of another rate than its own:
-it is the one dialect in which a single letter moves an arm. Slow bytes are harmless at the quick
+it is the one dialect in which a single letter moves an arm. Before it `?` is said, for boards with
+native USB, which hear at any rate. Slow bytes are harmless at the quick
 rate, since one slow bit fills a whole quick byte: nothing is heard but 0x00, and bytes from 0x80
 up whose ones are all on top.
 """
@@ -60,7 +61,6 @@ PROBES = (
     Probe("@READ", "teachmover", SLOW_BAUD, teachmover_wire.encode_command(Read(), ATTENTION), 1.0),
 )
 
-_BEFORE_OTHER_RATES = "armdroid"
 _IN_DATAGRAMS = "robko01"
 """Other dialects know no datagrams."""
 
@@ -69,9 +69,15 @@ def sequence(given_baud: int | None = None, *, datagrams: bool = False) -> tuple
     """Return the probes in the order in which they are said, all of them at a given baud rate."""
     if datagrams:
         return tuple(each for each in PROBES if each.dialect == _IN_DATAGRAMS)
-    if given_baud is None:
-        return tuple(sorted(PROBES, key=lambda each: each.dialect != _BEFORE_OTHER_RATES))
-    return tuple(replace(each, baud=given_baud) for each in PROBES)
+    if given_baud is not None:
+        return tuple(replace(each, baud=given_baud) for each in PROBES)
+    status, ping, version, *rest = PROBES
+    return (replace(status, baud=version.baud), version, status, ping, *rest)
+
+
+def own_probe(dialect: str) -> Probe | None:
+    """Return what the devices of a dialect are asked first, at the rate that is usual for them."""
+    return next((each for each in PROBES if each.dialect == dialect), None)
 
 
 DETAILS = {

@@ -9,7 +9,15 @@ from __future__ import annotations
 from collections.abc import Callable, Generator
 from dataclasses import dataclass, field, replace
 
-from armdrive.doctor.probes import DETAILS, LISTEN_S, QUICK_BAUD, SETTLE_S, Probe, sequence
+from armdrive.doctor.probes import (
+    DETAILS,
+    LISTEN_S,
+    QUICK_BAUD,
+    SETTLE_S,
+    Probe,
+    own_probe,
+    sequence,
+)
 from armdrive.doctor.signs import Identity, recognise
 
 
@@ -82,6 +90,8 @@ def examine(given_baud: int | None = None, *, datagrams: bool = False) -> Script
         if probe.baud != found.baud:
             found = yield from _listen(found, probe.baud, SETTLE_S)
         found = yield from _probe(found, probe)
+    if given_baud is None:
+        found = yield from _at_usual_rate(found)
     return (yield from _details(found, given_baud))
 
 
@@ -106,8 +116,27 @@ def _turn(found: Examination, probe: Probe) -> Script:
 
     data = yield Turn(probe.baud, probe.data, probe.wait_s, known)
     heard = Heard(probe.name, probe.baud, probe.data, data)
-    identity = recognise(before + data) or found.identity
+    identity = _better(found.identity, recognise(before + data))
     return replace(found, identity=identity, heard=(*found.heard, heard))
+
+
+def _better(known: Identity | None, told: Identity | None) -> Identity | None:
+    """Return what is known now; that it restarted stays true."""
+    if known is None or told is None:
+        return told or known
+    return replace(told, restarted=told.restarted or known.restarted)
+
+
+def _at_usual_rate(found: Examination) -> Script:
+    """Ask once more at the usual rate where another was heard: native USB hears at any."""
+    identity = found.identity
+    probe = own_probe(identity.dialect) if identity is not None else None
+    if identity is None or probe is None or probe.baud == found.baud:
+        return found
+    heard_at = found.baud
+    found = yield from _turn(found, probe)
+    answered = recognise(found.heard[-1].data) is not None
+    return replace(found, baud=probe.baud if answered else heard_at)
 
 
 def _details(found: Examination, given_baud: int | None) -> Script:

@@ -13,7 +13,15 @@ from uart import RECEIVERS, Receiver
 from armdrive.arm import Arm
 from armdrive.connecting import simulated_config
 from armdrive.dialects import DIALECTS
-from armdrive.doctor.probes import DETAILS, PROBES, QUICK_BAUD, SLOW_BAUD, Probe, sequence
+from armdrive.doctor.probes import (
+    DETAILS,
+    PROBES,
+    QUICK_BAUD,
+    SLOW_BAUD,
+    Probe,
+    own_probe,
+    sequence,
+)
 from armdrive.pace import SimulatedPace
 from armdrive.status import State
 from firmware_protocol.armdroid.characters import MEANT
@@ -62,11 +70,14 @@ LINE_ENDS_ACT = [("grbl", "half a line with an open comment")]
 STILL = [case for case in CASES if "motion" not in case[1]]
 
 
-def prepared(dialect: str, state: str) -> SimPort:
-    port = SimPort(made(dialect))
+def prepared(dialect: str, state: str, *, any_rate: bool = False) -> SimPort:
+    """Return a port with an arm behind it; with `any_rate` it has native USB, which has no rate."""
+    device = made(dialect)
+    device.baud = None if any_rate else device.baud
+    port = SimPort(device)
     port.pass_time(3.0)  # a board takes nothing while it starts
     data, ago_s = PREPARED[dialect][state]
-    port.tune(port.device.baud)
+    port.tune(port.device.baud or 0)
     port.write(data, port.now)
     port.pass_time(ago_s)
     return port
@@ -95,14 +106,15 @@ def check_unmoved(port: SimPort, dialect: str, state: str) -> None:
 
 
 @pytest.mark.parametrize(("dialect", "state"), CASES)
-@pytest.mark.parametrize("own_baud", [True, False])
-def test_an_examination_moves_nothing(dialect, state, own_baud):
-    port = prepared(dialect, state)
-    found = port.examine(port.device.baud if own_baud else None)
+@pytest.mark.parametrize("rate", ["given", "to be found", "none: native USB"])
+def test_an_examination_moves_nothing(dialect, state, rate):
+    port = prepared(dialect, state, any_rate=rate.startswith("none"))
+    usual_baud = own_probe(dialect).baud
+    found = port.examine(usual_baud if rate == "given" else None)
     assert port.closed
     if (dialect, state) in STILL:
         assert found.identity is not None
-        assert (found.identity.dialect, found.baud) == (dialect, port.device.baud)
+        assert (found.identity.dialect, found.baud) == (dialect, usual_baud)
     else:
         assert found.identity is None or found.identity.dialect == dialect
     check_unmoved(port, dialect, state)
