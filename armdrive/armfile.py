@@ -17,6 +17,7 @@ from typing import Any, TypeVar
 
 from armdrive.dialects import Dialect, dialect
 from armdrive.errors import ArmFileError, BadRequest
+from armdrive.guardfile import guards_of
 from armdrive.sections import (
     joint_range,
     number,
@@ -333,7 +334,7 @@ def _corrected(model: ArmPreset, table: Mapping[str, Any]) -> ArmPreset:
         model,
         arm=arm,
         joint_speeds_rad_s=_speeds(model.joint_speeds_rad_s, table.get("speeds_deg_s", {})),
-        guards=_replaced(model.guards, table.get("guards", {}), "guards"),
+        guards=guards_of(table.get("guards", {}), arm, model.guards),
         transmission=_transmission(model, table),
     )
     if "reference" in table:
@@ -383,13 +384,6 @@ def _speeds(speeds: tuple[float, ...], table: object) -> tuple[float, ...]:
         math.radians(entries[joint]) if joint in entries else known
         for joint, known in zip(JOINT_NAMES, speeds, strict=True)
     )
-
-
-def _replaced(value: Any, table: object, where: str) -> Any:
-    """Replace the number fields of a frozen dataclass by those of a table."""
-    entries = require_table(table, where)
-    refuse_unknown(entries, [each.name for each in fields(value)], where)
-    return replace(value, **{key: number(new, f"{where}.{key}") for key, new in entries.items()})
 
 
 def _transmission(model: ArmPreset, table: Mapping[str, Any]) -> Transmission | None:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from armdrive.errors import ArmFileError
+from armdrive.guardfile import guards_of
 from armdrive.modelfile import read_model
 from armdrive.sections import (
     joint_range,
@@ -36,6 +37,9 @@ from kinematics.links import JointKind
 
 OPENING = "opening"
 """What a gripper's motor sees beside the joints."""
+
+TABLE_ALONE = Guards(inner_radius_mm=None, outer_radius_mm=None, hand_wrist_radius_mm=None)
+"""The guards of an arm that nothing is known of, unless its file asks for more."""
 
 Posed = Callable[[object, str, bool], Pose]
 """Reads a posture of an arm file: its table, its name, and whether it has a yaw."""
@@ -94,7 +98,7 @@ def model_of(table: Mapping[str, Any], folder: Path, posed: Posed) -> ArmModel:
         reference=(
             None if reference is None else Reference(posed(reference, "reference", arm.has_yaw))
         ),
-        guards=_guards(table),
+        guards=guards_of(table.get("guards", {}), arm, TABLE_ALONE),
         verified=True,
         notes=described.source,
     )
@@ -125,20 +129,6 @@ def _fingers(table: Mapping[str, Any], transmission: Transmission) -> Fingers:
     if "fingers" in table:
         raise ArmFileError("[fingers] stands there, but no motor has steps_per_mm to drive them")
     return NO_FINGERS
-
-
-def _guards(table: Mapping[str, Any]) -> Guards:
-    """Return the table alone, unless the file asks for more: other bounds are an arm's own."""
-    entries = require_table(table.get("guards", {}), "guards")
-    known = Guards(inner_radius_mm=None, outer_radius_mm=None, hand_wrist_radius_mm=None)
-    names = [name for name in known.__dataclass_fields__ if name != "table"]
-    refuse_unknown(entries, names, "guards")
-    bounds: dict[str, Any] = {
-        "inner_radius_mm": None,
-        "outer_radius_mm": None,
-        "hand_wrist_radius_mm": None,
-    }
-    return Guards(**bounds | {key: number(one, f"guards.{key}") for key, one in entries.items()})
 
 
 def _limited(chain: Chain, table: object) -> Chain:
