@@ -140,15 +140,27 @@ def _plan(
     return Plan(start, legs)
 
 
-def audit(config: ArmConfig, corners: list[Joints]) -> None:
-    """Raise `OutOfBounds` for the first limit or guard that a joint path would pass."""
+def audit(config: ArmConfig, corners: list[Joints], further: float = 0.0) -> None:
+    """Raise `OutOfBounds` for the first limit or guard that a joint path would pass.
+
+    `further` is the share of the last way by which the arm might run on while it stops: guards
+    are kept there as well.
+    """
     arm = config.model.arm
     excused = {each.joint: each.excess_rad for each in arm.violations(corners[0])}
     for corner in corners[1:]:
         for violation in arm.violations(corner):
             if violation.excess_rad > excused.get(violation.joint, 0.0) + SLACK_RAD:
                 raise limit_error(violation)
+    if further > 0.0 and len(corners) > 1:
+        corners = [*corners, _running_on(corners[-2], corners[-1], further)]
     _audit_guards(config, corners)
+
+
+def _running_on(start: Joints, end: Joints, further: float) -> Joints:
+    """Return where the joints come to that go on as from start to end by a share of that way."""
+    angles = (b + (b - a) * further for a, b in zip(start, end, strict=True))
+    return Joints(tuple(angles), end.names)
 
 
 def _audit_guards(config: ArmConfig, corners: list[Joints]) -> None:

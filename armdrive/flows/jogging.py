@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from armdrive.abilities import Abort
 from armdrive.core import Coordinates
 from armdrive.engine import Flow
 from armdrive.errors import ArmError, BadRequest, NotReferenced, Refused
@@ -199,18 +200,24 @@ def _held_leg(
     """Return what one burst covers; near a guard or the edge of the reach, as much as there is.
 
     A leg that is too long for a burst on this device is solved anew for a shorter time: a share
-    of its joint motion would leave the straight line of a Cartesian jog.
+    of its joint motion would leave the straight line of a Cartesian jog. An arm that runs on
+    while it stops goes slower, so that it would stop before a guard.
     """
     core = wire.core
     speed = _capped(core, hold.speed)
     rates = _rates(core, hold.jog, speeds)
-    burst_s = longest_s
+    burst_s, runs_on_s = longest_s, _runs_on_s(core)
     refused: ArmError | KinematicsError | None = None
     for _ in range(SHORTER_TRIES):
         try:
-            goal = _allowed(core, start, displaced(core, start, rates, speed * burst_s))
+            there = displaced(core, start, rates, speed * burst_s)
+            goal = _allowed(core, start, there, runs_on_s / burst_s)
         except (ArmError, KinematicsError) as refusal:
-            refused, burst_s = refused or refusal, burst_s / 2.0
+            refused = refused or refusal
+            if runs_on_s > 0.0:
+                speed /= 2.0
+            else:
+                burst_s /= 2.0
             continue
         leg = Leg(start, goal, max(speeds.duration_s(start, goal, speed), burst_s))
         share = share_of(wire, leg, longest_s)
@@ -264,12 +271,27 @@ def displaced(core: Core, start: Coordinates, jog: Jog, factor: float) -> Coordi
     return Coordinates(arm.ik_near(goal, start.joints), opening_mm)
 
 
-def _allowed(core: Core, start: Coordinates, goal: Coordinates) -> Coordinates:
-    """Return the goal, drawn back to the joint limits and the gripper's range; guards refuse."""
+def _runs_on_s(core: Core) -> float:
+    """Return how long the arm may run on while it stops, where it does not end by itself.
+
+    A device without an abort ends each burst where it was audited to end.
+    """
+    if core.controller.abilities.abort is Abort.NONE:
+        return 0.0
+    return core.controller.stopping(core.config.motion.jog_burst_s).asked_motion_s
+
+
+def _allowed(
+    core: Core, start: Coordinates, goal: Coordinates, further: float = 0.0
+) -> Coordinates:
+    """Return the goal, drawn back to the joint limits and the gripper's range; guards refuse.
+
+    They refuse as well where they would be passed `further` on, as a share of this way.
+    """
     if not core.position_known:
         return goal
     clipped = Coordinates(_within_limits(core, start, goal), _within_range(core, start, goal))
-    audit(core.config, [start.joints, clipped.joints])
+    audit(core.config, [start.joints, clipped.joints], further)
     if clipped != goal:
         core.notice = _clip_note(goal, clipped)
     return clipped
