@@ -30,6 +30,7 @@ from armdrive.errors import ArmError, BadRequest, OperatorNeeded, PortUnavailabl
 
 if TYPE_CHECKING:
     from armdrive.armfile import ArmConfig
+    from armdrive.controllers.requests import Settings
     from armdrive.doctor.findings import Finding
     from armdrive.doctor.probing import Examination
 
@@ -182,7 +183,9 @@ def _weigh(
         "firmware": identity.firmware if identity else "",
         "baud": found.baud if identity else None,
         "restarted": found.restarted,
-        "next": after.next_steps(report.port, found, arm=options.arm or ""),
+        "next": after.next_steps(
+            report.port, found, arm=options.arm or "", compared=config is not None
+        ),
         "arm_file": [] if options.arm else after.arm_file_lines(report.port, found),
     }
     if identity is None or not identity.dialect:
@@ -196,27 +199,30 @@ def _compare(config: ArmConfig, report: Report, options: argparse.Namespace) -> 
     """Connect as every command does, and compare the settings; mend them where that is agreed."""
     from armdrive.connecting import connect_real
     from armdrive.doctor.findings import ok, problem
-    from armdrive.doctor.settings import compared
+    from armdrive.doctor.settings import compared, settings_findings
 
     try:
         with closing(connect_real(config)) as arm:  # `with arm` would switch its motors on
-            differences, found = compared(arm)
-            if differences and options.mend and _mending_agreed(len(differences), found, options):
-                arm.mend_settings([each.mend for each in differences])
-                _, found = compared(arm)
-                report.add([ok(f"{len(differences)} settings were written")])
-            report.add(found)
+            settings = compared(arm)
+            lines = [each.mend for each in settings.differences]
+            if lines and options.mend and _mending_agreed(settings, options):
+                arm.mend_settings(lines)
+                settings = compared(arm)
+                report.add([ok(f"{len(lines)} settings were written")])
+            report.add(settings_findings(settings))
+            report.more["firmware"] = settings.firmware or report.more["firmware"]
     except ArmError as error:
         report.add([problem(f"it was recognised, but did not connect: {error}", "try once more")])
 
 
-def _mending_agreed(lines: int, found: list[Finding], options: argparse.Namespace) -> bool:
+def _mending_agreed(settings: Settings, options: argparse.Namespace) -> bool:
     from armdrive.cli.confirming import agreed
 
     if options.yes:
         return True
     if options.json:
         return False
-    for each in found:
-        say(f"  {each.mend:<16} {each.what}")
-    return agreed(f"Write these {lines} settings to the controller? Type yes: ")
+    for each in settings.differences:
+        say(f"  {each}")
+    count = len(settings.differences)
+    return agreed(f"Write these {count} settings to the controller? Type yes: ")

@@ -109,8 +109,13 @@ def _unrecognised(found: Examination, expected: Expected) -> list[Finding]:
     ]
 
 
-def next_steps(port: str, found: Examination, *, arm: str = "") -> list[str]:
-    """Return the lines to type next; none where no arm was found."""
+def next_steps(
+    port: str, found: Examination, *, arm: str = "", compared: bool = False
+) -> list[str]:
+    """Return the lines to type next; none where no arm was found.
+
+    `arm` is the arm file's, and `compared` says that settings have been looked at already.
+    """
     identity = found.identity
     if identity is None or identity.dialect not in DIALECTS:
         return []
@@ -118,10 +123,9 @@ def next_steps(port: str, found: Examination, *, arm: str = "") -> list[str]:
         return [f"armdrive status --arm {arm}"]
     row = DIALECTS[identity.dialect]
     baud = "" if found.baud in (None, row.baud) else f" --baud {found.baud}"
-    return [
-        f"armdrive status --port {quoted(port)} --dialect {row.name}{baud}",
-        f"armdrive doctor {quoted(port)} --dialect {row.name}{baud}",
-    ]
+    status = f"armdrive status --port {quoted(port)} --dialect {row.name}{baud}"
+    settings = f"armdrive doctor {quoted(port)} --dialect {row.name}{baud}"
+    return [status] if compared else [settings, status]
 
 
 def arm_file_lines(port: str, found: Examination) -> list[str]:

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from armdrive.controllers.requests import Difference
+from armdrive.controllers.requests import Difference, Settings
 from armdrive.doctor.findings import Finding, note, ok, problem
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm
 
 
-def settings_findings(differences: Iterable[Difference], firmware: str = "") -> list[Finding]:
+def settings_findings(settings: Settings) -> list[Finding]:
     """Say which settings differ; those that keep the arm from moving are problems."""
-    listed = [_finding(each) for each in differences]
-    told = f" ({firmware})" if firmware else ""
+    listed = [_finding(each) for each in settings.differences]
+    told = f" ({settings.firmware})" if settings.firmware else ""
     return listed or [ok(f"the controller's settings{told} are what the arm file expects")]
 
 
@@ -24,7 +23,6 @@ def _finding(difference: Difference) -> Finding:
     return (problem if difference.must else note)(what, difference.mend)
 
 
-def compared(arm: Arm) -> tuple[tuple[Difference, ...], list[Finding]]:
+def compared(arm: Arm) -> Settings:
     """Compare once more through a connected arm, which does so at connecting too."""
-    settings = arm.mend_settings([])
-    return settings.differences, settings_findings(settings.differences, settings.firmware)
+    return arm.mend_settings([])

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from uart import Receiver
 
 from armdrive.connecting import simulated_config
+from armdrive.doctor import carrying
 from armdrive.doctor.carrying import carry_out
 from armdrive.doctor.probes import PROBES
 from armdrive.doctor.probing import Examination, examine
@@ -88,6 +89,21 @@ class SimPort:
             self.receiver.by_level,
         )
         return Receiver(heard_baud, error, validates, by_level).hear(data, said_baud)
+
+
+def lead(monkeypatch, port: object, device) -> list[int]:
+    """Have a port lead to a device on simulated time; each opening is noted, with its rate."""
+    opened: list[int] = []
+    sim = SimPort(device)
+
+    def open_it(name: str, baud: int) -> SimPort:
+        assert name == str(port)
+        opened.append(baud)
+        return sim
+
+    monkeypatch.setattr(carrying, "_opened", open_it)
+    monkeypatch.setattr(carrying, "RealClock", lambda: sim)
+    return opened
 
 
 class Deaf:

@@ -9,7 +9,7 @@ from doctor_bench import SPOKEN, Deaf, Echo, SimPort, made
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armdrive.controllers.requests import Difference
+from armdrive.controllers.requests import Difference, Settings
 from armdrive.dialects import DIALECTS
 from armdrive.doctor import after, before
 from armdrive.doctor.findings import Grade, any_problem
@@ -74,7 +74,7 @@ def test_every_simulated_arm_is_found_with_what_to_do_next(dialect, own_baud):
     assert not any_problem(findings)
     assert f"it speaks {dialect}" in findings[0].what
     next_steps = after.next_steps("/dev/ttyUSB0", found)
-    assert next_steps[0] == f"armdrive status --port /dev/ttyUSB0 --dialect {dialect}"
+    assert next_steps[-1] == f"armdrive status --port /dev/ttyUSB0 --dialect {dialect}"
     assert f'dialect = "{dialect}"' in after.arm_file_lines("/dev/ttyUSB0", found)
 
 
@@ -166,10 +166,10 @@ def test_every_dialect_can_be_recommended():
 def test_settings_that_differ_are_findings_with_the_line_that_mends_them():
     must = Difference("step idle delay $1", "25", "255", "$1=255")
     may = Difference("max rate $110", "500", "600", "$110=600", must=False)
-    listed = settings_findings([must, may])
+    listed = settings_findings(Settings((must, may)))
     assert [each.grade for each in listed] == [Grade.PROBLEM, Grade.NOTE]
     assert [each.mend for each in listed] == ["$1=255", "$110=600"]
-    assert settings_findings([], "Grbl 1.1h")[0].grade is Grade.OK
+    assert settings_findings(Settings(firmware="Grbl 1.1h"))[0].grade is Grade.OK
 
 
 def test_an_adapter_that_holds_bytes_back_is_found(tmp_path):
