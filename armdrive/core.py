@@ -131,9 +131,9 @@ class Core:
         if not self.geometry_known:
             raise Refused(
                 f"the numbers of the {self.config.model.title} are a template that nobody has "
-                "verified, so that a Cartesian goal would lead somewhere else: measure the arm and "
-                "give every key of [lengths] and [steps_per_turn] in its arm file. Joints can be "
-                "moved as they are"
+                "verified, so that a Cartesian goal would lead somewhere else: measure the arm, and "
+                "give every key of [lengths] and [steps_per_turn] in its arm file, or say verified "
+                "= true in its model file. Joints can be moved as they are"
             )
 
     def require_settings(self) -> None:

@@ -99,7 +99,7 @@ def model_of(table: Mapping[str, Any], folder: Path, posed: Posed) -> ArmModel:
             None if reference is None else Reference(posed(reference, "reference", arm.has_yaw))
         ),
         guards=guards_of(table.get("guards", {}), arm, TABLE_ALONE),
-        verified=True,
+        verified=described.verified,
         notes=described.source,
     )
 
@@ -126,9 +126,15 @@ def _fingers(table: Mapping[str, Any], transmission: Transmission) -> Fingers:
                 "and speed_mm_s = 20"
             )
         return read_section(Fingers, table["fingers"], "fingers")
-    if "fingers" in table:
-        raise ArmFileError("[fingers] stands there, but no motor has steps_per_mm to drive them")
-    return NO_FINGERS
+    if "fingers" not in table:
+        return NO_FINGERS
+    kind = require_table(table.get("gripper", {}), "gripper").get("kind", "stepper")
+    if kind not in ("servo", "output"):
+        raise ArmFileError(
+            "[fingers] stands there, but no motor has steps_per_mm to drive them, and gripper.kind "
+            'is neither "servo" nor "output"'
+        )
+    return read_section(Fingers, table["fingers"], "fingers")
 
 
 def _limited(chain: Chain, table: object) -> Chain:

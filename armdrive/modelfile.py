@@ -23,17 +23,21 @@ from kinematics.tables import chain_of_rows
 
 ENDING = ".toml"
 
-_TOP_KEYS = ("name", "title", "source", "convention", "base", "tool", "links")
+_TOP_KEYS = ("name", "title", "source", "verified", "convention", "base", "tool", "links")
 
 
 @dataclass(frozen=True, slots=True)
 class Model:
-    """A model as its file describes it: name, title, where its numbers come from, links."""
+    """A model as its file describes it: name, title, where its numbers come from, links.
+
+    `verified` is False where the file says that nobody has measured them on an arm yet.
+    """
 
     name: str
     title: str
     source: str
     chain: Chain
+    verified: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +98,11 @@ def parse_model(document: Mapping[str, Any], *, name: str = "model") -> Model:
         tool=read_section(Placement, document.get("tool", {}), "tool").frame(),
         name=called,
     )
-    return Model(called, _text(document, "title", called), _text(document, "source", ""), chain)
+    verified = document.get("verified", True)
+    if not isinstance(verified, bool):
+        raise ArmFileError(f"verified must be true or false, not {verified!r}")
+    title, source = _text(document, "title", called), _text(document, "source", "")
+    return Model(called, title, source, chain, verified)
 
 
 def _text(document: Mapping[str, Any], key: str, default: str) -> str:

@@ -48,13 +48,18 @@ class LinkTable:
 
 
 def model_text(table: LinkTable, lengths_mm: Mapping[str, float], name: str, title: str) -> str:
-    """Return the model file of a template with these lengths."""
+    """Return the model file of a template with these lengths.
+
+    With the template's own lengths it says that nobody has measured them.
+    """
+    measured = any(lengths_mm[length.key] != length.mm for length in table.lengths)
     top = Section(
         "",
         (
             Entry("name", name),
             Entry("title", title),
             Entry("source", table.source),
+            Entry("verified", measured, "true once you have measured your arm: allows Cartesian"),
             Entry("convention", table.convention),
         ),
     )

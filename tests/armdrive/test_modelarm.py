@@ -152,3 +152,15 @@ def test_every_motor_of_the_controller_must_be_listed(tmp_path):
 
 def test_the_names_are_the_models(tmp_path):
     assert six_joints(tmp_path).model.arm.joint_names == NAMES
+
+
+def test_a_servo_gripper_has_fingers_without_a_motor(tmp_path):
+    fingers = "[fingers]\nrange_mm = [5, 60]\nspeed_mm_s = 40\n"
+    config = six_joints(tmp_path, '[gripper]\nkind = "servo"\n' + fingers)
+    assert config.model.gripper_range_mm == (5.0, 60.0)
+    assert not config.model.transmission.has_gripper
+
+
+def test_a_model_that_nobody_has_verified_says_so(tmp_path):
+    (tmp_path / "six.toml").write_text("verified = false\n" + six_links(), encoding="utf-8")
+    assert not written(tmp_path, six_arm()).model.verified
