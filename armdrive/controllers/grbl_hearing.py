@@ -190,5 +190,9 @@ class GrblHearing(Scripted[HostEvent]):
 
     def planner_empty(self) -> bool:
         """Tell whether the last report has no motion in the planner; Idle alone may precede it."""
+        return not self.planner_holds()
+
+    def planner_holds(self) -> int | None:
+        """Return how many lines were in the planner by the last report; None where it is silent."""
         free = None if self.reported is None else self.reported.report.free_blocks
-        return free is None or free >= self.most_free
+        return None if free is None else self.most_free - free

@@ -175,7 +175,7 @@ class GrblMotion(GrblStopping):
         self.tell(Progress(self.registers()))
         left = trip.road.waiting, trip.road.start
         idle = self.state is State.IDLE and self.planner_empty()
-        on_it = trip.road.report(position, idle=idle)
+        on_it = trip.road.report(position, idle=idle, planned=self.planner_holds())
         if left != (trip.road.waiting, trip.road.start):
             trip.changed_s = self.now_s
         trip.off = 0 if on_it else trip.off + 1

@@ -16,6 +16,9 @@ from armdrive.controllers.grbl_plan import Limits, Way, planned_s
 from armdrive.controllers.requests import MoveBy
 from kinematics.spaces import Motors
 
+LATE_S = 0.2
+"""A position so far behind the planner belongs to a way that went wrong: back along itself, say."""
+
 
 @dataclass(frozen=True, slots=True)
 class Line:
@@ -106,11 +109,11 @@ class Road:
         """Tell whether a position is where the last line leads."""
         return position == self.end
 
-    def report(self, position: Motors, *, idle: bool) -> bool:
+    def report(self, position: Motors, *, idle: bool, planned: int | None = None) -> bool:
         """Take in a report; False where its position is off every line that can be under way.
 
         `idle` says that the board stands and that its planner is empty: what it has acknowledged
-        is done.
+        is done. `planned` is how many lines its planner holds.
         """
         if idle:
             self._drop(len(self._lines) - self.unanswered)
@@ -119,10 +122,19 @@ class Road:
         for index, line in enumerate(self._lines):
             share = line.share_at(position, self._tolerance)
             if share is not None:
+                late_s = self._late_s(position, index, share, planned)
                 self._drop(index)
                 self._share = share
-                return True
+                return late_s <= LATE_S
         return False
+
+    def _late_s(self, position: Motors, index: int, share: float, planned: int | None) -> float:
+        """Return how far a position lies behind the lines that have left the planner."""
+        done = 0 if planned is None else len(self._lines) - self.unanswered - planned
+        behind = list(self._lines)[index : max(done, 0)]
+        if not behind or (behind[-1].end - position).largest <= self._tolerance:
+            return 0.0
+        return sum(line.way.nominal_s for line in behind) - share * behind[0].way.nominal_s
 
     def _drop(self, count: int) -> None:
         for _ in range(count):

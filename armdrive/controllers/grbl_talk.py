@@ -14,6 +14,7 @@ from firmware_protocol.grbl import (
     Realtime,
     Refused,
     Restarted,
+    State,
     StatusReported,
 )
 from firmware_protocol.grbl.events import Event as HostEvent
@@ -85,8 +86,9 @@ class GrblTalk(GrblHearing):
             self._host.forget_outstanding()  # the banner may have been garbled
             self._resetting = False
             self.modes_set = False
-            if (yield from self.look(2.0 * LATE_REPORT_S)):
-                return True
+            heard_of = yield from self.look(2.0 * LATE_REPORT_S)
+            if heard_of and self.state in (State.IDLE, State.ALARM):
+                return True  # else it was the reset that was lost
         return False
 
 

@@ -62,7 +62,7 @@ def test_every_kind_of_motion_ends_where_it_should(firmware, unit):
     assert arm.status.trust is Trust.REFERENCED
 
 
-def test_a_thousand_short_ways_in_degrees_come_back_to_the_same_steps():
+def test_eighty_ways_in_degrees_come_back_to_the_same_steps():
     arm = ready(config(device={"unit": "degrees"}, idle_poll_s=0.0))
     began = arm.twin.world.motors
     for _ in range(40):

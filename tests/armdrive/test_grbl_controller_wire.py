@@ -1,0 +1,157 @@
+"""A disturbed wire between a GRBL board and its driver: nothing false is trusted."""
+
+import re
+
+import pytest
+from grbl_arm import config, found, lost, ready, rule, stands, without
+
+from armdrive import Jog
+from armdrive.errors import DeviceFault, NoAnswer
+from armdrive.status import State, Trust
+
+CHANGES = {
+    "lost": lost,
+    "first byte gone": without(0),
+    "second byte gone": without(1),
+    "a middle byte gone": without(8),
+    "a late byte gone": without(12),
+    "end gone": without(-1),
+    "a digit changed": lambda piece: re.sub(rb"\d", b"7", piece, count=1),
+}
+
+
+def honest(arm):
+    status = arm.status
+    return status.trust is not Trust.REFERENCED or arm.twin.world.motors == status.acknowledged
+
+
+def survive(arm):
+    """Move; a fault has to latch and to be left again, and what is trusted has to be true."""
+    try:
+        arm.move_j(base_deg=25, shoulder_deg=45)
+        arm.jog_j(shoulder_deg=3)
+        faulty = False
+    except DeviceFault:
+        assert arm.status.state is State.ERROR_STOP
+        faulty = True
+    arm.sleep(2.0)
+    assert honest(arm)
+    if faulty:
+        before = arm.twin.world.motors
+        arm.reset()
+        assert arm.twin.world.motors == before
+    arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
+    arm.move_j(base_deg=-5)
+    assert honest(arm)
+    assert arm.twin.world.joints.deg["base"] == pytest.approx(-5.0, abs=0.1)
+    return faulty
+
+
+@pytest.mark.parametrize("skip", [0, 1, 6])
+@pytest.mark.parametrize("start", [b"ok", b"<"], ids=["ok", "report"])
+@pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
+def test_a_disturbed_answer_is_survived(change, start, skip):
+    arm = ready()
+    arm.twin.link.back.append(rule(start, change, skip))
+    assert not survive(arm)
+
+
+@pytest.mark.parametrize("skip", [0, 3])
+@pytest.mark.parametrize("start", [rb"G91G1", rb"\$J=", rb"G17"], ids=["move", "jog", "modes"])
+@pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
+def test_a_disturbed_line_is_survived_or_found_out(change, start, skip):
+    arm = ready()
+    arm.twin.link.to.append(rule(start, change, skip))
+    survive(arm)
+
+
+def test_modes_are_set_again_where_their_line_was_disturbed():
+    arm = ready()
+    arm.twin.link.to.append(rule(rb"G17", without(4)))
+    assert not survive(arm)
+
+
+@pytest.mark.parametrize("byte", [rb"\?", rb"!", rb"\x18", rb"\x85"])
+def test_a_lost_real_time_byte_is_said_again(byte):
+    arm = ready()
+    arm.twin.link.to.append(rule(byte, lost))
+    arm.move_j(base_deg=40, wait=False)
+    arm.sleep(0.5)
+    arm.stop()
+    assert arm.twin.device.details()["state"] == "Idle"
+    arm.hold(Jog.joint(base=1.0), speed=1.0, for_s=3.0)
+    arm.sleep(0.5)
+    arm.release()
+    stands(arm)
+    assert arm.twin.device.details()["state"] == "Idle"
+    assert arm.status.trust is Trust.REFERENCED
+    assert arm.twin.world.motors == arm.status.acknowledged
+
+
+def test_a_banner_that_is_garbled_does_not_lock_the_driver_out():
+    arm = ready()
+    arm.twin.link.back.append(rule(b"Grbl", without(2)))
+    arm.move_j(base_deg=40, wait=False)
+    arm.sleep(0.5)
+    arm.stop()
+    arm.move_j(base_deg=0)
+    assert arm.twin.world.motors == arm.status.acknowledged
+
+
+def test_an_arm_that_leaves_the_path_is_stopped_on_its_way():
+    arm = ready()
+    arm.twin.link.to.append(rule(rb"G91G1", lambda line: line.replace(b"X+", b"X-"), 3))
+    handle = arm.move_j(base_deg=80, wait=False)
+    with pytest.raises(DeviceFault, match="off the path"):
+        handle.wait(10.0)
+    assert arm.twin.world.joints.deg["base"] < 30.0
+    assert arm.status.trust is Trust.SUSPECT
+    assert arm.status.state is State.ERROR_STOP
+
+
+def test_a_wire_that_falls_silent_in_motion_ends_it():
+    arm = ready(config(idle_poll_s=0.0))
+    handle = arm.move_j(base_deg=80, wait=False)
+    arm.sleep(0.5)
+    arm.twin.link.back.append(rule(b"", lost, times=1e9))
+    with pytest.raises(NoAnswer):
+        handle.wait(20.0)
+    assert arm.status.state is State.ERROR_STOP
+    assert arm.status.trust is Trust.SUSPECT
+    assert arm.twin.link.pressed(b"!")
+    assert not arm.twin.device.moving
+
+
+def test_no_board_at_all_is_told_after_a_while():
+    made = config()
+    from dataclasses import replace
+
+    from grbl_arm import Disturbed
+
+    from armdrive.connecting import connect_simulated
+    from armdrive.sim.twin import make_twin
+
+    twin = make_twin(made)
+    link = Disturbed(twin.link)
+    link.to.append(rule(b"", lost, times=1e9))
+    with pytest.raises(NoAnswer, match="switched on"):
+        connect_simulated(made, twin=replace(twin, link=link))
+    assert not link.motions
+
+
+def test_a_board_in_a_hold_or_asleep_is_woken_by_connecting_and_moves_nothing():
+    from dataclasses import replace
+
+    from grbl_arm import Disturbed
+
+    from armdrive.connecting import connect_simulated
+
+    arm = found()
+    arm.disable()
+    arm.close()
+    before = arm.twin.world.motors
+    twin = replace(arm.twin, link=Disturbed(type(arm.twin.link.inner)(arm.twin.device, 115_200)))
+    again = connect_simulated(arm.config, twin=twin)
+    assert again.status.state is State.STANDBY
+    assert twin.device.details()["state"] in ("Idle", "Alarm")
+    assert twin.world.motors == before
