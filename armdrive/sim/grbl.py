@@ -143,7 +143,7 @@ class SimGrbl(SimBase):
         self.board.forget()
         self.said.clear()
         self.board.boot.begin(switched_on(self.board, wait_s), self.now_s)
-        if not wait_s:
+        while self.board.boot.until_s <= self.now_s:
             self.board.happen(self.now_s)
 
     def _hear(self, data: bytes) -> None:

@@ -28,7 +28,16 @@ from armdrive.sim.grbl_script import Makers, Task
 from armdrive.sim.grbl_settings import Settings
 from armdrive.sim.grbl_status import Reporter
 from armdrive.sim.grbl_switches import Switches
-from firmware_protocol.grbl import Answer, Device, Error, LineReceived, Ok, Realtime, State
+from firmware_protocol.grbl import (
+    GRBLHAL_ONLY,
+    Answer,
+    Device,
+    Error,
+    LineReceived,
+    Ok,
+    Realtime,
+    State,
+)
 
 _BLOCKING = (State.HOLD, State.DOOR, State.SLEEP)
 _PICKED = re.compile(rb"[\x18!?~\x80-\xff]")
@@ -50,8 +59,8 @@ class Board:
         baud: int | None,
         outputs_changed: Callable[[], None],
     ) -> None:
-        firmware, self.axes = build.firmware, build.axes
-        self.firmware = firmware
+        self.firmware = firmware = build.firmware
+        self.axes = build.axes
         self.settings = settings
         self.drive = drive
         self.switches = switches
@@ -63,20 +72,21 @@ class Board:
         self.reporter = Reporter(baud)
         self.ring = Ring(firmware.ring_bytes)
         self.startup = ["", ""]
-        self.note = ""
-        self.inputs = ""
+        self.note = self.inputs = ""
         self.now_s = 0.0
         self.state = State.IDLE
         self.stands = self.cancelling = self.leaving = self.critical = False
-        self.overrides = [100, 100, 100]
+        self.overrides, self.cancels = [100, 100, 100], 0
         self.deaf_until_s = -math.inf
         self.idle_off_s = math.inf
         self.boot: Task[None] = Task()
         self.limits = HardLimits()
         self._line: Task[Ok | Error] = Task()
         self._said = said
-        self._makers = makers
-        self._picked = _PICKED_BY_GRBLHAL if self.codec.dialect.grblhal_realtime else _PICKED
+        self.makers = makers
+        self._picked = _PICKED_BY_GRBLHAL if firmware.grblhal else _PICKED
+        known = set(Realtime) if firmware.grblhal else set(Realtime) - GRBLHAL_ONLY
+        self._orders = {int(one): one for one in known}
 
     # What others look at.
 
@@ -112,9 +122,9 @@ class Board:
         for found in self._picked.finditer(data):
             self.ring.put(data[start : found.start()])
             start = found.end()
-            command = _ORDERS.get(data[found.start()])
+            command = self._orders.get(data[found.start()])
             if command is not None and not self.boot.active:
-                self.order(command)
+                self.makers.order(self, command)
         self.ring.put(data[start:])
         self.run()
 
@@ -150,7 +160,7 @@ class Board:
             self.say(self.reporter.report(self))
 
     def run(self) -> None:
-        """Go on with lines as far as there is something to do at this moment."""
+        """Go on with lines as far as there is something to do."""
         while not self.blocked:
             if not self._line.active and not self._fetch():
                 self.autostart()
@@ -170,7 +180,7 @@ class Board:
             self.codec.receive_data(data)
             request = self.codec.next_event()
             if isinstance(request, LineReceived):
-                self._line.begin(self._makers.line(self, request), self.now_s)
+                self._line.begin(self.makers.line(self, request), self.now_s)
                 return True
         return False
 
@@ -199,15 +209,7 @@ class Board:
 
     def alarm(self, code: int) -> None:
         """Lock the board by a limit alarm, until it is reset."""
-        self._makers.critical(self, code)
-
-    def fail(self, code: int) -> None:
-        """Lock the board by an alarm after which it starts anew by itself."""
-        self._makers.fail(self, code)
-
-    def order(self, command: Realtime) -> None:
-        """Carry out a real-time command."""
-        self._makers.order(self, command)
+        self.makers.critical(self, code)
 
     def _stood(self) -> None:
         """Act on motors that have come to a stand."""
@@ -245,6 +247,3 @@ class Board:
             self._line.end()
             if self.codec.unanswered:
                 self.say(Ok())
-
-
-_ORDERS = {int(command): command for command in Realtime}

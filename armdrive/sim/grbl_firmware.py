@@ -69,6 +69,11 @@ class Firmware:
         )
 
     @property
+    def grblhal(self) -> bool:
+        """Whether it has grblHAL's additional real-time commands."""
+        return self.variant is Variant.GRBLHAL
+
+    @property
     def banner(self) -> Banner:
         """What it says when it starts."""
         if self.variant is Variant.FLUIDNC:
@@ -83,7 +88,7 @@ class Firmware:
             Version(f"{self.version}.{self.build}", note),
             BuildInfo("VNM" if self.outputs else "V", self.blocks, self.ring_bytes),
         )
-        if self.variant is not Variant.GRBLHAL:
+        if not self.grblhal:
             return head
         return (*head, AxesInfo(len(axes), axes), Bracketed("FIRMWARE:grblHAL"))
 

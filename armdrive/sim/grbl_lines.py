@@ -32,6 +32,8 @@ Steps = Generator[float, None, int]
 """Part of a script; it returns 0, or the number of an error."""
 LOCKED, NOT_IDLE, TRAVEL_EXCEEDED = 9, 8, 15
 _TOO_LONG = 11
+_CANCELLED = -1
+"""A line that was planned, and taken away by a jog cancel; it is answered with ok."""
 
 
 def run_line(board: Board, line: LineReceived) -> Script:
@@ -94,7 +96,7 @@ def _block(board: Board, block: Block) -> Steps:
     for way in work.ways:
         code = yield from _move(board, way, work)
         if code:
-            return code
+            return max(code, 0)
     moved = work.g92 is not None or work.stores or work.new_system
     board.parser.take(work)
     if moved:
@@ -123,15 +125,22 @@ def _serve(board: Board, work: Work) -> Generator[float, None, None]:
 
 
 def _move(board: Board, way: Way, work: Work) -> Steps:
-    """Queue a line as soon as there is room."""
+    """Queue a line as soon as there is room.
+
+    A jog cancel finds what is planned by then, or being planned, and takes it away. A line that was
+    read and not yet planned is carried out afterwards, to its target as it was reckoned before.
+    """
     if board.settings.on(SOFT_LIMITS) and _outside(board, way):
         if work.jog:
             return TRAVEL_EXCEEDED
         yield from _leave(board)
     if board.state is State.CHECK:
         return 0
-    yield board.now_s + board.firmware.plan_s
     yield from until_room(board)
+    cancels = board.cancels
+    yield board.now_s + board.firmware.plan_s
+    if board.cancels > cancels:
+        return _CANCELLED
     rack = board.drive.rack
     if board.state is State.IDLE:
         rack.hold(board.now_s)  # until no more lines are coming

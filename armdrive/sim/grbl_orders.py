@@ -138,6 +138,7 @@ def _cancel(board: Board) -> None:
     """Slow down and give up what the planner holds; what is not read yet runs on."""
     if not board.cancelling:
         board.cancelling = True
+        board.cancels += 1
         board.drive.rack.hold(board.now_s)
 
 

@@ -10,7 +10,7 @@ from firmware_protocol.grbl import Modal
 
 @dataclass(frozen=True, slots=True)
 class Wiring:
-    """Which output moves the fingers: `what` is spindle, coolant, digital or analog, or nothing.
+    """Which output moves the fingers: spindle, flood, mist, digital or analog, or none of them.
 
     At the value `closed` the fingers are shut, at `opened` wide open, in between in proportion.
     """
@@ -27,7 +27,7 @@ class Wiring:
 
 @dataclass(slots=True)
 class Outputs:
-    """The state of every output. `most_speed` bounds the spindle, as `$30` does."""
+    """The state of every output."""
 
     spindle: str = "M5"
     speed: float = 0.0
@@ -37,7 +37,7 @@ class Outputs:
     analog: dict[int, float] = field(default_factory=dict)
 
     def spin(self, modal: Modal, most_speed: float) -> None:
-        """Have the spindle as the modes say."""
+        """Have the spindle as the modes say, no faster than `$30` allows."""
         self.spindle = modal.spindle
         self.speed = min(modal.speed, most_speed) if modal.spindle != "M5" else 0.0
 
@@ -75,8 +75,10 @@ class Outputs:
         match wiring.what:
             case "spindle":
                 return self.speed if self.spindle != "M5" else None
-            case "coolant":
+            case "flood":
                 return float(self.flood)
+            case "mist":
+                return float(self.mist)
             case "digital":
                 return float(self.digital.get(wiring.port, False))
             case "analog":

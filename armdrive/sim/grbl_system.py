@@ -107,7 +107,7 @@ def _unlock(board: Board, _: Unlock) -> Steps:
 def _check(board: Board, _: CheckMode) -> Steps:
     if board.state is State.CHECK:
         board.say(Feedback("Disabled"))
-        board.order(Realtime.SOFT_RESET)
+        board.makers.order(board, Realtime.SOFT_RESET)
         yield math.inf
     elif board.state is not State.IDLE:
         return NOT_IDLE
@@ -132,7 +132,7 @@ def _home(board: Board, command: Home) -> Steps:
     letters = command.axes or board.axes
     code = yield from home(board, [board.axes.index(letter) for letter in letters])
     if code:
-        board.fail(code)
+        board.makers.fail(board, code)
         yield math.inf
     return 0
 
@@ -175,7 +175,7 @@ def _restore(board: Board, command: Restore) -> Steps:
         board.note = ""
     yield from write_eeprom(board)
     board.say(Feedback("Restoring defaults"))
-    board.order(Realtime.SOFT_RESET)
+    board.makers.order(board, Realtime.SOFT_RESET)
     yield math.inf
     return 0
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from armdrive.armfile import GripperSettings
 from armdrive.connecting import simulated_config
+from armdrive.sim.grbl_switches import Switch
 from armdrive.sim.twin import make_device
 from armdrive.transports.memory import MemoryLink
 from firmware_protocol.grbl import Banner, Host, LineReader, StatusReport
@@ -25,6 +26,7 @@ MACHINE = {
     11: 0.01,
 }
 """A board with the figures of the measurements: units of ten steps, 500 units/s^2."""
+HOMING = {**MACHINE, 22: 1, 24: 25, 25: 3000, 26: 250, 27: 1}
 
 
 def config_of(kind="stepper", **device):
@@ -127,3 +129,20 @@ def stream(bench, commands, host=None):
             else:
                 assert type(event).__name__ == "Feedback", event
     return bench.now_s - began_s
+
+
+def at_the_end(bench, units=100.0):
+    """Put every switch so far ahead of where its motor stands."""
+    motors = bench.device.world.motors
+    found = {n: Switch(n, count + round(units * 10), 1) for n, count in enumerate(motors)}
+    bench.board.switches.by_axis = found
+    bench.board.limits.forget(bench.board)
+    return bench
+
+
+def homing_bench(values=HOMING):
+    """A board that homes, on an arm whose joints turn as far as they like."""
+    bench = at_the_end(Bench(values))
+    stops = bench.device.world.body.stops
+    bench.device.world._stops = [replace(one, low_rad=-99.0, high_rad=99.0) for one in stops]
+    return bench
