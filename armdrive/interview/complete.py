@@ -122,7 +122,9 @@ def _sees(motor: MotorSpec, seen: Sequence[str]) -> dict[str, float]:
 
 def _fingers(config: ArmConfig) -> Iterator[Section]:
     model = config.model
-    if model.transmission is None or not model.transmission.has_gripper:
+    if model.transmission is None:
+        return
+    if not model.transmission.has_gripper and config.gripper.kind not in ("servo", "output"):
         return
     entries = [
         Entry("range_mm", model.gripper_range_mm),

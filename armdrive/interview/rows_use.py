@@ -28,6 +28,10 @@ def _model_arm_steps(draft: Draft) -> bool:
     return draft.preset is None and draft.stepped
 
 
+def _has_fingers(draft: Draft) -> bool:
+    return draft.preset is None and draft.gripper != "none"
+
+
 def _asks_fingers(draft: Draft) -> bool:
     return draft.stepped and draft.measured and not draft.published_motors
 
@@ -76,11 +80,11 @@ ROWS = (
     ),
     Row(
         "fingers.range", "Opening of the fingers, closed and widest, in mm?", "Between the tips.",
-        fixed(readers.bounds), plain("0 76"), when=_model_arm_steps,
+        fixed(readers.bounds), plain("0 76"), when=_has_fingers,
     ),
     Row(
         "fingers.speed", "How fast do the fingers open, in mm a second?", "Begin low.",
-        fixed(readers.number(0.01, 1000.0)), plain("10"), when=_model_arm_steps,
+        fixed(readers.number(0.01, 1000.0)), plain("10"), when=_has_fingers,
     ),
     Row(
         "homing.own", "Does the arm home by its own switches?",

@@ -143,7 +143,7 @@ def _signs(draft: Draft) -> Iterator[Section]:
 def _use(draft: Draft) -> Iterator[Section]:
     if not draft.stepped:
         yield Section("gripper", (Entry("kind", draft.gripper),))
-    elif draft.preset is None:
+    if draft.preset is None and "fingers.range" in draft.answers:
         entries = (
             Entry("range_mm", draft.answers["fingers.range"]),
             Entry("speed_mm_s", draft.answers["fingers.speed"]),
