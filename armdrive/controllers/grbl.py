@@ -58,6 +58,8 @@ LATENCY_S = 0.03
 LONGEST_LINE = 81
 CONFIRMED_S = 0.12
 """Looks at a board that brakes, its reset and its banner."""
+KILLED_S = 0.3
+"""A board that is reset in motion keeps its motors for $1, 255 ms, and lets go of them then."""
 TRIES = 3
 """How often the settings are read, where what came was incomplete."""
 SLOWEST_HZ = 0.01
@@ -215,7 +217,7 @@ class GrblController(GrblMotion, GrblContact):
         wire_s = LATENCY_S + LONGEST_LINE * self.byte_s
         begun_s = wire_s + self.settings.reaction_s
         return Stopping(
-            begun_s + self.ramp_s + CONFIRMED_S,
+            max(begun_s + self.ramp_s + CONFIRMED_S, wire_s + KILLED_S),
             begun_s + self.ramp_s / 2.0,
             burst_s + self.ramp_s + wire_s,
             burst_s + wire_s,

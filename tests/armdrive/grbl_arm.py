@@ -108,7 +108,7 @@ def ready(made: ArmConfig | None = None, **options) -> Arm:
     return arm
 
 
-def stands(arm: Arm, quiet_s: float = 0.6, look_s: float = 0.005) -> float:
+def stands(arm: Arm, quiet_s: float = 0.4, look_s: float = 0.008) -> float:
     """Let time pass until the motors have stood for a while; return when they stopped."""
     last, since_s = arm.twin.world.motors, arm.status.time_s
     while arm.status.time_s < since_s + quiet_s:
@@ -122,7 +122,7 @@ def killed(arm: Arm, look_s: float = 0.004) -> float:
     """Let the device live on without its driver; return for how long its motors turned."""
     start_s = now_s = since_s = arm.status.time_s
     last = arm.twin.world.motors
-    while now_s < start_s + 2.0:
+    while now_s < start_s + 1.2:
         now_s += look_s
         arm.twin.link.inner.read(now_s)  # what is on the wire arrives
         if arm.twin.world.motors != last:

@@ -28,13 +28,13 @@ def honest(arm):
 def survive(arm):
     """Move; a fault has to latch and to be left again, and what is trusted has to be true."""
     try:
-        arm.move_j(base_deg=25, shoulder_deg=45)
-        arm.jog_j(shoulder_deg=3)
+        arm.move_j(base_deg=12, shoulder_deg=43)
+        arm.jog_j(shoulder_deg=2)
         faulty = False
     except DeviceFault:
         assert arm.status.state is State.ERROR_STOP
         faulty = True
-    arm.sleep(2.0)
+    arm.sleep(1.2)
     assert honest(arm)
     if faulty:
         before = arm.twin.world.motors
@@ -47,7 +47,7 @@ def survive(arm):
     return faulty
 
 
-@pytest.mark.parametrize("skip", [0, 1, 6])
+@pytest.mark.parametrize("skip", [1, 6])
 @pytest.mark.parametrize("start", [b"ok", b"<"], ids=["ok", "report"])
 @pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
 def test_a_disturbed_answer_is_survived(change, start, skip):
