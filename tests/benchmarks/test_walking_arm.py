@@ -107,7 +107,7 @@ def test_starting():
 @needs_pty
 def test_killing():
     rows = rows_of(killing.killing(kills=1))
-    assert rows["announced: status.stop_time_s"].value < 1000.0
+    assert rows["announced: status.silent_time_s"].value < 1000.0
 
 
 def test_the_whole_prints_lines_for_people_and_for_programs(capsys, monkeypatch):

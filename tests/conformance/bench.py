@@ -31,6 +31,8 @@ class Bench(abc.ABC):
     """How often the arm is looked at while it moves."""
     noise_s: ClassVar[float]
     """What a busy computer may add to a time that was announced."""
+    moments_s: ClassVar[tuple[float, ...]] = (0.4,)
+    """When a fault comes, after a motion has been asked for: one time after the other."""
     simulated: ClassVar[bool] = True
     """Whether the arm itself is one that nobody can hurt or be hurt by."""
     knows_geometry: ClassVar[bool] = False

@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
 from .bench import Bench
-from .memory_bench import MemoryBench
+from .memory_bench import ThoroughMemoryBench
 from .process_bench import PtyBench, TcpBench
 
 BENCHES: Mapping[str, Callable[[str], Bench]] = MappingProxyType(
-    {bench.transport: bench for bench in (MemoryBench, PtyBench, TcpBench)}
+    {bench.transport: bench for bench in (ThoroughMemoryBench, PtyBench, TcpBench)}
 )

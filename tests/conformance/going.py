@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 from armdrive.arm import Arm
-from armdrive.errors import ArmError, NotReferenced, Refused, WrongState
+from armdrive.core import Coordinates
+from armdrive.errors import ArmError
 from armdrive.flows.motion import Moved
 from armdrive.handle import Handle
 from armdrive.intents import Jog
@@ -15,18 +17,38 @@ from .seen import Broken
 
 FIRST_DEG = 20.0
 SECOND_DEG = -10.0
+LONGEST_S = 0.8
 
 
-def joints_from(arm: Arm, first_deg: float = FIRST_DEG, second_deg: float = SECOND_DEG):
-    """Return joint goals beside the present posture: of the first two joints."""
+def joints_from(
+    arm: Arm, first_deg: float = FIRST_DEG, second_deg: float = SECOND_DEG
+) -> dict[str, float]:
+    """Return joint goals beside the present posture, of the first two joints.
+
+    So far, or as far as the arm gets in `LONGEST_S`: some take ten times as long as others.
+    """
     first, second = arm.model.arm.joint_names[:2]
     here = arm.joints.deg
-    return {f"{first}_deg": here[first] + first_deg, f"{second}_deg": here[second] + second_deg}
+    named = {first: math.radians(here[first] + first_deg)}
+    named[second] = math.radians(here[second] + second_deg)
+    start = arm.core.coordinates
+    end = Coordinates(start.joints.replace(**named), start.opening_mm)
+    share = min(LONGEST_S / arm.speeds.duration_s(start, end, 1.0), 1.0)
+    return {
+        f"{first}_deg": here[first] + share * first_deg,
+        f"{second}_deg": here[second] + share * second_deg,
+    }
 
 
-def begin_joints(arm: Arm, first_deg: float = FIRST_DEG) -> Handle[Moved]:
+def begin_joints(arm: Arm) -> Handle[Moved]:
     """Begin a planned joint motion of a second or so."""
-    return arm.move_j(wait=False, **joints_from(arm, first_deg))
+    return arm.move_j(wait=False, **joints_from(arm))
+
+
+def begin_sweep(arm: Arm, turn_deg: float = 60.0) -> Handle[Moved]:
+    """Begin a motion of the first joint that is long enough to be stopped, whatever the arm."""
+    first = arm.model.arm.joint_names[0]
+    return arm.move_j(wait=False, **{f"{first}_deg": arm.joints.deg[first] + turn_deg})
 
 
 def beside(pose: Pose, x_mm: float = 0.0, y_mm: float = 0.0, z_mm: float = 0.0) -> Pose:
@@ -68,6 +90,3 @@ def planned(arm: Arm) -> dict[str, Callable[[], object]]:
         "move_l": lambda: arm.move_l(goal),
         "park": arm.park,
     }
-
-
-NOT_REFERENCED, WRONG, REFUSED = NotReferenced, WrongState, Refused

@@ -15,7 +15,7 @@ from armdrive.connecting import find
 from armdrive.status import State
 from kinematics import Motors
 
-from .going import begin_joints, first_jog
+from .going import begin_sweep, first_jog
 
 JOG_S = 30.0
 SWEEP_DEG = 55.0
@@ -49,7 +49,7 @@ class Driver:
 
     def move(self, direction: float) -> None:
         """Begin a planned joint motion at full speed."""
-        begin_joints(self._arm, SWEEP_DEG * direction)
+        begin_sweep(self._arm, SWEEP_DEG * direction)
 
     def release(self) -> None:
         """Let go of the jog."""

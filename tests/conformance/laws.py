@@ -20,20 +20,18 @@ from .going import begin_joints, joints_from
 from .rows_moving import arrived
 from .seen import ON_THE_STEP, Seen, check
 
-MOMENTS_S = (0.0, 0.11, 0.37, 0.77)
-"""When a fault comes, after the motion has been asked for."""
-REAL_MOMENT_S = 0.4
-STATUSES = 4
-"""The bound of a motion is announced at its beginning; so many looks take it in."""
 ENDS_S = 15.0
 """A motion of about a second that is disturbed has ended, well or not, after this long."""
 IDLE_S = 3.0
 """A standing arm has been looked at by then, more than once."""
+LOOK_S = 0.1
+STATUSES = 4
+"""The bound of a motion is announced at its beginning; so many looks take it in."""
 
 
 def survives_in_motion(bench: Bench, fault: Fault) -> None:
     """Hold the law for a fault that comes while the arm moves."""
-    for moment_s in (REAL_MOMENT_S,) if bench.real_time else MOMENTS_S:
+    for moment_s in bench.moments_s:
         bench.begin_anew()
         arm = _ready(bench)
         sagged = _disturbed(bench, arm, fault, moment_s)
@@ -46,11 +44,12 @@ def survives_while_idle(bench: Bench, fault: Fault) -> None:
     arm = _ready(bench)
     before = bench.look()
     cause(bench, fault)
-    bench.sleep(IDLE_S)
-    seen = bench.look()
-    sagged = not (before.energised == seen.energised and seen.powered)
-    if not sagged:
-        check(seen.motors == before.motors, "a standing arm moved")
+    sagged = False
+    for _ in range(round(IDLE_S / LOOK_S)):
+        bench.sleep(LOOK_S)
+        seen = bench.look()
+        sagged = sagged or not (seen.energised and seen.powered)
+        check(sagged or seen.motors == before.motors, "a standing arm moved")
     bench.heal()
     _aftermath(bench, arm, fault, sagged=sagged)
 
@@ -128,6 +127,18 @@ def _aftermath(bench: Bench, arm: Arm, fault: Fault, *, sagged: bool) -> None:
         bench.honest(arm)
     arm = _brought_back(bench, arm)
     bench.refer(arm)
+    try:
+        _works(bench, arm)
+    except ArmError:
+        if not fault.strays(bench):
+            raise
+        # what was left in the device's ear has spoiled the first line: once more, then it is gone
+        arm = _brought_back(bench, arm)
+        bench.refer(arm)
+        _works(bench, arm)
+
+
+def _works(bench: Bench, arm: Arm) -> None:
     arm.move_j(**joints_from(arm, -6.0, 3.0))
     arrived(bench, arm)
 

@@ -39,6 +39,7 @@ class MemoryBench(Bench):
     look_s: ClassVar[float] = 0.02
     noise_s: ClassVar[float] = 0.021  # one look late
     knows_geometry: ClassVar[bool] = True
+    moments_s: ClassVar[tuple[float, ...]] = (0.0, 0.3)
 
     def __init__(self, dialect_name: str) -> None:
         super().__init__(dialect_name)
@@ -144,3 +145,9 @@ class MemoryBench(Bench):
         device = self.twin.device
         link = MemoryLink(device, device.baud)
         return replace(self.twin, link=link, faults=Faults(device, link.line, link))
+
+
+class ThoroughMemoryBench(MemoryBench):
+    """The same with faults at more moments, for the whole table."""
+
+    moments_s: ClassVar[tuple[float, ...]] = (0.0, 0.05, 0.11, 0.21, 0.32, 0.45, 0.67)

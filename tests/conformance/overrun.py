@@ -23,6 +23,9 @@ SEED = 1982
 MOMENTS_S = (0.15, 0.6)
 """The arm moves for so long, drawn anew each time, before it is to end."""
 
+LOOK_S = PtyBench.look_s
+"""The resolution of what is measured."""
+
 
 @dataclass(frozen=True, slots=True)
 class Overrun:

@@ -127,7 +127,7 @@ ROWS = (
     Behaviour("the status names the arm and bounds its stop", "connect", status_is_told,
               watched=True),
     Behaviour("planned motion is refused while unreferenced", "connect",
-              planned_motion_is_refused_unreferenced, watched=True, smoke=True),
+              planned_motion_is_refused_unreferenced, watched=True),
     Behaviour("a disabled arm refuses to move", "connect", nothing_moves_while_disabled,
               needs=(starts_disabled,), watched=True),
     Behaviour("an operator references the arm", "reference", home_by_operator),

@@ -11,7 +11,7 @@ from armdrive.status import Current, State, Status, Trust
 
 from .behaviour import Behaviour, cartesian, switches_current
 from .bench import Bench
-from .going import begin_joints, beside, first_jog, joints_from, planned, refused
+from .going import begin_sweep, beside, first_jog, joints_from, planned, refused
 from .rows_moving import arrived
 from .seen import ON_THE_STEP, Rest, check
 
@@ -118,7 +118,7 @@ def _stopped(bench: Bench, begin: Callable[[Arm], object]) -> None:
 
 
 def a_joint_motion_stops_within_its_bound(bench: Bench) -> None:
-    _stopped(bench, lambda arm: begin_joints(arm, 60.0))
+    _stopped(bench, begin_sweep)
 
 
 def a_line_stops_within_its_bound(bench: Bench) -> None:
@@ -127,7 +127,7 @@ def a_line_stops_within_its_bound(bench: Bench) -> None:
 
 def a_stop_tells_who_waits(bench: Bench) -> None:
     arm = bench.ready()
-    handle = begin_joints(arm, 60.0)
+    handle = begin_sweep(arm)
     under_way(bench)
     arm.stop()
     check(handle.done, "stop() returned, and the motion went on")
@@ -140,7 +140,7 @@ def a_stop_tells_who_waits(bench: Bench) -> None:
 
 def an_emergency_stop_latches(bench: Bench) -> None:
     arm = bench.ready()
-    begin_joints(arm, 60.0)
+    begin_sweep(arm)
     under_way(bench)
     status, seen = arm.status, bench.look()
     arm.estop()
@@ -161,7 +161,7 @@ def an_emergency_stop_latches(bench: Bench) -> None:
 
 def leaving_an_emergency_stop_moves_nothing(bench: Bench) -> None:
     arm = bench.ready()
-    begin_joints(arm, 60.0)
+    begin_sweep(arm)
     under_way(bench)
     arm.estop()
     bench.rest()
