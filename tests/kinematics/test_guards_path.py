@@ -1,0 +1,209 @@
+"""Guards over whole paths: proved free, found where they begin, and always a way out."""
+
+import math
+from dataclasses import replace
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from kinematics_cases import TEACHMOVER, UNEVEN, postures
+from test_chain_arm import MINI, PUMA
+
+from kinematics import Guards, JointPath, Joints, Pose, first_violation, line_path
+from kinematics.boxes import Box
+from kinematics.guards import AngleSum
+from kinematics.guards_path import turns_upright
+
+VICE = Box("vice", (150.0, -60.0, 0.0), (230.0, 60.0, 60.0))
+WALL = Box("wall", (-500.0, 200.0, -10.0), (500.0, 204.0, 600.0))
+LAMP = Box("lamp", (250.0, -250.0, 250.0), (330.0, -120.0, 700.0))
+FOREARM = AngleSum("forearm elevation", (("shoulder", 1.0), ("elbow", 1.0)), -1.8, 0.8)
+EVERYTHING = Guards(
+    radii_mm=(35.0, 30.0, 25.0),
+    base_radius_mm=50.0,
+    base_top_mm=140.0,
+    boxes=(VICE, WALL, LAMP),
+    sums=(FOREARM,),
+)
+POINTS = Guards()
+ONLY_BOXES = replace(
+    EVERYTHING,
+    inner_radius_mm=None,
+    outer_radius_mm=None,
+    hand_wrist_radius_mm=None,
+    base_radius_mm=None,
+    sums=(),
+)
+UNSEEN_MM = 1.0
+"""Half of the least distance between looks: nothing deeper than that passes unseen."""
+
+LOOKS = 150
+
+
+def densely(path):
+    for index in range(LOOKS + 1):
+        yield path.at(index / LOOKS)
+
+
+def beyond_mm(guards, arm, joints):
+    """How deep a posture is inside the guards and their tolerance."""
+    worst = 0.0
+    for one in guards.violations(arm, joints):
+        loose = one.guard in ("table", "base column", "arm against itself") or "box" in one.guard
+        worst = max(worst, one.excess_mm - guards.tolerance_mm * loose)
+    return worst
+
+
+@given(
+    st.sampled_from((TEACHMOVER, UNEVEN)).flatmap(
+        lambda arm: st.tuples(st.just(arm), postures(arm), postures(arm))
+    ),
+    st.sampled_from((POINTS, EVERYTHING, ONLY_BOXES)),
+    st.sampled_from((0.02, 0.1, 0.5)),
+)
+@settings(max_examples=100, deadline=None)
+def test_what_is_proved_free_is_free_wherever_one_looks(case, guards, share):
+    arm, start, goal = case
+    path = JointPath(start, JointPath(start, goal).at(share))
+    if guards.violations(arm, start):
+        return
+    found = first_violation(arm, guards, (path.start, path.goal))
+    deepest = [beyond_mm(guards, arm, joints) for joints in densely(path)]
+    if found is None:
+        assert max(deepest) <= UNSEEN_MM + 1e-5
+        return
+    fraction, violation = found
+    there = guards.violation(arm, path.at(fraction))
+    assert there is not None
+    assert there.excess_mm == pytest.approx(violation.excess_mm, abs=1e-3)
+    before = deepest[: int(fraction * LOOKS)]
+    travel_mm = arm.travel_bound_mm(path.changes_rad)
+    spared = int(2.0 / max(travel_mm, 1e-9) * LOOKS) + 1
+    assert max(before[: len(before) - spared] or [0.0]) <= UNSEEN_MM + 1e-5
+
+
+@given(postures(TEACHMOVER), postures(TEACHMOVER), st.sampled_from((POINTS, EVERYTHING)))
+@settings(max_examples=60, deadline=None)
+def test_a_path_that_breaks_a_guard_deeply_is_never_called_free(start, goal, guards):
+    path = JointPath(start, goal)
+    if max(beyond_mm(guards, TEACHMOVER, joints) for joints in densely(path)) > UNSEEN_MM:
+        assert first_violation(TEACHMOVER, guards, (start, goal)) is not None
+
+
+@pytest.mark.parametrize(
+    ("name", "start", "goal"),
+    [
+        ("box wall", (230, 130, 120), (230, 190, 120)),
+        ("box lamp", (230, -90, 180), (250, -150, 180)),
+        ("box vice", (280, 0, 20), (240, 0, 20)),
+        ("table", (250, 100, 20), (250, 100, -20)),
+    ],
+)
+def test_the_first_guard_on_a_straight_line_is_named(name, start, goal):
+    before, behind = (
+        Pose.of(**dict(zip(("x_mm", "y_mm", "z_mm"), one, strict=True)), pitch_deg=-80)
+        for one in (start, goal)
+    )
+    waypoints = line_path(TEACHMOVER, TEACHMOVER.ik(before), behind)
+    fraction, violation = first_violation(TEACHMOVER, ONLY_BOXES, waypoints)
+    assert violation.guard == name
+    assert 0.0 < fraction <= 1.0
+    assert violation.excess_mm <= 1.0 + 2.0
+
+
+def test_a_sum_of_joints_is_found_where_it_leaves_its_range():
+    start, goal = Joints.of(0, 40, -60, 0, 0), Joints.of(0, 60, 0, 0, 0)
+    guards = Guards(sums=(FOREARM,), outer_radius_mm=None)
+    fraction, violation = first_violation(TEACHMOVER, guards, (start, goal))
+    assert violation.quantity == "forearm elevation"
+    entered = (math.degrees(0.8) - -20.0) / 80.0
+    assert fraction == pytest.approx(entered, abs=0.02)
+
+
+class Counting:
+    """An arm that counts how often its points are asked for."""
+
+    def __init__(self, arm):
+        self._arm = arm
+        self.looks = 0
+
+    def __getattr__(self, name):
+        return getattr(self._arm, name)
+
+    def points(self, joints):
+        self.looks += 1
+        return self._arm.points(joints)
+
+
+def test_a_few_looks_prove_a_long_line_in_the_open():
+    start = TEACHMOVER.ik(Pose.of(x_mm=300, y_mm=-110, z_mm=150, pitch_deg=-90))
+    end = Pose.of(x_mm=300, y_mm=110, z_mm=150, pitch_deg=-90)
+    waypoints = line_path(TEACHMOVER, start, end)
+    arm = Counting(TEACHMOVER)
+    turns_upright(arm)
+    arm.looks = 0
+    assert first_violation(arm, POINTS, waypoints) is None
+    assert arm.looks <= 3 * len(waypoints)
+
+
+def test_only_an_arm_that_turns_about_the_vertical_of_the_origin_is_upright():
+    assert all(turns_upright(arm) for arm in (TEACHMOVER, UNEVEN, MINI, PUMA))
+    chain = MINI.chain
+    ((a, b, c, _), *others) = chain.base
+    beside = replace(MINI, chain=replace(chain, base=((a, b, c, 50.0), *others)))
+    assert not turns_upright(beside)
+
+
+@given(st.floats(-60.0, -2.0), st.floats(-1.0, 1.0), st.floats(-0.6, 0.6))
+@settings(max_examples=40, deadline=None)
+def test_an_arm_below_the_table_may_rise_and_may_not_sink(z_mm, direction, turn):
+    pose = Pose(260 * math.cos(direction), 260 * math.sin(direction), z_mm, -math.pi / 2)
+    low = TEACHMOVER.ik(pose)
+    above, below = (TEACHMOVER.ik(replace(pose, z_mm=z_mm + by)) for by in (80.0, -8.0))
+    up = (low, above.replace(base=low["base"] + turn * 0.5))
+    assert first_violation(TEACHMOVER, POINTS, up, way_out=True) is None
+    assert first_violation(TEACHMOVER, POINTS, up)[0] == 0.0
+    assert first_violation(TEACHMOVER, POINTS, (low, below), way_out=True) is not None
+
+
+def test_every_guard_is_left_by_itself():
+    inside = TEACHMOVER.ik(Pose.of(x_mm=250, y_mm=0, z_mm=-12, pitch_deg=-90))
+    guards = replace(ONLY_BOXES, boxes=(VICE,))
+    names = {one.guard for one in guards.violations(TEACHMOVER, inside)}
+    assert names == {"table", "box vice"}
+    into_the_box, out_of_both = (
+        TEACHMOVER.ik(Pose.of(x_mm=x, y_mm=0, z_mm=z, pitch_deg=-90))
+        for x, z in ((235, 4), (290, 4))
+    )
+    found = first_violation(TEACHMOVER, guards, (inside, into_the_box), way_out=True)
+    assert found[1].guard == "box vice"
+    assert first_violation(TEACHMOVER, guards, (inside, out_of_both), way_out=True) is None
+
+
+def test_a_way_out_leads_into_no_other_guard():
+    inside = TEACHMOVER.ik(Pose.of(x_mm=250, y_mm=0, z_mm=30, pitch_deg=-90))
+    guards = replace(ONLY_BOXES, boxes=(VICE,))
+    assert guards.violation(TEACHMOVER, inside).guard == "box vice"
+    out = TEACHMOVER.ik(Pose.of(x_mm=290, y_mm=0, z_mm=30, pitch_deg=-90))
+    down = TEACHMOVER.ik(Pose.of(x_mm=290, y_mm=0, z_mm=-3, pitch_deg=-90))
+    fraction, violation = first_violation(TEACHMOVER, guards, (inside, out, down), way_out=True)
+    assert violation.guard == "table"
+    assert fraction > 0.5
+
+
+def test_a_sum_of_joints_beyond_its_range_comes_back_and_goes_no_further():
+    guards = Guards(sums=(FOREARM,), outer_radius_mm=None, inner_radius_mm=None)
+    beyond = Joints.of(0, 60, -5, 0, 0)
+    back, on = Joints.of(0, 60, -30, 0, 0), Joints.of(0, 61, -5, 0, 0)
+    aside = Joints.of(20, 62, -7, 10, 50)
+    for goal, free in ((back, True), (aside, True), (on, False)):
+        found = first_violation(TEACHMOVER, guards, (beyond, goal), way_out=True)
+        assert (found is None) == free
+
+
+def test_turning_the_roll_alone_moves_nothing_and_is_still_judged_by_its_sums():
+    start, goal = Joints.of(0, 40, -60, 0, 0), Joints.of(0, 40, -60, 0, 90)
+    assert first_violation(TEACHMOVER, POINTS, (start, goal)) is None
+    twist = AngleSum("cable twist", (("wrist_roll", 1.0), ("base", 1.0)), -1.0, 1.0)
+    found = first_violation(TEACHMOVER, Guards(sums=(twist,)), (start, goal))
+    assert (found[0], found[1].quantity) == (1.0, "cable twist")
