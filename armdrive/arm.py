@@ -15,10 +15,12 @@ from armdrive.calls.referencing import Referencing
 from armdrive.controllers.requests import Settings
 from armdrive.flows import idling, referencing
 from armdrive.gripper import Gripper
+from armdrive.recorder.calls import witnessed
 from armdrive.states import Event, after
 from armdrive.status import State
 
 
+@witnessed
 class Arm(Moving, Jogging, Referencing):
     """One arm, connected. Make one with `Arm.connect`; use it in a `with` statement."""
 

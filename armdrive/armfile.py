@@ -157,10 +157,19 @@ class HomingSettings:
 
 
 @dataclass(frozen=True, slots=True)
+class Source:
+    """Where an arm comes from: its file as a table, and the folder that the file lies in."""
+
+    table: Mapping[str, Any]
+    folder: Path = Path()
+
+
+@dataclass(frozen=True, slots=True)
 class ArmConfig:
     """One physical arm, ready to be driven: its model with every correction applied.
 
     `device` holds what the section of the dialect's own name says, as that dialect's settings.
+    `source` is no part of the arm: it lets the arm's file be written again.
     """
 
     name: str
@@ -172,6 +181,7 @@ class ArmConfig:
     device: Any = None
     homing: HomingSettings | None = None
     park: Pose | None = None
+    source: Source | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         if self.device is None:
@@ -191,7 +201,9 @@ def config_of_preset(key: str, *, name: str, connection: Connection) -> ArmConfi
     """Return an arm as it leaves the factory, on the given wire."""
     model = preset(key)
     bursts = _bursts(dialect(connection.dialect))
-    return ArmConfig(name, model.title, model, connection, MotionSettings(**bursts))
+    settings = MotionSettings(**bursts)
+    source = Source({"model": key})
+    return ArmConfig(name, model.title, model, connection, settings, source=source)
 
 
 def _port_of(row: Dialect) -> dict[str, Any]:
@@ -247,6 +259,7 @@ def parse_arm_file(table: Mapping[str, Any], *, name: str, folder: Path = Path()
         device=read_section(row.settings(), table.get(row.name, {}), row.name),
         homing=_homing(table["homing"], model) if "homing" in table else None,
         park=_posture(park, "park", model.arm.has_yaw) if park is not None else None,
+        source=Source(table, folder),
     )
 
 

@@ -17,8 +17,11 @@ from armdrive.holder import hold
 from armdrive.pace import Pace, RealPace, SimulatedPace
 from armdrive.posture import Operator
 from armdrive.record import FileRecorder, NoRecorder, Recorder
+from armdrive.recorder.files import recordings
+from armdrive.recorder.flight import FlightRecorder
 
 if TYPE_CHECKING:
+    from armdrive.recorder.witness import Witness
     from armdrive.sim.twin import Twin
 
 SIM = "sim:"
@@ -109,6 +112,7 @@ def connect_simulated(
     operator: Operator | None = None,
     recorder: Recorder | None = None,
     allow_restored: bool = False,
+    witness: Witness | None = None,
 ) -> Arm:
     """Connect to a simulated twin in this process, on simulated time unless `pace` says real."""
     from armdrive.sim.twin import make_twin
@@ -122,6 +126,7 @@ def connect_simulated(
         recorder=recorder or NoRecorder(),
         operator=operator or twin.operator,
         allow_restored=allow_restored,
+        witness=witness or FlightRecorder(),
     )
     arm.twin = twin
     return arm
@@ -165,6 +170,7 @@ def connect_real(
                 recorder=FileRecorder(state_file(config.name)),
                 allow_restored=allow_restored,
                 operator=operator,
+                witness=FlightRecorder(recordings()),
             )
     except BaseException:
         holding.release()

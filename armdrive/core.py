@@ -15,6 +15,7 @@ from armdrive.errors import BadRequest, Refused, SettingsDiffer
 from armdrive.intents import Jog
 from armdrive.memory import Memory
 from armdrive.record import NoRecorder, Record, Recorder
+from armdrive.recorder.witness import NO_WITNESS, Witness
 from armdrive.states import Event, after
 from armdrive.status import Current, State, Status, Trust
 from armdrive.stopping import StopBound, stop_bound
@@ -71,6 +72,7 @@ class Core:
             )
         self.config = config
         self.controller = controller
+        self.witness: Witness = NO_WITNESS
         self.transmission: Transmission = config.model.transmission
         self.memory = Memory(recorder or NoRecorder(), self._record)
         self.allow_restored = False
@@ -102,6 +104,7 @@ class Core:
     def happen(self, event: Event) -> None:
         """Follow the table of states; raises `WrongState` where it has no such row."""
         self.state = after(self.state, event)
+        self.witness.changed()
 
     def settle(self) -> None:
         """End a motion, unless a fault or a loss has taken the state elsewhere meanwhile."""
@@ -121,6 +124,7 @@ class Core:
         self.belief = before.after(evidence, now_s, detail)
         if self.belief is not before:
             self.remember()
+            self.witness.changed()
 
     def require_reference(self) -> None:
         """Raise `NotReferenced` unless planned motion may go on."""

@@ -24,6 +24,7 @@ from armdrive.controllers.requests import (
     Silence,
 )
 from armdrive.errors import ArmError, LinkLost, NoAnswer, Refused, WrongState
+from armdrive.recorder.witness import NO_WITNESS, Witness
 from armdrive.transports.link import Link
 
 T = TypeVar("T")
@@ -78,6 +79,7 @@ class Engine:
         stopping: Callable[[], None],
         lost: Callable[[LinkLost], None],
         noticed: Callable[[Alert | Progress], None],
+        witness: Witness = NO_WITNESS,
     ) -> None:
         """Take a link and a controller, and four calls.
 
@@ -86,6 +88,7 @@ class Engine:
         """
         self.link = link
         self.controller = controller
+        self.witness = witness
         self.now_s = 0.0
         self.stop_asked = False
         self.stop_hard = False
@@ -160,6 +163,7 @@ class Engine:
         self.now_s = now_s
         if self._broken is not None:
             return math.inf
+        self.witness.tick(now_s, self.stop_asked, self.stop_hard)
         if self.stop_asked:
             self._stopping()
             self.controller.stop(hard=self.stop_hard)
@@ -169,23 +173,29 @@ class Engine:
         except LinkLost as lost:
             self._break(lost)
             return math.inf
+        except Exception as error:  # a flaw of ours
+            self.witness.failed(error)
+            raise
         return self._next_s()
 
     def _listen(self) -> None:
         data = self.link.read(self.now_s)
         if data:
             self.heard_s = self.now_s
+            self.witness.heard(data)
             self.controller.receive(data, self.now_s)
         self._talk()
 
     def _talk(self) -> None:
         """Write what the controller has to say by now, and take in what it has heard."""
         if said := self.controller.advance(self.now_s):
+            self.witness.sent(said)
             self.link.write(said, self.now_s)
         while (event := self.controller.next_event()) is not None:
             self._hear(event)
 
     def _hear(self, event: Event) -> None:
+        self.witness.told(event)
         if isinstance(event, Oddity):
             self.last_answer = event.text
         elif isinstance(event, Alert | Progress):
@@ -236,6 +246,7 @@ class Engine:
         except (ValueError, Refused) as error:  # what the dialect cannot express
             self._resume(error if isinstance(error, Refused) else Refused(f"not sent: {error}"))
             return
+        self.witness.asked(request)
         self._asked = True
         self.requests_sent += 1
         if self.stop_asked:
@@ -268,6 +279,7 @@ class Engine:
             raise
 
     def _finish(self, task: Task[Any]) -> None:
+        self.witness.ended(task.error)
         self._task, self._wait = None, None
         if self._next is None:
             self.stop_asked, self.stop_hard, self.stop_why = False, False, ""
@@ -280,6 +292,7 @@ class Engine:
     def _break(self, lost: LinkLost) -> None:
         self._end(lost)
         self._lost(lost)
+        self.witness.lost(lost)
 
     def _end(self, lost: LinkLost) -> None:
         """Let everything at work hear of the loss where it waits, and end it."""

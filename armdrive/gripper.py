@@ -8,6 +8,7 @@ from armdrive.errors import Refused
 from armdrive.flows.gripping import Grasped, grasp, require_gripper
 from armdrive.flows.motion import Moved
 from armdrive.planning import speed_fraction
+from armdrive.recorder.calls import witnessed
 from armdrive.states import Event, after
 from kinematics.errors import finite
 
@@ -18,6 +19,7 @@ GRASP_PATIENCE_S = 120.0
 """A grasp that takes longer is given up."""
 
 
+@witnessed
 class Gripper:
     """The fingers of an arm."""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from armdrive.abilities import Abilities
@@ -16,6 +17,7 @@ from armdrive.flows import idling, referencing
 from armdrive.flows.alerts import alerted
 from armdrive.flows.exchange import Wire
 from armdrive.planning import Speeds
+from armdrive.recorder.witness import NO_WITNESS, Witness
 from armdrive.states import Event, after
 from armdrive.status import State, Status
 from kinematics import ArmModel, Joints, Pose
@@ -48,6 +50,7 @@ class Connected:
         recorder: Recorder | None = None,
         allow_restored: bool = False,
         operator: Operator | None = None,
+        witness: Witness = NO_WITNESS,
     ) -> None:
         """Connect over an open link. Raises `NoAnswer` where no such arm answers; moves nothing."""
         self.config = config
@@ -55,10 +58,12 @@ class Connected:
         self.simulated = simulated
         self.twin: Twin | None = None
         self.operator = operator
+        self.witness = witness
         self._on_close: list[Callable[[], None]] = []
         controller = dialect(config.connection.dialect).controller(config)
         self.core = Core(config, controller, recorder)
         self.core.allow_restored = allow_restored
+        self.core.witness = witness
         self.core.geometry_known |= simulated  # a simulated arm is what its numbers say
         self.engine = Engine(
             link,
@@ -67,12 +72,16 @@ class Connected:
             stopping=self._stopping,
             lost=self._lost,
             noticed=self._noticed,
+            witness=witness,
         )
         self.wire = Wire(self.engine, self.core)
         self._idling = idling.Idling(self.wire)
+        witness.begin(self.core, link.description, pace.now_s)
         pace.start(self.engine)
         try:
             self.perform(referencing.connect(self.wire))
+            with pace.lock:
+                witness.opened()
         except BaseException:
             self._release()
             raise
@@ -199,6 +208,16 @@ class Connected:
         """Let time pass on the arm's own clock."""
         self.pace.wait(lambda: False, max(finite("time_s", time_s), 0.0))
 
+    def save_recording(self, path: Path | str | None = None) -> Path:
+        """Write what the flight recorder holds, and return the file.
+
+        Without a path it goes into the folder of recordings. Raises `StateFileError` where it
+        cannot be written, and `WrongState` where nothing is recorded.
+        """
+        with self.pace.lock:
+            write = self.witness.snapshot("asked for")
+        return write(None if path is None else Path(path))
+
     # -- the end ------------------------------------------------------------------------------
 
     def close(self) -> None:
@@ -222,6 +241,7 @@ class Connected:
     def _release(self) -> None:
         self.pace.close()
         self.engine.link.close()
+        self.witness.close()
         calls, self._on_close = self._on_close, []
         for call in calls:
             call()

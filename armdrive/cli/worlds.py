@@ -11,6 +11,8 @@ from armdrive.connecting import connect_simulated, state_file
 from armdrive.errors import StateFileError
 from armdrive.holder import hold
 from armdrive.record import FileRecorder, replace_file
+from armdrive.recorder.files import recordings
+from armdrive.recorder.flight import FlightRecorder
 from armdrive.sim.twin import Twin, make_twin
 
 if TYPE_CHECKING:
@@ -42,6 +44,7 @@ def connect_remembered(
             pace=pace,
             recorder=FileRecorder(state_file(config.name)),
             allow_restored=allow_restored,
+            witness=FlightRecorder(recordings()),
         )
     except BaseException:
         holding.release()

@@ -1,0 +1,88 @@
+"""The bounded memory of a recorder: how the connection began, and the last minutes.
+
+When the oldest exchanges go, those that set something for good (motors on, outputs, settings of the
+device) are kept, so that a simulated twin can still be brought to where the rest begins.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+
+from armdrive.recorder.entries import WIRE, Entry, Kind
+
+LONGEST_S = 300.0
+"""What is older than this goes."""
+MOST_BYTES = 4_000_000
+"""What is more than this goes, the oldest first."""
+MOST_OPENING_BYTES = 250_000
+"""A connection's beginning, together with the settings that last, is no longer than this."""
+ENTRY_BYTES = 130
+"""What an entry takes beside its text: a tuple, a float, the head of a string."""
+
+LASTING = ("SwitchOn", "DropCurrent", "SetOutputs", "SetGripper", "ClearFault", "MendSetting")
+"""Requests whose effect outlives them, and moves no motor."""
+
+
+class Ring:
+    """Entries in the order of their time. Not for several threads: its owner has the lock."""
+
+    def __init__(
+        self,
+        *,
+        longest_s: float = LONGEST_S,
+        most_bytes: int = MOST_BYTES,
+        most_opening_bytes: int = MOST_OPENING_BYTES,
+    ) -> None:
+        self.bytes = 0
+        self.dropped = 0
+        self._longest_s = longest_s
+        self._most_bytes = most_bytes
+        self._most_opening_bytes = most_opening_bytes
+        self._opening: list[Entry] = []
+        self._lasting: list[Entry] = []
+        self._opening_bytes = 0
+        self._open = True
+        self._keeping = False
+        self._entries: deque[Entry] = deque()
+
+    def seal(self) -> None:
+        """Say that the connection's beginning is over."""
+        self._open = False
+
+    def add(self, entry: Entry) -> None:
+        """Remember an entry, and forget the oldest where there are too many."""
+        size = ENTRY_BYTES + len(entry.what)
+        if self._open:
+            self._opening.append(entry)
+            self._opening_bytes += size
+            self._open = self._opening_bytes < self._most_opening_bytes
+            return
+        self._entries.append(entry)
+        self.bytes += size
+        oldest_s = entry.time_s - self._longest_s
+        while self.bytes > self._most_bytes or self._entries[0].time_s < oldest_s:
+            self._drop()
+
+    def entries(self) -> tuple[Entry, ...]:
+        """Return all that is remembered, with a `GAP` where something went before what remains."""
+        if not self.dropped:
+            return (*self._opening, *self._entries)
+        begun_s = self._opening[-1].time_s if self._opening else 0.0
+        words = f"{self.dropped} entries have gone"
+        first = Entry(begun_s, Kind.GAP, words)
+        ended_s = self._lasting[-1].time_s if self._lasting else begun_s
+        last = Entry(ended_s, Kind.GAP, "from here on nothing is missing")
+        return (*self._opening, first, *self._lasting, last, *self._entries)
+
+    def _drop(self) -> None:
+        entry = self._entries.popleft()
+        size = ENTRY_BYTES + len(entry.what)
+        self.bytes -= size
+        if entry.kind is Kind.REQUEST:
+            self._keeping = str(entry.what).startswith(LASTING)
+        useful = self._keeping and (entry.kind in WIRE or entry.kind is Kind.REQUEST)
+        if useful and self._opening_bytes + size <= self._most_opening_bytes:
+            self._lasting.append(entry)
+            self._opening_bytes += size
+        else:
+            self.dropped += 1
