@@ -6,6 +6,7 @@ which lets go of a jog, stops a motion, or is killed outright.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import random
 import subprocess
@@ -60,11 +61,8 @@ class Host:
         return self
 
     def __exit__(self, *error: object) -> None:
-        if self._process.poll() is None and self._process.stdin is not None:
-            self._process.stdin.close()
-            self._process.wait(timeout=30.0)
-        if self._process.stdout is not None:
-            self._process.stdout.close()
+        with contextlib.suppress(BrokenPipeError):
+            self._process.communicate(timeout=30.0)  # the end of its input ends it
 
     def ask(self, *words: object) -> Any:
         """Give a command and wait for its answer."""

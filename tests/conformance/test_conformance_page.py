@@ -1,0 +1,43 @@
+"""The page and the table say what was run: no row is missing, and what is broken is told."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from armdrive.dialects import DIALECTS
+
+from .behaviours import BEHAVIOURS
+from .running import Result, Verdict
+from .table import page, text
+
+PAGE = Path(__file__).parents[2] / "docs" / "conformance.md"
+SOME = BEHAVIOURS[:2]
+
+
+def result(verdict=Verdict.KEPT, transport="memory", words="", row=SOME[0]):
+    return Result(row.name, "teachmover", transport, verdict, words)
+
+
+def test_the_page_has_every_behaviour_and_every_dialect():
+    shown = PAGE.read_text(encoding="utf-8")
+    assert not [row.name for row in BEHAVIOURS if f"| {row.name} |" not in shown]
+    assert f"| behaviour | {' | '.join(DIALECTS)} |" in shown
+
+
+def test_a_word_alone_holds_for_all_transports():
+    found = [result(), result(transport="pty"), result(row=SOME[1]), result(Verdict.BROKEN, "pty")]
+    assert f"| {SOME[0].name} | yes |" in page(SOME, found[:3], "make it")
+    assert f"| {SOME[0].name} | yes · NO |" in page(SOME, [found[0], found[3]], "make it")
+
+
+def test_what_is_broken_is_told_with_its_row():
+    found = [result(Verdict.BROKEN, words="it moved")]
+    told = f"{SOME[0].name} (teachmover, memory): it moved"
+    assert told in text(SOME, found)
+    assert f"- {told}" in page(SOME, found, "make it")
+    assert "0 kept, 1 broken" in text(SOME, found)
+
+
+def test_what_is_not_applicable_is_told_with_its_reason():
+    found = [result(Verdict.NOT_APPLICABLE, words="no such switch")]
+    assert f"- {SOME[0].name}: no such switch (teachmover)" in page(SOME, found, "make it")
