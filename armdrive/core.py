@@ -7,15 +7,17 @@ A reference is that offset: nothing here ever asks the controller to zero its re
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from armdrive.armfile import ArmConfig
 from armdrive.controllers.requests import Controller, Difference, Registers
-from armdrive.errors import BadRequest, Refused, SettingsDiffer
+from armdrive.errors import ArmError, BadRequest, Refused, SettingsDiffer
 from armdrive.intents import Jog
 from armdrive.memory import Memory
-from armdrive.record import NoRecorder, Record, Recorder
+from armdrive.record import Record, Recorder
 from armdrive.recorder.witness import NO_WITNESS, Witness
+from armdrive.remarks import FAULT, Remarks, code_of
 from armdrive.states import Event, after
 from armdrive.status import Current, State, Status, Trust
 from armdrive.stopping import StopBound, stop_bound
@@ -53,12 +55,17 @@ class Hold:
                 raise BadRequest(f"a held jog goes in directions from -1 to 1, not {name}={share}")
 
 
-class Core:
+class Core(Remarks):
     """One arm's state. Touched under the pace's lock, by the engine's flows."""
 
     def __init__(
-        self, config: ArmConfig, controller: Controller, recorder: Recorder | None = None
+        self,
+        config: ArmConfig,
+        controller: Controller,
+        recorder: Recorder | None = None,
+        wake: Callable[[], None] | None = None,
     ) -> None:
+        super().__init__()
         if config.model.transmission is None:
             raise Refused(
                 f"no motor steps are known of the {config.model.title}: give steps_per_turn in "
@@ -74,7 +81,7 @@ class Core:
         self.controller = controller
         self.witness: Witness = NO_WITNESS
         self.transmission: Transmission = config.model.transmission
-        self.memory = Memory(recorder or NoRecorder(), self._record)
+        self.memory = Memory(recorder, self._record, wake)
         self.allow_restored = False
         self.geometry_known = config.model.verified
         self.state = State.DISCONNECTED
@@ -93,8 +100,6 @@ class Core:
         self.gripper_share: float | None = None
         self.hold: Hold | None = None
         self.nudges: list[tuple[Jog, float]] = []
-        self.notice = ""
-        self.error = ""
         self.still_since_s = 0.0
         self.burst_s = config.motion.jog_burst_s
         self.differences: tuple[Difference, ...] = ()
@@ -112,9 +117,11 @@ class Core:
         if self.state in (State.MOVING, State.HOMING, State.STOPPING):
             self.happen(Event.DONE)
 
-    def fault(self, message: str) -> None:
-        """Latch error-stop and say why."""
-        self.error = message
+    def fault(self, cause: str | ArmError, code: str = FAULT) -> None:
+        """Latch error-stop and say why; what was asked for and not begun is forgotten."""
+        self.say_error(str(cause), code_of(cause) if isinstance(cause, ArmError) else code)
+        self.hold = None
+        self.nudges.clear()
         if self.state is not State.DISCONNECTED:
             self.happen(Event.FAULT)
 
@@ -264,17 +271,19 @@ class Core:
 
     # -- what is remembered -------------------------------------------------------------------
 
-    def mark_leaving(self) -> None:
-        """Write the mark of motion before the arm leaves stand-still, or raise `StateFileError`."""
-        self.memory.mark_leaving()
-
     def mark_still(self) -> None:
-        """Write the position of an arm that stands, and take the mark away if that succeeds."""
-        self.notice = self.memory.mark_still() or self.notice
+        """Have the position of an arm that stands written, and the mark of motion taken away."""
+        self.memory.mark_still()
+        self.hear_memory()
 
     def remember(self) -> None:
-        """Write what is believed now; a mark of motion stays."""
-        self.notice = self.memory.save_if_possible() or self.notice
+        """Have what is believed now written; a mark of motion stays."""
+        self.memory.remember()
+        self.hear_memory()
+
+    def hear_memory(self) -> None:
+        """Show what went wrong with writing since this was last asked."""
+        self.notice = self.memory.trouble() or self.notice
 
     def _record(self, in_motion: bool) -> Record:
         return Record(
@@ -329,5 +338,7 @@ class Core:
             last_answer=last_answer,
             notice=self.notice,
             error=self.error,
+            error_code=self.error_code,
+            notice_code=self.notice_code,
             time_s=now_s,
         )

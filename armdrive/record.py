@@ -6,45 +6,39 @@ that a program that dies in mid-motion leaves a mark instead of a wrong position
 
 from __future__ import annotations
 
-import contextlib
-import json
 import os
-import tempfile
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+import threading
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
+from armdrive.durable import DISK, Files, always, put_aside, remove_durably, replace_durably
 from armdrive.errors import StateFileError
-from armdrive.status import Trust
-from kinematics.errors import BadNumber, finite
-from kinematics.spaces import Motors
+from armdrive.record_text import LONGEST, Record, from_text, to_text
 
-FORMAT = 1
+__all__ = ["FileRecorder", "NoRecorder", "Record", "Recorder", "replace_file"]
 
-
-@dataclass(frozen=True, slots=True)
-class Record:
-    """The last known position of one arm: registers plus reference offset, and how trusted."""
-
-    arm: str
-    calibration: str
-    offset: tuple[int, ...]
-    registers: tuple[int, ...]
-    coordinates: tuple[float, ...]
-    trust: str
-    reason: str
-    in_motion: bool = False
+BAD = ".bad"
+"""The ending of a file that could not be used, kept aside when a new one took its place."""
 
 
 class Recorder(Protocol):
-    """Somewhere that keeps a record."""
+    """Somewhere that keeps a record. What cannot be done on the disk is an `OSError`."""
 
     def load(self) -> Record | None:
         """Return the record, None where there is none; raises `StateFileError`."""
 
-    def save(self, record: Record) -> None:
-        """Keep a record in place of the last one."""
+    def refuse(self) -> None:
+        """Hear that what was found cannot be used: it is kept aside when it is replaced."""
+
+    def save(self, record: Record, wanted: Callable[[], bool] = always) -> None:
+        """Keep a record in place of the last one; it outlives a power cut from then on.
+
+        `wanted()` is asked again when a slow disk is ready to put it in place.
+        """
+
+    def remove(self) -> None:
+        """Keep nothing: what was kept is no longer true, and cannot be replaced."""
 
 
 class NoRecorder:
@@ -54,73 +48,67 @@ class NoRecorder:
         """Return None."""
         return None
 
-    def save(self, record: Record) -> None:
+    def refuse(self) -> None:
+        """Nothing was found."""
+
+    def save(self, record: Record, wanted: Callable[[], bool] = always) -> None:
         """Forget the record."""
+
+    def remove(self) -> None:
+        """Nothing is kept."""
 
 
 class FileRecorder:
     """Keeps the record in a file, which is always whole: it is replaced, never rewritten."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, files: Files = DISK) -> None:
         self.path = path
+        self._files = files
+        self._refused = False
+
+    @property
+    def aside(self) -> Path:
+        """Where the last file is kept that could not be used; there is one at most."""
+        return self.path.with_name(self.path.name + BAD)
 
     def load(self) -> Record | None:
-        """Read the file."""
+        """Read the file. One that cannot be kept up to date is not believed either."""
         try:
-            text = self.path.read_text(encoding="utf-8")
+            text = self._files.read(self.path, LONGEST + 1)
         except FileNotFoundError:
             return None
-        except (OSError, UnicodeDecodeError) as error:
+        except OSError as error:
             raise StateFileError(f"the state file {self.path} cannot be read: {error}") from None
         try:
-            return _checked(json.loads(text))
-        except (ValueError, TypeError, KeyError) as error:
-            raise StateFileError(f"the state file {self.path} is damaged: {error}") from None
+            record = from_text(text)
+        except StateFileError as error:
+            raise StateFileError(f"the state file {self.path} cannot be used: {error}") from None
+        if not self._files.may_change(self.path.parent):
+            raise StateFileError(
+                f"the state file {self.path} may be out of date, since nothing can be written into "
+                "its folder: make the folder writable"
+            )
+        return record
 
-    def save(self, record: Record) -> None:
+    def refuse(self) -> None:
+        """Keep the present file aside when it is replaced."""
+        self._refused = True
+
+    def save(self, record: Record, wanted: Callable[[], bool] = always) -> None:
         """Replace the file."""
-        replace_file(self.path, json.dumps({"format": FORMAT, **asdict(record)}, indent=1))
+        aside = self.aside if self._refused else None
+        replace_durably(self._files, self.path, to_text(record), aside=aside, wanted=wanted)
+        self._refused = False
+
+    def remove(self) -> None:
+        """Remove the file, which takes no room on a full disk."""
+        if self._refused:
+            put_aside(self._files, self.path, self.aside)
+        remove_durably(self._files, self.path)
+        self._refused = False
 
 
 def replace_file(path: Path, text: str) -> None:
     """Write a file so that a reader finds the old text or the new one, never half of one."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with _temporary_beside(path) as (handle, name):
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text + "\n")
-        Path(name).replace(path)
-
-
-@contextlib.contextmanager
-def _temporary_beside(path: Path) -> Iterator[tuple[int, str]]:
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        yield handle, name
-    except BaseException:
-        with contextlib.suppress(OSError):
-            Path(name).unlink()
-        raise
-
-
-def _checked(entries: Any) -> Record:
-    if not isinstance(entries, dict) or entries.pop("format", None) != FORMAT:
-        raise ValueError("it is of another format")
-    record = Record(
-        arm=_text(entries["arm"]),
-        calibration=_text(entries["calibration"]),
-        offset=Motors(entries["offset"]),
-        registers=Motors(entries["registers"]),
-        coordinates=tuple(finite("a coordinate", value) for value in entries["coordinates"]),
-        trust=Trust(entries["trust"]).value,
-        reason=_text(entries["reason"]),
-        in_motion=entries["in_motion"] is not False,
-    )
-    if len(record.offset) != len(record.registers) or not record.offset:
-        raise BadNumber("the number of motors", len(record.offset))
-    return record
-
-
-def _text(value: object) -> str:
-    if not isinstance(value, str):
-        raise TypeError(f"{value!r} stands where text belongs")
-    return value
+    writer = f".{os.getpid()}.{threading.get_ident()}"
+    replace_durably(DISK, path, text.encode() + b"\n", writer=writer)

@@ -16,8 +16,10 @@ from armdrive.errors import ArmError, LinkLost, NoAnswer
 from armdrive.flows import idling, referencing
 from armdrive.flows.alerts import alerted
 from armdrive.flows.exchange import Wire
+from armdrive.pace import RealPace
 from armdrive.planning import Speeds
 from armdrive.recorder.witness import NO_WITNESS, Witness
+from armdrive.remarks import EMERGENCY_STOP
 from armdrive.states import Event, after
 from armdrive.status import State, Status
 from kinematics import ArmModel, Joints, Pose
@@ -32,6 +34,9 @@ if TYPE_CHECKING:
     from armdrive.transports.link import Link
 
 T = TypeVar("T")
+
+CLOSING_S = 10.0
+"""A disk that takes longer to remember where the arm was left is not waited for."""
 
 PATIENCE_S = 60.0
 """Whatever should take no time at all is given up after this long."""
@@ -61,7 +66,9 @@ class Connected:
         self.witness = witness
         self._on_close: list[Callable[[], None]] = []
         controller = dialect(config.connection.dialect).controller(config)
-        self.core = Core(config, controller, recorder)
+        # on simulated time a disk takes no time: what has to be written is written at once
+        wake = pace.wake if isinstance(pace, RealPace) else None
+        self.core = Core(config, controller, recorder, wake)
         self.core.allow_restored = allow_restored
         self.core.witness = witness
         self.core.geometry_known |= simulated  # a simulated arm is what its numbers say
@@ -161,7 +168,7 @@ class Connected:
         """
         self.request_stop(hard=True)  # before the lock: the engine may be holding it
         with self.pace.lock:
-            self.core.fault("emergency stop: look at the arm, then reset")
+            self.core.fault("emergency stop: look at the arm, then reset", EMERGENCY_STOP)
             self.request_stop(hard=True)
 
     def reset(self) -> None:
@@ -241,6 +248,7 @@ class Connected:
     def _release(self) -> None:
         self.pace.close()
         self.engine.link.close()
+        self.core.memory.finish(CLOSING_S)
         self.witness.close()
         calls, self._on_close = self._on_close, []
         for call in calls:
@@ -262,6 +270,6 @@ class Connected:
             alerted(self.core, event, self.engine.now_s)
 
     def _lost(self, lost: LinkLost) -> None:
-        self.core.error = str(lost)
+        self.core.fault(lost)
         self.core.happen(Event.LOST)
         self.core.remember()

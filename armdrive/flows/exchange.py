@@ -28,6 +28,7 @@ from armdrive.errors import (
     PositionMismatch,
     Stopped,
 )
+from armdrive.flows.remembering import leave_standstill
 from armdrive.status import Current, State, Trust
 from armdrive.trust import Evidence
 
@@ -78,7 +79,7 @@ class Wire:
             reply: Reply = yield Ask(request)
         except NoAnswer as error:
             self.core.learn(silence, self.now_s)
-            self.core.fault(str(error))
+            self.core.fault(error)
             raise
         return reply
 
@@ -136,7 +137,7 @@ class Wire:
             registers = yield from self.ask_registers()
         except DeviceFault as fault:
             self.core.learn(Evidence.SILENT, self.now_s)
-            self.core.fault(str(fault))
+            self.core.fault(fault)
             raise
         return self.core.compare(registers)
 
@@ -145,8 +146,15 @@ class Wire:
         weigh_difference(self, (yield from self.read()))
 
     def look_before_motion(self) -> Flow[None]:
-        """Look, unless that was done a moment ago."""
+        """Look, unless that was done a moment ago, while the mark of motion is being written.
+
+        A slow disk makes what was seen stale, so that the look comes after it once more.
+        """
+        self.core.memory.begin_mark()
         if self.now_s > self._looked_s + FRESH_S:
+            yield from self.look()
+        marked = yield from leave_standstill(self)
+        if marked and self.now_s > self._looked_s + FRESH_S:
             yield from self.look()
 
     def move(
@@ -168,7 +176,8 @@ class Wire:
         core.require_settings()
         if core.state is State.ERROR_STOP:  # the device has raised an alarm since the last burst
             raise DeviceFault(core.error)
-        core.mark_leaving()
+        if not (yield from leave_standstill(self, let_go)):
+            return
         core.goes_to(target)
         strays = core.controller.coordination_steps(steps, rate_hz)
         self.straying_steps = max(self.straying_steps, strays)
@@ -207,7 +216,8 @@ class Wire:
         """Have a device drive queued segments; True when all were driven, False when halted."""
         core = self.core
         core.require_settings()
-        core.mark_leaving()
+        if not (yield from leave_standstill(self, request.let_go)):
+            return False
         try:
             reply = yield from self.request(request, Evidence.ANSWER_LOST)
         except LinkLost:
@@ -260,7 +270,7 @@ class Wire:
         )
 
     def _fault(self, error: DeviceFault | PendantStop) -> DeviceFault | PendantStop:
-        self.core.fault(str(error))
+        self.core.fault(error)
         return error
 
 
@@ -270,8 +280,9 @@ def weigh_difference(wire: Wire, difference: Motors) -> None:
     if not difference.largest:
         return
     zeroed = take_difference(core)
-    core.learn(Evidence.CONTROLLER_RESTARTED if zeroed else Evidence.MOVED_BY_OTHERS, wire.now_s)
-    core.notice = core.belief.reason
+    evidence = Evidence.CONTROLLER_RESTARTED if zeroed else Evidence.MOVED_BY_OTHERS
+    core.learn(evidence, wire.now_s)
+    core.notify(core.belief.reason, evidence)
 
 
 def take_difference(core: Core) -> bool:

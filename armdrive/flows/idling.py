@@ -34,10 +34,11 @@ class Idling:
             core.settle()
         if core.state not in (State.STANDBY, State.HOMING):
             return math.inf, None
-        if core.memory.marked and now_s >= core.still_since_s + STILL_S:
+        core.hear_memory()
+        if core.memory.owing and now_s >= core.still_since_s + STILL_S:
             core.mark_still()
             core.still_since_s = now_s  # where it could not be written, try again later
-        mark_s = core.still_since_s + STILL_S if core.memory.marked else math.inf
+        mark_s = core.still_since_s + STILL_S if core.memory.owing else math.inf
         every_s = core.config.motion.idle_poll_s
         if every_s == 0.0:
             return mark_s, None

@@ -23,8 +23,9 @@ from armdrive.controllers.requests import (
 )
 from armdrive.core import Coordinates
 from armdrive.engine import Flow
-from armdrive.errors import DeviceFault, LinkLost, NotReferenced, StateFileError
+from armdrive.errors import DeviceFault, LinkLost, NotReferenced, SettingsDiffer, StateFileError
 from armdrive.flows.exchange import weigh_difference
+from armdrive.flows.remembering import be_remembered, leave_standstill
 from armdrive.states import Event, after
 from armdrive.status import Current, State, Trust
 from armdrive.trust import Belief, Evidence
@@ -43,6 +44,8 @@ def connect(wire: Wire) -> Flow[None]:
     _take_up_record(wire, registers)
     yield from compare_settings(wire)
     core.memory.taken_up()  # from here on: a connection that failed leaves the record as it was
+    if core.belief.trust is Trust.SUSPECT:
+        core.remember()  # else registers that come back by chance would be believed once more
     core.still_since_s = wire.now_s
 
 
@@ -50,19 +53,13 @@ def _take_up_record(wire: Wire, registers: Registers) -> None:
     core = wire.core
     core.found(registers)
     try:
-        record = core.memory.load()
+        record = core.memory.load(
+            core.config.name, core.config.calibration, len(registers.positions)
+        )
     except StateFileError as error:
         core.learn(Evidence.RECORD_UNUSABLE, wire.now_s, str(error))
         return
-    if record is None:
-        core.learn(Evidence.NO_RECORD, wire.now_s)
-    elif record.arm != core.config.name:
-        core.learn(Evidence.RECORD_UNUSABLE, wire.now_s, f"it is of the arm {record.arm}")
-    elif record.calibration != core.config.calibration:
-        core.learn(Evidence.RECORD_UNUSABLE, wire.now_s, "it was made with another calibration")
-    elif len(record.offset) != len(registers.positions):
-        core.learn(Evidence.RECORD_UNUSABLE, wire.now_s, "it is of an arm with other motors")
-    elif record.trust == Trust.UNKNOWN.value:
+    if record is None or record.trust == Trust.UNKNOWN.value:
         core.learn(Evidence.NO_RECORD, wire.now_s)
     else:
         same = core.restore(record, registers.positions)
@@ -84,7 +81,7 @@ def compare_settings(wire: Wire) -> Flow[Settings]:
         raise DeviceFault(core.error)
     core.differences = reply.differences
     if reply.differences:
-        core.notice = str(reply)
+        core.notify(str(reply), SettingsDiffer(str(reply)))
     return reply
 
 
@@ -117,13 +114,15 @@ def take_reference(wire: Wire, there: Coordinates, evidence: Evidence) -> Flow[N
     core.error = core.notice = ""
     core.settle()
     core.mark_still()
+    yield from be_remembered(wire)
 
 
 def home_device(wire: Wire, homing: HomingSettings) -> Flow[None]:
     """Have the device find its switches, in the arm file's order; it stands at them afterwards."""
     core = wire.core
     core.require_settings()
-    core.mark_leaving()
+    if not (yield from leave_standstill(wire)):
+        raise wire.stopped("homing was stopped before it began")
     core.happen(Event.HOME)
     core.current = Current.HELD
     groups = tuple(tuple(motor - 1 for motor in group) for group in homing.groups)
@@ -145,6 +144,7 @@ def home_device(wire: Wire, homing: HomingSettings) -> Flow[None]:
     core.settle()
     core.mark_still()
     core.still_since_s = wire.now_s
+    yield from be_remembered(wire)
 
 
 def confirm_record(wire: Wire) -> Flow[None]:
@@ -158,13 +158,15 @@ def confirm_record(wire: Wire) -> Flow[None]:
         )
     core.learn(Evidence.CONFIRMED, wire.now_s)
     core.mark_still()
+    yield from be_remembered(wire)
 
 
 def disable(wire: Wire) -> Flow[None]:
     """Drop the motor current: the arm can sag, so its position is suspect from then on."""
     core = wire.core
     after(core.state, Event.DISABLE)
-    core.mark_leaving()
+    if not (yield from leave_standstill(wire)):
+        raise wire.stopped("a stop came before the motor current was switched off: it is still on")
     core.happen(Event.DISABLE)
     core.learn(Evidence.CURRENT_DROPPED, wire.now_s)  # whatever the answer will be
     core.current = Current.UNKNOWN
@@ -177,6 +179,7 @@ def disable(wire: Wire) -> Flow[None]:
     core.count_anew(registers.positions)  # they may have been zeroed, which moves nothing
     core.inputs, core.gripping = registers.inputs, registers.gripping
     core.mark_still()
+    yield from be_remembered(wire)
 
 
 def enable(wire: Wire) -> Flow[None]:

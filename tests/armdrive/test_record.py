@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 from faults import OVER_THE_TABLE, FaultyLink, sim_config
 
+from armdrive import record_text
 from armdrive.connecting import connect_simulated
 from armdrive.errors import ArmError, NotReferenced, StateFileError
 from armdrive.record import FileRecorder, Record
@@ -34,8 +35,11 @@ def bench(tmp_path):
             return connect_simulated(twin=used, recorder=self.recorder, **options)
 
         def edit(self, **changes):
-            entries = json.loads(self.path.read_text())
-            self.path.write_text(json.dumps({**entries, **changes}))
+            """Write other entries with a checksum that fits them, as another program would."""
+            entries = json.loads(self.path.read_text()) | changes
+            del entries["check"]
+            entries["check"] = record_text._check(entries)
+            self.path.write_text(json.dumps(entries))
 
     made = Bench()
     made.twin, made.config = twin, config
@@ -119,7 +123,14 @@ def test_a_power_cut_between_programs_is_suspect_and_keeps_the_posture(bench):
         ({"arm": "the other one"}, "the other one"),
         ({"offset": [0], "registers": [0]}, "other motors"),
         ({"trust": "certain"}, "damaged"),
-        ({"format": 99}, "damaged"),
+        ({"format": 99}, "a newer armdrive wrote it"),
+        ({"format": 1}, "an older armdrive wrote it"),
+        ({"format": "2"}, "damaged"),
+        ({"registers": [0, 0, 0, 0, 0, 10**11]}, "damaged"),
+        ({"coordinates": [1e300, 0, 0, 0, 0, 0]}, "damaged"),
+        ({"in_motion": 0}, "damaged"),
+        ({"reason": None}, "damaged"),
+        ({"more": 1}, "damaged"),
         ({"registers": [0, 0, 0, 0, 0, 0.5]}, "damaged"),
         ({"coordinates": ["a", 0, 0, 0, 0, 0]}, "damaged"),
     ],
@@ -134,12 +145,6 @@ def test_a_record_that_does_not_fit_is_refused_with_the_reason(bench, changes, w
         arm.move_j(base_deg=0)
 
 
-@pytest.mark.parametrize("text", ["", "{", "[]", "\x00\x01", '{"format": 1}', "null"])
-def test_a_corrupt_record_is_no_position(bench, text):
-    bench.path.write_text(text)
-    with pytest.raises(StateFileError, match="damaged"):
-        bench.recorder.load()
-    assert bench.connect().status.trust is Trust.UNKNOWN
 
 
 def test_coordinates_that_are_not_those_of_the_steps_are_not_believed(bench):
@@ -173,7 +178,13 @@ def test_an_arm_whose_position_cannot_be_remembered_does_not_move(bench):
         def load(self):
             return None
 
-        def save(self, record: Record) -> None:
+        def refuse(self):
+            pass
+
+        def remove(self):
+            raise OSError(5, "Input/output error")
+
+        def save(self, record: Record, wanted) -> None:
             raise OSError(28, "No space left on device")
 
     bench.recorder = Full()
