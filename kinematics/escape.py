@@ -11,18 +11,23 @@ from dataclasses import dataclass, replace
 
 from kinematics.arm_geometry import ArmGeometry
 from kinematics.closed_form import AXIS_MM
-from kinematics.escape_ways import at_radius, distance_mm, of_links, steepest
+from kinematics.errors import Unreachable
+from kinematics.escape_ways import at_radius, distance_mm, out_of_box, steepest
 from kinematics.guards import GuardedArm, Guards, Violation
+from kinematics.guards_links import BOX
 from kinematics.spaces import Joints, Pose
 
 MOVES = 4
 """How many bounds a goal is moved to, one after another, before that way is given up."""
 
-MOST_TRIES = 16
+MOST_TRIES = 12
 """How many goals are tried after each move, the nearest ones first."""
 
 HALVINGS = 12
 """How often the way back to where the arm stands is halved, where nothing else was found."""
+
+Try = tuple[Pose, Joints | None]
+"""A goal, and the posture beside which it is looked for."""
 
 
 def nearest_allowed(
@@ -39,11 +44,11 @@ def nearest_allowed(
     """
     search = _Search(arm, guards.over(arm), pose, seed)
     seen: set[Pose] = set()
-    tries = [pose]
+    tries: list[Try] = [(pose, None)]
     for _ in range(MOVES + 1):
-        following = [found for goal in tries for found in search.look(goal)]
-        following.sort(key=lambda goal: distance_mm(goal, pose))
-        tries = [goal for goal in following if _new(goal, seen)][:MOST_TRIES]
+        following = [found for goal, beside in tries for found in search.look(goal, beside)]
+        following.sort(key=lambda one: distance_mm(one[0], pose))
+        tries = [one for one in following if _new(one[0], seen)][:MOST_TRIES]
     return search.best or search.on_the_way()
 
 
@@ -58,9 +63,9 @@ class _Search:
     best: Pose | None = None
     least_mm: float = math.inf
 
-    def look(self, goal: Pose) -> Iterator[Pose]:
+    def look(self, goal: Pose, beside: Joints | None) -> Iterator[Try]:
         """Keep the pose in reach nearest to a goal if it is allowed, else yield ways out of it."""
-        near = self.arm.nearest_pose(goal, self.seed)
+        near = self._in_reach(goal, beside)
         joints = self.arm.solve(near, self.seed)
         if joints is None:  # pragma: no cover - what is in reach has a posture
             return
@@ -70,23 +75,46 @@ class _Search:
             self.best, self.least_mm = near, away_mm
         for violation in broken:
             for start in (goal, near):
-                yield from self._escapes(violation, start, joints)
+                for escape in self._escapes(violation, start, joints):
+                    yield escape, joints
+
+    def _in_reach(self, goal: Pose, beside: Joints | None) -> Pose:
+        """Return a goal, or the pose in reach near it, searched for beside a posture if given.
+
+        An arm whose postures are found by numbers takes long to be sure that there is none.
+        """
+        if beside is None:
+            return self.arm.nearest_pose(goal, self.seed)
+        try:
+            self.arm.ik_near(goal, beside)
+        except Unreachable as refusal:
+            return refusal.nearest
+        return goal
 
     def on_the_way(self) -> Pose | None:
         """Return an allowed pose between the seed's and the goal, None without such a seed."""
         if self.seed is None or self.guarded.violations(self.seed):
             return None
-        start = self.arm.fk(self.seed)
-        low, high, found = 0.0, 1.0, start
+        found, beside = self.arm.fk(self.seed), self.seed
+        start, low, high = found, 0.0, 1.0
         for _ in range(HALVINGS):
             middle = (low + high) / 2.0
             there = _between(start, self.pose, middle)
-            joints = self.arm.solve(there, self.seed)
-            if joints is not None and not self.guarded.violations(joints):
-                low, found = middle, there
-            else:
+            joints = self._allowed(there, beside)
+            if joints is None:
                 high = middle
+            else:
+                low, found, beside = middle, there, joints
         return found
+
+    def _allowed(self, pose: Pose, beside: Joints) -> Joints | None:
+        """Return the posture that `arm.ik` gives a pose, None where it is not allowed."""
+        try:
+            self.arm.ik_near(pose, beside)
+        except Unreachable:
+            return None
+        joints = self.arm.solve(pose, self.seed)
+        return None if joints is None or self.guarded.violations(joints) else joints
 
     def _escapes(self, violation: Violation, pose: Pose, joints: Joints) -> Iterator[Pose]:
         """Yield the poses that leave one guard by each of its bounds."""
@@ -102,8 +130,9 @@ class _Search:
             yield at_radius(pose, guards.hand_tip_radius_mm, direction)
             yield replace(pose, z_mm=guards.hand_height_mm)
             yield at_radius(pose, math.hypot(pose.x_mm, pose.y_mm) + violation.excess_mm, direction)
+        elif violation.guard.startswith(BOX):
+            yield from out_of_box(self.guarded, violation, pose, joints)
         else:
-            yield from of_links(self.guarded, violation, pose, joints)
             yield from steepest(self.guarded, violation, pose, joints)
 
     def _direction(self) -> float:

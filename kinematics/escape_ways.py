@@ -10,6 +10,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import replace
 
+from kinematics.errors import Unreachable
 from kinematics.guards import GuardedArm, Violation
 from kinematics.guards_links import BOX
 from kinematics.spaces import Joints, Pose
@@ -24,12 +25,12 @@ FURTHEST_MM = 300.0
 """The furthest that one move leads, where hardly any way seems to lead out."""
 
 
-def of_links(
+def out_of_box(
     guarded: GuardedArm, violation: Violation, pose: Pose, joints: Joints
 ) -> Iterator[Pose]:
     """Yield the poses that take a link out of a box by each of its sides."""
     links = guarded.links
-    if links is None or not violation.guard.startswith(BOX):
+    if links is None:
         return
     box = next(one for one in links.boxes if BOX + one.name == violation.guard)
     index = links.names.index(violation.quantity)
@@ -45,11 +46,8 @@ def steepest(
     axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
     here = guarded.arm.fk(joints)
     slopes = [
-        (
-            _depth_mm(guarded, violation, _moved(here, axis, PROBE_MM), joints)
-            - _depth_mm(guarded, violation, _moved(here, axis, -PROBE_MM), joints)
-        )
-        / (2.0 * PROBE_MM)
+        (_depth_mm(guarded, violation, _moved(here, axis, PROBE_MM), joints) - violation.excess_mm)
+        / PROBE_MM
         for axis in axes
     ]
     steep = math.hypot(*slopes)
@@ -71,8 +69,9 @@ def distance_mm(a: Pose, b: Pose) -> float:
 
 def _depth_mm(guarded: GuardedArm, violation: Violation, pose: Pose, seed: Joints) -> float:
     """Return how deep a pose is in one guard; out of reach, as deep as the violation says."""
-    joints = guarded.arm.solve(pose, seed)
-    if joints is None:
+    try:
+        joints = guarded.arm.ik_near(pose, seed)
+    except Unreachable:
         return violation.excess_mm
     same = (violation.guard, violation.quantity)
     broken = guarded.violations(joints)
