@@ -45,7 +45,7 @@ def test_a_hand_in_a_box_comes_out_by_the_nearest_side(goal, nearest):
 
 def test_a_hand_in_the_base_comes_out_of_it():
     goal = Pose.of(x_mm=100, y_mm=20, z_mm=60, pitch_deg=-90)
-    thick = replace(BASED, base_radius_mm=90.0)
+    thick = replace(BASED, base_radius_mm=90.0, base_top_mm=100.0)
     assert thick.violation(TEACHMOVER, TEACHMOVER.ik(goal)).guard == "base column"
     found = nearest_allowed(TEACHMOVER, thick, goal)
     assert allowed(thick, found)
