@@ -120,10 +120,19 @@ class Core(Remarks):
     def fault(self, cause: str | ArmError, code: str = FAULT) -> None:
         """Latch error-stop and say why; what was asked for and not begun is forgotten."""
         self.say_error(str(cause), code_of(cause) if isinstance(cause, ArmError) else code)
-        self.hold = None
-        self.nudges.clear()
+        self._forget_what_waits()
         if self.state is not State.DISCONNECTED:
             self.happen(Event.FAULT)
+
+    def lose(self, lost: ArmError) -> None:
+        """Note that the wire is gone, and with it all that was asked for and not begun."""
+        self.say_error(str(lost), code_of(lost))
+        self._forget_what_waits()
+        self.happen(Event.LOST)
+
+    def _forget_what_waits(self) -> None:
+        self.hold = None
+        self.nudges.clear()
 
     def learn(self, evidence: Evidence, now_s: float, detail: str = "") -> None:
         """Weigh evidence about the position, and remember what came of it."""

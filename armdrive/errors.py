@@ -7,6 +7,7 @@
     |   +-- OperatorNeeded        3   a person has to look at the arm first
     |   +-- WrongState            3   not allowed in the present state of the arm
     |   +-- OutOfBounds           3   a limit or a guard would be passed
+    |   +-- SettingsDiffer        3   the device is set up for another arm
     |   +-- ArmInUse              4   another program holds the arm
     +-- Stopped                   5   a motion ended early because somebody stopped it
     |   +-- PendantStop           5   the STOP key of the pendant
@@ -18,8 +19,10 @@
     |   +-- LinkLost              4   the wire broke
     +-- ArmFileError              2   an arm file that cannot be used
     +-- StateFileError            1   a state file that cannot be used
+    +-- RecordingError            2   a recording that cannot be used
 
-A goal that cannot be reached is kinematics' own `Unreachable`, and ends with 3.
+A goal that cannot be reached is kinematics' own `Unreachable`, and ends with 3. What each means for
+the arm and what to do stands in armdrive/catalogue, by `error.code`.
 """
 
 from __future__ import annotations
@@ -34,6 +37,13 @@ class ArmError(Exception):
     """Root of armdrive's errors. The message says what was wrong and what to do."""
 
     exit_code: ClassVar[int] = 1
+
+    @property
+    def code(self) -> str:
+        """The code under which the catalogue (`armdrive errors`) has this kind of error."""
+        from armdrive.catalogue import entry
+
+        return entry(self).code
 
 
 class Refused(ArmError):
@@ -139,3 +149,9 @@ class ArmFileError(ArmError):
 
 class StateFileError(ArmError):
     """A saved state that cannot be used; the message says why."""
+
+
+class RecordingError(ArmError):
+    """A flight recorder's file that cannot be used; the message says which line and why."""
+
+    exit_code = 2

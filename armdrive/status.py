@@ -48,7 +48,8 @@ class Status:
     and are None while the trust is unknown; of a device that reports while it moves, they follow
     from what it reported last. `stop_time_s` and `stop_distance_mm` bound, for the worst case, how
     long and how far the finger tips go on after a stop is asked for now; `silent_time_s` and
-    `silent_distance_mm` the same if this program dies now, or the cable is pulled.
+    `silent_distance_mm` the same if this program dies now, or the cable is pulled. The codes are
+    rows of the catalogue of errors.
     """
 
     arm: str
@@ -77,7 +78,16 @@ class Status:
     last_answer: str = ""
     notice: str = ""
     error: str = ""
+    error_code: str = ""
+    notice_code: str = ""
     time_s: float = 0.0
+
+    @property
+    def trust_code(self) -> str:
+        """The catalogue's code of the reason, where it speaks against the position."""
+        from armdrive.catalogue import code_of_reason
+
+        return code_of_reason(self.trust_reason)
 
     @property
     def which(self) -> str:
@@ -110,4 +120,12 @@ class Status:
         return "\n".join(lines)
 
     def _remarks(self) -> tuple[tuple[str, str], ...]:
-        return (("notice", self.notice), ("error", self.error))
+        return (
+            ("notice", coded(self.notice, self.notice_code)),
+            ("error", coded(self.error, self.error_code)),
+        )
+
+
+def coded(words: str, code: str) -> str:
+    """Put a code before the words it belongs to."""
+    return f"[{code}] {words}" if code and words else words

@@ -64,4 +64,7 @@ def status_view(status: Status) -> dict[str, Any]:
         "stop_distance_mm": round(status.stop_distance_mm, 1),
         "notice": status.notice,
         "error": status.error,
+        "trust_code": status.trust_code,
+        "notice_code": status.notice_code,
+        "error_code": status.error_code,
     }

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from itertools import zip_longest
 from typing import TYPE_CHECKING
 
-from armdrive.status import State, Status, Trust
+from armdrive.status import State, Status, Trust, coded
 from tui.keys import JogPair, label, words
 from tui.settings import Settings
 
@@ -33,7 +33,11 @@ def title(status: Status, width: int) -> str:
 
 def banner(status: Status) -> str:
     """Say what forbids all motion, and what to do; nothing while nothing does."""
-    reason = status.error or status.notice or status.trust_reason
+    reason = (
+        coded(status.error, status.error_code)
+        or coded(status.notice, status.notice_code)
+        or coded(status.trust_reason, status.trust_code)
+    )
     if status.state is State.DISCONNECTED:
         return f"LINK LOST: {reason}. q leaves."
     if status.state is State.ERROR_STOP:

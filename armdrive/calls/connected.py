@@ -270,6 +270,5 @@ class Connected:
             alerted(self.core, event, self.engine.now_s)
 
     def _lost(self, lost: LinkLost) -> None:
-        self.core.fault(lost)
-        self.core.happen(Event.LOST)
+        self.core.lose(lost)
         self.core.remember()

@@ -94,7 +94,7 @@ class Jogging(Connected):
                 after(self.core.state, Event.MOVE)
             self._join_session()
         except Refused as refusal:
-            self.core.notice = str(refusal)
+            self.core.notify(str(refusal), refusal)
             return False
         return True
 

@@ -28,6 +28,7 @@ COMMANDS: Mapping[str, str] = MappingProxyType(
         "ports": "list the serial ports, who has them, and which arm files name them",
         "doctor": "find out what a port leads to, and what is wrong with it; moves nothing",
         "sim": "run a simulated arm that speaks the real bytes",
+        "errors": "what an error means for the arm, and what to do, by its code",
     }
 )
 """Every command with its line of help."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import importlib
+import json
 import os
 import signal
 import sys
@@ -12,6 +13,7 @@ from collections.abc import Iterator
 from types import FrameType
 from typing import NoReturn, Protocol, cast
 
+from armdrive.catalogue import error_view, tagged
 from armdrive.cli import COMMANDS
 from armdrive.errors import ArmError
 from kinematics.errors import BadNumber, KinematicsError, UnknownPreset, UnknownSystem
@@ -36,7 +38,8 @@ class Ended(BaseException):
 
     def __init__(self, number: int) -> None:
         self.number = number
-        super().__init__(signal.Signals(number).name)
+        name = signal.Signals(number).name
+        super().__init__(f"ended by {name}; an arm that moved was stopped")
 
 
 def run_command(name: str, words: list[str]) -> int:
@@ -54,25 +57,30 @@ def run_command(name: str, words: list[str]) -> int:
         with _signals():
             return module.run(options)
     except KeyboardInterrupt:
-        return _say("interrupted; an arm that moved was stopped", INTERRUPTED)
+        pressed = KeyboardInterrupt("interrupted; an arm that moved was stopped")
+        return _say(options, pressed, INTERRUPTED)
     except Ended as ended:
-        return _say(f"ended by {ended}; an arm that moved was stopped", 128 + ended.number)
+        return _say(options, ended, 128 + ended.number)
     except ArmError as error:
-        return _say(str(error), error.exit_code)
+        return _say(options, error, error.exit_code)
     except (BadNumber, UnknownPreset, UnknownSystem, argparse.ArgumentTypeError) as error:
-        return _say(str(error), USAGE)
+        return _say(options, error, USAGE)
     except KinematicsError as error:
-        return _say(str(error), REFUSED)
+        return _say(options, error, REFUSED)
     except BrokenPipeError:
         # whoever read our output has gone (armdrive ... | head): end quietly
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except OSError as error:  # a state folder that cannot be written, a disk that is full
-        return _say(str(error), ArmError.exit_code)
+        return _say(options, error, ArmError.exit_code)
 
 
-def _say(text: str, code: int) -> int:
-    sys.stderr.write(f"armdrive: {text}\n")
+def _say(options: argparse.Namespace, error: BaseException, code: int) -> int:
+    """Put an error on a line of its own, for the person or, with `--json`, for the program."""
+    if getattr(options, "json", False):
+        sys.stderr.write(f"{json.dumps(error_view(error))}\n")
+    else:
+        sys.stderr.write(f"armdrive: {tagged(error)}\n")
     return code
 
 

@@ -7,6 +7,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from armdrive.controllers.requests import Alert, AlertKind
+from armdrive.remarks import ALARM_VOUCHED, code_of
 from armdrive.status import Current
 from armdrive.trust import Evidence
 
@@ -32,4 +33,5 @@ def alerted(core: Core, alert: Alert, now_s: float) -> None:
         core.learn(evidence, now_s, alert.text)
     if alert.kind in (AlertKind.RESTARTED, AlertKind.SWITCHED_OFF):
         core.current = Current.UNKNOWN
-    core.fault(f"{alert.text}. Look at the arm, then reset")
+    code = ALARM_VOUCHED if evidence is None else code_of(evidence)
+    core.fault(f"{alert.text}. Look at the arm, then reset", code)

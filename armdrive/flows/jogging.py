@@ -118,7 +118,7 @@ def _increment(wire: Wire, speeds: Speeds, jog: Jog, speed: float) -> Flow[None]
         check_jog(core, jog)
         goal = _allowed(core, start, displaced(core, start, jog, 1.0))
     except (ArmError, KinematicsError) as refusal:
-        core.notice = str(refusal)
+        core.notify(str(refusal), refusal)
         return
     leg = Leg(start, goal, speeds.duration_s(start, goal, _capped(core, speed)))
     if start != goal:
@@ -186,7 +186,8 @@ def _next_held(
         check_jog(core, hold.jog)
         leg = _held_leg(wire, speeds, hold, start, longest_s, share_of)
     except (ArmError, KinematicsError) as refusal:
-        core.notice, core.hold = str(refusal), None
+        core.notify(str(refusal), refusal)
+        core.hold = None
         return None
     if leg.start == leg.end:
         core.hold = None

@@ -52,8 +52,10 @@ class Caller:
     def refused(self, *words: str, code: int) -> str:
         """Call a command that must fail; return its one sentence."""
         called = self(*words, code=code)
-        assert called.err.startswith("armdrive: "), called
         assert called.err.count("\n") == 1, called
+        if "--json" in words:
+            return str(json.loads(called.err)["message"])
+        assert called.err.startswith("armdrive: "), called
         return called.err.strip()
 
 

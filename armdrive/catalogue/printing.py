@@ -1,0 +1,55 @@
+"""The catalogue as people read it: a list, one row in full, and the page docs/errors.md."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from armdrive.catalogue import ENTRIES, GROUPS
+from armdrive.catalogue.entry import Entry
+
+_PAGE_BEGINS = """\
+# Every error
+
+What a message means, what it means for the arm, and what to do. The code stands in brackets before
+the sentence: `armdrive: [E203] planned motion needs ...`; in a program it is `error.code`, or
+`armdrive.catalogue.entry(error)` for those of the kinematics. `armdrive errors CODE` prints one
+row, and `armdrive errors --markdown` prints this page.
+
+With `--json` a command that fails prints one object on its error output: `code`, `title`,
+`message`, `effect` and `remedy`. The status has `error_code`, `notice_code` and `trust_code`.
+"""
+
+
+def listing() -> Iterator[str]:
+    """Return a line for each row."""
+    width = max(len(row.title) for row in ENTRIES)
+    for group, rows in GROUPS.items():
+        yield f"{group}:"
+        for row in rows:
+            yield f"  {row.code}  {row.title:<{width}}  {row.name}"
+
+
+def in_full(row: Entry) -> Iterator[str]:
+    """Return the lines of one row."""
+    yield f"{row.code}: {row.title} ({row.name})"
+    yield f"  cause   {_plain(row.cause)}"
+    yield f"  effect  {_plain(row.effect)}"
+    yield f"  remedy  {_plain(row.remedy)}"
+
+
+def page() -> str:
+    """Return docs/errors.md."""
+    parts = [_PAGE_BEGINS]
+    for group, rows in GROUPS.items():
+        parts.append(f"\n## {group}\n\n| code | error | cause | effect on the arm | what to do |\n")
+        parts.append("|---|---|---|---|---|\n")
+        parts += [
+            f"| {row.code} | **{row.title}** (`{row.name}`) | {row.cause} | {row.effect} | "
+            f"{row.remedy} |\n"
+            for row in rows
+        ]
+    return "".join(parts)
+
+
+def _plain(text: str) -> str:
+    return text.replace("**", "")
