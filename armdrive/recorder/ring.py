@@ -21,6 +21,9 @@ ENTRY_BYTES = 130
 
 LASTING = ("SwitchOn", "DropCurrent", "SetOutputs", "SetGripper", "ClearFault", "MendSetting")
 """Requests whose effect outlives them, and moves no motor."""
+EXCHANGE = frozenset((Kind.REQUEST, *WIRE))
+POSITION = frozenset((Kind.OFFSET, Kind.TRUST))
+"""What tells where the arm is, and comes seldom."""
 
 
 class Ring:
@@ -80,7 +83,7 @@ class Ring:
         self.bytes -= size
         if entry.kind is Kind.REQUEST:
             self._keeping = str(entry.what).startswith(LASTING)
-        useful = self._keeping and (entry.kind in WIRE or entry.kind is Kind.REQUEST)
+        useful = entry.kind in POSITION or (self._keeping and entry.kind in EXCHANGE)
         if useful and self._opening_bytes + size <= self._most_opening_bytes:
             self._lasting.append(entry)
             self._opening_bytes += size

@@ -1,0 +1,183 @@
+"""Bytes of the wire as messages: where each ends, how it is compared, and what it says in words.
+
+One row a dialect. A real board has a version, settings and a moment of its own, so that not all
+of what it says can be compared with what a simulated one says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import Enum
+from types import MappingProxyType
+from typing import Protocol, TypeVar
+
+from firmware_protocol import robko01
+from firmware_protocol.armdroid.wire import decode_answer as armdroid_answer
+from firmware_protocol.errors import ProtocolError
+from firmware_protocol.grbl.reports import decode_answer as grbl_answer
+from firmware_protocol.lines import LineSplitter
+from firmware_protocol.robko01.frames import Frame, FrameSplitter, Kind, Noise
+from firmware_protocol.robko01.wire import decode_answer as robko01_answer
+from firmware_protocol.robko01.wire import decode_request as robko01_request
+from firmware_protocol.teachmover.wire import decode_command, decode_reply
+
+T = TypeVar("T")
+
+LONGEST_LINE = 4096
+MOST_LINES = 65536
+
+
+class Weight(Enum):
+    """How a message is compared."""
+
+    ANSWER = "to the byte"
+    MOMENT = "by its kind alone while motors turn, since it tells of a moment; else to the byte"
+    PASSING = "not at all: how many there are, and when, is a matter of moments"
+    SELF = "not at all: the device describes itself"
+
+
+@dataclass(frozen=True, slots=True)
+class Message:
+    """One message of a device; `kind` is what is compared where its numbers are of a moment."""
+
+    data: bytes
+    weight: Weight
+    kind: bytes = b""
+
+
+class Splitter(Protocol):
+    """Messages out of bytes."""
+
+    def feed(self, data: bytes) -> list[Message]:
+        """Take bytes; return the messages that are whole by now."""
+
+
+class Lines:
+    """Messages that are lines."""
+
+    def __init__(self, ends: bytes, weigh: Callable[[bytes], Message]) -> None:
+        self._lines = LineSplitter(ends, max_length=LONGEST_LINE, max_lines=MOST_LINES)
+        self._weigh = weigh
+
+    def feed(self, data: bytes) -> list[Message]:
+        """Take bytes; return the lines that have ended."""
+        self._lines.feed(data)
+        found = []
+        while (line := self._lines.next_line()) is not None:
+            data = line if isinstance(line, bytes) else line.start
+            if data.strip():
+                found.append(self._weigh(data.strip()))
+        return found
+
+
+class Frames:
+    """Messages that are frames of the SUPER protocol, or noise."""
+
+    def __init__(self) -> None:
+        self._frames = FrameSplitter()
+
+    def feed(self, data: bytes) -> list[Message]:
+        """Take bytes; return the frames that are whole."""
+        self._frames.feed(data)
+        found = []
+        while (frame := self._frames.next_frame()) is not None:
+            found.append(_robko01_message(frame))
+        return found
+
+
+def _robko01_message(frame: Frame | Noise) -> Message:
+    if isinstance(frame, Noise):
+        return Message(frame.data, Weight.ANSWER)
+    if frame.op in (robko01.Op.GET_ROBOT_ID, robko01.Op.SET_ROBOT_ID):
+        return Message(frame.raw, Weight.SELF)
+    return Message(frame.raw, Weight.MOMENT, bytes((frame.op,)))
+
+
+def _answer(line: bytes) -> Message:
+    return Message(line, Weight.ANSWER)
+
+
+def _armdroid_message(line: bytes) -> Message:
+    own = line.startswith((b"Welcome", b"firmware", b"version", b"interface"))
+    return Message(line, Weight.SELF if own else Weight.ANSWER)
+
+
+def _grbl_message(line: bytes) -> Message:
+    if line.startswith(b"<"):
+        return Message(line, Weight.PASSING)
+    own = line.startswith((b"[", b"$", b"Grbl", b"grbl", b">"))
+    return Message(line, Weight.SELF if own else Weight.ANSWER)
+
+
+# -- words ---------------------------------------------------------------------------------------
+
+
+def shown(data: bytes) -> str:
+    """Return bytes for people: as text where they are text, else in hexadecimal."""
+    text = data.decode("latin-1")
+    if all(byte in b"\r\n\t" or 0x20 <= byte < 0x7F for byte in data):
+        return text.encode("unicode_escape").decode("ascii")
+    return data.hex(" ")
+
+
+def _decoded(read: Callable[[bytes], object], lines: list[bytes]) -> str:
+    return "; ".join(_one(read, line, line) for line in lines)
+
+
+def _one(read: Callable[[T], object], data: T, line: bytes) -> str:
+    try:
+        return repr(read(data))
+    except ProtocolError:
+        return f"unreadable: {shown(line)}"
+
+
+def _lines(data: bytes) -> list[bytes]:
+    return [line for line in data.replace(b"\n", b"\r").split(b"\r") if line.strip()]
+
+
+def _teachmover_words(data: bytes, sent: bool) -> str:
+    if sent:
+        return _decoded(lambda line: decode_command(line.lstrip(b"@")), _lines(data))
+    return _decoded(decode_reply, _lines(data))
+
+
+def _frames_words(data: bytes, sent: bool) -> str:
+    splitter = FrameSplitter()
+    splitter.feed(data)
+    words = []
+    read: Callable[[Frame], object] = robko01_request if sent else robko01_answer
+    while (frame := splitter.next_frame()) is not None:
+        if isinstance(frame, Frame) and frame.kind is (Kind.REQUEST if sent else Kind.ANSWER):
+            words.append(_one(read, frame, frame.raw))
+    return "; ".join(words)
+
+
+@dataclass(frozen=True, slots=True)
+class Talk:
+    """How one dialect is cut into messages and put into words."""
+
+    splitter: Callable[[], Splitter]
+    words: Callable[[bytes, bool], str]
+
+
+def _read_only(read: Callable[[bytes], object]) -> Callable[[bytes, bool], str]:
+    """Return words for what is heard; what is sent can be read as it is."""
+    return lambda data, sent: "" if sent else _decoded(read, _lines(data))
+
+
+TALKS: Mapping[str, Talk] = MappingProxyType(
+    {
+        "teachmover": Talk(lambda: Lines(b"\r\n", _answer), _teachmover_words),
+        "robko01": Talk(Frames, _frames_words),
+        "armdroid": Talk(lambda: Lines(b"\r\n", _armdroid_message), _read_only(armdroid_answer)),
+        "grbl": Talk(lambda: Lines(b"\r\n", _grbl_message), _read_only(grbl_answer)),
+    }
+)
+"""Every dialect whose recordings can be read and compared."""
+_PLAIN = Talk(lambda: Lines(b"\r\n", _answer), lambda _data, _sent: "")
+
+
+def talk(dialect: str) -> Talk:
+    """Return a dialect's row; of an unknown one, lines without words."""
+    return TALKS.get(dialect, _PLAIN)
