@@ -1,0 +1,115 @@
+"""Guards while an arm is driven: refused before the first byte, clipped while jogging, left."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import pytest
+from faults import ready_arm, sim_config
+from robko_bench import ready_robko, robko_config
+
+from armdrive import Jog
+from armdrive.errors import OutOfBounds
+from kinematics import Joints, Pose
+from kinematics.boxes import Box
+from kinematics.guards import AngleSum
+
+RADII = (35.0, 30.0, 25.0)
+STANDS_OFF_MM = 70.0
+"""How near a tip comes to the wall whose forearm ends 30 mm thick at an upright hand's wrist."""
+
+WALL = Box("wall", (0.0, 100.0, -10.0), (500.0, 104.0, 600.0))
+FOREARM = AngleSum("forearm elevation", (("shoulder", 1.0), ("elbow", 1.0)), -1.8, 0.5)
+
+
+def guarded(config, **guards):
+    model = config.model
+    return replace(config, model=replace(model, guards=replace(model.guards, **guards)))
+
+
+def walled(config):
+    return guarded(config, radii_mm=RADII, boxes=(WALL,))
+
+
+def over(y_mm, z_mm=120.0):
+    return Pose.of(x_mm=250, y_mm=y_mm, z_mm=z_mm, pitch_deg=-90)
+
+
+@pytest.mark.parametrize("call", ["move_to", "move_l"])
+def test_a_way_through_a_box_is_refused_before_the_first_byte(call):
+    arm = ready_arm(walled(sim_config()))
+    arm.move_to(over(0))
+    sent = len(arm.twin.link.sent)
+    with pytest.raises(OutOfBounds, match="inside the box 'wall'") as caught:
+        getattr(arm, call)(over(180))
+    assert caught.value.name == "box wall"
+    assert caught.value.value < 0.0 == caught.value.bound
+    assert len(arm.twin.link.sent) == sent
+
+
+def test_a_goal_in_a_box_is_refused_with_the_nearest_pose_that_can_be_taken():
+    arm = ready_arm(walled(sim_config()))
+    arm.move_to(over(0))
+    with pytest.raises(OutOfBounds, match="nearest pose that is allowed") as caught:
+        arm.move_to(over(90))
+    nearest = caught.value.nearest
+    assert nearest.y_mm == pytest.approx(STANDS_OFF_MM, abs=1.0)
+    arm.move_to(nearest)
+
+
+def test_a_forearm_beyond_its_elevation_is_refused_in_degrees():
+    arm = ready_arm(guarded(sim_config(), sums=(FOREARM,)))
+    with pytest.raises(OutOfBounds, match="forearm elevation would be -10") as caught:
+        arm.move_j(shoulder_deg=25, elbow_deg=-132, wrist_pitch_deg=60)
+    assert caught.value.name == "range of the forearm elevation"
+    assert -110.0 <= caught.value.value < -103.13
+    assert caught.value.bound == pytest.approx(-103.13, abs=0.01)
+
+
+def test_a_jog_stops_before_a_box_and_may_turn_back():
+    arm = ready_arm(walled(sim_config()))
+    arm.move_to(over(30))
+    jogged = arm.jog_l(y=1.0, speed=1.0, duration_s=4.0)
+    assert "box 'wall'" in jogged.note
+    assert 60.0 < arm.twin.world.pose.y_mm <= STANDS_OFF_MM + 1.1
+    arm.jog_l(y_mm=-20)
+    assert arm.twin.world.pose.y_mm < 57.0
+
+
+@pytest.mark.parametrize("speed", [1.0, 0.2])
+def test_an_arm_that_runs_on_while_it_stops_is_slowed_before_a_guard(speed):
+    arm = ready_robko(walled(robko_config()))
+    arm.move_to(over(30))
+    runs_on_s = arm.core.controller.stopping(arm.config.motion.jog_burst_s).asked_motion_s
+    assert runs_on_s > 0.0
+    ways = []
+    before_mm, before_s = arm.twin.world.pose.y_mm, arm.status.time_s
+    for _ in range(40):
+        arm.hold(Jog.cartesian(y=1.0), speed=speed, for_s=1.0)
+        arm.sleep(0.25)
+        here_mm, now_s = arm.twin.world.pose.y_mm, arm.status.time_s
+        ways.append((here_mm, (here_mm - before_mm) / (now_s - before_s)))
+        before_mm, before_s = here_mm, now_s
+    assert ways[-1][0] == pytest.approx(STANDS_OFF_MM, abs=3.0)
+    for (here_mm, _), (_, after_mm_s) in pairwise(ways):
+        assert here_mm + after_mm_s * runs_on_s <= STANDS_OFF_MM + 1.0 + 1.0
+
+
+def test_an_arm_that_stands_in_a_box_may_leave_it_by_itself():
+    arm = ready_arm(walled(sim_config()))
+    inside = arm.config.model.arm.ik(over(90))
+    arm.declare_posture(inside)
+    with pytest.raises(OutOfBounds, match="box 'wall'"):
+        arm.move_l(over(100))
+    assert "box 'wall'" in arm.jog_l(y_mm=5).note
+    arm.jog_l(y_mm=-5)
+    arm.move_to(over(0))
+    assert arm.pose.y_mm == pytest.approx(0.0, abs=0.5)
+
+
+def test_the_postures_that_an_arm_is_used_in_break_no_guard_with_a_slim_base():
+    config = guarded(sim_config(), radii_mm=RADII, base_radius_mm=30.0, base_top_mm=120.0)
+    arm, model = ready_arm(config), config.model
+    for joints in (Joints.of(0, 0, 0, 0, 0), Joints.of(0, 70, -95, -35, 0)):
+        assert model.guards.violations(model.arm, joints) == ()
+    assert model.guards.violations(model.arm, model.arm.ik(model.reference.pose)) == ()
+    arm.park()
