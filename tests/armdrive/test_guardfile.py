@@ -1,7 +1,9 @@
 """The [guards] of an arm file: what is taken over, and what is refused with the key's name."""
 
 import math
+import re
 import tomllib
+from pathlib import Path
 
 import pytest
 from chain_files import six_joints
@@ -129,3 +131,14 @@ def test_the_forearms_elevation_is_for_arms_that_have_a_forearm(tmp_path):
 
 class _Joints:
     joint_names = ("waist", "bend")
+
+
+def test_the_page_about_guards_shows_a_file_that_is_read():
+    page = Path(__file__).parents[2] / "docs" / "guards.md"
+    shown = re.search(r"```toml\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)[1]
+    found = guards(shown)
+    assert found.boxes[0].name == "vice"
+    assert [one.name for one in found.sums] == ["forearm elevation", "cable of the hand"]
+    arm = preset("teachmover")
+    assert found.violations(arm.arm, arm.arm.ik(arm.reference.pose)) == ()
+    assert set(tomllib.loads(shown)["guards"]) >= {"radii_mm", "base_top_mm", "boxes", "sums"}
