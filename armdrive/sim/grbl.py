@@ -56,7 +56,8 @@ class SimGrbl(SimBase):
         switches: Switches,
         baud: int | None,
     ) -> None:
-        drive = BoardDrive(world, len(build.axes), build.order, settings.limits())
+        axes, ahead_s = len(build.axes), build.firmware.ahead_s
+        drive = BoardDrive(world, axes, build.order, settings.limits(), ahead_s)
         super().__init__(world, drive, baud)
         self.build = build
         self.board = Board(

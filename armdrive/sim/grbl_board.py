@@ -104,7 +104,7 @@ class Board:
     @property
     def full(self) -> bool:
         """Whether the planner takes no more lines."""
-        return self.drive.rack.waiting >= self.firmware.blocks
+        return self.drive.queued(self.now_s) >= self.firmware.blocks
 
     def say(self, answer: Answer) -> None:
         """Send something."""
@@ -135,7 +135,7 @@ class Board:
         return min(
             math.inf if self.blocked else self._line.until_s,
             self.boot.until_s,
-            self.drive.rack.next_line_s,
+            self.drive.next_s,
             self.idle_off_s,
             self.limits.due_s,
             self.reporter.due_s(self),
@@ -146,10 +146,8 @@ class Board:
         self.now_s = now_s
         if self.boot.until_s <= now_s:
             self.boot.step()
-        if self.drive.rack.next_line_s <= now_s:
-            self.drive.settle(now_s)
-            if not self.drive.moving:
-                self._stood()
+        if self.drive.live(now_s):
+            self._stood()
         if self.limits.due_s <= now_s:
             self.limits.look(self)
         if self.idle_off_s <= now_s:

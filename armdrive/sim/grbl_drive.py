@@ -17,10 +17,17 @@ from kinematics.spaces import Motors
 
 
 class BoardDrive(Drive[PathRack]):
-    """A path in the space of the axes; `order` gives the axis of each motor."""
+    """A path in the space of the axes; `order` gives the axis of each motor.
 
-    def __init__(self, world: World, axes: int, order: Sequence[int], limits: PathLimits) -> None:
+    `ahead_s` of the motion is worked out beforehand and no longer changed.
+    """
+
+    def __init__(
+        self, world: World, axes: int, order: Sequence[int], limits: PathLimits, ahead_s: float
+    ) -> None:
         super().__init__(world, PathRack((0,) * axes, limits))
+        self._ahead_s = ahead_s
+        self._brake_s = math.inf
         self._axes = axes
         self._order = tuple(order)
 
@@ -61,6 +68,37 @@ class BoardDrive(Drive[PathRack]):
         self.follow(now_s)
         deltas = self.steps_of(target) - self.rack.goal
         return self.rack.queue(deltas, rate, now_s, rapid=rapid)
+
+    @property
+    def next_s(self) -> float:
+        """When a line ends, or braking begins; infinity while neither is to come."""
+        return min(self._brake_s, self.rack.next_line_s)
+
+    def live(self, now_s: float) -> bool:
+        """Do what is due; True where the motors have come to a stand."""
+        if self.rack.next_line_s <= now_s:
+            self.settle(now_s)
+            if not self.moving:
+                self._brake_s = math.inf
+                return True
+        if self._brake_s <= now_s:
+            self._brake_s = math.inf
+            self.follow(now_s)
+            self.rack.hold(now_s)
+        return False
+
+    def brake(self, now_s: float) -> None:
+        """Slow down along the path to a stand-still, as soon as that can still be worked out."""
+        self._brake_s = now_s + self._ahead_s
+
+    def queued(self, now_s: float) -> int:
+        """Return how many lines wait: one that is worked out to its end does no longer."""
+        return self.rack.waiting - self.rack.ending_by(now_s + self._ahead_s)
+
+    def stop(self, now_s: float) -> None:
+        """End the motion dead where it is now."""
+        self._brake_s = math.inf
+        super().stop(now_s)
 
     def kill(self, now_s: float, coast: float) -> None:
         """Stop dead, all lines lost; the arm runs on for a share of the ramp that is not made."""

@@ -27,6 +27,10 @@ class Firmware:
     """One firmware on its usual board.
 
     `ring_bytes` is what the receive ring holds, `blocks` how many lines the planner queues.
+    Of the motion `ahead_s` is worked out already and no longer changed: a hold begins to brake so
+    much later, and a line leaves the planner so much before its end (gnea/grbl grbl/stepper.h: six
+    segments of 10 ms; grblHAL ten, FluidNC twelve).
+
     A line takes `parse_s`, and `plan_s` more where it is a motion. A change of settings takes
     `eeprom_s`, in which bytes that arrive are lost where it is `deaf_in_eeprom`. An alarm is
     followed by `alarm_s` without motor current before the board starts anew, which takes
@@ -43,6 +47,7 @@ class Firmware:
     outputs: bool
     letters_to_home: int
     crlf_answers_twice: bool
+    ahead_s: float
     parse_s: float
     plan_s: float
     eeprom_s: float
@@ -102,6 +107,7 @@ _GRBL = Firmware(
     outputs=False,
     letters_to_home=0,
     crlf_answers_twice=True,
+    ahead_s=0.05,
     parse_s=0.35e-3,
     plan_s=3.75e-3,
     eeprom_s=17e-3,
@@ -125,6 +131,7 @@ _MEGA_5X = Firmware(
     outputs=True,
     letters_to_home=1,
     crlf_answers_twice=True,
+    ahead_s=0.05,
     parse_s=0.35e-3,
     plan_s=3.75e-3,
     eeprom_s=17e-3,
@@ -148,6 +155,7 @@ _GRBLHAL = Firmware(
     outputs=True,
     letters_to_home=9,
     crlf_answers_twice=False,
+    ahead_s=0.09,
     parse_s=0.05e-3,
     plan_s=0.1e-3,
     eeprom_s=5e-3,
@@ -171,6 +179,7 @@ _FLUIDNC = Firmware(
     outputs=True,
     letters_to_home=1,
     crlf_answers_twice=False,
+    ahead_s=0.11,
     parse_s=0.1e-3,
     plan_s=0.2e-3,
     eeprom_s=5e-3,

@@ -166,7 +166,7 @@ def _leave(board: Board) -> Generator[float, None, None]:
     """Come to a stand in a controlled way, and lock; the line is never carried out."""
     if board.state is State.RUN:
         board.leaving = True
-        board.drive.rack.hold(board.now_s)
+        board.drive.brake(board.now_s)
         board.state = State.HOLD
     else:
         board.alarm(2)

@@ -37,7 +37,7 @@ def hold(board: Board) -> None:
     if board.state is State.JOG:
         _cancel(board)
     elif board.state is State.RUN:
-        board.drive.rack.hold(board.now_s)
+        board.drive.brake(board.now_s)
         board.state, board.stands = State.HOLD, False
     elif board.state is State.IDLE:
         board.state, board.stands = State.HOLD, True
@@ -139,7 +139,7 @@ def _cancel(board: Board) -> None:
     if not board.cancelling:
         board.cancelling = True
         board.cancels += 1
-        board.drive.rack.hold(board.now_s)
+        board.drive.brake(board.now_s)
 
 
 def _jog_cancel(board: Board) -> None:

@@ -68,7 +68,7 @@ class Reporter:
             _sub_state(board),
             position if mask & _MPOS else None,
             None if mask & _MPOS else work,
-            board.firmware.blocks - board.drive.rack.waiting if told else None,
+            board.firmware.blocks - board.drive.queued(board.now_s) if told else None,
             board.ring.free if told else None,
             feed=float(round(board.drive.rack.speed(board.now_s) * _MINUTE_S)),
             speed=board.outputs.speed,

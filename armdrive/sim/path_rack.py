@@ -62,6 +62,10 @@ class PathRack:
         ends = (each.piece.end_s for each in self._stretches if each.last)
         return min(next(ends, math.inf), self.done_s)
 
+    def ending_by(self, time_s: float) -> int:
+        """Return how many of the lines will have ended by a time, as it is planned now."""
+        return sum(1 for each in self._stretches if each.last and each.piece.end_s <= time_s)
+
     def queue(
         self,
         deltas: Sequence[int],
