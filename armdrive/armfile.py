@@ -71,12 +71,14 @@ class MotionSettings:
 
     Bursts are the longest motions sent at once, which on a device that cannot abort are the
     stopping time; setting `planned_burst_s` accepts longer ones for planned motion, for good.
+    Between bursts, a device that does not coordinate its motors keeps within `straying_mm`.
     `unreferenced_speed` caps jogging while the position is not known.
     """
 
     jog_burst_s: float = 0.15
     planned_burst_s: float = 0.15
     line_tolerance_mm: float = 0.5
+    straying_mm: float = 5.0
     tip_speed_mm_s: float = 100.0
     unreferenced_speed: float = 0.25
     idle_poll_s: float = 1.0
@@ -90,6 +92,7 @@ _MOTION_BOUNDS = {
     "jog_burst_s": (0.02, 0.5),
     "planned_burst_s": (0.02, 10.0),
     "line_tolerance_mm": (0.05, 10.0),
+    "straying_mm": (0.5, 100.0),
     "tip_speed_mm_s": (1.0, 1000.0),
     "unreferenced_speed": (0.01, 1.0),
     "idle_poll_s": (0.0, 60.0),

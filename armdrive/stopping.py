@@ -9,6 +9,7 @@ distance from the tip grows by at most the way that the joints beyond it make me
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -70,13 +71,14 @@ def _way_mm(
     return way_mm
 
 
-def straying_mm(config: ArmConfig, joints: Joints, steps: float) -> float:
+def straying_mm(config: ArmConfig, joints: Joints, steps: Sequence[float]) -> float:
     """Bound how far the tip leaves its way when each motor may stray from it by so many steps."""
     transmission = config.model.transmission
-    if transmission is None or steps <= 0.0:
+    if transmission is None or not any(steps):
         return 0.0
     turns_rad = (
-        steps * sum(map(abs, row[: len(transmission.motors)])) for row in transmission.inverse
+        math.fsum(abs(share) * one for share, one in zip(row, steps, strict=True))
+        for row in transmission.inverse
     )
     levers_mm = config.model.arm.levers_mm(joints)
     return math.fsum(turn * lever for turn, lever in zip(turns_rad, levers_mm, strict=False))

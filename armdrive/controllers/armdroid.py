@@ -97,7 +97,7 @@ class ArmdroidController(Talk):
         """Return how long so many steps take on an arm that is as slow as it may be."""
         return self._rates.longest_s(steps, self._rates.rpm(rate_hz))
 
-    def coordination_steps(self, steps: Motors, rate_hz: float) -> float:  # noqa: ARG002
+    def strays_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:  # noqa: ARG002
         """Return how far a motor is ahead of its share: all of them turn at the same rate."""
         return straying(steps)
 

@@ -58,7 +58,7 @@ class StepRates:
         return believable
 
 
-def straying(steps: Motors) -> float:
-    """Return how far the motor that strays most is ahead of its share of the way."""
-    most = steps.largest
-    return max((abs(each) * (1.0 - abs(each) / most) for each in steps), default=0.0) if most else 0
+def straying(steps: Motors) -> tuple[float, ...]:
+    """Return how far each motor is ahead, at most, of its share of the way."""
+    most = max(steps.largest, 1)
+    return tuple(abs(each) * (1.0 - abs(each) / most) for each in steps)

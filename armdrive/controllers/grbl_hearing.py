@@ -45,7 +45,9 @@ class GrblHearing(Scripted[HostEvent]):
 
     def __init__(self, abilities: Abilities, settings: GrblSettings, axes: Axes, baud: int) -> None:
         self._host = Host(
-            Dialect(axes=axes.board(), ring_bytes=None, outputs=True, crlf_answers_twice=False)
+            Dialect(  # a board without outputs, or homing by axis, refuses their words itself
+                axes=axes.board(), ring_bytes=None, outputs=True, single_axis_homing=True
+            )
         )
         super().__init__(abilities, self._host)
         self.settings = settings
@@ -164,10 +166,7 @@ class GrblHearing(Scripted[HostEvent]):
     def _learn_build(self, build: BuildInfo) -> None:
         if build.blocks:
             self.blocks = min(self.settings.max_segments, build.blocks)
-        dialect = replace(self._host.dialect, ring_bytes=build.rx_bytes)
-        if "H" in build.letters or dialect.variant is not Variant.GRBL:
-            dialect = replace(dialect, single_axis_homing=True)
-        self._host.dialect = dialect
+        self._host.ring_bytes = build.rx_bytes
 
     @property
     def variant(self) -> Variant:

@@ -321,8 +321,8 @@ class Controller(Protocol):
     def stopping(self, burst_s: float) -> Stopping:
         """Bound how long motion goes on, if at most `burst_s` of it is sent ahead."""
 
-    def coordination_steps(self, steps: Motors, rate_hz: float) -> float:
-        """Bound how many steps a motor strays from the straight way in such a motion."""
+    def strays_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:
+        """Bound how many steps each motor strays from the straight way in such a motion."""
 
     def unwrap(self, registers: Motors, near: Motors) -> Motors:
         """Undo the registers' wrap-around, for a position near the given one."""

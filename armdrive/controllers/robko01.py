@@ -135,7 +135,7 @@ class RobkoController(RobkoMotion):
         silent_s = motion_s + LONGEST_MOVE_BYTES * self._byte_s + HOST_S
         return Stopping(silent_s + LOOKS_S, motion_s, silent_s, motion_s)
 
-    def coordination_steps(self, steps: Motors, rate_hz: float) -> float:
+    def strays_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:
         """Bound how many steps an axis strays from the straight way in such a motion."""
         return self._pacing.strays_steps(tuple(steps), rate_hz)
 

@@ -57,8 +57,8 @@ class Pacing:
             return 2.0 * math.sqrt(steps / ramp)
         return steps / lead_hz + lead_hz / ramp
 
-    def strays_steps(self, steps: tuple[int, ...], rate_hz: float) -> float:
-        """Bound how far any axis is from its share of what the longest has done.
+    def strays_steps(self, steps: tuple[int, ...], rate_hz: float) -> tuple[float, ...]:
+        """Bound how far each axis is from its share of what the longest one has done.
 
         Of a ramp to v, an axis that ramps to r v makes up to r (1 - r) v^2 / 2a more than its
         share. An axis that was rounded up is ahead by what it has left over when it ends.
@@ -66,10 +66,15 @@ class Pacing:
         longest = max(map(abs, steps), default=0)
         moving = [abs(each) for each in steps if each]
         if len(moving) < 2:
-            return 0.0
+            return (0.0,) * len(steps)
         lead_hz = self._lead_hz(longest, rate_hz)
         stray = self._stray_by_chances if self._chance_s else self._stray
-        return max(min(stray(each, longest, lead_hz), float(each)) for each in moving)
+        ways = [abs(each) for each in steps]
+        lead = ways.index(longest)
+        return tuple(
+            0.0 if axis == lead or not way else min(stray(way, longest, lead_hz), float(way))
+            for axis, way in enumerate(ways)
+        )
 
     # -- any rate ---------------------------------------------------------------------------
 

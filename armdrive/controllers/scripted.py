@@ -177,9 +177,9 @@ class Scripted(ABC, Generic[H]):
 
     # -- what most dialects share -------------------------------------------------------------
 
-    def coordination_steps(self, steps: Motors, rate_hz: float) -> float:  # noqa: ARG002
-        """Return 0: a device that coordinates its motors keeps to the straight way."""
-        return 0.0
+    def strays_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:  # noqa: ARG002
+        """Return zeros: a device that coordinates its motors keeps to the straight way."""
+        return (0.0,) * len(steps)
 
     @abstractmethod
     def stopping(self, burst_s: float) -> Stopping:

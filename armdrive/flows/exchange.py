@@ -30,6 +30,7 @@ from armdrive.errors import (
 )
 from armdrive.flows.remembering import leave_standstill
 from armdrive.status import Current, State, Trust
+from armdrive.stopping import straying_mm
 from armdrive.trust import Evidence
 
 if TYPE_CHECKING:
@@ -56,7 +57,7 @@ class Wire:
     def __init__(self, engine: Engine, core: Core) -> None:
         self.engine = engine
         self.core = core
-        self.straying_steps = 0.0
+        self.straying_mm = 0.0
         self._looked_s = -math.inf
 
     @property
@@ -179,8 +180,9 @@ class Wire:
         if not (yield from leave_standstill(self, let_go)):
             return
         core.goes_to(target)
-        strays = core.controller.coordination_steps(steps, rate_hz)
-        self.straying_steps = max(self.straying_steps, strays)
+        here, _ = core.transmission.to_joints(core.acknowledged)
+        strays = core.controller.strays_steps(steps, rate_hz)
+        self.straying_mm = max(self.straying_mm, straying_mm(core.config, here, strays))
         try:
             reply = yield from self.request(MoveBy(steps, rate_hz, let_go), Evidence.ANSWER_LOST)
         except LinkLost:

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 
 from armdrive.engine import Flow, Until
 from armdrive.errors import WrongState
+from armdrive.flows.straying import has_room
 from armdrive.flows.streaming import stream_legs
 from armdrive.planning import Leg
 from armdrive.states import Event
 from armdrive.status import State
-from armdrive.stopping import straying_mm
 
 if TYPE_CHECKING:
     from armdrive.core import Coordinates, Core
@@ -77,7 +77,7 @@ def begin(wire: Wire) -> None:
     if wire.stopping:
         raise wire.stopped("the motion was stopped before it began")
     wire.core.happen(Event.MOVE)
-    wire.straying_steps = 0.0
+    wire.straying_mm = 0.0
 
 
 def report(wire: Wire, goal: Coordinates, began_s: float, requests_before: int) -> Moved:
@@ -91,7 +91,7 @@ def report(wire: Wire, goal: Coordinates, began_s: float, requests_before: int) 
         math.dist((pose.x_mm, pose.y_mm, pose.z_mm), (wanted.x_mm, wanted.y_mm, wanted.z_mm)),
         wire.now_s - began_s,
         wire.engine.requests_sent - requests_before,
-        straying_mm(core.config, joints, wire.straying_steps),
+        wire.straying_mm,
     )
 
 
@@ -122,7 +122,8 @@ def next_share(wire: Wire, leg: Leg, burst_s: float, done: float) -> float:
     """Return the share of a leg that the next burst may cover, about all the left ones' equal.
 
     Its whole steps are counted, so that neither rounding nor the coarseness of the device's
-    speeds makes a burst last longer than announced; only a single step may.
+    speeds makes a burst last longer than announced; only a single step may. Of a device that does
+    not coordinate its motors, no more than it has room to stray on.
     """
     left = 1.0 - done
     count = max(math.ceil(_leg_takes_s(wire, leg) * left / burst_s - 1e-9), 1)
@@ -130,9 +131,11 @@ def next_share(wire: Wire, leg: Leg, burst_s: float, done: float) -> float:
         share = left / count
         target = _motors(wire.core, leg.start.towards(leg.end, done + share))
         steps = (target - wire.core.acknowledged).largest
-        if steps <= 1 or true_duration_s(wire, steps, leg.duration_s * share) <= burst_s:
+        duration_s = leg.duration_s * share
+        short = steps <= 1 or true_duration_s(wire, steps, duration_s) <= burst_s
+        if short and has_room(wire.core, target, _rate_hz(steps, duration_s)):
             return share
-        count += 1 + count // 50
+        count += 1 + count // (10 if short else 50)
 
 
 def _leg_takes_s(wire: Wire, leg: Leg) -> float:
