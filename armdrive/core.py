@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 from armdrive.armfile import ArmConfig
 from armdrive.controllers.requests import Controller, Difference, Registers
+from armdrive.dialects import dialect
 from armdrive.errors import ArmError, BadRequest, Refused, SettingsDiffer
 from armdrive.intents import Jog
 from armdrive.memory import Memory
@@ -349,5 +350,6 @@ class Core(Remarks):
             error=self.error,
             error_code=self.error_code,
             notice_code=self.notice_code,
+            torque=dialect(self.config.connection.dialect).torque,
             time_s=now_s,
         )

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from armdrive.abilities import Abilities, Abort, Switching
 from armdrive.errors import BadRequest
+from armdrive.torque import Torque
 
 if TYPE_CHECKING:
     from armdrive.armfile import ArmConfig
@@ -34,6 +35,7 @@ class Dialect:
     baud: int
     raise_dtr: bool
     quick_stop: str
+    torque: Torque
     abilities: Abilities
     settings: Callable[[], type[Any]]
     controller: Callable[[ArmConfig], Controller]
@@ -98,6 +100,12 @@ DIALECTS: Mapping[str, Dialect] = MappingProxyType(
             baud=9600,
             raise_dtr=False,
             quick_stop="The STOP key of the pendant is the quicker stop: it ends a burst at once.",
+            torque=Torque(
+                disable="sags: `@RESET` takes the current away until the next motion",
+                estop="is held: the burst under way is finished, and the current stays on",
+                power_loss="sags, and the registers are zero afterwards",
+                closed_port="is held: nothing is sent, and DTR and RTS stay down",
+            ),
             abilities=Abilities(
                 motors=6,
                 coordinated=True,
@@ -125,6 +133,12 @@ DIALECTS: Mapping[str, Dialect] = MappingProxyType(
             baud=115_200,
             raise_dtr=False,
             quick_stop="The switch of its power supply is the quicker stop: the arm sags then.",
+            torque=Torque(
+                disable="sags: the motors are switched off",
+                estop="is held: the burst ramps down; whether an AVR board holds, feel once",
+                power_loss="sags, and the registers are zero afterwards",
+                closed_port="is held on a serial port; sags when the retrofit's TCP link ends",
+            ),
             abilities=Abilities(
                 motors=6,
                 coordinated=False,
@@ -152,6 +166,12 @@ DIALECTS: Mapping[str, Dialect] = MappingProxyType(
             baud=9600,
             raise_dtr=True,
             quick_stop="The motors' power switch is the only quicker stop, and the arm sags then.",
+            torque=Torque(
+                disable="sags: `0t` takes the current away; firmware before 2.0 cannot, and holds",
+                estop="is held: the burst under way is finished, and the current stays on",
+                power_loss="sags; a reset of the board alone is up to the interface",
+                closed_port="is held, unless the board is reset by the next opening of its port",
+            ),
             abilities=Abilities(
                 motors=6,
                 coordinated=False,
@@ -179,6 +199,12 @@ DIALECTS: Mapping[str, Dialect] = MappingProxyType(
             baud=115_200,
             raise_dtr=False,
             quick_stop="The switch of the motors' supply is the quicker stop: the arm sags then.",
+            torque=Torque(
+                disable="sags: `$SLP` puts the board and its motors to sleep",
+                estop="sags for half a second in motion (`ALARM:3`), then is held",
+                power_loss="sags, and the position is zero afterwards",
+                closed_port="is held where `$1` is 255; opening the port resets most boards",
+            ),
             abilities=Abilities(
                 motors=6,
                 coordinated=True,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
+from armdrive.torque import Torque
 from kinematics.spaces import Joints, Motors, Pose
 
 
@@ -49,7 +50,7 @@ class Status:
     from what it reported last. `stop_time_s` and `stop_distance_mm` bound, for the worst case, how
     long and how far the finger tips go on after a stop is asked for now; `silent_time_s` and
     `silent_distance_mm` the same if this program dies now, or the cable is pulled. The codes are
-    rows of the catalogue of errors.
+    rows of the catalogue of errors. `torque` says what holds the arm, and what lets it sag.
     """
 
     arm: str
@@ -80,6 +81,7 @@ class Status:
     error: str = ""
     error_code: str = ""
     notice_code: str = ""
+    torque: Torque | None = None
     time_s: float = 0.0
 
     @property
@@ -116,6 +118,9 @@ class Status:
                 f"; if this program dies, {self.silent_time_s:.2f} s and "
                 f"{self.silent_distance_mm:.0f} mm"
             )
+        if self.torque is not None:
+            lines.append(f"after disable the arm {self.torque.disable}")
+            lines.append(f"after estop the arm {self.torque.estop}")
         lines += [f"{word}: {text}" for word, text in self._remarks() if text]
         return "\n".join(lines)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -62,6 +63,7 @@ def status_view(status: Status) -> dict[str, Any]:
         "outputs": status.outputs,
         "stop_time_s": round(status.stop_time_s, 3),
         "stop_distance_mm": round(status.stop_distance_mm, 1),
+        "torque": None if status.torque is None else asdict(status.torque),
         "notice": status.notice,
         "error": status.error,
         "trust_code": status.trust_code,

@@ -18,8 +18,12 @@ COMMANDS: Mapping[str, str] = MappingProxyType(
         "jog": "drive an arm from the keyboard",
         "move": "move an arm to joint angles or to a pose",
         "home": "reference an arm in its reference posture",
+        "enable": "switch the motors on, where the controller can",
+        "disable": "switch the motors off, which lets the arm sag: parks it first",
         "stop": "stop an arm that another program drives",
         "status": "show where an arm is, and whether that can be trusted",
+        "record": "write down what has passed between an arm and the program that drives it",
+        "replay": "replay a recording against a simulated twin, and show where they part",
         "fk": "joint angles to the pose of the finger tips",
         "ik": "a pose to joint angles, every solution",
         "explain": "an arm worked out: link table, A matrices, forward, every inverse",
@@ -94,7 +98,10 @@ def _help() -> str:
 def _unknown(word: str) -> int:
     import difflib
 
+    from armdrive.catalogue import named
+
+    code = named("BadRequest").code
     near = difflib.get_close_matches(word, COMMANDS, n=1)
     hint = f"did you mean `armdrive {near[0]}`?" if near else "`armdrive --help` lists them all"
-    sys.stderr.write(f"armdrive: there is no command {word!r}; {hint}\n")
+    sys.stderr.write(f"armdrive: [{code}] there is no command {word!r}; {hint}\n")
     return 2
