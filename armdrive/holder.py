@@ -1,7 +1,8 @@
 """One program holds an arm at a time; beside its lock stands a local socket for the same user.
 
-The lock goes by the port and the arm's name. The socket hands out the status and takes a stop:
-`armdrive stop` from any terminal. Messages are JSON objects; nothing is ever unpickled.
+The lock goes by the port and the arm's name. The socket hands out the status, takes a stop
+(`armdrive stop` from any terminal) and has a recording written (`armdrive record`). Messages are
+JSON objects; nothing is ever unpickled.
 """
 
 from __future__ import annotations
@@ -124,7 +125,7 @@ def hold(*names: str) -> Holding:
 
 
 def ask_holder(name: str, request: str) -> dict[str, Any]:
-    """Ask the program that holds an arm: `status` or `stop`. Raises `ArmError` where none does."""
+    """Ask the holder of an arm: `status`, `stop` or `record`. Raises `ArmError` where none is."""
     from multiprocessing.connection import Client
 
     notice = _notice(name)
@@ -184,7 +185,17 @@ def _reply(arm: Arm, message: Any) -> dict[str, Any]:
         from armdrive.view import status_view
 
         return status_view(arm.status)
-    return {"error": f"unknown request {request!r}; known are stop and status"}
+    if request == "record":
+        return _recorded(arm)
+    return {"error": f"unknown request {request!r}; known are stop, status and record"}
+
+
+def _recorded(arm: Arm) -> dict[str, Any]:
+    """Have the flight recorder write into its own folder: no caller says where."""
+    try:
+        return {"recording": str(arm.save_recording())}
+    except ArmError as error:
+        return {"error": str(error)}
 
 
 def _path(name: str, ending: str) -> Path:

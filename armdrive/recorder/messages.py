@@ -10,19 +10,17 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from types import MappingProxyType
-from typing import Protocol, TypeVar
+from typing import Protocol
 
 from firmware_protocol import robko01
 from firmware_protocol.armdroid.wire import decode_answer as armdroid_answer
-from firmware_protocol.errors import ProtocolError
+from firmware_protocol.errors import ProtocolError, RemoteProtocolError
 from firmware_protocol.grbl.reports import decode_answer as grbl_answer
 from firmware_protocol.lines import LineSplitter
-from firmware_protocol.robko01.frames import Frame, FrameSplitter, Kind, Noise
+from firmware_protocol.robko01.frames import Frame, FrameSplitter, Noise
 from firmware_protocol.robko01.wire import decode_answer as robko01_answer
 from firmware_protocol.robko01.wire import decode_request as robko01_request
 from firmware_protocol.teachmover.wire import decode_command, decode_reply
-
-T = TypeVar("T")
 
 LONGEST_LINE = 4096
 MOST_LINES = 65536
@@ -113,69 +111,70 @@ def _grbl_message(line: bytes) -> Message:
 # -- words ---------------------------------------------------------------------------------------
 
 
-def shown(data: bytes) -> str:
-    """Return bytes for people: as text where they are text, else in hexadecimal."""
-    text = data.decode("latin-1")
-    if all(byte in b"\r\n\t" or 0x20 <= byte < 0x7F for byte in data):
-        return text.encode("unicode_escape").decode("ascii")
+def _escaped(data: bytes) -> str:
+    return data.decode("latin-1").encode("unicode_escape").decode("ascii")
+
+
+def _hexadecimal(data: bytes) -> str:
     return data.hex(" ")
 
 
-def _decoded(read: Callable[[bytes], object], lines: list[bytes]) -> str:
-    return "; ".join(_one(read, line, line) for line in lines)
+def _teachmover_request(data: bytes) -> object:
+    return decode_command(data.strip().lstrip(b"@"))
 
 
-def _one(read: Callable[[T], object], data: T, line: bytes) -> str:
-    try:
-        return repr(read(data))
-    except ProtocolError:
-        return f"unreadable: {shown(line)}"
+def _robko01_request(data: bytes) -> object:
+    return robko01_request(_frame(data))
 
 
-def _lines(data: bytes) -> list[bytes]:
-    return [line for line in data.replace(b"\n", b"\r").split(b"\r") if line.strip()]
+def _robko01_answer(data: bytes) -> object:
+    return robko01_answer(_frame(data))
 
 
-def _teachmover_words(data: bytes, sent: bool) -> str:
-    if sent:
-        return _decoded(lambda line: decode_command(line.lstrip(b"@")), _lines(data))
-    return _decoded(decode_reply, _lines(data))
-
-
-def _frames_words(data: bytes, sent: bool) -> str:
+def _frame(data: bytes) -> Frame:
+    """Return the frame at the end of some bytes; what stands before it flushes the reader."""
     splitter = FrameSplitter()
     splitter.feed(data)
-    words = []
-    read: Callable[[Frame], object] = robko01_request if sent else robko01_answer
+    splitter.silence()
+    found = None
     while (frame := splitter.next_frame()) is not None:
-        if isinstance(frame, Frame) and frame.kind is (Kind.REQUEST if sent else Kind.ANSWER):
-            words.append(_one(read, frame, frame.raw))
-    return "; ".join(words)
+        found = frame if isinstance(frame, Frame) else found
+    if found is None:
+        raise RemoteProtocolError("no frame")
+    return found
 
 
 @dataclass(frozen=True, slots=True)
 class Talk:
-    """How one dialect is cut into messages and put into words."""
+    """How one dialect is cut into messages and put into words.
+
+    `sent` reads what a host writes at once, None where it can be read as it stands; `heard` reads
+    one message; `shown` writes bytes for people.
+    """
 
     splitter: Callable[[], Splitter]
-    words: Callable[[bytes, bool], str]
+    heard: Callable[[bytes], object] | None
+    sent: Callable[[bytes], object] | None = None
+    shown: Callable[[bytes], str] = _escaped
 
-
-def _read_only(read: Callable[[bytes], object]) -> Callable[[bytes, bool], str]:
-    """Return words for what is heard; what is sent can be read as it is."""
-    return lambda data, sent: "" if sent else _decoded(read, _lines(data))
+    def words(self, data: bytes, read: Callable[[bytes], object] | None) -> str:
+        """Return what bytes mean; nothing where that is not known."""
+        try:
+            return "" if read is None else repr(read(data))
+        except ProtocolError:
+            return "unreadable"
 
 
 TALKS: Mapping[str, Talk] = MappingProxyType(
     {
-        "teachmover": Talk(lambda: Lines(b"\r\n", _answer), _teachmover_words),
-        "robko01": Talk(Frames, _frames_words),
-        "armdroid": Talk(lambda: Lines(b"\r\n", _armdroid_message), _read_only(armdroid_answer)),
-        "grbl": Talk(lambda: Lines(b"\r\n", _grbl_message), _read_only(grbl_answer)),
+        "teachmover": Talk(lambda: Lines(b"\r\n", _answer), decode_reply, _teachmover_request),
+        "robko01": Talk(Frames, _robko01_answer, _robko01_request, _hexadecimal),
+        "armdroid": Talk(lambda: Lines(b"\r\n", _armdroid_message), armdroid_answer),
+        "grbl": Talk(lambda: Lines(b"\r\n", _grbl_message), grbl_answer),
     }
 )
 """Every dialect whose recordings can be read and compared."""
-_PLAIN = Talk(lambda: Lines(b"\r\n", _answer), lambda _data, _sent: "")
+_PLAIN = Talk(lambda: Lines(b"\r\n", _answer), None)
 
 
 def talk(dialect: str) -> Talk:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from armdrive.recorder.bench import Bench
 from armdrive.recorder.entries import Entry, Kind
-from armdrive.recorder.messages import Message, Weight, shown, talk
+from armdrive.recorder.messages import Message, Weight, talk
 from armdrive.recorder.placing import (
     Counts,
     answer_to,
@@ -167,12 +167,12 @@ class _Replay:
     def _compare(self, index: int, entry: Entry, message: Message) -> None:
         if self._parting is not None or message.weight in (Weight.PASSING, Weight.SELF):
             return
-        said = shown(message.data)
+        said = self._talk.shown(message.data)
         answer = self._bench.answer(entry.time_s)
         if answer is None:
             self._part(index, "the arm said what the twin does not say", said, "nothing")
         elif not self._agrees(message, answer):
-            self._part(index, "they answered otherwise", said, shown(answer.data))
+            self._part(index, "they answered otherwise", said, self._talk.shown(answer.data))
         else:
             self._compared += 1
 
@@ -199,7 +199,12 @@ class _Replay:
         message = self._bench.unasked(before_s)
         if message is not None and self._parting is None:
             silent = str(entry.what) if entry.kind is Kind.SILENCE else "nothing"
-            self._part(index, "the twin said what the arm did not say", silent, shown(message.data))
+            self._part(
+                index,
+                "the twin said what the arm did not say",
+                silent,
+                self._talk.shown(message.data),
+            )
 
     def _end(self) -> None:
         """Look whether the twin has said more, unless the arm's answer was still to come."""

@@ -88,7 +88,7 @@ def test_a_stop_comes_in(arm, holding):
 
 
 def test_other_requests_are_answered_with_the_known_ones(holding):
-    assert "known are stop and status" in ask_holder("bench", "dance")["error"]
+    assert "known are stop, status and record" in ask_holder("bench", "dance")["error"]
 
 
 def test_a_caller_that_says_nothing_keeps_nobody_else_waiting(holding):
