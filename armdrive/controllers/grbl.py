@@ -185,6 +185,8 @@ class GrblController(GrblMotion, GrblContact):
                 heard = yield from self.listen(end_s)
             if not answered(heard):
                 yield from self.soft_reset()  # homing obeys nothing else
+                if not self.stop_hard:
+                    yield from self.clear()  # the driver knows that nothing is referenced
                 return Halted(kept=False)
             if not isinstance(heard, Acknowledged):
                 return refusal(heard, f"`{command.text}`", moved=True)

@@ -1,6 +1,7 @@
 """A GRBL arm driven through its controller, on simulated time: motion, stops, alarms, settings."""
 
 import math
+from dataclasses import replace
 
 import pytest
 from grbl_arm import (
@@ -19,10 +20,11 @@ from grbl_arm import (
 )
 
 from armdrive import Jog
+from armdrive.armfile import HomingSettings
 from armdrive.errors import DeviceFault, PendantStop, Refused, SettingsDiffer, Stopped
 from armdrive.sim.device import SwitchState
 from armdrive.status import Current, State, Trust
-from kinematics import Pose
+from kinematics import Joints, Pose
 
 FIRMWARES = ["grbl", "mega5x", "grblhal", "fluidnc"]
 BEGINNINGS = [begin_planned, begin_line, begin_jog, begin_tip_jog]
@@ -299,6 +301,44 @@ def test_a_homing_board_boots_locked_and_reset_unlocks_it():
         arm.move_motors(5, 0, 0, 0, 0, 0)
     arm.reset()
     arm.move_motors(5, 0, 0, 0, 0, 0)
+
+
+HOMED = Joints.of(60.0, 20.0, -90.0, -20.0, 0.0)
+ONE_BY_ONE = ((2,), (1,), (4, 5))
+
+
+def homing_config(groups=()):
+    homing = HomingSettings(HOMED, 60.0, groups)
+    return replace(config(device={"homing": True}), homing=homing)
+
+
+@pytest.mark.parametrize(
+    ("firmware", "groups"), [("grbl", ()), ("mega5x", ((3,), *ONE_BY_ONE)), ("grblhal", ())]
+)
+def test_homing_ends_where_the_arm_file_says(firmware, groups):
+    arm = found(homing_config(groups), firmware=firmware)
+    arm.home()
+    assert arm.status.trust is Trust.REFERENCED
+    if not groups:
+        assert arm.twin.world.motors == arm.status.acknowledged
+    homed = [piece for _, piece in arm.twin.link.sent if piece.startswith(b"$H")]
+    assert homed == ([b"$HZ\n", b"$HY\n", b"$HX\n", b"$HA\n", b"$HB\n"] if groups else [b"$H\n"])
+
+
+def test_homing_that_is_stopped_leaves_an_arm_that_can_be_jogged():
+    arm = found(homing_config())
+    arm.twin.device.at(arm.status.time_s + 1.0, arm.request_stop)
+    with pytest.raises(Stopped):
+        arm.home()
+    assert arm.status.state is State.STANDBY
+    assert arm.status.trust is Trust.UNKNOWN
+    arm.jog_j(base_deg=1)
+
+
+def test_a_board_that_cannot_home_says_so():
+    arm = found(homing_config(((1,),)), firmware="grbl")
+    with pytest.raises(DeviceFault, match="not known or not supported"):
+        arm.home()
 
 
 def test_outputs_and_a_servo_come_back_after_a_stop():
