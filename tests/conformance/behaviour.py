@@ -86,12 +86,6 @@ def limit_switches(bench: Bench) -> str:
     return "" if _is(bench, HasSwitches) else "no limit switches"
 
 
-def own_homing(bench: Bench) -> str:
-    """A device that finds its switches by itself, and an arm that has them."""
-    able = bench.abilities.own_homing and bench.config.homing is not None
-    return "" if able else "no homing of its own"
-
-
 def _is(bench: Bench, ability: type) -> bool:
     device = bench.device
     return device is not None and issubclass(device, ability)

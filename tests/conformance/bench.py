@@ -69,10 +69,6 @@ class Bench(abc.ABC):
         """Have another program connect as well."""
         return self._open()
 
-    def put(self, name: str, x_mm: float, y_mm: float) -> None:
-        """Set a block down on the table."""
-        raise NotImplementedError
-
     @abc.abstractmethod
     def fault(self, words: str) -> None:
         """Have a fault of the simulator's table happen."""

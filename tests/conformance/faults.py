@@ -31,7 +31,7 @@ class Fault:
     """One fault: what the console is told, and what may come of it.
 
     `evident` is False where no device of this kind can notice anything: a stepper that slips.
-    `lasting` faults go on until they are healed, the others pass by themselves.
+    `idle` is True of one that can befall a standing arm as well.
     """
 
     name: str

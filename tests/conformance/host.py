@@ -11,7 +11,6 @@ import sys
 import threading
 
 from armdrive.arm import Arm
-from armdrive.connecting import find
 from armdrive.status import State
 from kinematics import Motors
 
@@ -76,7 +75,6 @@ class Driver:
 
 def main(port: str, dialect: str) -> None:
     """Obey one line after the other until the end of input."""
-    find(port, dialect_name=dialect)
     with Arm.connect(port, dialect=dialect) as arm:
         driver = Driver(arm)
         answer("ready")

@@ -13,7 +13,6 @@ from armdrive.connecting import simulated_config
 from armdrive.pace import SimulatedPace
 from armdrive.posture import Operator
 from armdrive.record import FileRecorder
-from armdrive.sim.blocks import Block
 from armdrive.sim.fault_request import parse_words
 from armdrive.sim.faults import Faults
 from armdrive.sim.twin import Twin, make_twin
@@ -61,10 +60,6 @@ class MemoryBench(Bench):
     def operator(self) -> Operator:
         """Return the twin's operator."""
         return self.twin.operator
-
-    def put(self, name: str, x_mm: float, y_mm: float) -> None:
-        """Set a block down on the table."""
-        self.twin.world.put(Block(name, x_mm, y_mm))
 
     def _open(self, **options: Any) -> Arm:
         # by the constructor, since a later driver has to go on in the device's own time

@@ -97,10 +97,6 @@ class ProcessBench(Bench):
         """Return a simulated operator who looks at the other process's arm."""
         return SimulatedOperator(cast(World, SeenWorld(self)))
 
-    def put(self, name: str, x_mm: float, y_mm: float) -> None:
-        """Set a block down."""
-        self._tell(f"put {name} {x_mm:.1f} {y_mm:.1f}")
-
     def close(self) -> None:
         """End the driver and the simulation."""
         try:
