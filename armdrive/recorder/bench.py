@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from armdrive.sim.device import SimDevice
     from armdrive.sim.options import Value
 
+Said = deque[tuple[float, Message]]
+
 ANSWER_S = 2.0
 """A twin that stands has answered by then, or never will."""
 MOTION_S = 300.0
@@ -28,14 +30,19 @@ _STALLED = 1000
 
 
 class Bench:
-    """One twin. `late_s` is how far it has fallen behind the arm that was recorded."""
+    """One twin. `late_s` is how far it has fallen behind the arm that was recorded.
+
+    `passing` is the last of its reports that tell of a moment.
+    """
 
     def __init__(self, config: ArmConfig, settings: Mapping[str, Value] | None = None) -> None:
         self.late_s = 0.0
         self.now_s = 0.0
         self._config = config
         self._settings = settings
-        self._answers: deque[tuple[float, Message]] = deque()
+        self._answers: Said = deque()
+        self._banners: Said = deque()
+        self.passing: Message | None = None
         self._splitter = talk(config.connection.dialect).splitter()
         self._make(None)
 
@@ -74,6 +81,7 @@ class Bench:
         except (ArmError, KinematicsError) as error:
             raise RecordingError(f"the recording's position fits no such arm: {error}") from None
         self._answers.clear()
+        self._banners.clear()
         self._line.advance(self.now_s)
 
     def send(self, data: bytes, time_s: float) -> None:
@@ -90,14 +98,15 @@ class Bench:
 
         None where none comes. What it is late by is added to every time from then on.
         """
-        self.advance(time_s)
-        due_s = self.now_s
-        while not self._answers and self._waits(due_s):
-            self._live(min(max(self._line.next_s(), self.now_s), due_s + MOTION_S))
-        if not self._answers:
-            return None
-        self.late_s += self.now_s - due_s
-        return self._answers.popleft()[1]
+        return self._next(self._answers, time_s)
+
+    def banner(self, time_s: float) -> Message | None:
+        """Return its next banner in the same way."""
+        return self._next(self._banners, time_s)
+
+    def forget_banners(self) -> None:
+        """Take no notice of how it began."""
+        self._banners.clear()
 
     def stand(self, time_s: float) -> bool:
         """Let its motors come to rest, beyond a time of the recording where it must."""
@@ -113,6 +122,16 @@ class Bench:
         if self._answers and self._answers[0][0] <= before_s + self.late_s:
             return self._answers[0][1]
         return None
+
+    def _next(self, said: Said, time_s: float) -> Message | None:
+        self.advance(time_s)
+        due_s = self.now_s
+        while not said and self._waits(due_s):
+            self._live(min(max(self._line.next_s(), self.now_s), due_s + MOTION_S))
+        if not said:
+            return None
+        self.late_s += self.now_s - due_s
+        return said.popleft()[1]
 
     def _waits(self, due_s: float) -> bool:
         next_s = self._line.next_s()
@@ -132,6 +151,10 @@ class Bench:
         for message in self._splitter.feed(self._line.receive(now_s)):
             if message.weight in (Weight.ANSWER, Weight.MOMENT):
                 self._answers.append((now_s, message))
+            elif message.weight is Weight.BANNER:
+                self._banners.append((now_s, message))
+            elif message.weight is Weight.PASSING:
+                self.passing = message
 
     def _make(self, saved: object) -> None:
         self._device: SimDevice = make_device(self._config, saved, settings=self._settings)

@@ -33,6 +33,7 @@ class Weight(Enum):
     MOMENT = "by its kind alone while motors turn, since it tells of a moment; else to the byte"
     PASSING = "not at all: how many there are, and when, is a matter of moments"
     SELF = "not at all: the device describes itself"
+    BANNER = "that it comes, once the arm has told where it stands: a board that begins anew"
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,14 +98,18 @@ def _answer(line: bytes) -> Message:
 
 
 def _armdroid_message(line: bytes) -> Message:
-    own = line.startswith((b"Welcome", b"firmware", b"version", b"interface"))
+    if line.startswith(b"Welcome"):
+        return Message(line, Weight.BANNER)
+    own = line.startswith((b"firmware", b"version", b"interface"))
     return Message(line, Weight.SELF if own else Weight.ANSWER)
 
 
 def _grbl_message(line: bytes) -> Message:
     if line.startswith(b"<"):
         return Message(line, Weight.PASSING)
-    own = line.startswith((b"[", b"$", b"Grbl", b"grbl", b">"))
+    if line.lower().startswith(b"grbl"):
+        return Message(line, Weight.BANNER)
+    own = line.startswith((b"[", b"$", b">"))
     return Message(line, Weight.SELF if own else Weight.ANSWER)
 
 
@@ -156,6 +161,11 @@ class Talk:
     heard: Callable[[bytes], object] | None
     sent: Callable[[bytes], object] | None = None
     shown: Callable[[bytes], str] = _escaped
+
+    def said(self, data: bytes) -> str:
+        """Return one message for people, with its meaning where its bytes do not show it."""
+        words = self.words(data, self.heard) if self.shown is _hexadecimal else ""
+        return f"{self.shown(data)} ({words})" if words else self.shown(data)
 
     def words(self, data: bytes, read: Callable[[bytes], object] | None) -> str:
         """Return what bytes mean; nothing where that is not known."""

@@ -12,6 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from armdrive.controllers.requests import AlertKind
 from armdrive.recorder.bench import Bench
 from armdrive.recorder.entries import Entry, Kind
 from armdrive.recorder.messages import Message, Weight, talk
@@ -89,6 +90,8 @@ class _Replay:
         self._talk = talk(recording.header.dialect)
         self._splitter = self._talk.splitter()
         self._asked = ""
+        self._told = False
+        self._passing: Message | None = None
         self._compared = 0
         self._parting: Parting | None = None
 
@@ -153,6 +156,8 @@ class _Replay:
         elif entry.kind is Kind.REQUEST:
             self._check_unasked(index, entry, entry.time_s - GRACE_S)
             self._asked = entry.what
+        elif entry.kind is Kind.ALERT:
+            self._alerted(index, entry.what)
         elif entry.kind in _ANSWERS:
             self._answered(index, entry)
             self._asked = ""
@@ -165,19 +170,23 @@ class _Replay:
             self._compare_counts(index, entry)
 
     def _compare(self, index: int, entry: Entry, message: Message) -> None:
-        if self._parting is not None or message.weight in (Weight.PASSING, Weight.SELF):
+        if message.weight is Weight.PASSING:
+            self._passing = message
+        beginning = message.weight is Weight.BANNER and not self._told
+        if beginning or message.weight in (Weight.PASSING, Weight.SELF) or self._parting:
             return
-        said = self._talk.shown(message.data)
-        answer = self._bench.answer(entry.time_s)
+        said = self._talk.said(message.data)
+        banner = message.weight is Weight.BANNER
+        answer = (self._bench.banner if banner else self._bench.answer)(entry.time_s)
         if answer is None:
             self._part(index, "the arm said what the twin does not say", said, "nothing")
         elif not self._agrees(message, answer):
-            self._part(index, "they answered otherwise", said, self._talk.shown(answer.data))
+            self._part(index, "they answered otherwise", said, self._talk.said(answer.data))
         else:
             self._compared += 1
 
     def _agrees(self, message: Message, answer: Message) -> bool:
-        if message.data == answer.data:
+        if message.data == answer.data or message.weight is Weight.BANNER:
             return True
         of_moment = message.weight is answer.weight is Weight.MOMENT
         turning = self._asked.startswith("Move") or self._bench.moving
@@ -186,6 +195,9 @@ class _Replay:
     def _compare_counts(self, index: int, entry: Entry) -> None:
         if self._parting is not None:
             return
+        if not self._told:
+            self._told = True
+            self._bench.forget_banners()
         counts = counts_of(entry)
         stands = self._bench.stand(entry.time_s)
         twin = self._bench.registers
@@ -194,6 +206,19 @@ class _Replay:
             return
         why = "the motors were counted otherwise" if stands else "the twin still moves"
         self._part(index, why, _words(counts), _words(twin))
+
+    def _alerted(self, index: int, words: str) -> None:
+        """Compare the last reports of a motion, where the arm's were of something else."""
+        ours, its = (
+            "nothing" if each is None else self._talk.said(each.data)
+            for each in (self._passing, self._bench.passing)
+        )
+        if self._parting is not None:
+            return
+        if words.startswith(AlertKind.RESTARTED.value):
+            self._part(index, "the arm began anew, the twin did not", words, its)
+        elif words.startswith(AlertKind.ASTRAY.value) and ours != its:
+            self._part(index, "the arm was seen off the way that was sent", ours, its)
 
     def _check_unasked(self, index: int, entry: Entry, before_s: float) -> None:
         message = self._bench.unasked(before_s)
