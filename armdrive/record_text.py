@@ -69,10 +69,10 @@ def to_text(record: Record) -> bytes:
 
 def from_text(text: bytes) -> Record:
     """Return the record of a text; raises `StateFileError` with the reason, and nothing else."""
-    if not text.strip(b" \r\n\t\x00"):
-        raise StateFileError("it is empty")
     if len(text) > LONGEST:
         raise StateFileError(f"it is damaged: no record is longer than {LONGEST} bytes")
+    if not text.strip(b" \r\n\t\x00"):
+        raise StateFileError("it is empty")
     try:
         return _checked(_of_our_format(json.loads(text.decode("utf-8"))))
     except (ValueError, TypeError, RecursionError) as error:

@@ -145,8 +145,6 @@ def test_a_record_that_does_not_fit_is_refused_with_the_reason(bench, changes, w
         arm.move_j(base_deg=0)
 
 
-
-
 def test_coordinates_that_are_not_those_of_the_steps_are_not_believed(bench):
     referenced(bench).close()
     bench.edit(coordinates=[1.0, 1.0, -1.0, 0.0, 0.0, 5.0])
