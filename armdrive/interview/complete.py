@@ -11,9 +11,10 @@ from dataclasses import fields
 from typing import Any
 
 from armdrive.armfile import ArmConfig
+from armdrive.guardfile import guard_table
 from armdrive.interview.rows_arm import LENGTHS
 from armdrive.interview.toml_text import Entry, Section, document
-from kinematics import ArmPreset, Guards, MotorSpec, Pose, Transmission
+from kinematics import ArmPreset, MotorSpec, Pose, Transmission
 
 _MOST_DIGITS = 17
 
@@ -45,16 +46,8 @@ def _sections(config: ArmConfig, table: Mapping[str, Any]) -> Iterator[Section]:
     limits = [[_deg(each.low_rad), _deg(each.high_rad)] for each in model.arm.limits]
     yield Section("limits_deg", tuple(map(Entry, names, limits)))
     yield Section("speeds_deg_s", tuple(map(Entry, names, map(_deg, model.joint_speeds_rad_s))))
-    yield Section("guards", tuple(_guards(model.guards)))
-
-
-def _guards(guards: Guards) -> Iterator[Entry]:
-    """Give the bounds that are numbers, and whatever else is not as it usually is."""
-    for each in fields(guards):
-        known = getattr(guards, each.name)
-        plain = isinstance(known, int | float) and not isinstance(known, bool)
-        if plain or (known is not None and known != each.default):
-            yield Entry(each.name, known)
+    guards = guard_table(model.guards, _deg)
+    yield Section("guards", tuple(Entry(key, value) for key, value in guards.items()))
 
 
 def _top(config: ArmConfig, table: Mapping[str, Any]) -> Section:

@@ -9,8 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from armdrive.armfile import load_arm_file
 from armdrive.interview.answers import flattened
-from armdrive.interview.complete import shortest
+from armdrive.interview.complete import complete, shortest
 from armdrive.interview.gearing import Gearing, ratio
 from armdrive.interview.readers import WrongAnswer
 from armdrive.interview.toml_text import Entry, Section, document
@@ -77,3 +78,17 @@ def test_answers_of_a_file_are_as_one_would_type_them():
         "g": "none",
         "homing groups": "3; 1, 2",
     }
+
+
+def test_a_complete_file_keeps_boxes_and_sums(tmp_path):
+    text = (
+        'model = "teachmover"\n[guards]\nradii_mm = [35, 30, 25]\n'
+        '[[guards.boxes]]\nname = "camera"\nmin_mm = [100, -300, 0]\nmax_mm = [200, -250, 400]\n'
+        '[[guards.sums]]\nname = "forearm"\njoints = { shoulder = 1, elbow = 1 }\n'
+        "range_deg = [-80, 60]\n"
+    )
+    path = tmp_path / "boxed.toml"
+    path.write_text(text, encoding="utf-8")
+    config = load_arm_file(path)
+    path.write_text(complete(config, tomllib.loads(text)), encoding="utf-8")
+    assert load_arm_file(path).model.guards == config.model.guards
