@@ -27,6 +27,7 @@ class BoardDrive(Drive[PathRack]):
     ) -> None:
         super().__init__(world, PathRack((0,) * axes, limits))
         self._ahead_s = ahead_s
+        self._followed_s = math.nan
         self._brake_s = math.inf
         self._axes = axes
         self._order = tuple(order)
@@ -46,7 +47,16 @@ class BoardDrive(Drive[PathRack]):
 
     def turn(self, steps: Sequence[int], now_s: float) -> None:
         """Turn motors by hand: counted, with the current on, and at once."""
-        super().turn(self._of_axes(steps), now_s)
+        self.stop(now_s)
+        self.energise()
+        self.rack.count(self._of_axes(steps))
+        self._follow(now_s)
+
+    def follow(self, now_s: float) -> None:
+        """Bring the arm to where its motors are by now, once for each moment."""
+        if now_s != self._followed_s:
+            super().follow(now_s)
+            self._followed_s = now_s
 
     def steps_of(self, target: Sequence[float]) -> Motors:
         """Return where a target in units lies in steps: rounded once, as it is absolute."""

@@ -48,9 +48,11 @@ class Reporter:
 
     def due_s(self, board: Board) -> float:
         """Tell when a report is to be sent; infinity while none is, or none can be."""
+        if not self.asked:
+            return math.inf
         firmware = board.firmware
         silent = board.boot.active or (board.critical and firmware.mute_in_critical)
-        if not self.asked or silent or (firmware.silent_in_homing and board.state is State.HOME):
+        if silent or (firmware.silent_in_homing and board.state is State.HOME):
             return math.inf
         return max(self._free_s, board.now_s)
 

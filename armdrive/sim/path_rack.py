@@ -27,6 +27,7 @@ class PathRack:
         self._base = Motors(counts)
         self._lines: deque[Line] = deque()
         self._stretches: list[Stretch] = []
+        self._next_line_s = math.inf
         self._along = 0.0
         self._held = False
         self._scale = (1.0, 1.0)
@@ -59,8 +60,7 @@ class PathRack:
     @property
     def next_line_s(self) -> float:
         """When the line under way ends, or the motion stands; infinity while there is none."""
-        ends = (each.piece.end_s for each in self._stretches if each.last)
-        return min(next(ends, math.inf), self.done_s)
+        return self._next_line_s
 
     def ending_by(self, time_s: float) -> int:
         """Return how many of the lines will have ended by a time, as it is planned now."""
@@ -142,9 +142,11 @@ class PathRack:
             if ended.last:
                 self._base = self._base + Motors(self._lines.popleft().deltas)
                 self._along = 0.0
-                self._stretches = [
-                    Stretch(each.number - 1, each.piece, each.last) for each in self._stretches
-                ]
+                self._follow_on(
+                    [Stretch(each.number - 1, each.piece, each.last) for each in self._stretches]
+                )
+        if not self._stretches:
+            self._follow_on([])
 
     def stop(self, now_s: float) -> None:
         """Stop dead where the path is now, and drop every line."""
@@ -162,7 +164,7 @@ class PathRack:
 
     def _clear(self) -> None:
         self._lines.clear()
-        self._stretches = []
+        self._follow_on([])
         self._along, self._held = 0.0, False
 
     def _at(self, now_s: float) -> Stretch | None:
@@ -187,10 +189,15 @@ class PathRack:
 
     def _plan(self, speed: float, now_s: float) -> None:
         if not self._held:
-            self._stretches = planned(
-                self._lines, self._along, speed, now_s, self.limits, self._scale
+            self._follow_on(
+                planned(self._lines, self._along, speed, now_s, self.limits, self._scale)
             )
         elif speed > 0.0:
-            self._stretches = braked(self._lines, self._along, speed, now_s)
+            self._follow_on(braked(self._lines, self._along, speed, now_s))
         else:
-            self._stretches = []
+            self._follow_on([])
+
+    def _follow_on(self, stretches: list[Stretch]) -> None:
+        self._stretches = stretches
+        ends = (each.piece.end_s for each in stretches if each.last)
+        self._next_line_s = min(next(ends, math.inf), self.done_s)
