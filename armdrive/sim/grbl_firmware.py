@@ -79,6 +79,11 @@ class Firmware:
         return self.variant is Variant.GRBLHAL
 
     @property
+    def has_paths(self) -> bool:
+        """Whether its settings have names, as FluidNC's, and `$$` lists some of them only."""
+        return self.variant is Variant.FLUIDNC
+
+    @property
     def banner(self) -> Banner:
         """What it says when it starts."""
         if self.variant is Variant.FLUIDNC:

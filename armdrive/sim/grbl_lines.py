@@ -10,6 +10,7 @@ from collections.abc import Generator
 
 from armdrive.sim.grbl_board import Board
 from armdrive.sim.grbl_parser import Way, Work
+from armdrive.sim.grbl_paths import named_path, run_path
 from armdrive.sim.grbl_script import Script
 from armdrive.sim.grbl_settings import MOST_SPEED, SOFT_LIMITS, TRAVEL
 from armdrive.sim.grbl_system import run_system
@@ -77,7 +78,8 @@ def _run(board: Board, line: LineReceived) -> Steps:
         too_long = isinstance(content, Rejected) and content.code == _TOO_LONG
         return _TOO_LONG if too_long else LOCKED
     if isinstance(content, Rejected):
-        return content.code
+        named = named_path(board.raw) if board.firmware.has_paths else None
+        return (yield from run_path(board, *named)) if named else content.code
     if isinstance(content, Block):
         return (yield from _block(board, content))
     return (yield from run_system(board, content))

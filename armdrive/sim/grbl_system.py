@@ -10,6 +10,7 @@ from typing import Any
 from armdrive.sim.grbl_board import Board
 from armdrive.sim.grbl_homing import home
 from armdrive.sim.grbl_parser import STORED
+from armdrive.sim.grbl_paths import FIRST_TOLD
 from armdrive.sim.grbl_settings import ALWAYS_ON_MS, HOMING, factory_values
 from armdrive.sim.grbl_waits import write_eeprom
 from firmware_protocol.grbl import (
@@ -60,7 +61,8 @@ def _help(board: Board, _: Help) -> Steps:
 
 def _settings(board: Board, _: QuerySettings) -> Steps:
     for number, text in board.settings.written():
-        board.say(Setting(number, text))
+        if number >= FIRST_TOLD or not board.firmware.has_paths:
+            board.say(Setting(number, text))
     yield from ()
     return 0
 

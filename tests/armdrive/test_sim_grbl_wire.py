@@ -173,6 +173,24 @@ def test_what_is_wrong_is_refused_by_its_number(line, answer):
     assert Bench().say(line)[-1:] == [answer]
 
 
+def test_fluidnc_names_its_settings():
+    bench = Bench(firmware="fluidnc")
+    assert not [line for line in bench.say("$$", 0.5) if line.startswith("$1=")]
+    assert bench.say("$/stepping/idle_ms") == ["$/stepping/idle_ms=255", "ok"]
+    assert bench.say("$/Stepping/Idle_ms=25") == ["ok"]
+    assert bench.board.settings[1] == 25
+    assert bench.say("$/axes/y/max_rate_mm_per_min=70") == ["ok"]
+    assert bench.board.settings[111] == 70
+    for line, answer in (
+        ("$/stepping/idle", "error:3"),
+        ("$/axes/w/steps_per_mm", "error:3"),
+        ("$/axes/x/steps_per_mm=x", "error:2"),
+        ("$/axes/x/steps_per_mm=nan", "error:2"),
+    ):
+        assert bench.say(line) == [answer]
+    assert Bench().say("$/stepping/idle_ms") == ["error:3"]
+
+
 def test_settings_of_the_factory_are_the_published_ones():
     said = Bench({}, factory=True).say("$$", 0.5)
     for line in ("$1=25", "$10=1", "$100=250.000", "$110=500.000", "$120=10.000", "$130=200.000"):
