@@ -11,6 +11,7 @@ from typing import Any, Self
 
 from armdrive.calls.jogging import Jogging
 from armdrive.calls.moving import Moving
+from armdrive.calls.reconnecting import Reconnecting
 from armdrive.calls.referencing import Referencing
 from armdrive.controllers.requests import Settings
 from armdrive.flows import idling, referencing
@@ -21,7 +22,7 @@ from armdrive.status import State
 
 
 @witnessed
-class Arm(Moving, Jogging, Referencing):
+class Arm(Moving, Jogging, Referencing, Reconnecting):
     """One arm, connected. Make one with `Arm.connect`; use it in a `with` statement."""
 
     @classmethod
@@ -29,7 +30,8 @@ class Arm(Moving, Jogging, Referencing):
         """Connect to an arm by the name of its arm file, a port with `dialect=`, or `sim:NAME`.
 
         Options: `dialect`, `baud`, `pace` ("simulated", "real", or a factor of real time for a
-        simulated arm), `allow_restored`, `operator`. With `ARMDRIVE_FORCE_SIM=1` in the
+        simulated arm), `allow_restored`, `operator`, `reconnect` (look for a lost wire until it is
+        back; by default as the arm file says). With `ARMDRIVE_FORCE_SIM=1` in the
         environment every arm is its simulated twin. Raises `PortUnavailable`, `ArmFileError`,
         `BadRequest`, `NoAnswer`.
         """

@@ -53,6 +53,8 @@ class Connection:
 
     `baud` is the dialect's own unless the file gives another. A board that is reset by opening
     its port is spared that from the second time on by `raise_dtr` and `keep_dtr_on_close`.
+    `usb_serial` finds an adapter under whatever name its port has. With `reconnect` a lost wire is
+    looked for until it is back; the arm then stands in error-stop.
     """
 
     dialect: str = "teachmover"
@@ -60,6 +62,8 @@ class Connection:
     baud: int = 9600
     raise_dtr: bool = False
     keep_dtr_on_close: bool = False
+    usb_serial: str = ""
+    reconnect: bool = False
 
     def __post_init__(self) -> None:
         within("connection.baud", self.baud, 50, 4_000_000)

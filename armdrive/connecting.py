@@ -14,11 +14,13 @@ from armdrive.armfile import ArmConfig, Connection, config_of_preset, load_arm_f
 from armdrive.dialects import DIALECTS, dialect
 from armdrive.errors import ArmFileError, BadRequest, PortUnavailable
 from armdrive.holder import hold
+from armdrive.mending import Rewiring
 from armdrive.pace import Pace, RealPace, SimulatedPace
 from armdrive.posture import Operator
 from armdrive.record import FileRecorder, NoRecorder, Recorder
 from armdrive.recorder.files import recordings
 from armdrive.recorder.flight import FlightRecorder
+from armdrive.wiring import Wiring
 
 if TYPE_CHECKING:
     from armdrive.recorder.witness import Witness
@@ -92,16 +94,24 @@ def connect(
     allow_restored: bool = False,
     operator: Operator | None = None,
     twin: Twin | None = None,
+    reconnect: bool | None = None,
 ) -> Arm:
     """Connect as `Arm.connect` says."""
     found = find(target, dialect_name=dialect, baud=baud)
     if found.simulated:
         return connect_simulated(
-            found.config, twin=twin, pace=pace, operator=operator, allow_restored=allow_restored
+            found.config,
+            twin=twin,
+            pace=pace,
+            operator=operator,
+            allow_restored=allow_restored,
+            reconnect=reconnect,
         )
     if pace not in (None, "real", 1.0):
         raise BadRequest("a real arm knows one pace: real time")
-    return connect_real(found.config, allow_restored=allow_restored, operator=operator)
+    return connect_real(
+        found.config, allow_restored=allow_restored, operator=operator, reconnect=reconnect
+    )
 
 
 def connect_simulated(
@@ -113,6 +123,7 @@ def connect_simulated(
     recorder: Recorder | None = None,
     allow_restored: bool = False,
     witness: Witness | None = None,
+    reconnect: bool | None = None,
 ) -> Arm:
     """Connect to a simulated twin in this process, on simulated time unless `pace` says real."""
     from armdrive.sim.twin import make_twin
@@ -127,41 +138,35 @@ def connect_simulated(
         operator=operator or twin.operator,
         allow_restored=allow_restored,
         witness=witness or FlightRecorder(),
+        rewiring=_rewiring(twin, automatic=_wanted(reconnect, config)),
     )
     arm.twin = twin
     return arm
 
 
 def connect_real(
-    config: ArmConfig, *, allow_restored: bool = False, operator: Operator | None = None
+    config: ArmConfig,
+    *,
+    allow_restored: bool = False,
+    operator: Operator | None = None,
+    reconnect: bool | None = None,
 ) -> Arm:
     """Open the arm's port and connect; one program holds an arm at a time.
 
+    With `reconnect` (by default as the arm file says) a lost wire is looked for until it is back.
     Where another dialect answers, the `DeviceFault` says which.
     """
     from armdrive.doctor.mistaken import overheard
-    from armdrive.transports.url import open_link
 
-    wire = config.connection
     if simulation_forced():
         raise PortUnavailable(
             f"ARMDRIVE_FORCE_SIM is set, so the port of {config.name} stays closed: connect to its "
             "simulated twin, or clear that variable"
         )
-    if not wire.port:
-        raise PortUnavailable(
-            f'the arm file of {config.name} names no port: write port = "/dev/ttyUSB0", say, '
-            "under [connection]"
-        )
-    holding = hold(config.name, wire.port)
+    wiring = Wiring(config)
+    holding = hold(config.name, wiring.find())
     try:
-        link = open_link(
-            wire.port,
-            wire.baud,
-            raise_dtr=wire.raise_dtr,
-            keep_dtr_on_close=wire.keep_dtr_on_close,
-        )
-        with overheard(link, wire) as ears:
+        with overheard(wiring.open(), config.connection) as ears:
             arm = Arm(
                 config,
                 ears,
@@ -171,6 +176,7 @@ def connect_real(
                 allow_restored=allow_restored,
                 operator=operator,
                 witness=FlightRecorder(recordings()),
+                rewiring=Rewiring(wiring.open, automatic=_wanted(reconnect, config), beside=True),
             )
     except BaseException:
         holding.release()
@@ -183,6 +189,18 @@ def connect_real(
 def state_file(arm: str) -> Path:
     """Return the file in which an arm's position is remembered."""
     return places.states() / f"{places.file_name(arm)}.json"
+
+
+def _rewiring(twin: Twin, *, automatic: bool) -> Rewiring | None:
+    """Return how a twin's wire is taken up again; None where somebody has put another there."""
+    from armdrive.transports.memory import MemoryLink
+
+    return Rewiring(twin.link.reopen, automatic) if isinstance(twin.link, MemoryLink) else None
+
+
+def _wanted(reconnect: bool | None, config: ArmConfig) -> bool:
+    """Tell whether a lost wire is looked for: as the caller says, else as the arm file does."""
+    return config.connection.reconnect if reconnect is None else reconnect
 
 
 def _pace(pace: str | float | None) -> Pace:

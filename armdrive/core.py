@@ -86,6 +86,8 @@ class Core(Remarks):
         self.allow_restored = False
         self.geometry_known = config.model.verified
         self.state = State.DISCONNECTED
+        self.before_loss = State.DISCONNECTED
+        self.latched = ("", "")
         self.belief: Belief = FIRST_BELIEF
         self.current = Current.UNKNOWN
         still = Motors([0] * controller.abilities.motors)
@@ -122,11 +124,17 @@ class Core(Remarks):
         """Latch error-stop and say why; what was asked for and not begun is forgotten."""
         self.say_error(str(cause), code_of(cause) if isinstance(cause, ArmError) else code)
         self._forget_what_waits()
-        if self.state is not State.DISCONNECTED:
+        if self.state is State.DISCONNECTED:
+            self.latched = (self.error, self.error_code)
+        else:
             self.happen(Event.FAULT)
 
     def lose(self, lost: ArmError) -> None:
         """Note that the wire is gone, and with it all that was asked for and not begun."""
+        if self.state is not State.DISCONNECTED:
+            self.before_loss = self.state
+            faulty = self.state is State.ERROR_STOP
+            self.latched = (self.error, self.error_code) if faulty else ("", "")
         self.say_error(str(lost), code_of(lost))
         self._forget_what_waits()
         self.happen(Event.LOST)
@@ -152,7 +160,7 @@ class Core(Remarks):
         if not self.geometry_known:
             raise Refused(
                 f"the numbers of the {self.config.model.title} are a template that nobody has "
-                "verified, so that a Cartesian goal would lead somewhere else: measure the arm, and "
+                "verified, so that a Cartesian goal would lead somewhere else: measure the arm and "
                 "give every key of [lengths] and [steps_per_turn] in its arm file, or say verified "
                 "= true in its model file. Joints can be moved as they are"
             )
@@ -294,6 +302,10 @@ class Core(Remarks):
     def hear_memory(self) -> None:
         """Show what went wrong with writing since this was last asked."""
         self.notice = self.memory.trouble() or self.notice
+
+    def present_record(self) -> Record:
+        """Return what there is to be remembered of an arm that stands."""
+        return self._record(in_motion=False)
 
     def _record(self, in_motion: bool) -> Record:
         return Record(

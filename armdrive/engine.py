@@ -105,6 +105,9 @@ class Engine:
         self._wait: Ask | Until | None = None
         self._asked = False
         self._broken: LinkLost | None = None
+        self._proved = True
+        self.mending: Callable[[float], float] | None = None
+        """What is called while the wire is broken, and may `take` another; says when next."""
 
     @property
     def last_sent(self) -> str:
@@ -158,11 +161,23 @@ class Engine:
         if self._broken is None:
             self._end(LinkLost("the connection was closed: connect again"))
 
+    def take(self, link: Link, controller: Controller) -> None:
+        """Go on over another wire in place of the broken one. Nothing is left of what was asked."""
+        self.link, self.controller = link, controller
+        self._broken, self._proved = None, False
+        self.stop_asked, self.stop_hard, self.stop_why = False, False, ""
+
+    def prove(self) -> None:
+        """Hear that the arm is behind the wire that was taken."""
+        self._proved = True
+
     def advance(self, now_s: float) -> float:
         """Do what is due by now; return when to call again, on the same clock."""
         self.now_s = now_s
         if self._broken is not None:
-            return math.inf
+            next_s = math.inf if self.mending is None else self.mending(now_s)
+            if self._broken is not None:
+                return next_s
         self.witness.tick(now_s, self.stop_asked, self.stop_hard)
         if self.stop_asked:
             self._stopping()
@@ -172,7 +187,7 @@ class Engine:
             self._run()
         except LinkLost as lost:
             self._break(lost)
-            return math.inf
+            return math.inf if self.mending is None else self.mending(now_s)
         except Exception as error:  # a flaw of ours
             self.witness.failed(error)
             raise
@@ -292,7 +307,8 @@ class Engine:
     def _break(self, lost: LinkLost) -> None:
         self._end(lost)
         self._lost(lost)
-        self.witness.lost(lost)
+        if self._proved:  # else it is a wire that was only tried
+            self.witness.lost(lost)
 
     def _end(self, lost: LinkLost) -> None:
         """Let everything at work hear of the loss where it waits, and end it."""

@@ -88,6 +88,11 @@ class SimulatedPace:
         self._engine = None
 
 
+def _drivable(engine: Engine) -> bool:
+    """Tell whether an engine has anything left to do: a wire, or somebody who looks for it."""
+    return engine.broken is None or engine.mending is not None
+
+
 class RealPace:
     """A thread that advances the engine by the monotonic clock and sleeps on the wire between."""
 
@@ -143,7 +148,7 @@ class RealPace:
     def _drive(self) -> None:
         due_s = math.inf
         try:
-            while (engine := self._engine) is not None and engine.broken is None:
+            while (engine := self._engine) is not None and _drivable(engine):
                 with self._turn:
                     late_s = time.monotonic() - due_s
                     if late_s > ABSENT_S:

@@ -25,6 +25,7 @@ class Evidence(Enum):
     CONFIRMED = "the operator confirmed the recorded posture"
     RECORD_MATCHES = "recorded by an earlier program, and the registers still agree"
     RECORD_DIFFERS = "the registers differ from the recorded ones: moved by pendant, or power lost"
+    LINK_BACK = "the wire was lost and is back, and the registers still agree"
     ENDED_IN_MOTION = "the last program ended in mid-motion"
     RECORD_UNUSABLE = "the recorded position cannot be used"
     ANSWER_LOST = "a motion was sent and its answer never came"
@@ -52,6 +53,7 @@ RESULTS: Mapping[Evidence, Trust] = MappingProxyType(
         Evidence.CONFIRMED: Trust.REFERENCED,
         Evidence.RECORD_MATCHES: Trust.RESTORED,
         Evidence.RECORD_DIFFERS: Trust.SUSPECT,
+        Evidence.LINK_BACK: Trust.RESTORED,
         Evidence.ENDED_IN_MOTION: Trust.SUSPECT,
         Evidence.RECORD_UNUSABLE: Trust.UNKNOWN,
         Evidence.ANSWER_LOST: Trust.SUSPECT,
@@ -85,6 +87,8 @@ class Belief:
         result = RESULTS[evidence]
         if result is Trust.SUSPECT and self.trust in (Trust.UNKNOWN, Trust.SUSPECT):
             return self  # the first reason is the one that has to be mended
+        if evidence is Evidence.LINK_BACK and self.trust is not Trust.REFERENCED:
+            return self  # it only takes away
         reason = f"{evidence.value} ({detail})" if detail else evidence.value
         return Belief(result, reason, now_s)
 

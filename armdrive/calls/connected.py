@@ -16,6 +16,7 @@ from armdrive.errors import ArmError, LinkLost, NoAnswer
 from armdrive.flows import idling, referencing
 from armdrive.flows.alerts import alerted
 from armdrive.flows.exchange import Wire
+from armdrive.mending import Mender
 from armdrive.pace import RealPace
 from armdrive.planning import Speeds
 from armdrive.recorder.witness import NO_WITNESS, Witness
@@ -27,6 +28,7 @@ from kinematics.errors import finite
 
 if TYPE_CHECKING:
     from armdrive.armfile import ArmConfig
+    from armdrive.mending import Rewiring
     from armdrive.pace import Pace
     from armdrive.posture import Operator
     from armdrive.record import Recorder
@@ -56,6 +58,7 @@ class Connected:
         allow_restored: bool = False,
         operator: Operator | None = None,
         witness: Witness = NO_WITNESS,
+        rewiring: Rewiring | None = None,
     ) -> None:
         """Connect over an open link. Raises `NoAnswer` where no such arm answers; moves nothing."""
         self.config = config
@@ -83,6 +86,9 @@ class Connected:
         )
         self.wire = Wire(self.engine, self.core)
         self._idling = idling.Idling(self.wire)
+        self.closed = False
+        self.mender = None if rewiring is None else Mender(self.wire, rewiring)
+        self.engine.mending = self.mender
         witness.begin(self.core, link.description, pace.now_s)
         pace.start(self.engine)
         try:
@@ -237,6 +243,9 @@ class Connected:
                         self.core.mark_still()
         finally:
             with self.pace.lock:
+                self.closed = True
+                if self.mender is not None:
+                    self.mender.close()
                 self.core.happen(Event.LOST)
                 self.engine.close()
             self._release()
@@ -272,3 +281,5 @@ class Connected:
     def _lost(self, lost: LinkLost) -> None:
         self.core.lose(lost)
         self.core.remember()
+        if self.mender is not None:
+            self.mender.lost(self.engine.now_s)

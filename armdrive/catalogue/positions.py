@@ -125,4 +125,13 @@ POSITIONS = (
         "**The arm may have sagged meanwhile.** Its position is suspect. " + NO_PLANNING,
         "Look at the arm, then home it.",
     ),
+    Entry(
+        "E720", "LINK_BACK", "the wire was lost and is back",
+        "The registers agree with what they were; but an arm without encoders may have been moved "
+        "by hand meanwhile.",
+        "The arm stands, and error-stop is latched. After `reset`, planned motion is refused until "
+        "somebody has confirmed the posture.",
+        "Look at the arm, `reset`, and confirm its posture: `armdrive home --confirm`, or connect "
+        "with `allow_restored=True`.",
+    ),
 )  # fmt: skip

@@ -9,6 +9,7 @@ from armdrive.errors import LinkLost
 from armdrive.sim.device import WireDevice
 from armdrive.sim.pacing import PacedDevice
 from armdrive.transports.bell import Bell
+from armdrive.transports.refusals import NoSuchPort
 
 
 class MemoryLink:
@@ -73,6 +74,14 @@ class MemoryLink:
         self._name = self._name if name is None else name
         self._plugged = True
         self.wake()
+
+    def reopen(self) -> MemoryLink:
+        """Take the wire up again after `close`. Raises `NoSuchPort` while it is unplugged."""
+        if not self._plugged:
+            raise NoSuchPort(f"the cable to the {self._name} is unplugged: plug it in")
+        if self._closed:
+            self._closed, self._bell = False, Bell()
+        return self
 
     def close(self) -> None:
         """Give the wire back; the device stays as it is."""

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from armdrive.transports.holders import Holder, holders
-from armdrive.transports.refusals import owning_group
+from armdrive.transports.refusals import NoSuchPort, owning_group
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -51,6 +51,35 @@ def list_ports() -> tuple[PortInfo, ...]:
 def device_names() -> tuple[str, ...]:
     """Return the names of the serial ports alone."""
     return tuple(info.device for info in _found())
+
+
+def serial_number_of(device: str) -> str:
+    """Return the USB serial number behind a port's name; empty where there is none."""
+    real = os.path.realpath(device)
+    names = (info.serial_number for info in _found() if os.path.realpath(info.device) == real)
+    return next(names, None) or ""
+
+
+def device_of(serial_number: str, before: str = "") -> str:
+    """Return the port that has a USB serial number, under whatever name. Raises `NoSuchPort`.
+
+    Adapters that are sold with one number for all of them are told apart by the name `before`.
+    """
+    found = _found()
+    devices = [info.device for info in found if info.serial_number == serial_number]
+    if len(devices) == 1 or before in devices:
+        return before if before in devices else devices[0]
+    if devices:
+        raise NoSuchPort(
+            f"the USB serial number {serial_number} stands on {' and '.join(devices)}: give the "
+            "port of the arm as well"
+        )
+    numbers = [f"{info.serial_number} ({info.device})" for info in found if info.serial_number]
+    raise NoSuchPort(
+        f"no port has the USB serial number {serial_number} (there are "
+        f"{', '.join(numbers) or 'none with a number'}): plug the adapter in, or correct "
+        "usb_serial; `armdrive ports` lists them"
+    )
 
 
 def _found() -> list[ListPortInfo]:

@@ -1,0 +1,67 @@
+"""Taking an arm up again over a wire that was lost: believes little, and moves nothing.
+
+It ends in error-stop, or disabled where the arm was disabled before. An error that was latched
+stays latched. The position is at best restored: while nobody could see it, the arm may have been
+moved by hand.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from armdrive.controllers.requests import Registers
+from armdrive.engine import Flow, Until
+from armdrive.flows.referencing import compare_settings
+from armdrive.remarks import RECONNECTED
+from armdrive.states import Event
+from armdrive.status import Current, State, Trust
+from armdrive.trust import Evidence
+
+if TYPE_CHECKING:
+    from armdrive.core import Core
+    from armdrive.flows.exchange import Wire
+
+BACK = "the wire was lost and is back, now {link}: look at the arm, then reset"
+
+
+def resume(wire: Wire, lost_s: float) -> Flow[None]:
+    """Find the controller behind a wire that was lost at a time. Moves nothing."""
+    core = wire.core
+    stands_s = lost_s + core.stop_bound().silent_time_s
+    while wire.now_s < stands_s and not wire.stopping:  # what was sent before runs on for so long
+        yield Until(stands_s)
+    registers = yield from wire.ask_registers()
+    was = core.before_loss
+    _weigh(core, registers, wire.now_s)
+    if was is not State.DISABLED or core.current is not Current.OFF:
+        core.current = Current.UNKNOWN
+    core.outputs = None
+    core.happen(Event.OPENED_SWITCHED if was is State.DISABLED else Event.OPENED_HELD)
+    core.notice = ""
+    yield from compare_settings(wire)
+    _latch(core, was, BACK.format(link=wire.engine.link.description))
+    core.mark_still()
+    core.still_since_s = wire.now_s
+
+
+def _weigh(core: Core, registers: Registers, now_s: float) -> None:
+    """Compare the registers with what was known when the wire was lost."""
+    if core.belief.trust is Trust.UNKNOWN:
+        core.found(registers)
+        return
+    core.inputs, core.gripping = registers.inputs, registers.gripping
+    same = core.restore(core.present_record(), registers.positions)
+    if not same:
+        core.learn(Evidence.RECORD_DIFFERS, now_s)
+    else:
+        core.learn(Evidence.LINK_BACK, now_s)
+
+
+def _latch(core: Core, was: State, back: str) -> None:
+    earlier, code = core.latched
+    if earlier:
+        core.fault(f"{earlier}. Meanwhile {back}", code)
+    elif was is State.DISABLED:
+        core.error = ""
+    else:
+        core.fault(back, RECONNECTED)
