@@ -43,6 +43,7 @@ class Bench:
         self._answers: Said = deque()
         self._banners: Said = deque()
         self.passing: Message | None = None
+        self._passed_s = -math.inf
         self._splitter = talk(config.connection.dialect).splitter()
         self._make(None)
 
@@ -55,6 +56,11 @@ class Bench:
     def view(self) -> dict[str, Json]:
         """The physical state of the twin as plain data."""
         return state_json(self._device)
+
+    @property
+    def passing_s(self) -> float:
+        """When that report came, on the recording's clock."""
+        return self._passed_s - self.late_s
 
     @property
     def moving(self) -> bool:
@@ -154,7 +160,7 @@ class Bench:
             elif message.weight is Weight.BANNER:
                 self._banners.append((now_s, message))
             elif message.weight is Weight.PASSING:
-                self.passing = message
+                self.passing, self._passed_s = message, now_s
 
     def _make(self, saved: object) -> None:
         self._device: SimDevice = make_device(self._config, saved, settings=self._settings)

@@ -12,12 +12,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from armdrive.controllers.requests import AlertKind
 from armdrive.recorder.bench import Bench
 from armdrive.recorder.entries import Entry, Kind
-from armdrive.recorder.messages import Message, Weight, talk
+from armdrive.recorder.judging import GRACE_S, Judge, Parting
+from armdrive.recorder.messages import talk
 from armdrive.recorder.placing import (
-    Counts,
     answer_to,
     counts_of,
     first_counts,
@@ -26,34 +25,12 @@ from armdrive.recorder.placing import (
     offset_at,
     position,
 )
-from armdrive.sim.saved import Json
 
 if TYPE_CHECKING:
     from armdrive.recorder.reading import Recording
     from armdrive.sim.options import Value
 
-GRACE_S = 1.0
-"""An answer of the twin that the arm has not given by then, with nothing asked, is a difference."""
 _ANSWERS = frozenset((Kind.REPLY, Kind.REGISTERS, Kind.SILENCE))
-
-
-@dataclass(frozen=True, slots=True)
-class Parting:
-    """The first difference: at which entry, what each said, and how the twin stands then."""
-
-    index: int
-    time_s: float
-    why: str
-    arm: str
-    twin: str
-    twin_state: str
-    twin_view: Mapping[str, Json]
-
-    def __str__(self) -> str:
-        return (
-            f"they part at {self.time_s:.3f} s: {self.why}. The arm: {self.arm}. The twin: "
-            f"{self.twin}. The twin stands like this: {self.twin_state}"
-        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,13 +64,8 @@ class _Replay:
         self._entries = recording.entries
         self._bench = bench
         self._notes = notes
-        self._talk = talk(recording.header.dialect)
-        self._splitter = self._talk.splitter()
+        self._judge = Judge(bench, talk(recording.header.dialect))
         self._asked = ""
-        self._told = False
-        self._passing: Message | None = None
-        self._compared = 0
-        self._parting: Parting | None = None
 
     def run(self) -> Replayed:
         """Go through all entries up to the first difference."""
@@ -106,13 +78,14 @@ class _Replay:
             if missing and index == missing.stop:
                 self._resume(index)
             self._take(index, entry)
-            if self._parting is not None:
+            if self._judge.parting is not None:
                 break
         else:
             self._end()
         if missing.stop == len(self._entries) and missing:
             self._notes.append("part of the recording had gone, and the rest cannot be compared")
-        return Replayed(self._compared, self._bench.late_s, self._parting, tuple(self._notes))
+        judge = self._judge
+        return Replayed(judge.compared, self._bench.late_s, judge.parting, tuple(self._notes))
 
     # -- where the twin stands ------------------------------------------------------------------
 
@@ -138,7 +111,7 @@ class _Replay:
         counts = counts_of(answer)
         self._bench.advance(self._entries[index].time_s)
         self._bench.place(counts, position(counts, offset_at(self._entries, index)))
-        self._splitter = self._talk.splitter()
+        self._judge.resume()
         self._asked = ""
         self._notes.append(
             f"part of the recording had gone: it is compared from {answer.time_s:.3f} s on"
@@ -147,89 +120,22 @@ class _Replay:
     # -- what happens ---------------------------------------------------------------------------
 
     def _take(self, index: int, entry: Entry) -> None:
-        if isinstance(entry.what, bytes):
-            if entry.kind is Kind.SENT:
-                self._bench.send(entry.what, entry.time_s)
-            else:
-                for message in self._splitter.feed(entry.what):
-                    self._compare(index, entry, message)
+        judge = self._judge
+        if entry.kind is Kind.SENT and isinstance(entry.what, bytes):
+            self._bench.send(entry.what, entry.time_s)
+        elif entry.kind is Kind.HEARD:
+            judge.heard(index, entry, self._asked)
         elif entry.kind is Kind.REQUEST:
-            self._check_unasked(index, entry, entry.time_s - GRACE_S)
-            self._asked = entry.what
+            judge.unasked(index, entry, entry.time_s - GRACE_S)
+            self._asked = str(entry.what)
         elif entry.kind is Kind.ALERT:
-            self._alerted(index, entry.what)
-        elif entry.kind in _ANSWERS:
-            self._answered(index, entry)
-            self._asked = ""
-
-    def _answered(self, index: int, entry: Entry) -> None:
-        if entry.kind is Kind.SILENCE:
-            self._bench.advance(entry.time_s)
-            self._check_unasked(index, entry, entry.time_s)
+            judge.alerted(index, entry)
         elif entry.kind is Kind.REGISTERS:
-            self._compare_counts(index, entry)
-
-    def _compare(self, index: int, entry: Entry, message: Message) -> None:
-        if message.weight is Weight.PASSING:
-            self._passing = message
-        beginning = message.weight is Weight.BANNER and not self._told
-        if beginning or message.weight in (Weight.PASSING, Weight.SELF) or self._parting:
-            return
-        said = self._talk.said(message.data)
-        banner = message.weight is Weight.BANNER
-        answer = (self._bench.banner if banner else self._bench.answer)(entry.time_s)
-        if answer is None:
-            self._part(index, "the arm said what the twin does not say", said, "nothing")
-        elif not self._agrees(message, answer):
-            self._part(index, "they answered otherwise", said, self._talk.said(answer.data))
-        else:
-            self._compared += 1
-
-    def _agrees(self, message: Message, answer: Message) -> bool:
-        if message.data == answer.data or message.weight is Weight.BANNER:
-            return True
-        of_moment = message.weight is answer.weight is Weight.MOMENT
-        turning = self._asked.startswith("Move") or self._bench.moving
-        return of_moment and turning and message.kind == answer.kind
-
-    def _compare_counts(self, index: int, entry: Entry) -> None:
-        if self._parting is not None:
-            return
-        if not self._told:
-            self._told = True
-            self._bench.forget_banners()
-        counts = counts_of(entry)
-        stands = self._bench.stand(entry.time_s)
-        twin = self._bench.registers
-        if stands and counts == twin:
-            self._compared += 1
-            return
-        why = "the motors were counted otherwise" if stands else "the twin still moves"
-        self._part(index, why, _words(counts), _words(twin))
-
-    def _alerted(self, index: int, words: str) -> None:
-        """Compare the last reports of a motion, where the arm's were of something else."""
-        ours, its = (
-            "nothing" if each is None else self._talk.said(each.data)
-            for each in (self._passing, self._bench.passing)
-        )
-        if self._parting is not None:
-            return
-        if words.startswith(AlertKind.RESTARTED.value):
-            self._part(index, "the arm began anew, the twin did not", words, its)
-        elif words.startswith(AlertKind.ASTRAY.value) and ours != its:
-            self._part(index, "the arm was seen off the way that was sent", ours, its)
-
-    def _check_unasked(self, index: int, entry: Entry, before_s: float) -> None:
-        message = self._bench.unasked(before_s)
-        if message is not None and self._parting is None:
-            silent = str(entry.what) if entry.kind is Kind.SILENCE else "nothing"
-            self._part(
-                index,
-                "the twin said what the arm did not say",
-                silent,
-                self._talk.shown(message.data),
-            )
+            judge.counts(index, entry)
+        elif entry.kind is Kind.SILENCE:
+            judge.silence(index, entry)
+        if entry.kind in _ANSWERS:
+            self._asked = ""
 
     def _end(self) -> None:
         """Look whether the twin has said more, unless the arm's answer was still to come."""
@@ -238,13 +144,4 @@ class _Replay:
         index = len(self._entries) - 1
         last = self._entries[index]
         self._bench.advance(last.time_s)
-        self._check_unasked(index, last, last.time_s - GRACE_S)
-
-    def _part(self, index: int, why: str, arm: str, twin: str) -> None:
-        bench = self._bench
-        time_s = self._entries[index].time_s
-        self._parting = Parting(index, time_s, why, arm, twin, bench.words, bench.view)
-
-
-def _words(counts: Counts) -> str:
-    return " ".join(map(str, counts))
+        self._judge.unasked(index, last, last.time_s - GRACE_S)

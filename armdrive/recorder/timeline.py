@@ -10,8 +10,9 @@ from armdrive.recorder.entries import Entry, Kind
 from armdrive.recorder.messages import talk
 
 if TYPE_CHECKING:
+    from armdrive.recorder.judging import Parting
     from armdrive.recorder.reading import Recording
-    from armdrive.recorder.replaying import Parting, Replayed
+    from armdrive.recorder.replaying import Replayed
 
 TEXT_AT = 34
 """The column where the meaning of bytes begins, where the bytes are shorter."""

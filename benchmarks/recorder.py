@@ -1,0 +1,165 @@
+"""What the flight recorder costs: `python benchmarks/recorder.py [--json]`.
+
+Each figure is measured with the recorder and without it in turn, and stands beside its ratio.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from statistics import median
+
+from measuring import Row, Section, interleaved, own_home, p99, ratio
+from reporting import asked, machine, show
+from sim_process import SimProcess
+
+from armdrive import Arm
+from armdrive.connecting import connect_simulated, simulated_config
+from armdrive.dialects import DIALECTS
+from armdrive.recorder.flight import FlightRecorder
+from armdrive.recorder.witness import NO_WITNESS, Witness
+
+BARE = "without"
+MOVE_DEG = 8.0
+
+
+class Swapped:
+    """One connected arm, whose witness can be taken away and given back between two calls."""
+
+    def __init__(self, arm: Arm) -> None:
+        self.arm = arm
+        self.recorder = arm.witness
+        self._side = 1.0
+
+    def witnessed_by(self, witness: Witness, call: Callable[[], object]) -> None:
+        """Do something while this one looks."""
+        arm = self.arm
+        with arm.pace.lock:
+            arm.witness = arm.core.witness = arm.engine.witness = witness
+        call()
+
+    def move(self) -> None:
+        """Move to the other side."""
+        self._side = -self._side
+        self.arm.move_j(base_deg=self._side * MOVE_DEG)
+
+    def cases(self, call: Callable[[], object]) -> dict[str, Callable[[], object]]:
+        """Return the call with the recorder and without it."""
+        return {
+            "with": lambda: self.witnessed_by(self.recorder, call),
+            BARE: lambda: self.witnessed_by(NO_WITNESS, call),
+        }
+
+
+@contextlib.contextmanager
+def _simulated(dialect: str) -> Iterator[Swapped]:
+    arm = connect_simulated(simulated_config(dialect), witness=FlightRecorder())
+    with arm:
+        arm.home()
+        arm.move_j(shoulder_deg=30)
+        yield Swapped(arm)
+
+
+def cpu(rounds: int = 30) -> Section:
+    """Measure the same move on simulated time: whatever it takes is CPU."""
+    rows = []
+    for dialect in DIALECTS:
+        with _simulated(dialect) as swapped:
+            before = swapped.arm.engine.now_s
+            taken = interleaved(swapped.cases(swapped.move), rounds)
+            moved_s = (swapped.arm.engine.now_s - before) / (2 * rounds + 2)
+        with_s, bare_s = taken["with"], taken[BARE]
+        added_s = median(with_s) - median(bare_s)
+        rows += [
+            Row(f"{dialect}: a move without the recorder", median(bare_s) * 1e3, "ms of CPU"),
+            Row(
+                f"{dialect}: with it",
+                median(with_s) * 1e3,
+                "ms of CPU",
+                times={
+                    "without it": ratio(with_s, bare_s),
+                    f"the {moved_s:.2f} s that the move lasts": median(with_s) / moved_s,
+                },
+            ),
+            Row(f"{dialect}: added to each second of motion", added_s / moved_s * 1e3, "ms of CPU"),
+        ]
+    return Section(
+        "CPU of a move",
+        tuple(rows),
+        f"{2 * MOVE_DEG:g} degrees of the base, {rounds} times each, driver and simulated arm "
+        "together on simulated time",
+    )
+
+
+def latency(rounds: int = 150) -> Section:
+    """Measure a READ over a pseudo-terminal to another process."""
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        SimProcess(Path(folder) / "arm") as sim,
+        Arm.connect(sim.port, dialect="teachmover") as arm,
+    ):
+        swapped = Swapped(arm)
+        taken = interleaved(swapped.cases(arm.read_inputs), rounds)
+    rows = (
+        Row("READ without the recorder", median(taken[BARE]) * 1e3, "ms", p99(taken[BARE]) * 1e3),
+        Row(
+            "READ with it",
+            median(taken["with"]) * 1e3,
+            "ms",
+            p99(taken["with"]) * 1e3,
+            {"without it": ratio(taken["with"], taken[BARE])},
+        ),
+        Row("added", (median(taken["with"]) - median(taken[BARE])) * 1e3, "ms"),
+    )
+    return Section("Latency of an exchange", rows, f"a pty, {rounds} exchanges each")
+
+
+def writing(seconds: float = 400.0) -> Section:
+    """Measure a full ring: how long it keeps the wire's thread, and how long writing takes."""
+    with _simulated("grbl") as swapped, tempfile.TemporaryDirectory() as folder:
+        arm = swapped.arm
+        end_s = arm.engine.now_s + seconds
+        while arm.engine.now_s < end_s:
+            swapped.move()
+        began_s = time.perf_counter()
+        with arm.pace.lock:
+            write = arm.witness.snapshot("measured")
+        held_s = time.perf_counter() - began_s
+        path = write(Path(folder) / "recording.jsonl")
+        written_s = time.perf_counter() - began_s
+        size = path.stat().st_size
+        entries = path.read_bytes().count(b"\n")
+    rows = (
+        Row("entries in the last five minutes", entries, ""),
+        Row("memory, as the ring counts it", arm.witness.ring.bytes / 1e6, "MB"),
+        Row("the file", size / 1e6, "MB"),
+        Row("the wire's thread is held", held_s * 1e3, "ms"),
+        Row("written and synced, by another thread", written_s * 1e3, "ms"),
+    )
+    return Section("Writing it out", rows, "a GRBL board that moves all the time")
+
+
+SECTIONS: Mapping[str, Callable[[], Section]] = {
+    "cpu": cpu,
+    "latency": latency,
+    "writing": writing,
+}
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Run the sections that are asked for, or all of them."""
+    options = asked(argv, __doc__, SECTIONS)
+    print(json.dumps({"machine": machine()}) if options.json else machine())
+    with own_home():
+        for name in options.sections:
+            show(name, SECTIONS[name](), as_json=options.json)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

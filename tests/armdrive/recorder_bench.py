@@ -1,0 +1,31 @@
+"""Recorded runs for tests: a simulated arm, its recorder, and what came of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from armdrive.connecting import connect_simulated, simulated_config
+from armdrive.recorder.entries import Entry, Kind
+from armdrive.recorder.flight import FlightRecorder
+from armdrive.recorder.reading import Recording, read_recording
+from armdrive.recorder.ring import Ring
+
+
+def recorded_arm(dialect="teachmover", folder: Path | None = None, ring: Ring | None = None, **how):
+    """Connect to a simulated arm that is recorded, its motors on."""
+    witness = FlightRecorder(folder, ring=ring)
+    arm = connect_simulated(simulated_config(dialect), witness=witness, **how)
+    arm.__enter__()
+    return arm
+
+
+def saved(arm, tmp_path) -> Recording:
+    return read_recording(arm.save_recording(tmp_path / "saved.jsonl"))
+
+
+def written(folder: Path) -> list[Path]:
+    return sorted(folder.glob("*"))
+
+
+def of_kind(entries: tuple[Entry, ...], kind: Kind) -> list[bytes | str]:
+    return [entry.what for entry in entries if entry.kind is kind]

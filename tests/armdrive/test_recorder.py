@@ -1,0 +1,204 @@
+"""What a flight recorder notes, when it writes by itself, and what it leaves alone."""
+
+from __future__ import annotations
+
+import threading
+
+import pytest
+from recorder_bench import of_kind, recorded_arm, saved, written
+
+from armdrive import LinkLost, OutOfBounds
+from armdrive.connecting import connect_simulated, simulated_config
+from armdrive.dialects import DIALECTS
+from armdrive.errors import StateFileError, WrongState
+from armdrive.recorder import files
+from armdrive.recorder.entries import Kind
+from armdrive.recorder.flight import FlightRecorder
+from armdrive.recorder.witness import NO_WITNESS, NoWitness, Witness
+from armdrive.transports.memory import MemoryLink
+
+
+@pytest.fixture
+def arm():
+    arm = recorded_arm()
+    arm.home()
+    arm.move_j(shoulder_deg=40)
+    yield arm
+    arm.close()
+
+
+class Spy(MemoryLink):
+    """A wire that counts what passes it."""
+
+    passed: dict[str, bytes]
+
+    def write(self, data, now_s):
+        self.passed["sent"] = self.passed.get("sent", b"") + data
+        super().write(data, now_s)
+
+    def read(self, now_s):
+        data = super().read(now_s)
+        self.passed["heard"] = self.passed.get("heard", b"") + data
+        return data
+
+
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_every_byte_of_the_wire_is_noted_in_order(dialect, tmp_path, monkeypatch):
+    Spy.passed = {}
+    monkeypatch.setattr("armdrive.sim.twin.MemoryLink", Spy)
+    arm = recorded_arm(dialect)
+    arm.move_motors(5, 5, 5, 5, 5, 5)
+    entries = saved(arm, tmp_path).entries
+    assert b"".join(of_kind(entries, Kind.SENT)) == Spy.passed["sent"]
+    assert b"".join(of_kind(entries, Kind.HEARD)) == Spy.passed["heard"]
+    arm.close()
+
+
+def test_calls_are_noted_with_their_arguments_and_what_they_raised(arm, tmp_path):
+    with pytest.raises(OutOfBounds):
+        arm.move_j(shoulder_deg=200)
+    arm.gripper.open(30.0)
+    entries = saved(arm, tmp_path).entries
+    calls = of_kind(entries, Kind.CALL)
+    assert "move_j(shoulder_deg=200)" in calls
+    assert "move_gripper(30.0, 1.0)" in calls
+    (raised,) = of_kind(entries, Kind.RAISED)
+    assert raised.startswith("OutOfBounds: ")
+
+
+def test_requests_and_their_answers_are_noted(arm, tmp_path):
+    arm.move_motors(0, 0, 0, 0, 5, 0)
+    entries = saved(arm, tmp_path).entries
+    assert any(text.startswith("MoveBy(0 0 0 0 5 0; ") for text in of_kind(entries, Kind.REQUEST))
+    assert "done" in of_kind(entries, Kind.REPLY)
+    told = of_kind(entries, Kind.REGISTERS)[-1]
+    assert told.startswith(" ".join(map(str, arm.twin.device.registers)))
+
+
+def test_changes_of_state_trust_current_and_offset_are_noted_with_reasons(arm, tmp_path):
+    arm.disable()
+    entries = saved(arm, tmp_path).entries
+    states = of_kind(entries, Kind.STATE)
+    assert states[:3] == ["disconnected", "standby", "homing"]
+    assert states[-1] == "disabled"
+    trust = of_kind(entries, Kind.TRUST)
+    assert "referenced: referenced in the reference posture" in trust
+    assert trust[-1] == "suspect: the motor current was switched off, and the arm can sag"
+    assert of_kind(entries, Kind.CURRENT)[-1] == "off"
+    assert len(of_kind(entries, Kind.OFFSET)) >= 2
+
+
+def test_a_stop_is_noted_once_and_a_dead_one_says_so(arm, tmp_path):
+    handle = arm.move_j(base_deg=60, speed=0.2, wait=False)
+    arm.sleep(0.5)
+    arm.stop()
+    assert handle.done
+    arm.estop()
+    arm.sleep(0.5)
+    stops = of_kind(saved(arm, tmp_path).entries, Kind.STOP)
+    assert stops == ["asked for", "dead, whatever it costs"]
+
+
+def test_a_fault_is_written_by_itself_at_once(tmp_path):
+    arm = recorded_arm(folder=tmp_path / "records")
+    arm.home()
+    arm.estop()
+    arm.witness.close()
+    (file,) = written(tmp_path / "records")
+    assert file.name.endswith("-001-error-stop.jsonl")
+    arm.close()
+    assert len(written(tmp_path / "records")) == 1
+
+
+def test_a_wire_that_is_lost_is_written_and_a_closed_one_is_not(tmp_path):
+    arm = recorded_arm(folder=tmp_path / "lost")
+    arm.twin.link.unplug()
+    with pytest.raises(LinkLost):
+        arm.read_inputs()
+    arm.close()
+    (file,) = written(tmp_path / "lost")
+    assert file.name.endswith("-link-lost.jsonl")
+    recorded_arm(folder=tmp_path / "closed").close()
+    assert written(tmp_path / "closed") == []
+
+
+def test_a_flaw_of_the_driver_is_written(tmp_path):
+    arm = recorded_arm(folder=tmp_path / "records")
+
+    def flawed():
+        yield from ()
+        raise ZeroDivisionError("one of ours")
+
+    with pytest.raises(ZeroDivisionError):
+        arm.perform(flawed())
+    arm.close()
+    (file,) = written(tmp_path / "records")
+    assert "engine-failed" in file.name
+    assert "ZeroDivisionError: one of ours" in file.read_text()
+
+
+def test_only_so_many_files_are_left_and_the_oldest_go(tmp_path, monkeypatch):
+    monkeypatch.setattr(files, "MOST_FILES", 3)
+    arm = recorded_arm(folder=tmp_path)
+    made = [arm.save_recording() for _ in range(5)]
+    assert written(tmp_path) == sorted(made[-3:])
+    arm.close()
+
+
+def test_a_folder_that_cannot_be_written_is_an_error_of_the_call_and_none_of_the_motion(tmp_path):
+    (tmp_path / "blocked").write_text("a file")
+    arm = recorded_arm(folder=tmp_path / "blocked")
+    arm.estop()
+    arm.witness.close()
+    assert "cannot be written" in arm.witness.trouble
+    with pytest.raises(StateFileError, match="cannot be written"):
+        arm.save_recording()
+    arm.close()
+
+
+def test_a_file_is_whole_or_not_there(tmp_path, monkeypatch):
+    arm = recorded_arm()
+
+    def full(_handle):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("os.fsync", full)
+    with pytest.raises(StateFileError, match="No space left"):
+        arm.save_recording(tmp_path / "recording.jsonl")
+    assert written(tmp_path) == []
+    arm.close()
+
+
+def test_scripts_on_a_simulated_arm_leave_no_files(tmp_path, monkeypatch):
+    monkeypatch.setenv("ARMDRIVE_HOME", str(tmp_path))
+    arm = connect_simulated(simulated_config("teachmover"))
+    arm.estop()
+    arm.close()
+    assert written(tmp_path) == []
+    assert arm.save_recording().is_file()  # asked for, it is written all the same
+
+
+def test_without_a_recorder_nothing_can_be_saved():
+    arm = connect_simulated(simulated_config("teachmover"), witness=NO_WITNESS)
+    arm.move_motors(0, 0, 0, 0, 3, 0)
+    with pytest.raises(WrongState, match="without a flight recorder"):
+        arm.save_recording()
+    arm.close()
+
+
+def test_both_witnesses_have_every_call_of_the_protocol():
+    wanted = {name for name in vars(Witness) if not name.startswith("_")}
+    for kind in (NoWitness, FlightRecorder):
+        assert wanted <= set(dir(kind))
+
+
+def test_writing_is_done_by_another_thread(tmp_path, monkeypatch):
+    seen = []
+    monkeypatch.setattr(
+        "armdrive.recorder.flight.write_recording",
+        lambda *_, **__: seen.append(threading.current_thread().name),
+    )
+    arm = recorded_arm(folder=tmp_path)
+    arm.estop()
+    arm.close()
+    assert seen == ["armdrive-recorder"]

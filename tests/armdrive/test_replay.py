@@ -1,0 +1,187 @@
+"""A replay agrees with an arm that did as its twin does, and finds where one did not."""
+
+from __future__ import annotations
+
+import pytest
+from recorder_bench import recorded_arm, saved, written
+
+from armdrive import ArmError
+from armdrive.dialects import DIALECTS
+from armdrive.recorder.messages import TALKS
+from armdrive.recorder.reading import read_recording
+from armdrive.recorder.replaying import replay
+from armdrive.recorder.ring import Ring
+from armdrive.recorder.timeline import lines, replayed_view
+
+SMALL = ("teachmover", "armdroid", "grbl")
+"""The dialects whose recordings are short: a Robko is asked for its position all the time."""
+
+
+def work(arm):
+    arm.home()
+    arm.move_j(shoulder_deg=30)
+    arm.jog_j(base=1.0, duration_s=0.5)
+    handle = arm.move_j(elbow_deg=-60, speed=0.3, wait=False)
+    arm.sleep(0.6)
+    arm.stop()
+    assert handle.done
+    arm.sleep(2.0)
+
+
+@pytest.fixture(scope="module")
+def days(tmp_path_factory):
+    """A day's work of each dialect, recorded."""
+    found = {}
+    for dialect in DIALECTS:
+        arm = recorded_arm(dialect)
+        work(arm)
+        found[dialect] = saved(arm, tmp_path_factory.mktemp(dialect)), arm.twin.world.motors
+        arm.close()
+    return found
+
+
+def test_every_dialect_can_be_replayed():
+    assert set(TALKS) == set(DIALECTS)
+
+
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_a_twin_repeats_what_a_simulated_arm_said_to_the_byte_and_the_moment(days, dialect):
+    recording, _ = days[dialect]
+    replayed = replay(recording)
+    assert replayed.parting is None
+    assert replayed.compared > 30
+    assert replayed.late_s == pytest.approx(0.0, abs=1e-9)
+    assert replayed.notes == ()
+
+
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_the_timeline_tells_every_entry_and_reads_every_message(days, dialect):
+    recording, _ = days[dialect]
+    told = [text for _, text in lines(recording)]
+    assert len(told) == len(recording.entries)
+    unreadable = [text for text in told if "unreadable" in text]
+    assert len(unreadable) <= 1, unreadable  # the first line to a TeachMover is one on purpose
+    assert any("call: move_j(shoulder_deg=30)" in text for text in told)
+
+
+def test_the_twin_ends_where_the_arm_physically_stood(days, monkeypatch):
+    from armdrive.recorder import replaying
+
+    benches = []
+    bench = replaying.Bench
+
+    def remembered(*words):
+        benches.append(bench(*words))
+        return benches[-1]
+
+    monkeypatch.setattr(replaying, "Bench", remembered)
+    for recording, motors in days.values():
+        replay(recording)
+        assert tuple(benches[-1].view["motors"]) == tuple(motors)
+
+
+def test_a_slower_twin_gets_its_bytes_later_and_still_agrees(days):
+    recording, _ = days["teachmover"]
+    replayed = replay(recording, {"speed_error": 0.3})
+    assert replayed.parting is None
+    assert replayed.late_s > 0.5
+
+
+def faulty(dialect, tmp_path, go_wrong):
+    """Record a move in which something goes wrong; return what was written at the fault."""
+    arm = recorded_arm(dialect, tmp_path / "records")
+    arm.home()
+    arm.move_j(shoulder_deg=30)
+    go_wrong(arm.twin)
+    with pytest.raises(ArmError):
+        arm.move_j(shoulder_deg=40, elbow_deg=-60, speed=0.5)
+    arm.close()
+    return read_recording(written(tmp_path / "records")[0])
+
+
+def power_fails(twin):
+    device = twin.device
+    device.at(device.now_s + 0.7, device.power_off)
+    device.at(device.now_s + 0.9, device.power_on)
+
+
+FAULTS = {
+    "bytes to the arm are lost": lambda twin: twin.faults.add("drop", 0.03, side="host"),
+    "bytes to the arm are garbled": lambda twin: twin.faults.add("corrupt", 0.03, side="host"),
+    "the power fails": power_fails,
+    "the arm falls mute": lambda twin: twin.faults.add("mute", after_s=0.5),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+@pytest.mark.parametrize("dialect", SMALL)
+def test_a_fault_is_where_they_part(dialect, fault, tmp_path):
+    recording = faulty(dialect, tmp_path, FAULTS[fault])
+    parting = replay(recording).parting
+    assert parting is not None
+    moved = next(e for e in recording.entries if "move_j(shoulder_deg=40" in str(e.what))
+    assert moved.time_s < parting.time_s <= recording.entries[-1].time_s
+    assert parting.arm != parting.twin
+    assert "registers" in parting.twin_state
+    view = replayed_view(recording, replay(recording))
+    assert view["agree"] is False
+    assert view["parting"]["twin_state"]["joints_deg"]
+
+
+def test_registers_that_were_moved_by_others_part(tmp_path):
+    arm = recorded_arm()
+    arm.home()
+    arm.sleep(2.0)
+    arm.twin.device.pendant_move([0, 5, 0, 0, 0, 0])
+    arm.sleep(2.0)
+    recording = saved(arm, tmp_path)
+    arm.close()
+    assert "5" in replay(recording).parting.arm
+
+
+def test_a_lost_wire_is_no_difference(tmp_path):
+    recording = faulty("teachmover", tmp_path, lambda twin: twin.faults.add("unplug", after_s=0.7))
+    replayed = replay(recording)
+    assert replayed.parting is None
+    assert replayed.compared > 30
+
+
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_what_remains_of_a_long_run_is_replayed_from_where_counts_were_read(dialect, tmp_path):
+    arm = recorded_arm(dialect, ring=Ring(longest_s=6.0))
+    arm.home()
+    arm.move_j(shoulder_deg=30)
+    arm.sleep(3.0)
+    arm.move_j(base_deg=10, speed=0.7)
+    recording = saved(arm, tmp_path)
+    arm.close()
+    replayed = replay(recording)
+    assert replayed.parting is None
+    assert any("compared from" in note for note in replayed.notes)
+    assert replayed.compared > 3
+    assert recording.entries[-1].time_s - 6.0 > 0.0
+
+
+def test_a_position_that_was_restored_is_where_the_twin_stands(tmp_path):
+    from armdrive.connecting import connect_simulated, simulated_config, state_file
+    from armdrive.record import FileRecorder
+    from armdrive.recorder.flight import FlightRecorder
+    from armdrive.sim.twin import make_twin
+
+    config = simulated_config("teachmover")
+    twin = make_twin(config)
+    memory = FileRecorder(state_file(config.name))
+    with connect_simulated(config, twin=twin, recorder=memory) as arm:
+        arm.home()
+        arm.move_j(shoulder_deg=40)
+        arm.sleep(3.0)
+    later = connect_simulated(
+        config, twin=make_twin(config, twin.save()), recorder=memory, witness=FlightRecorder()
+    )
+    with later:
+        later.confirm_restored()
+        later.move_j(base_deg=15)
+        recording = saved(later, tmp_path)
+    replayed = replay(recording)
+    assert replayed.parting is None
+    assert replayed.notes == ()
