@@ -1,0 +1,87 @@
+"""A simulated arm in one process, a mortal program in another, and what a third then believes.
+
+Used by a test for a handful of kills, and by benchmarks/kill_everywhere.py for a hundred.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Self
+
+from armdrive import Arm
+from armdrive.status import Trust
+from kinematics import Motors
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
+from sim_process import SimProcess
+
+HOST = Path(__file__).with_name("mortal_host.py")
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """What the next program believed of an arm after a kill, and where it physically stood."""
+
+    order: dict[str, Any]
+    killed: bool
+    trust: Trust
+    reason: str
+    believed: Motors
+    truth: Motors
+
+    @property
+    def wrong(self) -> bool:
+        """Whether something was believed that is not so."""
+        if self.trust is Trust.RESTORED:
+            return self.believed != self.truth
+        return self.trust is Trust.REFERENCED
+
+    def __str__(self) -> str:
+        return f"{self.order}: {self.trust.value}, {self.reason}; {self.believed} is {self.truth}"
+
+
+class KillingGround:
+    """One simulated arm on a pty; needs ARMDRIVE_HOME in the environment."""
+
+    def __init__(self, folder: Path, dialect: str = "teachmover") -> None:
+        self._dialect = dialect
+        self._sim = SimProcess(folder / "arm", dialect)
+        self._host = subprocess.Popen(
+            [sys.executable, str(HOST), self._sim.port, dialect],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            bufsize=1,
+        )
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._host.communicate()
+        self._sim.__exit__(*error)
+
+    def kill(self, **order: Any) -> Found:
+        """Have a program live until it is killed, and another one connect."""
+        assert self._host.stdin is not None
+        assert self._host.stdout is not None
+        motors = list(self._motors())
+        self._host.stdin.write(json.dumps({"motors": motors, **order}) + "\n")
+        ended = json.loads(self._host.stdout.readline())
+        if not ended["killed"] and ended["code"]:
+            raise RuntimeError(f"the program failed before it was killed: {order}")
+        self._sim.rest_after_s(time.monotonic())
+        with Arm.connect(self._sim.port, dialect=self._dialect) as arm:
+            status = arm.status
+            truth = self._motors()
+        return Found(
+            order, ended["killed"], status.trust, status.trust_reason, status.acknowledged, truth
+        )
+
+    def _motors(self) -> Motors:
+        return Motors(self._sim.state()["motors"])

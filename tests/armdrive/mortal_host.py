@@ -1,0 +1,126 @@
+"""A program that drives a real port and kills itself, really, at the moment it is told to.
+
+`python mortal_host.py PORT DIALECT` reads one JSON object a line and forks a child for each, so
+that what Python takes to start is paid once. The child references the arm by where its `motors`
+physically stand, makes two short moves with a rest of `still_s` between, and ends by SIGKILL: at a
+`disk` operation or a `wire` write of this number (after so many `bytes` of it), counted from the
+first move on, or `after_s` seconds. The answer is whether it was killed, or how it ended.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import sys
+import threading
+import time
+import traceback
+from typing import Any
+
+from armdrive import Arm
+from armdrive.durable import Files
+from armdrive.flows import idling
+from armdrive.status import State
+from kinematics import Motors
+
+MOVE_DEG = 4.0
+BEYOND_S = 0.3
+OPERATIONS = ("make_folder", "create", "write", "sync", "close", "replace", "sync_folder")
+
+
+def die() -> None:
+    """End as by a power switch: nothing is closed, flushed or said."""
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def mortal_disk(count: int) -> None:
+    """Die just before the operation of this number, beginning with 0."""
+    left = [count]
+
+    def wrapped(name: str) -> None:
+        inner = getattr(Files, name)
+
+        def operation(self: Files, *args: Any) -> Any:
+            if left[0] == 0:
+                die()
+            left[0] -= 1
+            return inner(self, *args)
+
+        setattr(Files, name, operation)
+
+    for name in OPERATIONS:
+        wrapped(name)
+
+
+def mortal_wire(arm: Arm, count: int, sent: int) -> None:
+    """Die in the write of this number, after so many of its bytes."""
+    left, write = [count], arm.engine.link.write
+
+    def mortal(data: bytes, now_s: float) -> None:
+        if left[0] == 0:
+            write(data[:sent], now_s)
+            die()
+        left[0] -= 1
+        write(data, now_s)
+
+    arm.engine.link.write = mortal  # type: ignore[method-assign]
+
+
+def live(port: str, dialect: str, order: dict[str, Any]) -> None:
+    """Connect, reference, and move until death."""
+    idling.STILL_S = order.get("still_s", idling.STILL_S)
+    arm = ready(port, dialect, Motors(order["motors"]))
+    if "disk" in order:
+        mortal_disk(order["disk"])
+    if "wire" in order:
+        mortal_wire(arm, order["wire"], order.get("bytes", 0))
+    if "after_s" in order:
+        threading.Thread(target=lambda: (time.sleep(order["after_s"]), die()), daemon=True).start()
+    name, angle_deg = next(iter(arm.joints.deg.items()))
+    by_deg = order.get("move_deg", MOVE_DEG)
+    there_deg = angle_deg - by_deg if angle_deg > 0 else angle_deg + by_deg
+    arm.move_j(**{f"{name}_deg": there_deg})
+    arm.sleep(idling.STILL_S + BEYOND_S)
+    arm.move_j(**{f"{name}_deg": angle_deg})
+    arm.close()
+
+
+def ready(port: str, dialect: str, motors: Motors) -> Arm:
+    """Connect, and say where the arm stands."""
+    arm = Arm.connect(port, dialect=dialect)
+    if arm.status.state is State.ERROR_STOP:
+        arm.reset()
+    if arm.status.state is State.DISABLED:
+        arm.enable()
+    assert arm.model.transmission is not None
+    joints, opening_mm = arm.model.transmission.to_joints(motors)
+    arm.declare_posture(joints, opening_mm=opening_mm)
+    return arm
+
+
+def _die_or_end(order: dict[str, Any]) -> None:
+    """Live in a child, and never return."""
+    try:
+        live(sys.argv[1], sys.argv[2], order)
+    except BaseException:
+        traceback.print_exc()
+        os._exit(1)
+    os._exit(0)
+
+
+def main() -> None:
+    """Have one child after the other."""
+    for line in sys.stdin:
+        order = json.loads(line)
+        child = os.fork()
+        if child == 0:
+            _die_or_end(order)
+        _, ended = os.waitpid(child, 0)
+        answer = {"killed": os.WIFSIGNALED(ended), "code": ended >> 8}
+        sys.stdout.write(json.dumps(answer) + "\n")
+        sys.stdout.flush()
+
+
+if __name__ == "__main__":
+    main()
