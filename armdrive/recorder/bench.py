@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from armdrive.errors import ArmError, RecordingError
+from armdrive.errors import ArmError, BadRequest, RecordingError
 from armdrive.recorder.messages import Message, Weight, talk
 from armdrive.sim.pacing import PacedDevice
 from armdrive.sim.report import state_json, state_line
@@ -82,10 +82,7 @@ class Bench:
         world = saved["world"]
         if position is not None and isinstance(world, dict):
             world["motors"] = list(position)
-        try:
-            self._make({DIALECT: self._config.connection.dialect, **saved})
-        except (ArmError, KinematicsError) as error:
-            raise RecordingError(f"the recording's position fits no such arm: {error}") from None
+        self._make({DIALECT: self._config.connection.dialect, **saved})
         self._answers.clear()
         self._banners.clear()
         self._line.advance(self.now_s)
@@ -163,6 +160,11 @@ class Bench:
                 self.passing, self._passed_s = message, now_s
 
     def _make(self, saved: object) -> None:
-        self._device: SimDevice = make_device(self._config, saved, settings=self._settings)
+        try:
+            self._device: SimDevice = make_device(self._config, saved, settings=self._settings)
+        except BadRequest:  # a setting that the caller has chosen
+            raise
+        except (ArmError, KinematicsError, ArithmeticError, LookupError) as error:
+            raise RecordingError(f"no twin can be made of the recorded arm: {error}") from None
         paced = "://" not in self._config.connection.port
         self._line = PacedDevice(self._device, self._device.baud if paced else None)

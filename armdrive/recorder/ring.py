@@ -69,7 +69,7 @@ class Ring:
     def entries(self) -> tuple[Entry, ...]:
         """Return all that is remembered, with a `GAP` where something went before what remains."""
         if not self.dropped:
-            return (*self._opening, *self._entries)
+            return (*self._opening, *self._lasting, *self._entries)
         begun_s = self._opening[-1].time_s if self._opening else 0.0
         words = f"{self.dropped} entries have gone"
         first = Entry(begun_s, Kind.GAP, words)
