@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from types import TracebackType
 from typing import Any, Self
 
+from armdrive.calls.conducting import Conducting
 from armdrive.calls.jogging import Jogging
 from armdrive.calls.moving import Moving
 from armdrive.calls.reconnecting import Reconnecting
@@ -22,7 +23,7 @@ from armdrive.status import State
 
 
 @witnessed
-class Arm(Moving, Jogging, Referencing, Reconnecting):
+class Arm(Moving, Jogging, Referencing, Reconnecting, Conducting):
     """One arm, connected. Make one with `Arm.connect`; use it in a `with` statement."""
 
     @classmethod

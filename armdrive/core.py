@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from armdrive.armfile import ArmConfig
 from armdrive.controllers.requests import Controller, Difference, Registers
 from armdrive.dialects import dialect
-from armdrive.errors import ArmError, BadRequest, Refused, SettingsDiffer
+from armdrive.errors import ArmError, BadRequest, Refused, SettingsDiffer, StateFileError
 from armdrive.intents import Jog
 from armdrive.memory import Memory
 from armdrive.record import Record, Recorder
@@ -22,6 +22,7 @@ from armdrive.remarks import FAULT, Remarks, code_of
 from armdrive.states import Event, after
 from armdrive.status import Current, State, Status, Trust
 from armdrive.stopping import StopBound, stop_bound
+from armdrive.tempo import Tempo
 from armdrive.trust import FIRST_BELIEF, Belief, Evidence, require_reference
 from kinematics import Joints, Motors, Transmission
 
@@ -104,6 +105,7 @@ class Core(Remarks):
         self.hold: Hold | None = None
         self.nudges: list[tuple[Jog, float]] = []
         self.still_since_s = 0.0
+        self.tempo = Tempo()
         self.burst_s = config.motion.jog_burst_s
         self.differences: tuple[Difference, ...] = ()
 
@@ -142,6 +144,7 @@ class Core(Remarks):
     def _forget_what_waits(self) -> None:
         self.hold = None
         self.nudges.clear()
+        self.tempo.end_pause()
 
     def learn(self, evidence: Evidence, now_s: float, detail: str = "") -> None:
         """Weigh evidence about the position, and remember what came of it."""
@@ -301,7 +304,8 @@ class Core(Remarks):
 
     def hear_memory(self) -> None:
         """Show what went wrong with writing since this was last asked."""
-        self.notice = self.memory.trouble() or self.notice
+        if trouble := self.memory.trouble():
+            self.notify(trouble, StateFileError(trouble))
 
     def present_record(self) -> Record:
         """Return what there is to be remembered of an arm that stands."""
@@ -364,4 +368,6 @@ class Core(Remarks):
             notice_code=self.notice_code,
             torque=dialect(self.config.connection.dialect).torque,
             time_s=now_s,
+            paused=self.tempo.paused,
+            speed_override=self.tempo.override,
         )

@@ -51,6 +51,7 @@ class Status:
     long and how far the finger tips go on after a stop is asked for now; `silent_time_s` and
     `silent_distance_mm` the same if this program dies now, or the cable is pulled. The codes are
     rows of the catalogue of errors. `torque` says what holds the arm, and what lets it sag.
+    `paused` says that somebody wants the arm to wait, `speed_override` to go slower than asked.
     """
 
     arm: str
@@ -83,6 +84,8 @@ class Status:
     notice_code: str = ""
     torque: Torque | None = None
     time_s: float = 0.0
+    paused: bool = False
+    speed_override: float = 1.0
 
     @property
     def trust_code(self) -> str:
@@ -100,7 +103,7 @@ class Status:
     def __str__(self) -> str:
         lines = [
             self.which,
-            f"state {self.state.value}, position {self.trust.value}: {self.trust_reason}",
+            f"state {self._conduct}, position {self.trust.value}: {self.trust_reason}",
         ]
         if self.joints is not None and self.pose is not None:
             lines += [f"joints {self.joints}", f"tip {self.pose}"]
@@ -123,6 +126,11 @@ class Status:
             lines.append(f"after estop the arm {self.torque.estop}")
         lines += [f"{word}: {text}" for word, text in self._remarks() if text]
         return "\n".join(lines)
+
+    @property
+    def _conduct(self) -> str:
+        slowed = f", slowed to {self.speed_override:.0%}" if self.speed_override < 1.0 else ""
+        return self.state.value + ", PAUSED" * self.paused + slowed
 
     def _remarks(self) -> tuple[tuple[str, str], ...]:
         return (

@@ -49,6 +49,8 @@ def status_view(status: Status) -> dict[str, Any]:
         "dialect": status.dialect,
         "simulated": status.simulated,
         "state": status.state.value,
+        "paused": status.paused,
+        "speed_override": round(status.speed_override, 4),
         "trust": status.trust.value,
         "trust_reason": status.trust_reason,
         "current": status.current.value,

@@ -204,7 +204,7 @@ class Connected:
     def finish(self, task: Task[T], timeout_s: float) -> T:
         """Wait for a task; whatever interrupts the wait stops the arm."""
         try:
-            ended = self.pace.wait(lambda: task.done, timeout_s)
+            ended = self._waited(task, timeout_s)
         except BaseException:
             self.stand_still()
             raise
@@ -212,6 +212,22 @@ class Connected:
             self.stand_still()
             raise NoAnswer(f"the motion had not ended after {timeout_s:.0f} s and was stopped")
         return task.result()
+
+    def _waited(self, task: Task[Any], timeout_s: float) -> bool:
+        """Wait for a task, and for as much longer as it is paused or slowed down."""
+        tempo = self.core.tempo
+        simulated, delay_s = not isinstance(self.pace, RealPace), tempo.delay_s
+
+        def ended() -> bool:
+            if simulated and not task.done:
+                tempo.breathe()
+            return task.done
+
+        while not self.pace.wait(ended, timeout_s):
+            timeout_s, delay_s = tempo.delay_s - delay_s, tempo.delay_s
+            if timeout_s <= 0.0:
+                return False
+        return True
 
     def perform(self, flow: Flow[T], timeout_s: float = PATIENCE_S) -> T:
         """Hand a flow to the engine and wait for its end."""
@@ -269,6 +285,7 @@ class Connected:
         return self._idling.due(now_s)
 
     def _stopping(self) -> None:
+        self.core.tempo.end_pause()
         if self.core.state in (State.MOVING, State.HOMING):
             self.core.happen(Event.STOP)
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 from armdrive.abilities import Abort
 from armdrive.core import Coordinates
 from armdrive.engine import Flow
-from armdrive.errors import ArmError, BadRequest, NotReferenced, Refused
+from armdrive.errors import ArmError, BadRequest, NotReferenced, Refused, WrongState
 from armdrive.flows.gripping import require_finger_motor
 from armdrive.flows.motion import begin, drive_legs, next_share, paced_move
 from armdrive.flows.streaming import SEGMENTS_AHEAD, Way, stream_held
@@ -36,6 +36,8 @@ ANGULAR_JOG_RAD_S = math.radians(45.0)
 NEARLY = 1e-3
 """So much longer than it should be a leg may last before it is solved anew."""
 
+PAUSED = "the jog was ended: the arm is paused"
+
 SHORTER_TRIES = 8
 """How often a held burst is made shorter before it is given up."""
 
@@ -51,6 +53,8 @@ class Jogged:
 
 def check_jog(core: Core, jog: Jog) -> None:
     """Raise for a jog that names no axis of this arm, or needs a position that is not known."""
+    if core.tempo.paused:
+        raise WrongState("the arm is paused and is not jogged: resume it first (`armdrive resume`)")
     joints = core.coordinates.joints.names
     known = (*(joints if jog.space is Space.JOINT else cartesian_axes(core)), GRIPPER_AXIS)
     for name, _ in jog.axes:
@@ -101,6 +105,8 @@ def jog_session(wire: Wire, speeds: Speeds) -> Flow[Jogged]:
 def _serve(wire: Wire, speeds: Speeds) -> Flow[None]:
     core = wire.core
     while not wire.stopping:
+        if core.tempo.paused:
+            _give_up(core)
         if core.nudges:
             jog, speed = core.nudges.pop(0)
             yield from _increment(wire, speeds, jog, speed)
@@ -108,6 +114,14 @@ def _serve(wire: Wire, speeds: Speeds) -> Flow[None]:
             yield from wire.verify()  # more may be asked for while this is on the wire
             if not core.nudges and not _held(wire):
                 return
+
+
+def _give_up(core: Core) -> None:
+    """Forget the jogs of a paused arm: when it is resumed, nobody expects them any more."""
+    if core.nudges or core.hold is not None:
+        core.notice = PAUSED
+    core.hold = None
+    core.nudges.clear()
 
 
 def _increment(wire: Wire, speeds: Speeds, jog: Jog, speed: float) -> Flow[None]:
@@ -123,11 +137,13 @@ def _increment(wire: Wire, speeds: Speeds, jog: Jog, speed: float) -> Flow[None]
     leg = Leg(start, goal, speeds.duration_s(start, goal, _capped(core, speed)))
     if start != goal:
         yield from drive_legs(wire, (leg,), core.config.motion.jog_burst_s, jog=True)
+        if core.tempo.paused and core.coordinates != goal:
+            core.notice = PAUSED
 
 
 def _held(wire: Wire) -> bool:
     hold = wire.core.hold
-    return hold is not None and hold.until_s > wire.now_s
+    return hold is not None and hold.until_s > wire.now_s and not wire.core.tempo.paused
 
 
 def _held_burst(wire: Wire, speeds: Speeds) -> Flow[bool]:
@@ -205,7 +221,7 @@ def _held_leg(
     while it stops goes slower, so that it would stop before a guard.
     """
     core = wire.core
-    speed = _capped(core, hold.speed)
+    speed = _capped(core, hold.speed) * core.tempo.override
     rates = _rates(core, hold.jog, speeds)
     burst_s, runs_on_s = longest_s, _runs_on_s(core)
     refused: ArmError | KinematicsError | None = None

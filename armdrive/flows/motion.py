@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from armdrive.engine import Flow, Until
 from armdrive.errors import WrongState
+from armdrive.flows.pausing import wait_out_pause
 from armdrive.flows.straying import has_room
 from armdrive.flows.streaming import stream_legs
 from armdrive.planning import Leg
@@ -105,17 +106,27 @@ def drive_legs(
         yield from stream_legs(wire, legs, burst_s, jog=jog)
         return
     for leg in legs:
-        yield from follow_leg(wire, leg, burst_s)
+        yield from follow_leg(wire, leg, burst_s, jog=jog)
 
 
-def follow_leg(wire: Wire, leg: Leg, burst_s: float) -> Flow[None]:
-    """Go along a leg in bursts, each of which lasts `burst_s` at most, until a stop."""
-    done = 0.0
+def follow_leg(wire: Wire, leg: Leg, burst_s: float, *, jog: bool = False) -> Flow[None]:
+    """Go along a leg in bursts, each of which lasts `burst_s` at most, until a stop.
+
+    A pause is waited out between two of them; of a jog, it ends the rest.
+    """
+    done, tempo = 0.0, wire.core.tempo
     while done < 1.0 and not wire.stopping:
-        share = next_share(wire, leg, burst_s, done)
+        if tempo.paused:
+            if jog:
+                return
+            yield from wait_out_pause(wire)
+            continue
+        slowed = replace(leg, duration_s=tempo.slowed_s(leg.duration_s))
+        share = next_share(wire, slowed, burst_s, done)
+        tempo.note_slowed(leg.duration_s * share)
         done = 1.0 if share >= 1.0 - done - 1e-9 else done + share
         there = leg.start.towards(leg.end, done)
-        yield from paced_move(wire, there, leg.duration_s * share)
+        yield from paced_move(wire, there, slowed.duration_s * share)
 
 
 def next_share(wire: Wire, leg: Leg, burst_s: float, done: float) -> float:

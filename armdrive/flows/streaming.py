@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
 from armdrive.controllers.requests import MoveAlong, MoveBy
+from armdrive.flows.pausing import wait_out_pause
 from kinematics import Motors
 
 if TYPE_CHECKING:
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from armdrive.engine import Flow
     from armdrive.flows.exchange import Wire
     from armdrive.planning import Leg
+    from armdrive.tempo import Tempo
 
 SEGMENTS_AHEAD = 3
 """A segment is this share of the time that is sent ahead: a device slows where it sees no next."""
@@ -63,8 +65,34 @@ class Course:
 
 def stream_legs(wire: Wire, legs: tuple[Leg, ...], ahead_s: float, *, jog: bool) -> Flow[bool]:
     """Drive audited legs; True when all of it was driven, False when a stop ended it early."""
-    course = Course(wire.core, _slices(wire, legs, ahead_s / SEGMENTS_AHEAD))
-    return (yield from wire.stream(MoveAlong(course.segments(), ahead_s, jog), course))
+    ways = _slices(wire, legs, ahead_s / SEGMENTS_AHEAD)
+    while True:
+        stretch = _Stretch(ways, wire.core.tempo)
+        course = Course(wire.core, stretch.ways())
+        driven = yield from wire.stream(MoveAlong(course.segments(), ahead_s, jog), course)
+        if stretch.exhausted or jog or not driven:
+            return driven
+        yield from wait_out_pause(wire)
+        if wire.stopping:
+            return False
+
+
+class _Stretch:
+    """What is driven of a motion until it is paused: no segment is drawn from then on."""
+
+    def __init__(self, ways: Iterator[Way], tempo: Tempo) -> None:
+        self.exhausted = False
+        self._ways = ways
+        self._tempo = tempo
+
+    def ways(self) -> Iterator[Way]:
+        """Give points for as long as nobody pauses the arm."""
+        while not self._tempo.paused:
+            way = next(self._ways, None)
+            if way is None:
+                self.exhausted = True
+                return
+            yield way
 
 
 def stream_held(
@@ -77,10 +105,15 @@ def stream_held(
 
 
 def _slices(wire: Wire, legs: tuple[Leg, ...], longest_s: float) -> Iterator[Way]:
-    """Cut legs into equal parts that last `longest_s` at most; none after a stop."""
+    """Cut legs into about equal parts that last `longest_s` at most; none after a stop."""
+    tempo = wire.core.tempo
     for leg in legs:
-        count = max(1, math.ceil(leg.duration_s / longest_s))
-        for index in range(1, count + 1):
+        done = 0.0
+        while done < 1.0:
             if wire.stopping:
                 return
-            yield leg.start.towards(leg.end, index / count), leg.duration_s / count
+            left_s = tempo.slowed_s(leg.duration_s) * (1.0 - done)
+            count = max(1, math.ceil(left_s / longest_s - 1e-9))
+            tempo.note_slowed(leg.duration_s * (1.0 - done) / count)
+            done = 1.0 if count == 1 else done + (1.0 - done) / count
+            yield leg.start.towards(leg.end, done), left_s / count

@@ -1,0 +1,36 @@
+"""Pausing, resuming and slowing an arm: for whoever watches it while a program moves it."""
+
+from __future__ import annotations
+
+from armdrive.calls.connected import Connected
+
+
+class Conducting(Connected):
+    """The calls that change when and how fast the arm goes, not where. None of them waits."""
+
+    def pause(self) -> None:
+        """Have the arm stand behind its next burst or segment, until `resume` or a stop.
+
+        The motion under way goes on with the same plan when it is resumed, unless the arm was
+        moved meanwhile; motions that are asked for later wait as well. Jogs are given up, and
+        refused. The controller's own homing and a servo's way are not paused, only stopped.
+        """
+        self.core.tempo.pause()
+        self.pace.wake()
+
+    def resume(self) -> None:
+        """Let a paused arm go on. Nothing goes on that an error, a stop or a lost wire ended."""
+        self.core.tempo.end_pause()
+        self.pace.wake()
+
+    @property
+    def speed_override(self) -> float:
+        """The share of the speed asked for that the arm goes with, from 0.01 to 1.
+
+        A change holds for what is sent next: bursts, segments and jogs. Raises `BadRequest`.
+        """
+        return self.core.tempo.override
+
+    @speed_override.setter
+    def speed_override(self, share: float) -> None:
+        self.core.tempo.set_override(share)

@@ -1,0 +1,71 @@
+"""Whether somebody has paused the arm, and how fast it may go of what was asked.
+
+Any thread may ask; the flows look before each burst or segment. A stop, an error and a lost wire
+end a pause together with the motion that waited in it.
+"""
+
+from __future__ import annotations
+
+import time
+
+from armdrive.errors import BadRequest
+from kinematics.errors import finite
+
+SLOWEST = 0.01
+FULL = 1.0
+
+DOUBT = 4.0
+"""A slowed motion is waited for so many times longer than it should be slower."""
+
+BREATH_S = 0.005
+"""On simulated time a paused arm waits in real time, for somebody who lives in it."""
+
+
+class Tempo:
+    """What was asked of one arm by whoever watches it, and what that has cost in time."""
+
+    def __init__(self) -> None:
+        self.paused = False
+        self.override = FULL
+        self.waits = False
+        self.delay_s = 0.0
+
+    def pause(self) -> None:
+        """Have the motion under way wait behind its next burst or segment, and the next ones."""
+        self.paused = True
+
+    def end_pause(self) -> None:
+        """Let a waiting motion go on, where it has not been ended meanwhile."""
+        self.paused = False
+
+    def set_override(self, share: float) -> None:
+        """Have what is sent next take 1/share of its time. Raises `BadRequest`."""
+        self.override = override_share(share)
+
+    def slowed_s(self, duration_s: float) -> float:
+        """Return how long something takes now that should take so long at full speed."""
+        return duration_s / self.override
+
+    def note_slowed(self, nominal_s: float) -> None:
+        """Note that something is sent now that should take so long at full speed."""
+        self.delay_s += DOUBT * (self.slowed_s(nominal_s) - nominal_s)
+
+    def note_waited(self, time_s: float) -> None:
+        """Note how long a motion has waited in a pause."""
+        self.delay_s += time_s
+
+    def breathe(self) -> None:
+        """Let real time pass while a motion waits in a pause on simulated time."""
+        if self.waits:
+            time.sleep(BREATH_S)
+
+
+def override_share(share: float) -> float:
+    """Check a speed override: a share of the speed asked for, from 0.01 to 1."""
+    value = finite("the speed override", share)
+    if not SLOWEST <= value <= FULL:
+        raise BadRequest(
+            f"the speed override is a share of the speed from {SLOWEST:g} to {FULL:g} (1 to 100 "
+            f"percent), not {share!r}"
+        )
+    return value
