@@ -85,7 +85,7 @@ class MotionSettings:
     straying_mm: float = 5.0
     tip_speed_mm_s: float = 100.0
     unreferenced_speed: float = 0.25
-    idle_poll_s: float = 1.0
+    idle_poll_s: float = 0.8
 
     def __post_init__(self) -> None:
         for name, (low, high) in _MOTION_BOUNDS.items():

@@ -115,7 +115,11 @@ class SerialLink:
 
     def close(self) -> None:
         """Give the port back."""
+        # pyserial forgets to close a socket whose other end has gone
+        left = getattr(self._port, "_socket", None)
         self._port.close()
+        if left is not None:
+            left.close()
         _close_spy(self._port)
         self._bell.close()
 

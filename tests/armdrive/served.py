@@ -1,0 +1,68 @@
+"""A simulated arm of any dialect behind a pty or a socket, in a thread of this process."""
+
+from __future__ import annotations
+
+import io
+import os
+import select
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from armdrive.connecting import simulated_config
+from armdrive.sim.run import make_server, run_device
+from armdrive.sim.twin import make_device
+
+PATIENCE_S = 8.0
+
+
+def until(true: Callable[[], bool], patience_s: float = PATIENCE_S) -> float:
+    """Wait until something is true; return how long that took."""
+    began_s = time.monotonic()
+    while not true():
+        assert time.monotonic() - began_s < patience_s, "it never came true"
+        select.select([], [], [], 0.002)
+    return time.monotonic() - began_s
+
+
+class Served:
+    """One device in real time, steered by the lines of its console."""
+
+    def __init__(
+        self,
+        dialect: str,
+        *,
+        pty: Path | None = None,
+        tcp: str | None = None,
+        udp: str | None = None,
+    ) -> None:
+        self.server = make_server(pty=pty, tcp=tcp, udp=udp)
+        self._scheme = "socket" if udp is None else "udp"
+        self.device = make_device(simulated_config(dialect))
+        self.out = io.StringIO()
+        ear, self._mouth = os.pipe()
+        self._thread = threading.Thread(
+            target=run_device, args=(self.device, self.server, ear, self.out), daemon=True
+        )
+        self._thread.start()
+
+    @property
+    def port(self) -> str:
+        """What a driver opens."""
+        address = self.server.address
+        return address if address.startswith("/") else f"{self._scheme}://{address}"
+
+    def tell(self, line: str) -> None:
+        """Give a command of the console and wait for its answer."""
+        count = self.out.getvalue().count("\n")
+        os.write(self._mouth, line.encode() + b"\n")
+        until(lambda: self.out.getvalue().count("\n") > count)
+
+    def __enter__(self) -> Served:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        os.write(self._mouth, b"quit\n")
+        self._thread.join(PATIENCE_S)
+        os.close(self._mouth)

@@ -1,0 +1,290 @@
+"""A lost wire comes back, and with it an arm that stands: on simulated time, in this process."""
+
+from __future__ import annotations
+
+import pytest
+
+from armdrive import Arm, LinkLost, WrongState
+from armdrive.dialects import DIALECTS
+from armdrive.errors import NotReferenced, PortUnavailable
+from armdrive.intents import Jog, Space
+from armdrive.mending import PAUSES_S
+from armdrive.status import Current, State, Trust
+from armdrive.transports.memory import MemoryLink
+
+LONG_S = 8.0
+"""Longer than any pause between two tries and the resuming after it."""
+
+
+@pytest.fixture
+def connected():
+    """Connect to simulated arms that are closed at the end."""
+    arms = []
+
+    def connect(dialect: str = "teachmover", **options) -> Arm:
+        arm = Arm.connect(f"sim:{dialect}", **options)
+        arms.append(arm)
+        if arm.status.state is State.DISABLED:
+            arm.enable()
+        arm.home()
+        return arm
+
+    yield connect
+    for arm in arms:
+        arm.close()
+
+
+def unplug(arm: Arm) -> None:
+    arm.twin.faults.add("unplug")
+    arm.sleep(0.5)
+    assert arm.status.state is State.DISCONNECTED
+
+
+def replug(arm: Arm) -> None:
+    arm.twin.faults.end()
+    arm.twin.link.replug("elsewhere")
+
+
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_a_wire_that_comes_back_ends_in_error_stop_and_moves_nothing(connected, dialect):
+    arm = connected(dialect, reconnect=True)
+    arm.move_j(shoulder_deg=45)
+    stood = arm.twin.world.motors
+    unplug(arm)
+    arm.sleep(3.0)
+    assert arm.status.state is State.DISCONNECTED
+    assert arm.status.error_code == "E407"
+    assert arm.status.notice_code == "E403"
+    replug(arm)
+    arm.sleep(LONG_S)
+    status = arm.status
+    assert status.state is State.ERROR_STOP
+    assert status.error_code == "E409"
+    assert status.trust is not Trust.REFERENCED
+    assert "elsewhere" in status.link
+    assert arm.twin.world.motors == stood
+    with pytest.raises(WrongState):
+        arm.jog_j(shoulder_deg=1)
+    arm.reset()
+    assert arm.twin.world.motors == stood
+    assert arm.status.error == ""
+
+
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_who_waited_for_a_motion_hears_of_the_loss_and_nothing_goes_on_later(connected, dialect):
+    arm = connected(dialect, reconnect=True)
+    handle = arm.move_j(shoulder_deg=70, wait=False)
+    arm.sleep(0.4)
+    silent_s = arm.status.silent_time_s
+    unplug(arm)
+    with pytest.raises(LinkLost):
+        handle.wait()
+    arm.twin.link.line.advance(arm.pace.now_s() + silent_s)
+    stood = arm.twin.world.motors
+    replug(arm)
+    arm.sleep(LONG_S)
+    assert arm.status.state is State.ERROR_STOP
+    assert arm.status.trust is Trust.SUSPECT
+    assert arm.status.trust_code == "E716"
+    arm.reset()
+    arm.sleep(2.0)
+    assert arm.twin.world.motors == stood
+
+
+def test_a_position_that_was_referenced_is_restored_and_wants_to_be_confirmed(connected):
+    arm = connected(reconnect=True)
+    arm.move_j(shoulder_deg=45)
+    joints = arm.joints
+    unplug(arm)
+    replug(arm)
+    arm.sleep(LONG_S)
+    arm.reset()
+    assert arm.status.trust is Trust.RESTORED
+    assert arm.status.trust_code == "E720"
+    assert arm.joints == joints
+    with pytest.raises(NotReferenced):
+        arm.move_j(shoulder_deg=50)
+    arm.confirm_restored()
+    assert arm.move_j(shoulder_deg=50)
+
+
+def test_a_board_that_lost_its_power_meanwhile_is_suspect(connected):
+    arm = connected(reconnect=True)
+    arm.move_j(shoulder_deg=45)
+    unplug(arm)
+    arm.twin.faults.add("brown-out")
+    arm.twin.link.line.advance(arm.pace.now_s() + 1.0)
+    replug(arm)
+    arm.sleep(LONG_S)
+    assert arm.status.state is State.ERROR_STOP
+    assert arm.status.trust is Trust.SUSPECT
+    assert arm.status.current is Current.UNKNOWN
+
+
+def test_a_wire_without_an_arm_behind_it_is_looked_for_further(connected):
+    arm = connected(reconnect=True)
+    unplug(arm)
+    arm.twin.faults.add("mute")
+    arm.twin.link.replug()
+    arm.twin.link.line.plug()
+    arm.sleep(20.0)
+    assert arm.status.state is State.DISCONNECTED
+    assert arm.status.notice_code == "E502"
+    assert arm.mender.tries > 1
+    arm.twin.faults.end()
+    arm.sleep(LONG_S)
+    assert arm.status.state is State.ERROR_STOP
+    assert arm.status.notice == ""
+
+
+def test_the_pauses_between_tries_grow(connected):
+    arm = connected(reconnect=True)
+    unplug(arm)
+    arm.sleep(60.0)
+    early = len(PAUSES_S)
+    assert early < arm.mender.tries <= early + 60.0 / PAUSES_S[-1]
+
+
+def test_an_arm_that_was_disabled_stays_disabled(connected):
+    arm = connected(reconnect=True)
+    arm.disable()
+    unplug(arm)
+    replug(arm)
+    arm.sleep(LONG_S)
+    assert arm.status.state is State.DISABLED
+    assert arm.status.error == ""
+    arm.enable()
+
+
+def test_an_emergency_stop_outlives_the_loss(connected):
+    arm = connected(reconnect=True)
+    arm.estop()
+    unplug(arm)
+    replug(arm)
+    arm.sleep(LONG_S)
+    assert arm.status.state is State.ERROR_STOP
+    assert arm.status.error_code == "E303"
+    assert "Meanwhile the wire was lost" in arm.status.error
+
+
+@pytest.mark.parametrize("disabled", [False, True])
+def test_an_emergency_stop_without_a_wire_latches_once_it_is_back(connected, disabled):
+    arm = connected(reconnect=True)
+    if disabled:
+        arm.disable()
+    unplug(arm)
+    arm.estop()
+    arm.sleep(2.0)
+    replug(arm)
+    arm.sleep(LONG_S)
+    assert arm.status.state is State.ERROR_STOP
+    assert arm.status.error_code == "E303"
+
+
+def test_a_jog_that_was_held_or_waited_is_forgotten(connected):
+    arm = connected(reconnect=True)
+    jog = Jog(Space.JOINT, (("shoulder", 1.0),))
+    arm.hold(jog, speed=0.5, for_s=1.0)
+    arm.sleep(0.3)
+    arm.nudge(Jog(Space.JOINT, (("shoulder", 5.0),)), speed=0.5)
+    unplug(arm)
+    arm.nudge(jog, speed=0.5)
+    arm.hold(jog, speed=0.5, for_s=1.0)
+    replug(arm)
+    arm.sleep(LONG_S)
+    stood = arm.twin.world.motors
+    assert arm.core.hold is None
+    assert arm.core.nudges == []
+    arm.reset()
+    arm.sleep(2.0)
+    assert arm.twin.world.motors == stood
+
+
+@pytest.mark.parametrize("fault", ["estop", "unplug"])
+def test_what_waits_never_survives_a_fault(connected, fault):
+    arm = connected()
+    jog = Jog(Space.JOINT, (("shoulder", 5.0),))
+    arm.nudge(jog, speed=0.5)
+    arm.sleep(0.1)
+    arm.nudge(jog, speed=0.5)
+    if fault == "estop":
+        arm.estop()
+    else:
+        unplug(arm)
+    assert arm.core.nudges == []
+    assert arm.core.hold is None
+
+
+def test_by_hand_a_wire_is_looked_for_once(connected):
+    arm = connected()
+    with pytest.raises(WrongState, match="nothing has to be reconnected"):
+        arm.reconnect()
+    unplug(arm)
+    arm.sleep(30.0)
+    assert arm.mender.tries == 0  # nobody asked for it
+    with pytest.raises(PortUnavailable, match="plug it in"):
+        arm.reconnect()
+    replug(arm)
+    arm.sleep(5.0)
+    assert arm.status.state is State.DISCONNECTED
+    arm.reconnect()
+    assert arm.status.state is State.ERROR_STOP
+    arm.reset()
+
+
+def test_by_hand_an_arm_that_does_not_answer_says_so(connected):
+    arm = connected()
+    unplug(arm)
+    arm.twin.faults.add("mute")
+    arm.twin.link.replug()
+    arm.twin.link.line.plug()
+    with pytest.raises(Exception, match="no answer"):
+        arm.reconnect()
+    assert arm.status.state is State.DISCONNECTED
+
+
+def test_a_closed_arm_is_not_looked_for(connected):
+    arm = connected(reconnect=True)
+    unplug(arm)
+    arm.close()
+    with pytest.raises(WrongState, match="closed for good"):
+        arm.reconnect()
+    before = arm.mender.tries
+    replug(arm)
+    arm.engine.advance(arm.pace.now_s() + 100.0)
+    assert arm.mender.tries == before
+
+
+def test_a_wire_can_be_lost_again_and_again(connected):
+    arm = connected(reconnect=True)
+    for _ in range(3):
+        unplug(arm)
+        replug(arm)
+        arm.sleep(LONG_S)
+        assert arm.status.state is State.ERROR_STOP
+    arm.reset()
+    arm.confirm_restored()
+    assert arm.move_j(shoulder_deg=50)
+
+
+def test_a_wire_in_the_process_is_taken_up_again_only_while_it_is_plugged_in(connected):
+    link = connected().twin.link
+    assert isinstance(link, MemoryLink)
+    link.unplug()
+    with pytest.raises(PortUnavailable):
+        link.reopen()
+    link.replug()
+    link.close()
+    assert link.reopen() is link
+
+
+@pytest.mark.parametrize("dialect", DIALECTS)
+@pytest.mark.parametrize("moving", [False, True])
+def test_a_pulled_cable_is_seen_within_a_second(connected, dialect, moving):
+    arm = connected(dialect)
+    handle = arm.move_j(shoulder_deg=70, wait=False) if moving else None
+    arm.sleep(0.4)
+    arm.twin.faults.add("unplug")
+    arm.sleep(1.0)
+    assert arm.status.state is State.DISCONNECTED
+    assert handle is None or handle.done
