@@ -67,8 +67,10 @@ def device_of(serial_number: str, before: str = "") -> str:
     """
     found = _found()
     devices = [info.device for info in found if info.serial_number == serial_number]
-    if len(devices) == 1 or before in devices:
-        return before if before in devices else devices[0]
+    if before and any(os.path.realpath(each) == os.path.realpath(before) for each in devices):
+        return before
+    if len(devices) == 1:
+        return devices[0]
     if devices:
         raise NoSuchPort(
             f"the USB serial number {serial_number} stands on {' and '.join(devices)}: give the "

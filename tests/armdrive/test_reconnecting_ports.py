@@ -57,6 +57,14 @@ class TestFinding:
         with pytest.raises(NoSuchPort, match="/dev/ttyUSB1 and /dev/ttyUSB2"):
             ports.device_of(NUMBER, "/dev/ttyUSB0")
 
+    def test_a_name_that_udev_has_made_is_kept_while_it_leads_there(self, plugged, tmp_path):
+        device, link = tmp_path / "ttyUSB0", tmp_path / "by-id"
+        device.touch()
+        link.symlink_to(device)
+        plugged[str(device)] = NUMBER
+        assert ports.serial_number_of(str(link)) == NUMBER
+        assert ports.device_of(NUMBER, str(link)) == str(link)
+
     def test_an_arm_file_may_give_the_number_alone(self, plugged):
         config = find("/dev/ttyUSB0", dialect_name="teachmover").config
         wiring = Wiring(replace(config, connection=Connection(usb_serial=NUMBER)))
