@@ -8,33 +8,26 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections import deque
+from collections.abc import Callable
 from pathlib import Path
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from armdrive.controllers.requests import (
-    Alert,
-    Event,
-    MoveAlong,
-    MoveBy,
-    Oddity,
-    Progress,
-    Registers,
-    Request,
-    Silence,
-)
+from armdrive.controllers.requests import Event, Progress, Request
 from armdrive.errors import ArmError, StateFileError
 from armdrive.recorder.entries import Entry, Kind
 from armdrive.recorder.files import free_path, write_recording
 from armdrive.recorder.header import header_of
 from armdrive.recorder.ring import Ring
+from armdrive.recorder.words import call_words, error_words, event_words, request_words
 from armdrive.status import State
 from kinematics.errors import KinematicsError
 
 if TYPE_CHECKING:
     from armdrive.core import Core
 
+PATIENCE_S = 10.0
+"""A disk that takes longer keeps nobody from closing the arm; the thread goes on writing."""
 LONGEST_WORDS = 400
 """Characters of an argument list or an error that are kept."""
 
@@ -55,6 +48,7 @@ class FlightRecorder:
         self._stop: tuple[bool, bool] = (False, False)
         self._seen: tuple[Any, ...] = (None,) * 6
         self._last_error = 0
+        self._inbox: deque[tuple[float, Kind, str]] = deque()
         self._writers: list[threading.Thread] = []
         self._writing = threading.Lock()
 
@@ -73,6 +67,8 @@ class FlightRecorder:
 
     def tick(self, now_s: float, stop_asked: bool, stop_hard: bool) -> None:
         """Take the time; note a stop when it is first seen."""
+        if self._inbox:
+            self._empty()
         if now_s > self._now_s:
             self._now_s = now_s
         if self._stop != (stop_asked, stop_hard):
@@ -97,15 +93,7 @@ class FlightRecorder:
         """Note an answer or an alert; reports of a motion under way are in the bytes."""
         if isinstance(event, Progress):
             return
-        kind = _KINDS.get(type(event), Kind.REPLY)
-        words = str(event)
-        if isinstance(event, Registers):
-            words = f"{' '.join(map(str, event.positions))}; {event}"
-        elif isinstance(event, Alert):
-            words = f"{event.kind.value}: {event.text}"
-        elif isinstance(event, Oddity):
-            words = event.text
-        self._note(kind, words)
+        self._note(*event_words(event))
         self.changed()
 
     def changed(self) -> None:
@@ -126,16 +114,14 @@ class FlightRecorder:
 
     def called(self, name: str, words: tuple[Any, ...], named: dict[str, Any]) -> None:
         """Note a call."""
-        self._now_s = max(self._now_s, self._clock())
-        shown = [repr(word) for word in words]
-        shown += [f"{key}={value!r}" for key, value in named.items()]
-        self._note(Kind.CALL, f"{name}({', '.join(shown)})")
+        self._last_error = 0
+        self._inbox.append((self._clock(), Kind.CALL, call_words(name, words, named)))
 
     def raised(self, error: BaseException) -> None:
         """Note an error, once, however many calls it passes."""
         if id(error) != self._last_error:
             self._last_error = id(error)
-            self._note(Kind.RAISED, error_words(error))
+            self._inbox.append((self._clock(), Kind.RAISED, error_words(error)))
 
     def ended(self, error: BaseException | None) -> None:
         """Note how a task ended; an error that is no sentence for a person is a flaw of ours."""
@@ -159,6 +145,7 @@ class FlightRecorder:
 
     def snapshot(self, why: str) -> Callable[[Path | None], Path]:
         """Return what writes all that is remembered now; it raises `StateFileError`."""
+        self._empty()
         core, entries = self._core, self.ring.entries()
         if core is None:
             raise StateFileError("nothing was recorded: the arm was never connected")
@@ -178,7 +165,7 @@ class FlightRecorder:
         """Wait until what is being written is on the disk."""
         writers, self._writers = self._writers, []
         for writer in writers:
-            writer.join()
+            writer.join(PATIENCE_S)
 
     def _write_soon(self, why: str) -> None:
         """Have another thread write what is remembered at this moment."""
@@ -196,34 +183,22 @@ class FlightRecorder:
         except StateFileError as error:
             self.trouble = str(error)
 
+    def _empty(self) -> None:
+        """Take in what other threads have left."""
+        while self._inbox:
+            time_s, kind, words = self._inbox.popleft()
+            self._now_s = max(self._now_s, time_s)
+            self._add(kind, words)
+
     def _note(self, kind: Kind, words: str) -> None:
+        self._empty()
+        self._add(kind, words)
+
+    def _add(self, kind: Kind, words: str) -> None:
         if len(words) > LONGEST_WORDS:
             words = f"{words[:LONGEST_WORDS]}..."
         self.ring.add(Entry(self._now_s, kind, words))
 
-
-def request_words(request: Request) -> str:
-    """Return a request in words; what is a program of its own is left out."""
-    if isinstance(request, MoveBy):
-        return f"MoveBy({' '.join(map(str, request.steps))}; {request.rate_hz:g} steps/s)"
-    if isinstance(request, MoveAlong):
-        return f"MoveAlong({'jogging, ' if request.jog else ''}{request.ahead_s:g} s ahead)"
-    return repr(request)
-
-
-def error_words(error: BaseException) -> str:
-    """Return an error in words."""
-    return f"{type(error).__name__}: {error}"
-
-
-_KINDS: Mapping[type, Kind] = MappingProxyType(
-    {
-        Registers: Kind.REGISTERS,
-        Silence: Kind.SILENCE,
-        Alert: Kind.ALERT,
-        Oddity: Kind.ODDITY,
-    }
-)
 
 _LOOKS: tuple[tuple[Kind, Callable[[Any], str]], ...] = (
     (Kind.OFFSET, lambda offset: " ".join(map(str, offset))),

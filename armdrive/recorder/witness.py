@@ -13,7 +13,11 @@ if TYPE_CHECKING:
 
 
 class Witness(Protocol):
-    """Hears of everything, and changes nothing. Called under the lock of the arm's pace."""
+    """Hears of everything, and changes nothing.
+
+    Called under the lock of the arm's pace, but for `called` and `raised`: those come from any
+    thread, a signal handler too, and never wait.
+    """
 
     def begin(self, core: Core, link: str, clock: Callable[[], float]) -> None:
         """Hear which arm it is, on which wire, and by which clock."""

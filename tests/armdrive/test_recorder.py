@@ -7,8 +7,9 @@ import threading
 import pytest
 from recorder_bench import of_kind, recorded_arm, saved, written
 
-from armdrive import LinkLost, OutOfBounds
+from armdrive import Jog, LinkLost, OutOfBounds, Space
 from armdrive.connecting import connect_simulated, simulated_config
+from armdrive.core import Hold
 from armdrive.dialects import DIALECTS
 from armdrive.errors import StateFileError, WrongState
 from armdrive.recorder import files
@@ -202,3 +203,31 @@ def test_writing_is_done_by_another_thread(tmp_path, monkeypatch):
     arm.estop()
     arm.close()
     assert seen == ["armdrive-recorder"]
+
+
+@pytest.mark.parametrize("name", ["estop", "release"])
+def test_calls_that_let_go_of_an_arm_wait_for_no_lock(arm, name, tmp_path):
+    """Somebody plans a long motion, and has the lock; letting go works all the same."""
+    planning, planned = threading.Event(), threading.Event()
+
+    def plan():
+        with arm.pace.lock:
+            planning.set()
+            planned.wait(10.0)
+
+    planner = threading.Thread(target=plan)
+    planner.start()
+    planning.wait(10.0)
+    stopper = threading.Thread(target=getattr(arm, name))
+    arm.core.hold = Hold(Jog(Space.JOINT, (("base", 1.0),)), 0.1, 1e9)
+    stopper.start()
+    let_go = threading.Event()
+    for _ in range(5000):
+        if arm.core.hold is None or let_go.wait(0.001):
+            break
+    let_go_first = arm.core.hold is None
+    planned.set()
+    stopper.join()
+    planner.join()
+    assert let_go_first
+    assert f"{name}()" in of_kind(saved(arm, tmp_path).entries, Kind.CALL)

@@ -1,0 +1,54 @@
+"""Requests, answers, calls and errors in the words that a recording keeps."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from armdrive.controllers.requests import (
+    Alert,
+    Event,
+    MoveAlong,
+    MoveBy,
+    Oddity,
+    Registers,
+    Request,
+    Silence,
+)
+from armdrive.recorder.entries import Kind
+
+
+def request_words(request: Request) -> str:
+    """Return a request in words; what is a program of its own is left out."""
+    if isinstance(request, MoveBy):
+        return f"MoveBy({_counts(request.steps)}; {request.rate_hz:g} steps/s)"
+    if isinstance(request, MoveAlong):
+        return f"MoveAlong({'jogging, ' if request.jog else ''}{request.ahead_s:g} s ahead)"
+    return repr(request)
+
+
+def event_words(event: Event) -> tuple[Kind, str]:
+    """Return the kind of an answer or an alert, and its words; counts of motors come first."""
+    if isinstance(event, Registers):
+        return Kind.REGISTERS, f"{_counts(event.positions)}; {event}"
+    if isinstance(event, Alert):
+        return Kind.ALERT, f"{event.kind.value}: {event.text}"
+    if isinstance(event, Oddity):
+        return Kind.ODDITY, event.text
+    return Kind.SILENCE if isinstance(event, Silence) else Kind.REPLY, str(event)
+
+
+def call_words(name: str, words: tuple[Any, ...], named: Mapping[str, Any]) -> str:
+    """Return a call as it would be written."""
+    shown = [repr(word) for word in words]
+    shown += [f"{key}={value!r}" for key, value in named.items()]
+    return f"{name}({', '.join(shown)})"
+
+
+def error_words(error: BaseException) -> str:
+    """Return an error in words."""
+    return f"{type(error).__name__}: {error}"
+
+
+def _counts(counts: tuple[int, ...]) -> str:
+    return " ".join(map(str, counts))
