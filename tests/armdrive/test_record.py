@@ -7,7 +7,7 @@ import pytest
 from faults import OVER_THE_TABLE, FaultyLink, sim_config
 
 from armdrive import record_text
-from armdrive.connecting import connect_simulated
+from armdrive.connecting import connect_simulated, state_file
 from armdrive.errors import ArmError, NotReferenced, StateFileError
 from armdrive.record import FileRecorder, Record
 from armdrive.sim.twin import make_twin
@@ -208,3 +208,43 @@ def test_a_cable_pulled_in_mid_motion_leaves_a_suspect_record(bench):
     record = bench.recorder.load()
     assert record.trust == "suspect"
     assert record.in_motion
+
+
+def test_what_was_refused_is_kept_aside_when_the_arm_moves_and_not_before(bench):
+    referenced(bench).close()
+    bench.edit(calibration="0123456789abcdef")
+    refused = bench.path.read_text()
+    arm = bench.connect()
+    assert bench.path.read_text() == refused
+    assert not bench.recorder.aside.exists()
+    arm.jog_j(base_deg=1)
+    assert bench.recorder.load().in_motion
+    assert bench.recorder.aside.read_text() == refused
+    arm.close()
+
+
+SIMILAR = ("lab3", "lab 3", "lab_3", "lab/3", "lab3 ", "Lab:3", "lab-3", ".lab3")
+
+
+def test_arms_with_similar_names_have_files_of_their_own():
+    assert len({state_file(name) for name in SIMILAR}) == len(SIMILAR)
+
+
+@pytest.mark.parametrize("name", SIMILAR)
+def test_a_record_is_refused_under_any_other_name_however_similar(bench, name):
+    referenced(bench).close()
+    arm = bench.connect(config=replace(bench.config, name=name), allow_restored=True)
+    assert arm.status.trust is Trust.UNKNOWN
+    assert f"it is of the arm {bench.config.name}" in arm.status.trust_reason
+
+
+def test_what_cannot_be_known_any_more_is_waited_for_by_every_call_that_asks_the_disk(bench):
+    """A declared posture, a confirmed one, and dropped current are on the disk at the return."""
+    arm = referenced(bench)
+    assert bench.recorder.load().trust == "referenced"
+    arm.close()
+    arm = bench.connect()
+    arm.confirm_restored()
+    assert bench.recorder.load().trust == "referenced"
+    arm.disable()
+    assert bench.recorder.load().trust == "suspect"
