@@ -93,8 +93,8 @@ class GrblController(GrblMotion, GrblContact):
             raise NotPossible(f"`{request.line}` is no setting of a GRBL board")
 
     def _script_of(self, request: Request) -> Answering:
-        if not self.contacted and (silence := (yield from self.contact())) is not None:
-            return silence
+        if not self.contacted and (hindrance := (yield from self.contact())) is not None:
+            return hindrance
         match request:
             case MoveBy():
                 return (yield from self.drive(MoveAlong(iter((request,)), math.inf)))

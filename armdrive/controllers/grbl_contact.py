@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Generator
-from dataclasses import replace
 
 from armdrive.controllers.grbl_stops import DEAF, TURNING, GrblStopping
 from armdrive.controllers.grbl_talk import Answering, refusal
 from armdrive.controllers.requests import Denied, Done, Silence
 from firmware_protocol.grbl import (
-    AXIS_LETTERS,
     Acknowledged,
     QueryBuildInfo,
     Realtime,
@@ -18,7 +15,6 @@ from firmware_protocol.grbl import (
     State,
     StatusReported,
     Unlock,
-    Unreadable,
 )
 from firmware_protocol.grbl.events import Event as HostEvent
 
@@ -31,8 +27,11 @@ CALM_S = 1.0
 class GrblContact(GrblStopping):
     """The way to a board that stands and listens."""
 
-    def contact(self) -> Generator[float, HostEvent | None, Silence | None]:
-        """Find the board, whether opening its port has reset it or not. Moves nothing."""
+    def contact(self) -> Generator[float, HostEvent | None, Silence | Denied | None]:
+        """Find the board, whether opening its port has reset it or not. Moves nothing.
+
+        Return what stands against it, where something does.
+        """
         began_s = self.now_s
         if not (yield from self._alive()) and not (yield from self.soft_reset()):
             self.last_said = "? (and to a reset)"
@@ -42,9 +41,20 @@ class GrblContact(GrblStopping):
             heard = yield from self.ask(QueryBuildInfo(), self.settings.answer_s)
             if isinstance(heard, Acknowledged):
                 break
+        yield from self.look(self.settings.answer_s)  # which counts its axes, where they are untold
+        if self.lacking:
+            return Denied(self._lacking_words(), moved=False)
         self.press(Realtime.FEED_100)
         self.contacted = True
         return None
+
+    def _lacking_words(self) -> str:
+        axes = self._host.dialect.axes
+        return (
+            f"the board has the axes {axes}, but by grbl.axes this arm also has motors on "
+            f"{self.lacking}: put the right letters there, or give the board a firmware with "
+            "an axis for each motor"
+        )
 
     def _alive(self) -> Generator[float, HostEvent | None, bool]:
         """Wait for a banner or a report; a board that is starting answers nothing for a while."""
@@ -54,18 +64,9 @@ class GrblContact(GrblStopping):
             again_s = min(self.now_s + 2.0 * self.settings.poll_s, end_s)
             while self.now_s < again_s:
                 heard = yield from self.listen(again_s)
-                if isinstance(heard, Unreadable):
-                    self._count_axes(heard.data)
-                elif isinstance(heard, StatusReported | Restarted):
+                if isinstance(heard, StatusReported | Restarted):
                     return True
         return False
-
-    def _count_axes(self, report: bytes) -> None:
-        """Learn from a report that a board has other axes than this arm."""
-        found = re.match(rb"<[A-Za-z:0-9]+\|[MW]Pos:([-0-9.,]+)[|>]", report)
-        letters = AXIS_LETTERS[: found[1].count(b",") + 1] if found else ""
-        if set(self.axes.letters) <= set(letters):
-            self._host.dialect = replace(self._host.dialect, axes=letters)
 
     def _calm_down(self) -> Generator[float, HostEvent | None, None]:
         """See to it that the board stands and reads lines, whatever an earlier program left."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Generator
 from dataclasses import replace
 
@@ -17,6 +18,7 @@ from armdrive.controllers.requests import (
 )
 from armdrive.controllers.scripted import BITS_A_BYTE, Scripted
 from firmware_protocol.grbl import (
+    AXIS_LETTERS,
     AlarmRaised,
     AxesInfo,
     BuildInfo,
@@ -36,6 +38,8 @@ from firmware_protocol.grbl import (
 from firmware_protocol.grbl.events import Event as HostEvent
 from kinematics.spaces import Motors
 
+COORDINATES = re.compile(rb"<[A-Za-z:0-9]+\|[MW]Pos:([-0-9.,]+)[|>]")
+"""How a report begins."""
 ABORTED = (3, 6)
 """Alarms that our own reset raises where it ends a motion: of a motion, and of homing."""
 
@@ -67,6 +71,8 @@ class GrblHearing(Scripted[HostEvent]):
         self.modes_set = False
         self.aborted = False
         self.blocks = settings.max_segments
+        self.lacking = ""
+        self.garbled = 0
         self._resetting = False
 
     # -- saying -------------------------------------------------------------------------------
@@ -116,16 +122,32 @@ class GrblHearing(Scripted[HostEvent]):
             case BuildInfo():
                 self._learn_build(heard)
             case AxesInfo(_, letters):
-                if set(self.axes.letters) <= set(letters):
-                    self._host.dialect = replace(
-                        self._host.dialect, axes="".join(dict.fromkeys(letters))
-                    )
+                self._learn_axes("".join(dict.fromkeys(letters)))
             case Version(version):
                 self.firmware = version
             case Setting(key, value):
                 self.told[key] = value
-            case Unexpected() | Unreadable():
+            case Unreadable(data):
+                self.garbled += 1
+                if not self.contacted:
+                    self._count_axes(data)
                 self.tell(Oddity(str(heard)))
+            case Unexpected():
+                self.tell(Oddity(str(heard)))
+
+    def _count_axes(self, report: bytes) -> None:
+        """Learn from a report of another number of coordinates how many axes the board has."""
+        found = COORDINATES.match(report)
+        count = found[1].count(b",") + 1 if found else 0
+        if count == len(self.axes.letters):
+            self._learn_axes(self.axes.board())
+        elif 0 < count <= len(AXIS_LETTERS):
+            self._learn_axes(AXIS_LETTERS[:count])
+
+    def _learn_axes(self, letters: str) -> None:
+        """Take in which axes the board has, in its own order, and which it lacks."""
+        self._host.dialect = replace(self._host.dialect, axes=letters)
+        self.lacking = "".join(letter for letter in self.axes.letters if letter not in letters)
 
     def _learn_status(self, heard: StatusReported) -> None:
         report = heard.report
@@ -137,7 +159,7 @@ class GrblHearing(Scripted[HostEvent]):
             self.most_free = max(self.most_free, report.free_blocks)
         pins = report.pins or ""
         self.inputs = sum(1 << bit for bit, pin in enumerate(PINS) if pin in pins)
-        if heard.machine_position is not None:
+        if heard.machine_position is not None and not self.lacking:
             self.position = self.axes.motors(heard.machine_position, self._host.dialect.axes)
 
     def _learn_alarm(self, heard: AlarmRaised) -> None:

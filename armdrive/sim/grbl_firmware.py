@@ -36,7 +36,8 @@ class Firmware:
     followed by `alarm_s` without motor current before the board starts anew, which takes
     `start_s`; from a reset of the board itself it takes `boot_s`, without current as well.
     `mute_in_critical`: after a limit alarm `?` is not answered until the reset.
-    `silent_in_homing`: nor during homing. `cancel_clears_ring`: a jog cancel does.
+    `silent_in_homing`: nor during homing. `cancel_clears_ring`: a jog cancel does. `tells_axes`:
+    `$I` names the axes (fra589/grbl-Mega-5X grbl/report.c; grblHAL).
     """
 
     name: str
@@ -58,6 +59,7 @@ class Firmware:
     mute_in_critical: bool
     silent_in_homing: bool
     cancel_clears_ring: bool
+    tells_axes: bool
     version: str
     build: str
 
@@ -98,9 +100,10 @@ class Firmware:
             Version(f"{self.version}.{self.build}", note),
             BuildInfo("VNM" if self.outputs else "V", self.blocks, self.ring_bytes),
         )
-        if not self.grblhal:
-            return head
-        return (*head, AxesInfo(len(axes), axes), Bracketed("FIRMWARE:grblHAL"))
+        told = AxesInfo(len(axes), axes)
+        if self.grblhal:
+            return (*head, told, Bracketed("FIRMWARE:grblHAL"))
+        return (head[0], told, head[1]) if self.tells_axes else head
 
 
 _GRBL = Firmware(
@@ -123,6 +126,7 @@ _GRBL = Firmware(
     mute_in_critical=True,
     silent_in_homing=True,
     cancel_clears_ring=False,
+    tells_axes=False,
     version="1.1h",
     build="20190825",
 )
@@ -147,6 +151,7 @@ _MEGA_5X = Firmware(
     mute_in_critical=True,
     silent_in_homing=True,
     cancel_clears_ring=False,
+    tells_axes=True,
     version="1.1m",
     build="20210506",
 )
@@ -171,6 +176,7 @@ _GRBLHAL = Firmware(
     mute_in_critical=False,
     silent_in_homing=False,
     cancel_clears_ring=True,
+    tells_axes=True,
     version="1.1f",
     build="20240527",
 )
@@ -195,6 +201,7 @@ _FLUIDNC = Firmware(
     mute_in_critical=False,
     silent_in_homing=False,
     cancel_clears_ring=False,
+    tells_axes=False,
     version="3.7",
     build="v3.7.8",
 )

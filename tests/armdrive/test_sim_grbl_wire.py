@@ -29,7 +29,7 @@ def test_every_firmware_says_what_it_is(firmware, variant, opt):
     said = bench.say("$I")
     assert opt in said
     assert said[-1] == "ok"
-    assert ("[AXS:6:XYZABC]" in said) == (firmware == "grblhal")
+    assert ("[AXS:6:XYZABC]" in said) == (firmware in ("mega5x", "grblhal"))
 
 
 def test_an_unknown_firmware_is_refused_by_name():
