@@ -1,8 +1,8 @@
 """One program holds an arm at a time; beside its lock stands a local socket for the same user.
 
-The lock goes by the port and the arm's name. The socket hands out the status, takes a stop
-(`armdrive stop` from any terminal) and has a recording written (`armdrive record`). Messages are
-JSON objects; nothing is ever unpickled.
+The lock goes by the port and the arm's name. What may be asked over the socket stands in
+neighbours.py. Messages are JSON objects; nothing is ever unpickled. The socket lies in a folder of
+this user's alone, and whoever calls as another user is hung up on, where the system tells.
 """
 
 from __future__ import annotations
@@ -20,8 +20,11 @@ from typing import TYPE_CHECKING, Any
 
 from armdrive import places
 from armdrive.errors import ArmError, ArmInUse
+from armdrive.neighbours import Neighbours
+from armdrive.private import is_ours, is_private
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from multiprocessing.connection import Connection, Listener
 
     from filelock import FileLock
@@ -78,7 +81,7 @@ class Holding:
         for name in self._names:
             _path(name, "holder").write_text(json.dumps(notice), encoding="utf-8")
         threading.Thread(
-            target=self._answer, args=(arm,), name="armdrive-socket", daemon=True
+            target=self._answer, args=(Neighbours(arm),), name="armdrive-socket", daemon=True
         ).start()
 
     def release(self) -> None:
@@ -100,21 +103,26 @@ class Holding:
             shutil.rmtree(folder, ignore_errors=True)
 
     def _address(self) -> str:
-        """Return where to listen: beside the lock, or in a folder of our own with a short path."""
+        """Return where to listen: beside the lock, or in a folder of our own with a short path.
+
+        Also in one of our own where others might get at what lies beside the lock.
+        """
         address = _address(self._names[0])
-        if os.name == "posix" and len(os.fsencode(address)) > LONGEST_ADDRESS:
+        if os.name != "posix":
+            return address
+        if len(os.fsencode(address)) > LONGEST_ADDRESS or not is_private(Path(address).parent):
             self._folder = tempfile.mkdtemp(prefix="armdrive-")
             return str(Path(self._folder) / "socket")
         return address
 
-    def _answer(self, arm: Arm) -> None:
+    def _answer(self, neighbours: Neighbours) -> None:
         while (listener := self._listener) is not None:
             try:
                 connection = listener.accept()
             except (OSError, EOFError):
                 continue
             # each call in a thread of its own: a stop does not wait behind somebody who is silent
-            threading.Thread(target=_serve, args=(arm, connection), daemon=True).start()
+            threading.Thread(target=_serve, args=(neighbours, connection), daemon=True).start()
 
 
 def hold(*names: str) -> Holding:
@@ -124,8 +132,32 @@ def hold(*names: str) -> Holding:
     return holding
 
 
-def ask_holder(name: str, request: str) -> dict[str, Any]:
-    """Ask the holder of an arm: `status`, `stop` or `record`. Raises `ArmError` where none is."""
+def ask_holder(name: str, request: str, **words: object) -> dict[str, Any]:
+    """Ask the holder of an arm (neighbours.py says what). Raises `ArmError` where none is."""
+    with _called(name) as connection:
+        connection.send_bytes(json.dumps({"request": request, **words}).encode())
+        return _heard(name, connection)
+
+
+def watch_holder(name: str, every_s: float) -> Iterator[dict[str, Any]]:
+    """Yield the status of a held arm whenever it has changed, until its holder gives it back.
+
+    Raises `ArmError` where none holds it, or the holder falls silent.
+    """
+    with _called(name) as connection:
+        connection.send_bytes(json.dumps({"request": "watch", "every_s": every_s}).encode())
+        while True:
+            try:
+                view = _heard(name, connection, max(every_s, 0.0))
+            except EOFError:
+                return
+            if view:
+                yield view
+
+
+@contextlib.contextmanager
+def _called(name: str) -> Iterator[Connection[Any, Any]]:
+    """Call the holder of an arm, and hang up at the end; every trouble becomes a sentence."""
     from multiprocessing.connection import Client
 
     notice = _notice(name)
@@ -133,10 +165,7 @@ def ask_holder(name: str, request: str) -> dict[str, Any]:
         raise ArmError(f"no program holds {name}: nothing moves it from this computer")
     try:
         with Client(str(notice["address"])) as connection:
-            connection.send_bytes(json.dumps({"request": request}).encode())
-            if not connection.poll(PATIENCE_S):
-                raise ArmError(f"{_holder(name)} does not answer; stop the arm at its own switch")
-            answer = json.loads(connection.recv_bytes(65536))
+            yield connection
     except (ConnectionRefusedError, FileNotFoundError):
         raise ArmError(
             f"{_holder(name)} held {name} and was ended without a chance to give it back: nothing "
@@ -144,6 +173,12 @@ def ask_holder(name: str, request: str) -> dict[str, Any]:
         ) from None
     except (OSError, EOFError, ValueError) as error:
         raise ArmError(f"{_holder(name)} cannot be asked: {error}") from None
+
+
+def _heard(name: str, connection: Connection[Any, Any], longer_s: float = 0.0) -> dict[str, Any]:
+    if not connection.poll(PATIENCE_S + longer_s):
+        raise ArmError(f"{_holder(name)} does not answer; stop the arm at its own switch")
+    answer = json.loads(connection.recv_bytes(65536))
     return answer if isinstance(answer, dict) else {}
 
 
@@ -169,33 +204,10 @@ def _knock(address: str) -> None:
     Client(address).close()
 
 
-def _serve(arm: Arm, connection: Connection[Any, Any]) -> None:
-    with connection, contextlib.suppress(OSError, EOFError, ValueError):
-        if connection.poll(PATIENCE_S):
-            reply = _reply(arm, json.loads(connection.recv_bytes(4096)))
-            connection.send_bytes(json.dumps(reply).encode())
-
-
-def _reply(arm: Arm, message: Any) -> dict[str, Any]:
-    request = message.get("request") if isinstance(message, dict) else None
-    if request == "stop":
-        arm.request_stop()
-        return {"done": "stop"}
-    if request == "status":
-        from armdrive.view import status_view
-
-        return status_view(arm.status)
-    if request == "record":
-        return _recorded(arm)
-    return {"error": f"unknown request {request!r}; known are stop, status and record"}
-
-
-def _recorded(arm: Arm) -> dict[str, Any]:
-    """Have the flight recorder write into its own folder: no caller says where."""
-    try:
-        return {"recording": str(arm.save_recording())}
-    except ArmError as error:
-        return {"error": str(error)}
+def _serve(neighbours: Neighbours, connection: Connection[Any, Any]) -> None:
+    with connection, contextlib.suppress(OSError, EOFError, ValueError, RecursionError):
+        if is_ours(connection.fileno()) and connection.poll(PATIENCE_S):
+            neighbours.answer(connection.recv_bytes(4096), connection.send_bytes)
 
 
 def _path(name: str, ending: str) -> Path:

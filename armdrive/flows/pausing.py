@@ -27,7 +27,7 @@ def wait_out_pause(wire: Wire) -> Flow[None]:
     yield from wire.verify()
     core.mark_still()
     stood, believed, poll_s = core.acknowledged, core.belief, core.config.motion.idle_poll_s
-    began_s = looked_s = wire.now_s
+    looked_s = wire.now_s
     tempo.waits = True
     try:
         while tempo.paused and not wire.stopping:
@@ -42,8 +42,7 @@ def wait_out_pause(wire: Wire) -> Flow[None]:
         tempo.waits = False
     if wire.stopping:
         return
-    if wire.now_s > began_s:
-        yield from wire.look_before_motion()
+    yield from wire.look()  # however fresh the last one is: somebody may be about at the arm
     _require_no_fault(wire)
     if core.acknowledged != stood or core.belief is not believed:
         raise WrongState(

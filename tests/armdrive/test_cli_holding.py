@@ -72,6 +72,39 @@ def test_a_stop_from_outside_ends_a_motion(call, held):
     held.move_j(base_deg=0)  # a stop latches nothing
 
 
+def test_a_motion_is_paused_slowed_and_resumed_from_outside(call, held):
+    handle = held.move_j(base_deg=60, speed=0.5, wait=False)
+    assert f"asked {ARM} to pause" in call("pause", code=0).out
+    assert call("pause", "--json", code=0).json == {"paused": 1, "failures": []}
+    assert call("status", "--json", code=0).json["paused"] is True
+    assert call("slow", "50", "--json", code=0).json == {"slowed": 1, "failures": []}
+    assert held.speed_override == 0.5
+    assert "asked" in call("slow", "100", "--sim", "teachmover", code=0).out
+    assert call("resume", "--json", code=0).json == {"resumed": 1, "failures": []}
+    handle.wait(SOON_S)
+    assert held.joints.deg["base"] == pytest.approx(60, abs=0.1)
+
+
+@pytest.mark.parametrize("words", [("slow", "0"), ("slow", "101"), ("slow", "fast"), ("slow",)])
+def test_a_speed_that_is_none_is_refused(call, held, words):
+    call(*words, code=2)
+    assert held.speed_override == 1.0
+
+
+@pytest.mark.parametrize("word", ["pause", "resume"])
+def test_what_nobody_holds_is_neither_paused_nor_resumed(call, word):
+    assert f"nothing to {word}" in call(word, code=0).out
+    assert "no program holds" in call(word, "--sim", "teachmover", code=1).out
+
+
+def test_a_held_arm_is_watched_until_it_is_given_back(call, held):
+    threading.Timer(0.2, held.close).start()
+    views = call("watch", "--every", "0.05", code=0).json_lines
+    assert views[0]["state"] == "standby"
+    assert views[-1]["state"] == "disconnected"
+    assert "no program" in call.refused("watch", code=1)
+
+
 def test_a_stop_by_name_finds_the_same_program(call, held):
     assert call("stop", "--sim", "teachmover", "--json", code=0).json == {
         "stopped": 1,

@@ -14,7 +14,8 @@ import pytest
 from armdrive import Arm, places
 from armdrive.connecting import connect_simulated, simulated_config
 from armdrive.errors import ArmError, ArmInUse
-from armdrive.holder import ask_holder, held_arms, hold
+from armdrive.holder import ask_holder, held_arms, hold, watch_holder
+from armdrive.neighbours import MOST_WATCHERS, REQUESTS
 
 SOON_S = 5.0
 
@@ -88,7 +89,7 @@ def test_a_stop_comes_in(arm, holding):
 
 
 def test_other_requests_are_answered_with_the_known_ones(holding):
-    assert "known are stop, status and record" in ask_holder("bench", "dance")["error"]
+    assert f"known are {', '.join(REQUESTS)}" in ask_holder("bench", "dance")["error"]
 
 
 def test_a_caller_that_says_nothing_keeps_nobody_else_waiting(holding):
@@ -109,6 +110,43 @@ def test_a_caller_that_talks_nonsense_ends_nothing(holding):
         with Client(address) as connection:
             connection.send_bytes(nonsense)
     assert ask_holder("bench", "status")["state"] == "standby"
+
+
+def test_a_pause_a_resume_and_a_slower_speed_come_in(arm, holding):
+    assert ask_holder("bench", "pause") == {"done": "pause"}
+    assert ask_holder("bench", "status")["paused"] is True
+    assert ask_holder("bench", "resume") == {"done": "resume"}
+    assert ask_holder("bench", "slow", percent=25) == {"done": "slow", "percent": 25}
+    view = ask_holder("bench", "status")
+    assert view["paused"] is False
+    assert view["speed_override"] == 0.25
+
+
+@pytest.mark.parametrize("percent", [None, 0, -1, 101, "half", True, [1], float("nan")])
+def test_a_speed_that_is_no_percentage_changes_nothing(arm, holding, percent):
+    assert "percent" in ask_holder("bench", "slow", percent=percent)["error"]
+    assert arm.speed_override == 1.0
+
+
+def test_a_watcher_sees_each_change_and_the_end(arm, holding):
+    views = watch_holder("bench", 0.02)
+    assert next(views)["paused"] is False
+    arm.pause()
+    assert next(views)["paused"] is True
+    arm.close()
+    holding.release()
+    assert [view["state"] for view in views][-1] == "disconnected"
+
+
+def test_watchers_that_went_away_make_room_for_others(arm, holding):
+    for _ in range(MOST_WATCHERS + 4):
+        views = watch_holder("bench", 0.02)
+        deadline_s = time.monotonic() + SOON_S
+        while "state" not in next(views):
+            assert time.monotonic() < deadline_s
+            views.close()
+            views = watch_holder("bench", 0.02)
+        views.close()
 
 
 def test_an_arm_that_nobody_holds_cannot_be_asked():

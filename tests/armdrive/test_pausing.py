@@ -1,0 +1,295 @@
+"""Pausing, resuming and slowing a simulated arm of every dialect: what waits, goes on, or ends."""
+
+from __future__ import annotations
+
+import threading
+
+import pytest
+
+from armdrive import Arm, Jog
+from armdrive.dialects import DIALECTS
+from armdrive.errors import ArmError, BadRequest, DeviceFault, LinkLost, Stopped, WrongState
+from armdrive.status import State, Trust
+
+BY_BURSTS, QUEUED = "teachmover", "grbl"
+WAY_DEG = 30.0
+SETTLES_S = 1.5
+"""The longest of all dialects goes on for so long at most: a burst, or what was sent ahead."""
+
+
+def raised(dialect: str) -> Arm:
+    arm = Arm.connect(f"sim:{dialect}")
+    arm.enable()
+    world = arm.twin.world
+    arm.declare_posture(world.joints, opening_mm=world.opening_mm)
+    return arm
+
+
+def moving(arm: Arm, after_s: float = 0.4):
+    handle = arm.move_j(base_deg=WAY_DEG, speed=0.7, wait=False)
+    arm.sleep(after_s)
+    assert arm.status.state is State.MOVING
+    return handle
+
+
+def paused(arm: Arm, after_s: float = 0.4):
+    """Return a motion that waits in a pause, and where the motors stand."""
+    handle = moving(arm, after_s)
+    arm.pause()
+    arm.sleep(SETTLES_S)
+    return handle, arm.twin.world.motors
+
+
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_a_paused_motion_stands_and_goes_on_to_the_same_step(dialect):
+    arm = raised(dialect)
+    arm.move_j(base_deg=WAY_DEG, speed=0.7)
+    goal = arm.twin.world.motors
+    arm.move_j(base_deg=0.0)
+    handle, stood = paused(arm)
+    status = arm.status
+    assert status.paused
+    assert status.state is State.MOVING
+    assert "PAUSED" in str(status)
+    arm.sleep(20.0)
+    assert arm.twin.world.motors == stood != goal
+    arm.resume()
+    handle.wait()
+    assert arm.twin.world.motors == goal
+    assert not arm.status.paused
+    assert arm.status.trust is Trust.REFERENCED
+
+
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_a_pause_ends_the_way_within_the_time_that_was_announced(dialect):
+    arm = raised(dialect)
+    moving(arm)
+    bound_s = arm.status.silent_time_s
+    arm.pause()
+    arm.sleep(bound_s)
+    stood = arm.twin.world.motors
+    arm.sleep(1.0)
+    assert arm.twin.world.motors == stood
+
+
+@pytest.mark.parametrize("dialect", [BY_BURSTS, QUEUED])
+def test_pausing_again_and_again_loses_no_step(dialect):
+    arm = raised(dialect)
+    handle = moving(arm, 0.1)
+    for _ in range(6):
+        arm.pause()
+        arm.sleep(0.7)
+        arm.resume()
+        arm.sleep(0.15)
+    handle.wait()
+    assert arm.status.acknowledged == arm.twin.world.motors
+    assert arm.joints.deg["base"] == pytest.approx(WAY_DEG, abs=0.1)
+
+
+def test_a_line_that_was_paused_stays_a_line():
+    arm = raised(BY_BURSTS)
+    pose = arm.pose
+    handle = arm.move_l(type(pose)(220.0, 60.0, 120.0, pose.pitch_rad, 0.0), wait=False)
+    start, off = arm.twin.world.tip, []
+    for _ in range(12):
+        arm.sleep(0.3)
+        (arm.resume if arm.status.paused else arm.pause)()
+        x, y, z = (b - a for a, b in zip(start, arm.twin.world.tip, strict=True))
+        share = z / (120.0 - start[2])
+        off.append(max(abs(x - share * (220.0 - start[0])), abs(y - share * (60.0 - start[1]))))
+    arm.resume()
+    handle.wait()
+    assert max(off) < 2.0
+
+
+def test_a_motion_that_is_asked_for_in_a_pause_waits_for_its_end():
+    arm = raised(BY_BURSTS)
+    arm.pause()
+    before = arm.twin.world.motors
+    handle = arm.move_j(base_deg=10.0, wait=False)
+    arm.sleep(5.0)
+    assert arm.twin.world.motors == before
+    arm.resume()
+    handle.wait()
+    assert arm.joints.deg["base"] == pytest.approx(10.0, abs=0.1)
+
+
+@pytest.mark.parametrize("dialect", [BY_BURSTS, QUEUED])
+def test_a_stop_ends_a_pause_and_its_motion_for_good(dialect):
+    arm = raised(dialect)
+    handle, stood = paused(arm)
+    arm.stop()
+    with pytest.raises(Stopped):
+        handle.wait()
+    assert not arm.status.paused
+    arm.resume()
+    arm.sleep(5.0)
+    assert arm.twin.world.motors == stood
+    assert arm.status.state is State.STANDBY
+    assert arm.status.trust is Trust.REFERENCED
+    arm.move_j(base_deg=0.0)
+
+
+@pytest.mark.parametrize("dialect", [BY_BURSTS, QUEUED])
+def test_nothing_goes_on_after_an_emergency_stop(dialect):
+    arm = raised(dialect)
+    handle, _ = paused(arm)
+    arm.estop()
+    arm.resume()
+    with pytest.raises(ArmError):
+        handle.wait()
+    arm.sleep(2.0)
+    stood = arm.twin.world.motors
+    arm.reset()
+    arm.sleep(3.0)
+    assert arm.twin.world.motors == stood
+    assert not arm.status.paused
+
+
+@pytest.mark.parametrize("dialect", [BY_BURSTS, QUEUED])
+def test_nothing_goes_on_over_a_wire_that_was_lost_meanwhile(dialect):
+    arm = raised(dialect)
+    handle, stood = paused(arm)
+    arm.twin.link.unplug()
+    with pytest.raises(LinkLost):
+        handle.wait()
+    arm.resume()
+    assert not arm.status.paused
+    assert arm.twin.world.motors == stood
+
+
+def test_a_controller_that_lost_its_power_in_a_pause_is_seen_and_nothing_goes_on():
+    arm = raised(BY_BURSTS)
+    handle, _ = paused(arm)
+    arm.twin.device.power_off()
+    arm.twin.device.power_on()
+    sagged = arm.twin.world.motors
+    arm.sleep(10.0)
+    arm.resume()
+    with pytest.raises((WrongState, DeviceFault)):
+        handle.wait()
+    assert arm.status.trust is Trust.SUSPECT
+    assert arm.twin.world.motors == sagged
+
+
+def test_an_arm_that_the_pendant_moved_in_a_pause_does_not_go_on():
+    arm = raised(BY_BURSTS)
+    handle, _ = paused(arm)
+    arm.twin.device.pendant_move((50, 0, 0, 0, 0, 0))
+    moved = arm.twin.world.motors
+    arm.resume()
+    with pytest.raises(WrongState, match="no longer where it was paused"):
+        handle.wait()
+    assert arm.twin.world.motors == moved
+
+
+@pytest.mark.parametrize("dialect", [BY_BURSTS, QUEUED])
+def test_a_held_jog_ends_with_a_pause_and_is_not_taken_up_again(dialect):
+    arm = raised(dialect)
+    arm.hold(Jog.joint(base=1.0), speed=0.5, for_s=1.0)
+    arm.sleep(0.3)
+    arm.pause()
+    arm.sleep(SETTLES_S)
+    stood = arm.twin.world.motors
+    arm.hold(Jog.joint(base=1.0), speed=0.5, for_s=1.0)
+    assert "paused" in arm.status.notice
+    arm.nudge(Jog.joint(base=2.0), speed=0.5)
+    with pytest.raises(WrongState, match="resume"):
+        arm.jog_j(base_deg=2.0)
+    arm.resume()
+    arm.sleep(2.0)
+    assert arm.twin.world.motors == stood
+
+
+def test_an_increment_that_is_paused_says_that_it_went_less_far():
+    arm = raised(BY_BURSTS)
+    arm.nudge(Jog.joint(base=20.0), speed=0.3)
+    arm.sleep(0.5)
+    arm.pause()
+    arm.sleep(SETTLES_S)
+    assert 0.0 < arm.joints.deg["base"] < 19.0
+    assert arm.status.state is State.STANDBY
+    assert "paused" in arm.status.notice
+
+
+def base_duration_s(arm: Arm, share: float) -> float:
+    arm.move_j(base_deg=0.0)
+    arm.speed_override = share
+    moved = arm.move_j(base_deg=20.0)
+    arm.speed_override = 1.0
+    return moved.duration_s
+
+
+@pytest.mark.parametrize("dialect", [BY_BURSTS, QUEUED])
+def test_an_override_makes_a_motion_last_as_much_longer(dialect):
+    arm = raised(dialect)
+    full_s = base_duration_s(arm, 1.0)
+    assert base_duration_s(arm, 0.25) == pytest.approx(4.0 * full_s, rel=0.25)
+    assert base_duration_s(arm, 0.05) == pytest.approx(20.0 * full_s, rel=0.3)
+
+
+@pytest.mark.parametrize("dialect", [BY_BURSTS, QUEUED])
+def test_a_slowed_motion_ends_on_the_same_step(dialect):
+    arm = raised(dialect)
+    arm.move_j(base_deg=10.0, shoulder_deg=arm.joints.deg["shoulder"] + 5.0)
+    goal = arm.twin.world.motors
+    arm.move_j(base_deg=0.0)
+    arm.speed_override = 0.3
+    arm.move_j(base_deg=10.0)
+    assert arm.twin.world.motors == goal
+
+
+@pytest.mark.parametrize("dialect", [BY_BURSTS, QUEUED])
+def test_an_override_holds_in_mid_motion_and_for_held_jogs(dialect):
+    arm = raised(dialect)
+    handle = moving(arm)
+    arm.speed_override = 0.1
+    arm.sleep(SETTLES_S)
+    assert "slowed to 10%" in str(arm.status)
+    before = arm.status.joints.deg["base"]
+    arm.sleep(2.0)
+    made = arm.status.joints.deg["base"] - before
+    assert 0.0 < made < 2.0 * 21.2 * 0.7 * 0.1 * 1.3
+    arm.stop()
+    with pytest.raises(Stopped):
+        handle.wait()
+    before = arm.joints.deg["base"]
+    arm.jog_j(base=-1.0, speed=1.0, duration_s=1.0)
+    assert 0.0 < before - arm.joints.deg["base"] < 21.2 * 0.1 * 1.6
+
+
+@pytest.mark.parametrize("share", [0.0, -0.5, 1.01, float("nan"), float("inf"), "half"])
+def test_an_override_that_is_no_share_is_refused(share):
+    arm = raised(BY_BURSTS)
+    with pytest.raises((BadRequest, ValueError)):
+        arm.speed_override = share
+    assert arm.speed_override == 1.0
+
+
+def test_a_script_on_simulated_time_waits_until_somebody_resumes_it():
+    arm = raised(BY_BURSTS)
+    arm.pause()
+    threading.Timer(0.1, arm.resume).start()
+    arm.move_j(base_deg=10.0)
+    assert arm.joints.deg["base"] == pytest.approx(10.0, abs=0.1)
+
+
+def test_a_pause_is_no_part_of_a_motions_patience():
+    arm = raised(BY_BURSTS)
+    handle, _ = paused(arm)
+    threading.Timer(0.3, arm.resume).start()  # hundreds of simulated seconds by then
+    handle._timeout_s = 5.0
+    handle.wait()
+
+
+def test_an_arm_that_is_killed_in_a_pause_is_remembered_where_it_stands(tmp_path):
+    from armdrive.connecting import connect_simulated, simulated_config
+    from armdrive.record import FileRecorder
+
+    recorder = FileRecorder(tmp_path / "record.json")
+    arm = connect_simulated(simulated_config(BY_BURSTS), recorder=recorder)
+    arm.home()
+    paused(arm)
+    record = FileRecorder(tmp_path / "record.json").load()
+    assert not record.in_motion
+    assert record.registers == arm.status.acknowledged - arm.core.offset
