@@ -174,10 +174,7 @@ class Wire:
         if not steps.largest:
             core.coordinates = there or core.coordinates
             return
-        core.require_settings()
-        if core.state is State.ERROR_STOP:  # the device has raised an alarm since the last burst
-            raise DeviceFault(core.error)
-        if not (yield from leave_standstill(self, let_go)):
+        if not (yield from self._may_begin(let_go)):
             return
         core.goes_to(target)
         here, _ = core.transmission.to_joints(core.acknowledged)
@@ -198,6 +195,18 @@ class Wire:
         if not timely or self.now_s > self._looked_s + BLIND_S:
             yield from self.verify()
 
+    def _may_begin(self, let_go: Callable[[], bool]) -> Flow[bool]:
+        """Tell whether a motion may be sent now; raises where what happened meanwhile forbids it.
+
+        False where it was stopped or let go while a slow disk was waited for.
+        """
+        core = self.core
+        core.require_settings()
+        marked = yield from leave_standstill(self, let_go)
+        if core.state is State.ERROR_STOP:  # the device has raised an alarm since the last burst
+            raise DeviceFault(core.error)
+        return marked
+
     def verify(self) -> Flow[None]:
         """Compare the registers with what was acknowledged; a difference is a fault."""
         difference = yield from self.read()
@@ -217,8 +226,7 @@ class Wire:
     def stream(self, request: MoveAlong, course: Course) -> Flow[bool]:
         """Have a device drive queued segments; True when all were driven, False when halted."""
         core = self.core
-        core.require_settings()
-        if not (yield from leave_standstill(self, request.let_go)):
+        if not (yield from self._may_begin(request.let_go)):
             return False
         try:
             reply = yield from self.request(request, Evidence.ANSWER_LOST)

@@ -165,10 +165,9 @@ def disable(wire: Wire) -> Flow[None]:
     """Drop the motor current: the arm can sag, so its position is suspect from then on."""
     core = wire.core
     after(core.state, Event.DISABLE)
-    if not (yield from leave_standstill(wire)):
-        raise wire.stopped("a stop came before the motor current was switched off: it is still on")
-    core.happen(Event.DISABLE)
     core.learn(Evidence.CURRENT_DROPPED, wire.now_s)  # whatever the answer will be
+    yield from be_remembered(wire)  # no mark: a full disk does not keep the motors on
+    core.happen(Event.DISABLE)
     core.current = Current.UNKNOWN
     reply = yield from wire.request(DropCurrent())
     if not isinstance(reply, Done):

@@ -11,7 +11,7 @@ from power_life import PATH, believed, move, recorded_life, wrong
 
 from armdrive.errors import StateFileError
 from armdrive.record_text import from_text
-from armdrive.status import State, Trust
+from armdrive.status import Current, State, Trust
 
 
 @pytest.mark.parametrize("also_removing", [False, True])
@@ -79,6 +79,15 @@ def test_a_position_that_is_no_longer_believed_does_not_stay_on_a_full_disk():
     life.twin.device.pendant_move((-30, 0, 0, 0, 0, 0))
     life.end()
     assert believed(life, None)[0] is Trust.UNKNOWN
+
+
+def test_a_full_disk_keeps_no_motor_on_and_leaves_nothing_to_believe():
+    life = recorded_life()
+    arm = life.connect(allow_restored=True)
+    life.disk.room = 0
+    arm.disable()
+    assert arm.status.current is Current.OFF
+    assert life.disk.after_kill(PATH) is None
 
 
 def test_a_record_in_a_folder_that_nobody_can_write_into_is_not_believed_and_nothing_moves():

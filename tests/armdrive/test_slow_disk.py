@@ -13,7 +13,7 @@ from armdrive.calls import connected
 from armdrive.connecting import connect_simulated
 from armdrive.core import Coordinates
 from armdrive.durable import Files
-from armdrive.errors import StateFileError, Stopped
+from armdrive.errors import ArmError, StateFileError, Stopped
 from armdrive.flows import idling
 from armdrive.intents import Jog, Space
 from armdrive.record import FileRecorder
@@ -128,6 +128,23 @@ def test_what_happens_to_the_arm_meanwhile_is_seen_before_it_moves(bench):
     with pytest.raises(Exception, match="pendant"):
         handle.wait()
     assert bench.motors[0] == bench.start[0] + 300
+
+
+@pytest.mark.parametrize("alarmed", ["estop", "reset by somebody"])
+def test_an_error_while_the_disk_is_busy_ends_the_motion_before_it_began(bench, alarmed):
+    bench.disk.hold()
+    handle = bench.arm.move_j(base_deg=5.0, wait=False)
+    assert bench.disk.is_waited_for()
+    if alarmed == "estop":
+        bench.arm.estop()
+    else:
+        with bench.arm.pace.lock:
+            bench.arm.core.fault("the board was reset")
+    bench.disk.free.set()
+    with pytest.raises(ArmError):
+        handle.wait()
+    assert bench.arm.status.state is State.ERROR_STOP
+    assert bench.motors == bench.start
 
 
 def test_the_wires_thread_never_writes(bench):
