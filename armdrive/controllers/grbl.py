@@ -75,6 +75,7 @@ class GrblController(GrblMotion, GrblContact):
         motors = replace(abilities, motors=len(axes.letters))
         super().__init__(motors, settings, axes, config.connection.baud)
         self._kind = config.gripper.kind
+        self.reset_lets_go = self._kind in ("servo", "output")
 
     def script(self, request: Request) -> Answering:
         """Carry out a request; the first one makes contact with the board before it."""

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Generator
 
 from armdrive.controllers.grbl_stops import DEAF, TURNING, GrblStopping
-from armdrive.controllers.grbl_talk import Answering, refusal
+from armdrive.controllers.grbl_talk import Answering, Asking, refusal
 from armdrive.controllers.requests import Denied, Done, Silence
 from firmware_protocol.grbl import (
     Acknowledged,
+    Line,
     QueryBuildInfo,
     Realtime,
     Restarted,
@@ -24,8 +25,19 @@ CALM_S = 1.0
 """A motion that a program before this one left behind is waited for so long."""
 
 
+SPOILER = "))GG"
+"""Ends a half line that another program left behind, so that no board carries it out.
+
+The first bracket ends a comment. The second is no letter, which GRBL and grblHAL refuse; FluidNC
+drops it, and all refuse a letter without a number (gnea/grbl grbl/protocol.c and gcode.c).
+"""
+
+
 class GrblContact(GrblStopping):
     """The way to a board that stands and listens."""
+
+    reset_lets_go = False
+    """A reset switches off what the gripper hangs on: contact is made without one, then."""
 
     def contact(self) -> Generator[float, HostEvent | None, Silence | Denied | None]:
         """Find the board, whether opening its port has reset it or not. Moves nothing.
@@ -36,7 +48,9 @@ class GrblContact(GrblStopping):
         if not (yield from self._alive()) and not (yield from self.soft_reset()):
             self.last_said = "? (and to a reset)"
             return self.silence(began_s)
-        yield from self._calm_down()
+        if not (yield from self._calm_down()):
+            return self.silence(began_s)
+        yield from self._spoil()
         for _ in range(TRIES):
             heard = yield from self.ask(QueryBuildInfo(), self.settings.answer_s)
             if isinstance(heard, Acknowledged):
@@ -68,18 +82,29 @@ class GrblContact(GrblStopping):
                     return True
         return False
 
-    def _calm_down(self) -> Generator[float, HostEvent | None, None]:
-        """See to it that the board stands and reads lines, whatever an earlier program left."""
+    def _calm_down(self) -> Asking:
+        """See to it that the board stands and reads lines, whatever an earlier program left.
+
+        A reset forgets a half line. In Idle it keeps position and state, $22 or not (gnea/grbl
+        grbl/main.c: the prior state and sys_position stay), and the motors where $1 is 255.
+        """
         if not (yield from self.look(self.settings.answer_s)):
-            return
+            return True
         end_s = self.now_s + CALM_S
         while self.state in TURNING and self.now_s < end_s:
             yield from self.pause(self.now_s + self.settings.poll_s)
             yield from self.look(self.settings.answer_s)
         if self.state in TURNING or (self.state is State.HOLD and self.sub_state):
             yield from self.hold()
-        elif self.state in DEAF:
-            yield from self.soft_reset()
+        elif self.state in DEAF or not self.reset_lets_go:
+            return (yield from self.soft_reset())
+        return True
+
+    def _spoil(self) -> Generator[float, HostEvent | None, None]:
+        """Make sure that no half line is left: a reset may have been lost, or not been made."""
+        for _ in range(TRIES):
+            if (yield from self.ask(Line(SPOILER), self.settings.answer_s)) is not None:
+                break
 
     def clear(self) -> Answering:
         """Leave alarm, hold, sleep or muteness; the board's position is as good as it was."""

@@ -102,9 +102,10 @@ def found(made: ArmConfig | None = None, **options) -> Arm:
 
 
 def ready(made: ArmConfig | None = None, **options) -> Arm:
-    """The same, referenced."""
+    """The same, referenced; what contact has sent is forgotten."""
     arm = found(made, **options)
     arm.declare_posture(OVER, opening_mm=OPENING_MM)
+    arm.twin.link.sent.clear()
     return arm
 
 

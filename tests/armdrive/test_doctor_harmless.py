@@ -154,9 +154,7 @@ def test_read_alone_would_move_an_armdroid():
     assert port.device.world.motors != before
 
 
-@pytest.mark.parametrize(
-    ("dialect", "state"), [each for each in STILL if each not in LINE_ENDS_ACT]
-)
+@pytest.mark.parametrize(("dialect", "state"), STILL)
 def test_afterwards_the_arm_connects_as_if_nothing_had_been(dialect, state):
     port = prepared(dialect, state)
     port.examine(None)

@@ -3,8 +3,10 @@
 import pytest
 from grbl_arm import config, found, ready
 
+from armdrive.arm import Arm
 from armdrive.connecting import connect_simulated
 from armdrive.errors import DeviceFault
+from armdrive.pace import SimulatedPace
 from armdrive.sim.twin import make_twin
 from armdrive.status import State
 
@@ -40,3 +42,74 @@ def test_a_board_with_too_few_axes_is_told_of_in_words(firmware):
     twin = make_twin(config(gripper="servo", device={"axes": "XYZAB"}), firmware=firmware)
     with pytest.raises(DeviceFault, match=r"the board has the axes XYZAB.* on C"):
         connect_simulated(config(), twin=twin)
+
+
+# What another program left behind.
+
+HALF_LINES = ["G1G91X10F300", "G1G91X10F300(a", "G1G91X10F300 (a) Y", "$J=G91X10F300", "$H", "$C"]
+IN_A_COMMENT = "G1G91X10F300;a"
+
+
+def left(made, said, **options):
+    """Return an arm whose board another program has used, and what it had counted by then."""
+    twin = make_twin(made, **options)
+    twin.link.read(0.05)
+    for number, data in enumerate(said):
+        twin.link.write(data.encode("latin-1"), 1.0 + 9.0 * number)
+        twin.link.read(9.0 + 9.0 * number)
+    before = twin.world.motors, twin.world.opening_mm, twin.device.registers
+    pace = SimulatedPace()
+    pace._now_s = 9.0 * len(said)
+    arm = Arm(made, twin.link, pace, simulated=True)
+    arm.twin = twin
+    return arm, before
+
+
+def now(arm):
+    return arm.twin.world.motors, arm.twin.world.opening_mm, arm.twin.device.registers
+
+
+@pytest.mark.parametrize("firmware", FIRMWARES)
+@pytest.mark.parametrize("half", [*HALF_LINES, IN_A_COMMENT])
+def test_a_half_line_of_another_program_is_never_carried_out(firmware, half):
+    arm, before = left(config(), ["G1G91X7F600\n", half], firmware=firmware, homing=True)
+    with pytest.raises(DeviceFault, match="reset"):  # the board was locked, and still is
+        arm.move_motors(1, 0, 0, 0, 0, 0)
+    arm.reset()
+    arm.sleep(3.0)
+    assert now(arm) == before
+    assert before[2][0] == 0
+
+
+@pytest.mark.parametrize("firmware", FIRMWARES)
+@pytest.mark.parametrize("half", ["", *HALF_LINES, IN_A_COMMENT])
+def test_contact_keeps_position_current_and_an_unlocked_state(firmware, half):
+    said = ["$X\n", "G1G91X7F600\n", half]
+    arm, before = left(config(), said, firmware=firmware, homing=True)
+    arm.sleep(3.0)
+    assert now(arm) == before
+    assert before[2][0] == 7
+    assert arm.status.read_back[0] == 7
+    assert arm.status.state is State.STANDBY
+    assert arm.twin.world.energised
+    arm.move_motors(3, 0, 0, 0, 0, 0)
+    assert arm.twin.device.registers[0] == 10
+
+
+GRIPPERS = [
+    ("servo", {}, "M3S1000"),
+    ("servo", {"servo": "M67E0"}, "M67E0Q1000"),
+    ("output", {"gripper_closes": False}, "M8"),
+    ("output", {"gripper_closes": False, "outputs": ("mist",)}, "M7"),
+    ("output", {"gripper_closes": False, "outputs": ("P1",)}, "M64P1"),
+]
+
+
+@pytest.mark.parametrize("half", ["", *HALF_LINES])
+@pytest.mark.parametrize(("kind", "device", "opens"), GRIPPERS)
+def test_contact_does_not_let_go_of_what_a_gripper_on_an_output_holds(kind, device, opens, half):
+    said = [opens + "\n", half]
+    arm, before = left(config(gripper=kind, device=device), said)
+    arm.sleep(3.0)
+    assert now(arm) == before
+    assert before[1] == pytest.approx(76.0, abs=1.0)
