@@ -210,13 +210,19 @@ class Core(Remarks):
 
     def found(self, registers: Registers) -> None:
         """Take the registers for the position of an arm of which nothing else is known."""
-        self.inputs, self.gripping = registers.inputs, registers.gripping
+        self.sense(registers)
         self.commanded = self.acknowledged = self.read_back = registers.positions
         self.coordinates = self.coordinates_of(registers.positions)
 
+    def sense(self, registers: Registers) -> None:
+        """Take the inputs; an arm without a grip switch never tells whether it grips."""
+        self.inputs = registers.inputs
+        if self.controller.abilities.grip_switch:
+            self.gripping = registers.gripping
+
     def compare(self, registers: Registers) -> Motors:
         """Take a read-back; return its difference from the acknowledged position, in steps."""
-        self.inputs, self.gripping = registers.inputs, registers.gripping
+        self.sense(registers)
         expected = self.acknowledged - self.offset
         counts = self.controller.unwrap(registers.positions, expected)
         self.read_back = counts + self.offset

@@ -138,7 +138,7 @@ def bottom_lines(status: Status) -> str:
     """Say how the motors stand, what a stop takes, and what went over the wire."""
     return "\n".join(
         (
-            f"motor current {status.current.value}  grip switch {_grip(status.gripping)}",
+            f"motor current {status.current.value}" + _grip(status.gripping),
             f"steps {_steps(status.acknowledged)}",
             f"a stop takes at most {status.stop_time_s:.2f} s, {status.stop_distance_mm:.0f} mm"
             + _if_silent(status),
@@ -162,9 +162,10 @@ def remarks(status: Status, message: str) -> str:
 
 
 def _grip(gripping: bool | None) -> str:
+    """Say how the grip switch stands; nothing where there is none, or nobody has looked yet."""
     if gripping is None:
-        return UNKNOWN
-    return "CLOSED" if gripping else "open"
+        return ""
+    return f"  grip switch {'CLOSED' if gripping else 'open'}"
 
 
 def _steps(steps: Sequence[int] | None) -> str:

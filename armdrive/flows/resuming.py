@@ -49,7 +49,7 @@ def _weigh(core: Core, registers: Registers, now_s: float) -> None:
     if core.belief.trust is Trust.UNKNOWN:
         core.found(registers)
         return
-    core.inputs, core.gripping = registers.inputs, registers.gripping
+    core.sense(registers)
     same = core.restore(core.present_record(), registers.positions)
     if not same:
         core.learn(Evidence.RECORD_DIFFERS, now_s)
