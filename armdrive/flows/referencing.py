@@ -176,7 +176,7 @@ def disable(wire: Wire) -> Flow[None]:
     core.current = Current.OFF
     registers = yield from wire.ask_registers()
     core.count_anew(registers.positions)  # they may have been zeroed, which moves nothing
-    core.inputs, core.gripping = registers.inputs, registers.gripping
+    core.sense(registers)
     core.mark_still()
     yield from be_remembered(wire)
 
