@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from armdrive.arm import Arm
+    from armdrive.drift import Drift, Verdict, Verified
     from armdrive.errors import (
         ArmError,
         ArmFileError,
@@ -44,13 +45,14 @@ if TYPE_CHECKING:
     from armdrive.flows.motion import Moved
     from armdrive.handle import Handle
     from armdrive.intents import Jog, Space
-    from armdrive.posture import PostureRequest
+    from armdrive.posture import MarkRequest, PostureRequest
     from armdrive.status import Current, State, Status, Trust
     from kinematics import Joints, KinematicsError, Motors, PathBroken, Pose, Unreachable
 
 _HOMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "armdrive.arm": ("Arm",),
+        "armdrive.drift": ("Drift", "Verdict", "Verified"),
         "armdrive.errors": (
             "ArmError",
             "ArmFileError",
@@ -77,7 +79,7 @@ _HOMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "armdrive.flows.motion": ("Moved",),
         "armdrive.handle": ("Handle",),
         "armdrive.intents": ("Jog", "Space"),
-        "armdrive.posture": ("PostureRequest",),
+        "armdrive.posture": ("MarkRequest", "PostureRequest"),
         "armdrive.status": ("Current", "State", "Status", "Trust"),
         "kinematics": (
             "Joints",
@@ -104,6 +106,7 @@ __all__ = [
     "BadRequest",
     "Current",
     "DeviceFault",
+    "Drift",
     "Grasped",
     "Handle",
     "Jog",
@@ -112,6 +115,7 @@ __all__ = [
     "KinematicsError",
     "LinkError",
     "LinkLost",
+    "MarkRequest",
     "Motors",
     "Moved",
     "NoAnswer",
@@ -133,6 +137,8 @@ __all__ = [
     "Stopped",
     "Trust",
     "Unreachable",
+    "Verdict",
+    "Verified",
     "WrongState",
 ]
 

@@ -11,9 +11,8 @@ from typing import Any, Self
 
 from armdrive.calls.conducting import Conducting
 from armdrive.calls.jogging import Jogging
-from armdrive.calls.moving import Moving
 from armdrive.calls.reconnecting import Reconnecting
-from armdrive.calls.referencing import Referencing
+from armdrive.calls.verifying import Verifying
 from armdrive.controllers.requests import Settings
 from armdrive.flows import idling, referencing
 from armdrive.gripper import Gripper
@@ -23,7 +22,7 @@ from armdrive.status import State
 
 
 @witnessed
-class Arm(Moving, Jogging, Referencing, Reconnecting, Conducting):
+class Arm(Verifying, Jogging, Reconnecting, Conducting):
     """One arm, connected. Make one with `Arm.connect`; use it in a `with` statement."""
 
     @classmethod

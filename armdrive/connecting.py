@@ -14,6 +14,7 @@ from armdrive.armfile import ArmConfig, Connection, config_of_preset, load_arm_f
 from armdrive.dialects import DIALECTS, dialect
 from armdrive.errors import ArmFileError, BadRequest, PortUnavailable
 from armdrive.holder import hold
+from armdrive.logbook import logbook_file
 from armdrive.mending import Rewiring
 from armdrive.pace import Pace, RealPace, SimulatedPace
 from armdrive.posture import Operator
@@ -181,6 +182,7 @@ def connect_real(
     except BaseException:
         holding.release()
         raise
+    arm.logbook = logbook_file(config.name)
     holding.serve(arm)
     arm.on_close(holding.release)
     return arm

@@ -31,5 +31,16 @@ class PostureRequest:
         )
 
 
+class MarkRequest(PostureRequest):
+    """What `verify` asks: the same posture, brought about by small jogs, as exactly as can be."""
+
+    def __str__(self) -> str:
+        return (
+            f"Bring the finger tips onto the reference mark, {self.pose.x_mm:.0f} mm in front of "
+            f"the base axis, in small jogs: tips just touching the table, hand straight down, "
+            f"wrist turnbuckles lined up, fingers just touching each other. ({self.pose})"
+        )
+
+
 Operator = Callable[[PostureRequest], bool]
 """Somebody who looks at the arm: returns True when it stands in the posture asked for."""

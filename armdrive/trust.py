@@ -33,6 +33,7 @@ class Evidence(Enum):
     READ_BACK_DIFFERS = "the registers are not where the motion should have left them"
     MOTION_REFUSED = "the controller refused a motion that it should have understood"
     HOMING_FAILED = "the controller's homing did not end"
+    OFF_ITS_MARK = "verified at its mark, and found off its position"
     STOPPED_DEAD = "the motors were stopped dead in motion, and may have lost steps"
     ALARM = "the controller went into alarm while it moved"
     OFF_THE_PATH = "the controller reported a position off the path that was sent"
@@ -61,6 +62,7 @@ RESULTS: Mapping[Evidence, Trust] = MappingProxyType(
         Evidence.READ_BACK_DIFFERS: Trust.SUSPECT,
         Evidence.MOTION_REFUSED: Trust.SUSPECT,
         Evidence.HOMING_FAILED: Trust.SUSPECT,
+        Evidence.OFF_ITS_MARK: Trust.SUSPECT,
         Evidence.STOPPED_DEAD: Trust.SUSPECT,
         Evidence.ALARM: Trust.SUSPECT,
         Evidence.OFF_THE_PATH: Trust.SUSPECT,

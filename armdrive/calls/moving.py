@@ -141,15 +141,18 @@ class Moving(Connected):
 
     def park(self, *, speed: float = 1.0) -> Moved:
         """Go to the park posture of the arm file; by default, 30 mm above the reference mark."""
-        goal = self.config.park or self._default_park()
+        return self.go_over(self.config.park or self.above_mark(), speed)
+
+    def go_over(self, goal: Pose, speed: float) -> Moved:
+        """Go to a pose; where a guard is in the way, rise first, as a person would."""
         try:
             return self.move_to(goal, speed=speed)
         except OutOfBounds:
-            # a guard is in the way: rise first, as a person would
             self.move_l(raised(self.pose, PARK_RISE_MM), speed=speed)
             return self.move_to(goal, speed=speed)
 
-    def _default_park(self) -> Pose:
+    def above_mark(self) -> Pose:
+        """Return the pose a little above the reference mark."""
         if self.model.reference is None:
             raise Refused("this arm has no park posture: write [park] into its arm file")
         return raised(self.model.reference.pose, PARK_HEIGHT_MM)

@@ -134,4 +134,12 @@ POSITIONS = (
         "Look at the arm, `reset`, and confirm its posture: `armdrive home --confirm`, or connect "
         "with `allow_restored=True`.",
     ),
+    Entry(
+        "E721", "OFF_ITS_MARK", "off its position at the mark",
+        "`verify` measured the arm with its finger tips on the mark, and nobody took that posture "
+        "for the new reference: steps were lost, cables have slack, or the arm file's numbers are "
+        "wrong.",
+        "The arm stands at its mark, its position is suspect. " + NO_PLANNING,
+        "Home it where it stands (`armdrive home`). If it comes again, look for what slips.",
+    ),
 )  # fmt: skip

@@ -10,6 +10,7 @@ from armdrive import places
 from armdrive.connecting import connect_simulated, state_file
 from armdrive.errors import StateFileError
 from armdrive.holder import hold
+from armdrive.logbook import logbook_file
 from armdrive.record import FileRecorder, replace_file
 from armdrive.recorder.files import recordings
 from armdrive.recorder.flight import FlightRecorder
@@ -49,6 +50,7 @@ def connect_remembered(
     except BaseException:
         holding.release()
         raise
+    arm.logbook = logbook_file(config.name)
     holding.serve(arm)
     arm.on_close(lambda: _save(config.name, twin))
     arm.on_close(holding.release)

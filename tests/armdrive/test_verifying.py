@@ -1,0 +1,229 @@
+"""Verifying at the mark: what is measured is what the world knows, and what comes of it."""
+
+from __future__ import annotations
+
+import json
+import math
+import random
+
+import pytest
+
+from armdrive import Arm, MarkRequest, Verdict
+from armdrive.connecting import connect_simulated, simulated_config
+from armdrive.dialects import DIALECTS
+from armdrive.drift import drift_between, judge
+from armdrive.errors import NotReferenced, OperatorNeeded, Stopped
+from armdrive.logbook import last_entry, logbook_file
+from armdrive.record import FileRecorder
+from armdrive.status import State, Trust
+from armdrive.trust import Evidence
+from kinematics import Motors, preset
+
+ARM = "sim:teachmover"
+MODEL = preset("teachmover")
+
+
+def homed(dialect: str = "teachmover", **options) -> Arm:
+    arm = Arm.connect(f"sim:{dialect}", **options)
+    arm.enable()
+    arm.twin.device.bring_to(arm.model.arm.ik(arm.model.reference.pose), 0.0)
+    arm.confirm_reference()
+    arm.move_to(arm.above_mark())
+    return arm
+
+
+def wander(arm: Arm, chance: random.Random) -> None:
+    names = arm.model.arm.joint_names
+    here = arm.joints.deg
+    arm.move_j(**{f"{name}_deg": here[name] + chance.uniform(-6.0, 3.0) for name in names[:2]})
+
+
+@pytest.mark.parametrize(
+    ("dialect", "motor"), [*((dialect, 2) for dialect in DIALECTS), ("teachmover", 1), ("grbl", 4)]
+)
+def test_lost_steps_are_measured_to_the_step(dialect, motor):
+    arm = homed(dialect)
+    chance = random.Random(f"{dialect} {motor}")
+    lost = chance.randint(4, 40)
+    arm.twin.faults.add("lose-steps", str(motor), str(lost))
+    here = arm.joints.deg
+    arm.move_j(
+        base_deg=12.0,
+        shoulder_deg=here["shoulder"] + 8.0,
+        wrist_pitch_deg=here["wrist_pitch"] + 12.0,
+    )
+    truth = arm.status.acknowledged - arm.twin.world.motors
+    assert truth.largest == lost
+    found = arm.verify(speed=1.0)
+    assert found.drift.steps == truth
+    assert arm.status.acknowledged - arm.twin.world.motors == truth
+    assert found.verdict is Verdict.DRIFT
+    said, _ = arm.model.transmission.to_joints(arm.status.acknowledged)
+    seen = arm.twin.world.joints
+    for angle, one, other in zip(found.drift.turned, said, seen, strict=True):
+        assert angle == pytest.approx(one - other, abs=1e-9)
+    tip = arm.model.arm.fk(said)
+    off_mm = math.dist(arm.twin.world.tip, (tip.x_mm, tip.y_mm, tip.z_mm))
+    assert found.drift.tip_mm == pytest.approx(off_mm, abs=1e-6)
+
+
+@pytest.mark.parametrize("dialect", ["teachmover", "grbl"])
+def test_an_arm_that_lost_nothing_is_within_rounding_and_keeps_its_reference(dialect):
+    arm = homed(dialect)
+    wander(arm, random.Random(dialect))
+    found = arm.verify(accept=True)
+    assert found.verdict is Verdict.ROUNDING
+    assert not found.accepted
+    assert arm.status.trust is Trust.REFERENCED
+    assert arm.status.state is State.STANDBY
+
+
+def drifted() -> Arm:
+    arm = homed()
+    arm.twin.faults.add("lose-steps", "base", "12")
+    arm.move_j(base_deg=20.0)
+    return arm
+
+
+def test_a_drift_that_nobody_accepts_makes_the_position_suspect_and_says_by_how_much():
+    arm = drifted()
+    found = arm.verify()
+    assert not found.accepted
+    assert "base +12" in str(found)
+    assert "+0.61°" in str(found)
+    assert arm.status.trust is Trust.SUSPECT
+    assert "base +12" in arm.status.trust_reason
+    assert arm.status.trust_code == "E721"
+    with pytest.raises(NotReferenced):
+        arm.move_j(base_deg=0.0)
+
+
+@pytest.mark.parametrize("accept", [True, lambda found: found.verdict is Verdict.DRIFT])
+def test_an_accepted_drift_is_gone(accept):
+    arm = drifted()
+    assert arm.verify(accept=accept).accepted
+    assert arm.status.acknowledged == arm.twin.world.motors
+    assert arm.status.trust is Trust.REFERENCED
+    arm.move_j(base_deg=10.0)
+    assert arm.verify().verdict is Verdict.ROUNDING
+
+
+def test_a_reference_that_was_taken_elsewhere_may_be_wrong_by_its_numbers():
+    arm = homed()
+    joints = arm.joints
+    arm.declare_posture(joints.replace(shoulder=joints["shoulder"] + 0.05))
+    assert arm.verify().verdict is Verdict.CALIBRATION
+
+
+def test_more_than_any_arm_loses_is_no_drift():
+    truth = MODEL.transmission.to_motors(MODEL.arm.ik(MODEL.reference.pose))
+    drift = drift_between(MODEL, truth + Motors((0, 400, 0, 0, 0, 0)), truth)
+    assert judge(drift, Evidence.HOMED.value) is Verdict.CALIBRATION
+    small = drift_between(MODEL, truth + Motors((1, -1, 0, 1, 0, 0)), truth)
+    assert judge(small, Evidence.DECLARED.value) is Verdict.ROUNDING
+
+
+def test_an_arm_without_a_position_has_nothing_to_verify_and_does_not_move():
+    arm = Arm.connect(ARM)
+    before = arm.twin.world.motors
+    with pytest.raises(NotReferenced):
+        arm.verify()
+    assert arm.twin.world.motors == before
+
+
+def test_nobody_who_looks_means_nothing_moves():
+    arm = homed()
+    arm.operator = None
+    before = arm.twin.world.motors
+    with pytest.raises(OperatorNeeded, match="armdrive verify"):
+        arm.verify()
+    assert arm.twin.world.motors == before
+
+
+def test_what_the_operator_does_not_confirm_changes_nothing():
+    arm = drifted()
+    asked = []
+
+    def refuses(request) -> bool:
+        asked.append(request)
+        return False
+
+    with pytest.raises(OperatorNeeded):
+        arm.verify(operator=refuses)
+    assert isinstance(asked[0], MarkRequest)
+    assert "small jogs" in str(asked[0])
+    assert arm.status.state is State.STANDBY
+    assert arm.status.trust is Trust.REFERENCED
+
+
+def test_a_stop_while_the_operator_is_at_work_ends_the_verification():
+    arm = drifted()
+
+    def stops(request) -> bool:
+        request.arm.stop()
+        return True
+
+    with pytest.raises(Stopped):
+        arm.verify(operator=stops, accept=True)
+    assert arm.status.trust is Trust.REFERENCED
+    assert "reference posture" in arm.status.trust_reason
+
+
+def test_a_restored_position_that_is_right_at_the_mark_is_referenced(tmp_path):
+    config = simulated_config("teachmover")
+    first = connect_simulated(config, recorder=FileRecorder(tmp_path / "r.json"))
+    first.home()
+    first.park()
+    first.close()
+    from armdrive.sim.twin import make_twin
+
+    arm = connect_simulated(
+        config,
+        twin=make_twin(config, first.twin.save()),
+        recorder=FileRecorder(tmp_path / "r.json"),
+        allow_restored=True,
+    )
+    assert arm.status.trust is Trust.RESTORED
+    assert arm.verify().verdict is Verdict.ROUNDING
+    assert arm.status.trust is Trust.REFERENCED
+
+
+def test_each_verification_is_written_down_with_its_date_and_a_repeated_one_is_noticed():
+    arm = drifted()
+    arm.logbook = logbook_file("bench")
+    first = arm.verify(accept=True)
+    assert first.note == ""
+    for _ in range(2):
+        arm.move_to(arm.above_mark())
+        arm.move_j(base_deg=0.0)
+        arm.twin.faults.add("lose-steps", "base", "12")
+        arm.move_j(base_deg=20.0)
+        arm.twin.faults.end()
+        again = arm.verify(accept=True)
+        assert "as much as the last time" in again.note
+    lines = [json.loads(line) for line in logbook_file("bench").read_text().splitlines()]
+    assert len(lines) == 3
+    assert lines[0]["steps"] == [12, 0, 0, 0, 0, 0]
+    assert lines[0]["accepted"] is True
+    assert lines[0]["verdict"] == "drift"
+    assert lines[0]["time"].startswith("20")
+    assert lines[0]["joints_deg"]["base"] == pytest.approx(12 * 360 / 7072, abs=1e-3)
+    assert logbook_file("bench").stat().st_mode & 0o077 == 0
+
+
+def test_a_log_that_cannot_be_written_is_a_note(tmp_path):
+    arm = drifted()
+    (tmp_path / "in the way").write_text("")
+    arm.logbook = tmp_path / "in the way" / "log"
+    found = arm.verify(accept=True)
+    assert "could not be written down" in found.note
+    assert found.accepted
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]\n7\nnull\n", '{"calibration": "other"}\n', "\x00\n"])
+def test_a_damaged_log_has_no_last_entry(tmp_path, text):
+    (tmp_path / "log").write_text(text)
+    assert last_entry(tmp_path / "log", "mine") is None
+    with (tmp_path / "log").open("a") as file:
+        file.write('\n{"calibration": "mine", "steps": [1]}\n{"half')
+    assert last_entry(tmp_path / "log", "mine") == {"calibration": "mine", "steps": [1]}
