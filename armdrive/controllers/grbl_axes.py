@@ -33,14 +33,15 @@ PINS = "PDHSRXYZABC"
 class Axes:
     """The axes of an arm's motors, in the motors' order.
 
-    `single_hz` is how fast a motor turns at most when one joint moves at full speed, `most_hz`
-    when all do.
+    `most_hz` is how fast a motor turns when every joint that it moves is at full speed, and
+    `fastest_hz` how fast any motor turns for a single joint: no motion asks for more of a motor,
+    where the board grants no motor more.
     """
 
     letters: str
     steps_per_unit: tuple[float, ...]
-    single_hz: tuple[float, ...]
     most_hz: tuple[float, ...]
+    fastest_hz: float
 
     @classmethod
     def of(cls, config: ArmConfig) -> Axes:
@@ -74,12 +75,12 @@ class Axes:
             for row in transmission.matrix
         ]
         return cls(
-            settings.axes[:count], per_unit, tuple(map(max, turned)), tuple(map(math.fsum, turned))
+            settings.axes[:count], per_unit, tuple(map(math.fsum, turned)), max(map(max, turned))
         )
 
     def expected(self, settings: GrblSettings) -> Limits:
         """Return what the arm file expects of the board."""
-        rates_hz = settings.rates or self.single_hz
+        rates_hz = settings.rates or tuple(min(most, self.fastest_hz) for most in self.most_hz)
         slopes = settings.accelerations or tuple(rate / settings.ramp_s for rate in rates_hz)
         return Limits(
             self.steps_per_unit,

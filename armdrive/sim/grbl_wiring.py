@@ -154,12 +154,17 @@ def _steps_per_unit(config: ArmConfig, turning: Transmission) -> tuple[float, ..
 
 
 def _rates_hz(config: ArmConfig, turning: Transmission) -> tuple[float, ...]:
-    """Return how fast each motor turns when the joint that asks most of it is at full speed."""
+    """Return how fast each motor turns when all joints that it moves are at full speed.
+
+    More than the quickest motor needs for one joint alone is given to none.
+    """
     speeds = (*config.model.joint_speeds_rad_s, config.model.gripper_speed_mm_s)
-    return tuple(
-        max(abs(share) * speed for share, speed in zip(row, speeds, strict=False))
+    parts = [
+        [abs(share) * speed for share, speed in zip(row, speeds, strict=False)]
         for row in turning.matrix
-    )
+    ]
+    quickest = max(part for row in parts for part in row)
+    return tuple(min(sum(row), quickest) for row in parts)
 
 
 def _ranges(config: ArmConfig) -> list[tuple[float, float]]:

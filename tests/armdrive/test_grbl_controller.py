@@ -21,6 +21,7 @@ from grbl_arm import (
 
 from armdrive import Jog
 from armdrive.armfile import HomingSettings
+from armdrive.controllers.grbl_axes import Axes
 from armdrive.errors import DeviceFault, PendantStop, Refused, SettingsDiffer, Stopped
 from armdrive.sim.device import SwitchState
 from armdrive.status import Current, State, Trust
@@ -97,6 +98,24 @@ def test_a_motion_is_never_faster_than_asked_and_not_much_slower(speed):
     arm.move_j(base_deg=10, speed=speed)
     asked_s = math.radians(10) / (0.37 * speed)
     assert asked_s <= arm.status.time_s - began_s <= asked_s * 1.15 + 0.4
+
+
+def test_joints_that_share_motors_are_no_slower_together_than_alone():
+    arm = ready()
+    began_s = arm.status.time_s
+    arm.move_j(shoulder_deg=OVER.deg["shoulder"] + 20, elbow_deg=OVER.deg["elbow"] + 20)
+    together_s = arm.status.time_s - began_s
+    speeds = dict(zip(OVER.names, arm.config.model.joint_speeds_rad_s, strict=True))
+    alone_s = max(math.radians(20) / speeds[name] for name in ("shoulder", "elbow"))
+    assert together_s <= alone_s + 0.3
+
+
+def test_what_is_expected_of_a_motor_that_several_joints_share_is_their_sum_up_to_the_fastest():
+    expected = Axes.of(config()).expected(config().device)
+    base, shoulder, elbow, right, left, gripper = expected.rates
+    assert right == left == gripper == base  # 733 and 544 would be their sums
+    assert shoulder == pytest.approx(168.8, abs=0.1)
+    assert elbow == pytest.approx(251.5, abs=0.1)
 
 
 def test_a_slow_jog_is_slow():
