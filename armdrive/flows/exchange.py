@@ -44,7 +44,7 @@ QUIET_S = 0.3
 TRIES = 3
 """How often the registers are asked for: reading moves nothing, so it may be repeated."""
 
-FRESH_S = 0.3
+FRESH_S = 0.05
 """A look at the registers this long ago still tells where a motion starts from."""
 
 BLIND_S = 2.0
