@@ -218,7 +218,7 @@ class GrblController(GrblMotion, GrblContact):
     def stopping(self, burst_s: float) -> Stopping:
         """Return a ramp, and what passes before it; without a host, what was sent ahead as well."""
         wire_s = LATENCY_S + LONGEST_LINE * self.byte_s
-        begun_s = wire_s + self.settings.reaction_s
+        begun_s = wire_s + self.reaction_s
         return Stopping(
             max(begun_s + self.ramp_s + CONFIRMED_S, wire_s + KILLED_S),
             begun_s + self.ramp_s / 2.0,

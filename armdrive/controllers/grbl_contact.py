@@ -51,16 +51,22 @@ class GrblContact(GrblStopping):
         if not (yield from self._calm_down()):
             return self.silence(began_s)
         yield from self._spoil()
-        for _ in range(TRIES):
-            heard = yield from self.ask(QueryBuildInfo(), self.settings.answer_s)
-            if isinstance(heard, Acknowledged):
-                break
+        yield from self._recognise()
         yield from self.look(self.settings.answer_s)  # which counts its axes, where they are untold
         if self.lacking:
             return Denied(self._lacking_words(), moved=False)
         self.press(Realtime.FEED_100)
         self.contacted = True
         return None
+
+    def _recognise(self) -> Generator[float, HostEvent | None, None]:
+        """Ask for the board's build until it is told without a flaw."""
+        for _ in range(TRIES):
+            garbled = self.garbled
+            heard = yield from self.ask(QueryBuildInfo(), self.settings.answer_s)
+            if isinstance(heard, Acknowledged) and self.garbled == garbled:
+                self.recognised = True
+                return
 
     def _lacking_words(self) -> str:
         axes = self._host.dialect.axes

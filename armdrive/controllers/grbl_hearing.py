@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from armdrive.abilities import Abilities
 from armdrive.controllers.grbl_axes import PINS, Axes
-from armdrive.controllers.grbl_settings import GrblSettings
+from armdrive.controllers.grbl_settings import REACTIONS_S, GrblSettings
 from armdrive.controllers.requests import (
     Alert,
     AlertKind,
@@ -67,7 +67,7 @@ class GrblHearing(Scripted[HostEvent]):
         self.alarm: AlarmRaised | None = None
         self.firmware = ""
         self.told: dict[int | str, str] = {}
-        self.contacted = False
+        self.contacted = self.recognised = False
         self.modes_set = False
         self.aborted = False
         self.blocks = settings.max_segments
@@ -194,6 +194,13 @@ class GrblHearing(Scripted[HostEvent]):
     def variant(self) -> Variant:
         """Which firmware of the family it is."""
         return self._host.dialect.variant
+
+    @property
+    def reaction_s(self) -> float:
+        """How long the board takes before it begins to brake; as the slowest, till it is known."""
+        if self.settings.reaction_s is not None:
+            return self.settings.reaction_s
+        return REACTIONS_S[self.variant] if self.recognised else max(REACTIONS_S.values())
 
     def alarm_words(self) -> str:
         """Say what the board's alarm is, and what to do."""

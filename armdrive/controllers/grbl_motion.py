@@ -71,7 +71,7 @@ class GrblMotion(GrblStopping):
         road = Road(start, self.limits, self.settings.corridor_steps)
         trip = Trip(request.segments, road, request.ahead_s, request.jog)
         trip.reported_s = trip.changed_s = self.now_s
-        self.brake_s = 2.0 * self.ramp_s + self.settings.reaction_s
+        self.brake_s = 2.0 * self.ramp_s + self.reaction_s
         while True:
             if self.stop_asked or request.let_go():
                 return (yield from self._halt(trip))

@@ -3,15 +3,26 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from types import MappingProxyType
 
 from armdrive.errors import ArmFileError
 from armdrive.sections import within
-from firmware_protocol.grbl import AXIS_LETTERS
+from firmware_protocol.grbl import AXIS_LETTERS, Variant
 
 UNITS = ("steps", "degrees")
 SERVOS = re.compile(r"M3|M6[78]E[0-9]{1,2}")
 OUTPUTS = re.compile(r"flood|mist|P[0-9]{1,2}")
+
+REACTIONS_S: Mapping[Variant, float] = MappingProxyType(
+    {Variant.GRBL: 0.06, Variant.GRBLHAL: 0.11, Variant.FLUIDNC: 0.13}
+)
+"""How long a firmware takes before it begins to brake: the motion that it has worked out already.
+
+Six segments of 10 ms (gnea/grbl grbl/stepper.h), ten (grblHAL/core stepper.h), twelve (FluidNC,
+`stepping/segments`), and for the newer two what a slower loop takes.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +43,8 @@ class GrblSettings:
 
     Times: a report is asked for every `poll_s` in motion, an answer is waited for `answer_s`, a
     board that was reset by opening its port `boot_s`, homing `homing_s`. `reaction_s` is how long
-    the board takes before it begins to brake. A motor may be `corridor_steps` off the path sent.
+    the board takes before it begins to brake; left out, as its firmware does (`REACTIONS_S`). A
+    motor may be `corridor_steps` off the path sent.
     """
 
     axes: str = "XYZABC"
@@ -58,7 +70,7 @@ class GrblSettings:
     answer_s: float = 1.0
     boot_s: float = 4.0
     homing_s: float = 120.0
-    reaction_s: float = 0.06
+    reaction_s: float | None = None
 
     def __post_init__(self) -> None:
         letters = self.axes
@@ -75,7 +87,7 @@ class GrblSettings:
             if not OUTPUTS.fullmatch(word):
                 raise ArmFileError(f"grbl.outputs names flood, mist, P0, P1 ..., not {word!r}")
         for each in fields(self):
-            if each.name in _BOUNDS:
+            if each.name in _BOUNDS and getattr(self, each.name) is not None:
                 within(f"grbl.{each.name}", getattr(self, each.name), *_BOUNDS[each.name])
             elif each.name in _LISTS:
                 for value in getattr(self, each.name):

@@ -1,7 +1,9 @@
 """First contact with a GRBL board: its axes are learnt, and nothing moves, whatever was left."""
 
+from dataclasses import replace
+
 import pytest
-from grbl_arm import config, found, ready
+from grbl_arm import Disturbed, config, found, ready, rule
 
 from armdrive.arm import Arm
 from armdrive.connecting import connect_simulated
@@ -113,3 +115,36 @@ def test_contact_does_not_let_go_of_what_a_gripper_on_an_output_holds(kind, devi
     arm.sleep(3.0)
     assert now(arm) == before
     assert before[1] == pytest.approx(76.0, abs=1.0)
+
+
+# How soon the board brakes.
+
+
+def reaction_s(arm):
+    """How much of the announced stop is due to the board's own delay."""
+    controller = arm.core.controller
+    at_once = replace(controller.settings, reaction_s=0.0)
+    told, controller.settings = controller.settings, at_once
+    rest_s = controller.stopping(0.1).asked_motion_s
+    controller.settings = told
+    return controller.stopping(0.1).asked_motion_s - rest_s
+
+
+@pytest.mark.parametrize(
+    ("firmware", "wanted_s"),
+    [("grbl", 0.06), ("mega5x", 0.06), ("grblhal", 0.11), ("fluidnc", 0.13)],
+)
+def test_what_a_board_takes_to_begin_to_brake_is_that_of_its_firmware(firmware, wanted_s):
+    assert reaction_s(found(firmware=firmware)) == pytest.approx(wanted_s)
+    told = found(config(device={"reaction_s": 0.2}), firmware=firmware)
+    assert reaction_s(told) == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize(("times", "wanted_s"), [(1, 0.11), (2, 0.11), (99, 0.13)])
+def test_a_firmware_that_is_not_read_without_a_flaw_counts_as_the_slowest(times, wanted_s):
+    made = config()
+    twin = make_twin(made, firmware="grblhal")
+    link = Disturbed(twin.link)
+    link.back.append(rule(rb"\[FIRMWARE", lambda line: line[:4] + b"\x7f" + line[5:], times=times))
+    arm = connect_simulated(made, twin=replace(twin, link=link))
+    assert reaction_s(arm) == pytest.approx(wanted_s)
