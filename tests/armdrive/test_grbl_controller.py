@@ -375,8 +375,11 @@ def test_outputs_and_a_servo_come_back_after_a_stop():
         arm.set_outputs(2)
 
 
-def test_a_gripper_on_a_valve_opens_and_closes():
-    arm = ready(config(gripper="output", device={"outputs": ("flood", "P0"), "gripper_output": 1}))
+@pytest.mark.parametrize("valve", ["flood", "mist", "P0"])
+def test_a_gripper_on_a_valve_opens_and_closes(valve):
+    other = "flood" if valve == "mist" else "mist"
+    device = {"outputs": (other, valve), "gripper_output": 1}
+    arm = ready(config(gripper="output", device=device))
     arm.gripper.open(76.0)
     assert arm.twin.world.opening_mm == pytest.approx(76.0, abs=1.0)
     arm.gripper.close(0.0)
