@@ -185,6 +185,8 @@ class ArmdroidController(Talk):
 
     def _measure(self, drive: DriveAll, rpm: int, took_s: float, sent: int) -> bool:
         """Learn how fast the arm is; False where no such burst takes so long."""
+        if self.overdue:
+            return False
         moved_s = took_s - (sent + self.answer_bytes) * self._byte_s
         slow_s = sent * self._settings.character_s  # a quick board takes less
         steps = Motors(drive.steps).largest

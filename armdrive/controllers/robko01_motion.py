@@ -169,6 +169,8 @@ class RobkoMotion(RobkoExchange, ABC):
             seen = yield from self._look()
             if seen is None:
                 return self.silence(way.began_s)
+            if not way.left(seen).largest and self.now_s > given_up_s:
+                return Done(timely=False)  # this program stood still: that is no time of the arm's
             if not way.left(seen).largest:
                 return Done(self._meter.learn(way.expected_s, self.now_s - way.began_s))
             if not way.holds(seen):  # believed when it is seen twice: an answer may be a late one

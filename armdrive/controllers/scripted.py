@@ -55,6 +55,9 @@ class Scripted(ABC, Generic[H]):
         self.now_s = 0.0
         self.stop_asked = False
         self.stop_hard = False
+        self.overdue = False
+        """Whether what `hear` returned last came when it was waited for no longer: this program
+        stood still meanwhile, and a time measured so says nothing about the device."""
         self._codec = codec
         self._script: Generator[float, H | None, Reply] | None = None
         self._until_s = math.inf
@@ -99,6 +102,7 @@ class Scripted(ABC, Generic[H]):
             if heard is None:
                 continue
             if wanted(heard):
+                self.overdue = self.now_s > until_s
                 return heard
             self.unasked(heard)
         return None

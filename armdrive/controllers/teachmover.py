@@ -165,6 +165,8 @@ class TeachMoverController(Scripted[HostEvent]):
         """Learn how fast the arm is; False where no such burst takes so long."""
         if not isinstance(command, Step):
             return True
+        if self.overdue:
+            return False
         believable = self._meter.believable(command.speed, motion_s, moved_s)
         self._meter.learn(command.speed, motion_s, moved_s)
         return believable

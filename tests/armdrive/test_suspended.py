@@ -1,0 +1,62 @@
+"""A program that was suspended in mid-motion, a laptop that slept, drives the arm as before."""
+
+from __future__ import annotations
+
+import pytest
+
+from armdrive.arm import Arm
+from armdrive.connecting import simulated_config
+from armdrive.dialects import DIALECTS
+from armdrive.pace import SimulatedPace
+from armdrive.sim.twin import make_twin
+from armdrive.status import State
+
+ASLEEP_S = 4000.0
+
+
+class SleepyPace(SimulatedPace):
+    """Simulated time that can jump, and tells the engine as the thread of real time does."""
+
+    def sleep(self):
+        with self.lock:
+            self._now_s += ASLEEP_S
+            self._engine.absent(ASLEEP_S)
+
+
+def connected(dialect):
+    config = simulated_config(dialect)
+    twin = make_twin(config)
+    arm = Arm(config, twin.link, SleepyPace(), simulated=True, operator=twin.operator)
+    if arm.status.state is State.DISABLED:
+        arm.enable()
+    refer(arm, twin)
+    return arm, twin
+
+
+def refer(arm, twin):
+    joints, opening_mm = twin.world.body.transmission.to_joints(twin.world.motors)
+    arm.declare_posture(joints, opening_mm=opening_mm)
+
+
+def jogged_deg(arm, twin, direction):
+    first = arm.model.arm.joint_names[0]
+    before = twin.world.joints.deg[first]
+    arm.jog_j(**{first: direction}, speed=1.0, duration_s=0.5)
+    return abs(twin.world.joints.deg[first] - before)
+
+
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_what_was_measured_over_a_sleep_makes_no_arm_slow(dialect):
+    arm, twin = connected(dialect)
+    jogged_deg(arm, twin, 1.0)
+    as_before_deg = jogged_deg(arm, twin, -1.0)
+    first = arm.model.arm.joint_names[0]
+    arm.move_j(wait=False, **{f"{first}_deg": arm.joints.deg[first] + 40.0})
+    arm.sleep(0.3)
+    assert twin.device.moving
+    arm.pace.sleep()
+    arm.stop()
+    if arm.status.state is State.ERROR_STOP:  # the deadline of an answer had passed
+        arm.reset()
+        refer(arm, twin)
+    assert jogged_deg(arm, twin, -1.0) == pytest.approx(as_before_deg, rel=0.2)
