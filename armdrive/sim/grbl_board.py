@@ -73,7 +73,6 @@ class Board:
         self.ring = Ring(firmware.ring_bytes)
         self.startup = ["", ""]
         self.note = self.inputs = ""
-        self.raw = b""
         self.now_s = 0.0
         self.state = State.IDLE
         self.stands = self.cancelling = self.leaving = self.critical = False
@@ -176,7 +175,6 @@ class Board:
     def _fetch(self) -> bool:
         """Take a line out of the ring; False where none is whole."""
         while data := self.ring.take_line():
-            self.raw = data
             self.codec.receive_data(data)
             request = self.codec.next_event()
             if isinstance(request, LineReceived):

@@ -78,7 +78,7 @@ def _run(board: Board, line: LineReceived) -> Steps:
         too_long = isinstance(content, Rejected) and content.code == _TOO_LONG
         return _TOO_LONG if too_long else LOCKED
     if isinstance(content, Rejected):
-        named = named_path(board.raw) if board.firmware.has_paths else None
+        named = named_path(line.text) if board.firmware.has_paths else None
         return (yield from run_path(board, *named)) if named else content.code
     if isinstance(content, Block):
         return (yield from _block(board, content))

@@ -17,7 +17,7 @@ Steps = Generator[float, None, int]
 UNKNOWN, NO_NUMBER, NOT_IDLE = 3, 2, 8
 FIRST_TOLD = 10
 """Of the numbered settings `$$` lists those from here on."""
-_LINE = re.compile(rb"\$/([a-z0-9_/]+)(?:=(.*))?", re.IGNORECASE)
+_LINE = re.compile(r"\$/([a-z0-9_/]+)(?:=(.*))?", re.IGNORECASE)
 _AXIS = re.compile(r"axes/([a-z])/(\w+)")
 _OF_AXIS = {
     "steps_per_mm": STEPS,
@@ -27,13 +27,10 @@ _OF_AXIS = {
 }
 
 
-def named_path(raw: bytes) -> tuple[str, str | None] | None:
+def named_path(line: str) -> tuple[str, str | None] | None:
     """Return the path that a line names, and the value that it sets; None for any other line."""
-    found = _LINE.fullmatch(raw.strip())
-    if found is None:
-        return None
-    value = None if found[2] is None else found[2].decode("latin-1").strip()
-    return found[1].decode("ascii").lower(), value
+    found = _LINE.fullmatch(line)
+    return None if found is None else (found[1].lower(), found[2])
 
 
 def run_path(board: Board, path: str, value: str | None) -> Steps:

@@ -72,6 +72,7 @@ class Host:
         self._lines = LineSplitter(_LINE_ENDS, max_length=LINE_BYTES_MAX)
         self._early: deque[Event] = deque(maxlen=MAX_EARLY)
         self._outstanding: deque[_Sent] = deque()
+        self._bytes = 0
         self._resetting = False
         self._began_early = False
         self._positions = Positions()
@@ -93,7 +94,7 @@ class Host:
     @property
     def outstanding_bytes(self) -> int:
         """How many bytes of the board's ring they may fill, line ends included."""
-        return sum(sent.size for sent in self._outstanding)
+        return self._bytes
 
     @property
     def awaits_banner(self) -> bool:
@@ -128,6 +129,7 @@ class Host:
         if not self._outstanding:
             self._began_early = bool(self._lines.partial.strip(PADDING))
         self._outstanding.append(sent)
+        self._bytes += sent.size
         return text.encode("ascii") + b"\n"
 
     def send_realtime(self, command: Realtime) -> bytes:
@@ -156,6 +158,7 @@ class Host:
         """
         lost = self.outstanding_lines
         self._outstanding.clear()
+        self._bytes = 0
         self._resetting = self._began_early = False
         return lost
 
@@ -214,7 +217,9 @@ class Host:
     def _answered(self, answer: Ok | Error | WordedError) -> Event:
         if not self._outstanding:
             return Unexpected(answer)
-        command = self._outstanding.popleft().command
+        sent = self._outstanding.popleft()
+        self._bytes -= sent.size
+        command = sent.command
         match answer:
             case Ok():
                 return Acknowledged(command)

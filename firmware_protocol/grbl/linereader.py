@@ -1,5 +1,6 @@
 """Bytes into lines as GRBL's main loop does it: spaces and comments away, letters made capital.
 
+A slash is dropped too, but in the `$` lines of FluidNC, whose settings have names with slashes.
 Source: gnea/grbl grbl/protocol.c. CR and LF each end a line, and an empty line is a line.
 """
 
@@ -8,7 +9,7 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import dataclass
 
-from firmware_protocol.grbl.dialect import GRBL, Dialect
+from firmware_protocol.grbl.dialect import GRBL, Dialect, Variant
 
 MAX_WAITING = 256
 """How many lines wait to be fetched."""
@@ -34,6 +35,7 @@ class LineReader:
 
     def __init__(self, dialect: Dialect = GRBL) -> None:
         self._max_line = dialect.max_line
+        self._has_paths = dialect.variant is Variant.FLUIDNC
         self._each_end_counts = dialect.crlf_answers_twice
         self._waiting: deque[str | Unusable] = deque()
         self.discard()
@@ -68,6 +70,11 @@ class LineReader:
         self._after_cr = False
         self._begin()
 
+    @property
+    def _in_path(self) -> bool:
+        """Tell whether a slash belongs to the name of a setting, as of `$/stepping/idle_ms`."""
+        return self._has_paths and self._kept.startswith(b"$")
+
     def _begin(self) -> None:
         self._kept = bytearray()
         self._comment = b""
@@ -82,7 +89,7 @@ class LineReader:
                 self._comment = b""
         elif sign in (b"(", b";"):
             self._comment = sign
-        elif byte > _SPACE and sign != b"/":
+        elif byte > _SPACE and (sign != b"/" or self._in_path):
             self._too_long = len(self._kept) >= self._max_line
             self._kept += b"" if self._too_long else sign.upper()
 

@@ -5,6 +5,7 @@ from grbl_strategies import GCODE, JOGS, SYSTEM
 from hypothesis import given
 
 from firmware_protocol.grbl import (
+    FLUIDNC,
     GRBL,
     GRBLHAL,
     MEGA_5X,
@@ -170,6 +171,14 @@ def test_each_line_end_counts_on_grbl_and_a_pair_is_one_on_grblhal():
             reader.feed(bytes([byte]))
         assert [reader.next_line() for _ in lines] == lines
         assert reader.next_line() is None
+
+
+def test_the_names_of_settings_keep_their_slashes_on_fluidnc_alone():
+    for dialect, stored in ((MEGA_5X, "$AXES=1"), (GRBLHAL, "$AXES=1"), (FLUIDNC, "$/A/XES=1")):
+        reader = LineReader(dialect)
+        reader.feed(b"$/a/xes=1\n/G1X1\n")
+        assert reader.next_line() == stored
+        assert reader.next_line() == "G1X1"
 
 
 def test_the_longest_line_passes_and_one_character_more_does_not():

@@ -52,7 +52,18 @@ def test_answers_belong_to_the_lines_in_their_order():
     refused = Refused(X2, 24, ERRORS[24].meaning, ERRORS[24].remedy)
     assert heard(host, b"ok\r\nerror:24\r\n") == [Acknowledged(X1), refused]
     assert host.outstanding_lines == (X3,)
+    assert host.outstanding_bytes == len("G90G1X3F100\n")
     assert heard(host, b"ok\r\nok\r\n") == [Acknowledged(X3), Unexpected(Ok())]
+    assert host.outstanding_bytes == 0
+
+
+def test_lines_that_are_forgotten_fill_no_ring():
+    host = sent(X1, X2)
+    host.forget_outstanding()
+    assert host.outstanding_bytes == 0
+    host.send(X1)
+    heard(host, BANNER)
+    assert host.outstanding_bytes == 0
 
 
 def test_what_is_pushed_answers_nothing():
