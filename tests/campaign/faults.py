@@ -1,0 +1,226 @@
+"""The faults of a campaign: what can happen to the wire, the board, the arm, and the program.
+
+Each row draws its numbers from the mission's own generator, and happens at a moment of the host's
+time. What a fault excuses is said to the watch at that moment, and nothing more.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from armdrive.errors import ArmError, BadRequest
+from armdrive.sim.device import HasPendant, HasSwitches, Resettable, SimDevice
+from armdrive.sim.fault_request import parse_words
+from kinematics import Motors
+
+from .stage import STATE, Stage
+
+HOST, DEVICE = "--from host", "--from device"
+SEEN_S = 4.0
+"""An idle program looks every second, twice where something is odd, and waits for late answers."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """One row: `begin` makes it happen; `needs` is what a device must be able to do."""
+
+    name: str
+    begin: Callable[[Stage], str]
+    needs: type | None = None
+
+    def befalls(self, device: SimDevice) -> bool:
+        """Tell whether this device can have it."""
+        return self.needs is None or isinstance(device, self.needs)
+
+
+def _ask(stage: Stage, words: str, *, strays: bool = False) -> str:
+    if strays:
+        stage.watch.stray = True
+    seed = stage.draw.randrange(1 << 30)
+    stage.look()
+    try:
+        stage.twin.faults.ask(parse_words(f"{words} --seed {seed}".split()))
+    except BadRequest as error:
+        return f"{words}: {error}"
+    return words
+
+
+def _unchecked(stage: Stage) -> bool:
+    """A changed number is a number: without check bytes the device obeys it."""
+    return not stage.config_abilities.check_bytes
+
+
+def _amount(draw: random.Random) -> str:
+    return draw.choice(("next", f"#{draw.randint(1, 30)}", f"#{draw.randint(1, 8)}"))
+
+
+def _drop(stage: Stage) -> str:
+    amount = _amount(stage.draw)
+    if stage.draw.random() < 0.5:
+        return _ask(stage, f"drop {amount} {DEVICE}")
+    return _ask(stage, f"drop {amount} {HOST}", strays=amount != "next" and _unchecked(stage))
+
+
+def _corrupt(stage: Stage) -> str:
+    side = stage.draw.choice((HOST, DEVICE))
+    return _ask(
+        stage, f"corrupt {_amount(stage.draw)} {side}", strays=side == HOST and _unchecked(stage)
+    )
+
+
+def _duplicate(stage: Stage) -> str:
+    side = stage.draw.choice((HOST, DEVICE))
+    return _ask(stage, f"duplicate {_amount(stage.draw)} {side}", strays=side == HOST)
+
+
+def _delay(stage: Stage) -> str:
+    side = stage.draw.choice((HOST, DEVICE))
+    by_s = stage.draw.choice((0.05, 0.2, 0.4, 1.0, 2.5))
+    return _ask(stage, f"delay {by_s} next {side}", strays=side == HOST and by_s > 0.4)
+
+
+def _noise(stage: Stage) -> str:
+    kind, share = stage.draw.choice(("drop", "corrupt")), stage.draw.choice((0.005, 0.03, 0.1))
+    side = stage.draw.choice((HOST, DEVICE))
+    for_s = stage.draw.choice((0.5, 1.0, 3.0))
+    words = f"{kind} {share} {side} --for {for_s}"
+    return _ask(stage, words, strays=side == HOST and _unchecked(stage))
+
+
+def _garbage(stage: Stage) -> str:
+    return _ask(stage, f"garbage {stage.draw.choice((1, 8, 40, 300))}")
+
+
+def _mute(stage: Stage) -> str:
+    return _ask(stage, f"mute --for {stage.draw.choice((0.2, 1.0, 3.0, 8.0))}")
+
+
+def _unplug(stage: Stage) -> str:
+    stage.promise_silence("the cable was pulled")
+    return _ask(stage, f"unplug --for {stage.draw.choice((0.05, 0.5, 2.0, 6.0))}")
+
+
+def _power(stage: Stage, words: str) -> str:
+    stage.look()
+    if not stage.twin.device.registers.largest:
+        stage.watch.slips |= set(range(len(stage.world.motors)))  # zeros stay zeros: no evidence
+    stage.watch.change(stage.now_s, stage.now_s + SEEN_S)
+    return _ask(stage, words)
+
+
+def _brown_out(stage: Stage) -> str:
+    return _power(stage, f"brown-out --for {stage.draw.choice((0.1, 0.5, 2.0))}")
+
+
+def _reset(stage: Stage) -> str:
+    return _power(stage, "reset")
+
+
+def _lose_steps(stage: Stage) -> str:
+    return _ask(stage, f"lose-steps {_motor(stage)} {stage.draw.choice((1, 5, 40))}")
+
+
+def _stall(stage: Stage) -> str:
+    return _ask(stage, f"stall {_motor(stage)} --for {stage.draw.choice((0.3, 2.0))}")
+
+
+def _motor(stage: Stage) -> int:
+    return stage.draw.randint(1, len(stage.world.motors))
+
+
+def _switch(stage: Stage) -> str:
+    state = stage.draw.choice(("open", "closed"))
+    return _ask(stage, f"switch {_motor(stage)} {state} --for {stage.draw.choice((0.5, 4.0))}")
+
+
+def _pendant(stage: Stage) -> str:
+    """Have somebody turn a motor, or press STOP."""
+    stage.look()
+    device = stage.twin.device
+    if isinstance(device, HasPendant) and stage.draw.random() < 0.5:
+        device.press_named("STOP")
+        return "the pendant's STOP"
+    steps = [0] * len(stage.world.motors)
+    steps[_motor(stage) - 1] = stage.draw.choice((-60, -7, 3, 25))
+    stage.watch.change(stage.now_s, stage.now_s + SEEN_S)
+    try:
+        done = stage.turn_by_hand(Motors(steps))
+    except ArmError as error:
+        return f"nobody could turn it: {error}"
+    return f"turned by hand: {steps}" if done else "nobody could turn it"
+
+
+def _kill(stage: Stage) -> str:
+    stage.pace.die()
+    return "killed"
+
+
+def _kill_at_write(stage: Stage) -> str:
+    stage.link.ends_in = stage.draw.randint(0, 6)
+    stage.link.share = stage.draw.random()
+    return f"killed at write {stage.link.ends_in}, {stage.link.share:.0%} of it sent"
+
+
+def _kill_at_disk(stage: Stage) -> str:
+    stage.disk.ends_in = stage.draw.randint(0, 14)
+    return f"killed at operation {stage.disk.ends_in} of the disk"
+
+
+def _jump(stage: Stage) -> str:
+    by_s = stage.draw.choice((0.3, 1.5, 20.0, 4000.0))
+    stage.promise_silence("the program stood still", by_s)
+    stage.pace.jump(by_s)
+    stage.jumped_s += by_s
+    return f"the program stood still for {by_s} s"
+
+
+def _disk_full(stage: Stage) -> str:
+    stage.disk.full = True
+    for_s = stage.draw.choice((0.5, 3.0, 30.0))
+
+    def end() -> None:
+        stage.disk.full = False
+
+    stage.agenda.at(stage.now_s + for_s, end)
+    return f"the disk is full for {for_s} s"
+
+
+def _damage(stage: Stage) -> str:
+    """Have the record damaged behind the program's back, and the program end."""
+    stage.pace.die()
+    text = bytearray(stage.disk.texts.get(STATE, b""))
+    if text:
+        if stage.draw.random() < 0.5:
+            del text[stage.draw.randrange(len(text)) :]
+        else:
+            text[stage.draw.randrange(len(text))] ^= 1 << stage.draw.randrange(8)
+        stage.disk.texts[STATE] = bytes(text)
+    return "killed, and its record damaged"
+
+
+FAULTS: tuple[Fault, ...] = (
+    Fault("bytes lost", _drop),
+    Fault("bytes changed", _corrupt),
+    Fault("bytes twice", _duplicate),
+    Fault("messages late", _delay),
+    Fault("a noisy line", _noise),
+    Fault("garbage", _garbage),
+    Fault("a mute device", _mute),
+    Fault("unplugged, replugged", _unplug),
+    Fault("board reset", _reset, Resettable),
+    Fault("brown-out", _brown_out),
+    Fault("lost steps", _lose_steps),
+    Fault("a stalled motor", _stall),
+    Fault("a stuck switch", _switch, HasSwitches),
+    Fault("somebody at the pendant", _pendant),
+    Fault("program killed", _kill),
+    Fault("killed in mid-message", _kill_at_write),
+    Fault("killed while recording", _kill_at_disk),
+    Fault("record damaged", _damage),
+    Fault("program suspended", _jump),
+    Fault("disk full", _disk_full),
+)
+NONE = "nothing"
+"""The row of missions without a fault."""

@@ -1,0 +1,122 @@
+"""What holds after every call of a mission, whatever has gone wrong meanwhile.
+
+A call ends in time, with what was asked for or a typed error in words. A position that is trusted
+is where the physical arm is, to a step, as far as the device gave any evidence. (That nothing
+moves without a command, nor beyond a limit, a guard or an announced bound, is the watch's.)
+"""
+
+from __future__ import annotations
+
+import math
+import traceback
+from collections.abc import Callable
+
+from armdrive.catalogue import entry
+from armdrive.errors import ArmError
+from armdrive.status import State, Trust
+from kinematics import KinematicsError
+from tests.conformance.seen import ON_THE_STEP
+
+from .clock import Hangs, Killed
+from .physical import Command
+from .stage import Stage
+
+LONGEST_S = 20.0
+"""No call that moves nothing lasts longer, whatever is wrong with the wire."""
+
+FRESH_S = 0.4
+"""A motion that ends has looked at the registers so long ago."""
+
+TRUSTED = (Trust.REFERENCED, Trust.RESTORED)
+Typed = ArmError | KinematicsError
+
+
+class Broken(Exception):
+    """A promise is not kept: the mission ends."""
+
+
+def call(
+    stage: Stage,
+    act: Callable[[], object],
+    command: Command | None = None,
+    longest_s: float = LONGEST_S,
+) -> Typed | None:
+    """Make a call under the laws; return the error with which it ended, if it did.
+
+    Without a command nothing may move. Raises `Broken`, and `Killed` where the program was ended.
+    """
+    stage.look()
+    arm, began_s, runs_on_s = stage.arm, stage.now_s, 0.0
+    if command is not None:
+        assert arm is not None
+        motion = stage.config.motion
+        burst_s = max(motion.planned_burst_s, motion.jog_burst_s)
+        runs_on_s = arm.core.controller.stopping(burst_s).silent_s
+        stage.watch.begin(command)
+    error: Typed | None = None
+    stage.jumped_s = 0.0
+    try:
+        act()
+    except (ArmError, KinematicsError) as typed:
+        error = typed
+        said_well(typed)
+    except Killed:
+        stage.bury()
+        if command is not None:
+            stage.watch.end(stage.now_s, runs_on_s)
+        raise
+    except Hangs as hangs:
+        raise Broken(f"it hangs: {hangs}") from None
+    except Exception:
+        raise Broken(f"a traceback: {traceback.format_exc(limit=-4)}") from None
+    if command is not None:
+        stage.watch.end(stage.now_s, runs_on_s if error else 0.0)
+    stage.look()
+    took_s = stage.now_s - began_s
+    if took_s > longest_s + stage.jumped_s:
+        raise Broken(f"it lasted {took_s:.1f} s, and its deadline was {longest_s:.1f} s")
+    honest(stage, strict=command is not None and command.verified and error is None)
+    return error
+
+
+def said_well(error: Typed) -> None:
+    """Check that an error has words, and a row in the catalogue."""
+    if not str(error):
+        raise Broken(f"{type(error).__name__} says nothing")
+    if not entry(error).code:
+        raise Broken(f"{type(error).__name__} has no code")
+
+
+def honest(stage: Stage, *, strict: bool = False) -> None:
+    """Check that a trusted position is where the arm is; `strict` where it was just verified."""
+    kept(stage)
+    arm = stage.arm
+    if arm is None or stage.twin.device.moving or not arm.engine.at_rest:
+        return
+    status = arm.status
+    if status.state is State.DISCONNECTED or status.trust not in TRUSTED:
+        return
+    changed_s = stage.watch.changed_s
+    if status.state in (State.ERROR_STOP, State.DISABLED) and changed_s > -math.inf:
+        return  # nobody looks before it is reset or enabled, and nothing can be moved by plans
+    seen = stage.now_s >= stage.watch.evidence_by_s
+    if not seen and not (strict and stage.now_s > changed_s + FRESH_S):
+        return
+    there, here = status.acknowledged, stage.look()
+    assert there is not None
+    off = {
+        motor: real - told
+        for motor, (real, told) in enumerate(zip(here, there, strict=True))
+        if abs(real - told) > ON_THE_STEP and motor not in stage.watch.slips
+    }
+    if off:
+        raise Broken(
+            f"{status.trust.value} ({status.trust_reason}) at {tuple(there)}, but the motors stand "
+            f"at {tuple(here)}"
+        )
+
+
+def kept(stage: Stage) -> None:
+    """Raise `Broken` for what the watch has seen."""
+    if stage.watch.broken:
+        raise Broken("; ".join(stage.watch.broken))

@@ -1,0 +1,121 @@
+"""Run thousands of missions on simulated time, with faults, and print what came of them.
+
+    python -m tests.campaign                              10,000 missions over all dialects
+    python -m tests.campaign --missions 500 --seed 7
+    python -m tests.campaign --dialect teachmover --only 123      one mission again, with its log
+
+Exit code 1 where any promise was broken; the command that repeats such a mission is printed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+import time
+from collections.abc import Iterable, Iterator, Sequence
+from multiprocessing import get_context
+
+from armdrive.dialects import DIALECTS
+
+from .faults import FAULTS, NONE
+from .mission import run_mission
+from .outcome import Outcome, Result, counts, markdown, rows
+
+MISSIONS = 10_000
+CHUNK = 10
+SHOWN = 40
+LOG_LINES = 30
+PROGRESS_S = 0.5
+Task = tuple[str, int]
+
+
+def options(words: Sequence[str] | None) -> argparse.Namespace:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(prog="python -m tests.campaign", description=__doc__)
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser.add_argument("--missions", type=int, default=MISSIONS, help="so many in all")
+    parser.add_argument("--seed", type=int, default=0, help="the first seed")
+    parser.add_argument("--only", type=int, metavar="SEED", help="this one alone, with its log")
+    parser.add_argument("--dialect", action="append", choices=list(DIALECTS))
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="processes")
+    return parser.parse_args(words)
+
+
+def tasks(dialects: Sequence[str], missions: int, seed: int) -> list[Task]:
+    """List the missions: the dialects take turns."""
+    return [(dialects[i % len(dialects)], seed + i // len(dialects)) for i in range(missions)]
+
+
+def run_task(task: Task) -> Result:
+    """Run one mission."""
+    return run_mission(*task)
+
+
+def results(wanted: Sequence[Task], jobs: int) -> Iterator[Result]:
+    """Run missions, in processes where there is more than one job."""
+    if jobs <= 1:
+        yield from map(run_task, wanted)
+        return
+    with get_context("spawn").Pool(jobs) as pool:
+        yield from pool.imap_unordered(run_task, wanted, CHUNK)
+
+
+def with_progress(found: Iterable[Result], total: int) -> Iterator[Result]:
+    """Show how far it is, and each broken promise as it comes."""
+    began_s = shown_s = time.monotonic()
+    broken = 0
+    for number, each in enumerate(found, 1):
+        if each.broken:
+            broken += 1
+            if broken <= SHOWN:
+                sys.stderr.write(f"\r{story(each)}\n")
+        now_s = time.monotonic()
+        if now_s > shown_s + PROGRESS_S or number == total:
+            shown_s = now_s
+            rate = number / max(now_s - began_s, 1e-9)
+            sys.stderr.write(f"\r{number} of {total}, {rate:.1f}/s, {broken} broken ")
+            sys.stderr.flush()
+        yield each
+    sys.stderr.write("\n")
+
+
+def story(result: Result) -> str:
+    """Tell of a broken promise: what, how to repeat it, and the end of its log."""
+    lines = [f"VIOLATION ({result.dialect}): {'; '.join(result.broken)}"]
+    lines += [f"  repeat: {result.command}"]
+    lines += [f"  {line}" for line in result.log[-LOG_LINES:]]
+    return "\n".join(lines)
+
+
+def table_of(found: Sequence[Result]) -> str:
+    """Return the table of faults by outcome."""
+    names = [NONE, *(each.name for each in FAULTS)]
+    return markdown(rows(counts(found), names))
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Run what is asked for."""
+    chosen = options(words)
+    dialects = chosen.dialect or list(DIALECTS)
+    if chosen.only is not None:
+        return again(dialects, chosen.only)
+    began_s = time.monotonic()
+    wanted = tasks(dialects, chosen.missions, chosen.seed)
+    found = list(with_progress(results(wanted, chosen.jobs), len(wanted)))
+    broken = sum(each.outcome is Outcome.VIOLATION for each in found)
+    simulated_h = sum(each.simulated_s for each in found) / 3600
+    sys.stdout.write(
+        f"{table_of(found)}\n\n{len(found)} missions ({', '.join(dialects)}; seeds from "
+        f"{chosen.seed}), {simulated_h:.1f} simulated hours in {time.monotonic() - began_s:.0f} s: "
+        f"{broken} violations\n"
+    )
+    return int(broken > 0)
+
+
+def again(dialects: Sequence[str], seed: int) -> int:
+    """Run one mission of each dialect, and tell all of it."""
+    found = [run_mission(name, seed, keep_log=True) for name in dialects]
+    for each in found:
+        sys.stdout.write("\n".join(each.log) + f"\n{each.dialect} {seed}: {each.outcome.name}\n")
+    return int(any(each.broken for each in found))

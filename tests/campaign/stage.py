@@ -1,0 +1,279 @@
+"""One physical arm, its controller, its wire and a disk; and the programs that drive it in turn."""
+
+from __future__ import annotations
+
+import errno
+import random
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+from armdrive.abilities import Abilities
+from armdrive.arm import Arm
+from armdrive.armfile import ArmConfig
+from armdrive.connecting import simulated_config
+from armdrive.dialects import dialect
+from armdrive.durable import Files
+from armdrive.mending import Rewiring
+from armdrive.record import FileRecorder
+from armdrive.recorder.flight import FlightRecorder
+from armdrive.recorder.witness import NO_WITNESS
+from armdrive.sim.body import ArmBody
+from armdrive.sim.faults import Faults, LinkCable
+from armdrive.sim.operator import SimulatedOperator
+from armdrive.sim.options import Options
+from armdrive.sim.twin import Twin
+from armdrive.sim.twins import twin_kind
+from armdrive.transports.memory import MemoryLink
+from kinematics import Joints, Motors
+from kinematics.boxes import Box
+
+from .clock import Agenda, CampaignPace
+from .physical import Bound, Watch, WatchedWorld
+
+STATE = Path("/state/arm.json")
+BOX = Box("post", (-60.0, 300.0, 0.0), (60.0, 360.0, 120.0))
+RADII_MM = (10.0, 10.0, 10.0)
+"""A thing beside the arm, and links that are thick, in a part of the missions."""
+
+
+@cache
+def config_of(name: str, variant: int) -> ArmConfig:
+    """Return the arm of a dialect; some have other bursts, a box to keep out of, no idle looks."""
+    config = simulated_config(name)
+    motion, model = config.motion, config.model
+    if variant & 1:
+        motion = replace(motion, planned_burst_s=0.2)
+    if variant & 2:
+        model = replace(model, guards=replace(model.guards, boxes=(BOX,), radii_mm=RADII_MM))
+    if variant & 4:
+        motion = replace(motion, idle_poll_s=0.3)
+    return replace(config, motion=motion, model=model)
+
+
+VARIANTS = 8
+
+
+class Disk(Files):
+    """Names and their texts; it can be full, and a program can end at any operation."""
+
+    def __init__(self) -> None:
+        self.texts: dict[Path, bytes] = {}
+        self.full = False
+        self.owner: CampaignPace | None = None
+        self.ends_in: int | None = None
+        """Operations until the program is killed; None for never."""
+        self._handles: dict[int, Path] = {}
+        self._last = 2
+
+    def _pass(self) -> None:
+        if self.owner is None:
+            return
+        if self.ends_in is not None:
+            self.ends_in -= 1
+            if self.ends_in < 0:
+                self.owner.die()
+        self.owner.live()
+
+    def read(self, path: Path, most: int) -> bytes:
+        """Return the text."""
+        if path not in self.texts:
+            raise FileNotFoundError(path)
+        return self.texts[path][:most]
+
+    def create(self, path: Path) -> int:
+        """Open an empty file."""
+        self._pass()
+        self._last += 1
+        self.texts[path] = b""
+        self._handles[self._last] = path
+        return self._last
+
+    def write(self, handle: int, data: bytes) -> int:
+        """Write half of it, or nothing where there is no room."""
+        self._pass()
+        if self.full:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        half = data[: len(data) // 2 + 1]
+        self.texts[self._handles[handle]] += half
+        return len(half)
+
+    def sync(self, handle: int) -> None:
+        """Do nothing: what is written is there."""
+        self._pass()
+
+    def close(self, handle: int) -> None:
+        """Close a file."""
+        self._handles.pop(handle, None)
+
+    def replace(self, source: Path, target: Path) -> None:
+        """Rename."""
+        self._pass()
+        if source not in self.texts:
+            raise FileNotFoundError(source)
+        self.texts[target] = self.texts.pop(source)
+
+    def remove(self, path: Path) -> None:
+        """Remove."""
+        self._pass()
+        self.texts.pop(path, None)
+
+    def sync_folder(self, folder: Path) -> None:
+        """Do nothing."""
+        self._pass()
+
+    def make_folder(self, folder: Path) -> None:
+        """Do nothing."""
+        self._pass()
+
+    def may_change(self, folder: Path) -> bool:
+        """Say yes."""
+        return True
+
+
+class CampaignLink(MemoryLink):
+    """A wire that a program can be killed at, having written a part of its message."""
+
+    owner: CampaignPace | None = None
+    ends_in: int | None = None
+    """Messages until the program is killed; None for never."""
+    share = 0.5
+
+    def write(self, data: bytes, now_s: float) -> None:
+        """Send bytes, or a part of them as the last thing."""
+        if self.owner is not None:
+            self.owner.live()
+            if self.ends_in is not None:
+                self.ends_in -= 1
+                if self.ends_in < 0:
+                    super().write(data[: int(len(data) * self.share)], now_s)
+                    self.owner.die()
+                    self.owner.live()
+        super().write(data, now_s)
+
+
+class Stage:
+    """The arm on its table. `arm` is the program that drives it at present, if there is one."""
+
+    def __init__(self, name: str, draw: random.Random) -> None:
+        self.config = config_of(name, draw.randrange(VARIANTS))
+        kind = twin_kind(name)
+        self.world = WatchedWorld(ArmBody.of_preset(self.config.model))
+        device = kind.make(self.config, self.world, Options(kind.options, {}))
+        self.link = CampaignLink(device, device.baud)
+        self.twin = Twin(
+            name,
+            device,
+            self.link,
+            SimulatedOperator(self.world),
+            Faults(device, self.link.line, LinkCable(self.link)),
+        )
+        self.disk = Disk()
+        self.agenda = Agenda()
+        self.draw = draw
+        self.arm: Arm | None = None
+        self.pace = CampaignPace(0.0, self.agenda)
+        self.jumped_s = 0.0
+        """How long programs have been suspended, since this was last set to 0."""
+        self._now_s = 0.0
+        guarded = self.config.model.guards.over(self.config.model.arm)
+        self.watch = Watch(self.world, guarded, self._step_mm())
+
+    @property
+    def config_abilities(self) -> Abilities:
+        """What the arm's controller can do, by the settings of this arm."""
+        return dialect(self.config.connection.dialect).controller(self.config).abilities
+
+    # -- programs -------------------------------------------------------------------------------
+
+    def connect(self, *, allow_restored: bool, automatic: bool, recorded: bool) -> Arm:
+        """Have a program connect, in place of the last one."""
+        self.pace = pace = CampaignPace(self.now_s, self.agenda)
+        pace.dying, pace.meanwhile = self._promise_silence, self.link.line.advance
+        self.link.owner = self.disk.owner = pace
+        self.link.reopen().read(self.now_s)  # what came while nobody listened is gone
+        opened = getattr(self.twin.device, "opened", None)
+        if opened is not None:
+            opened()
+        self.arm = None
+        self.arm = arm = Arm(
+            self.config,
+            self.link,
+            pace,
+            simulated=True,
+            recorder=FileRecorder(STATE, self.disk),
+            allow_restored=allow_restored,
+            operator=self.twin.operator,
+            witness=FlightRecorder() if recorded else NO_WITNESS,
+            rewiring=Rewiring(self.link.reopen, automatic=automatic),
+        )
+        arm.twin = self.twin
+        return arm
+
+    def bury(self) -> None:
+        """Take away a program that was killed: the arm lives on."""
+        self._now_s = self.now_s
+        self.arm = None
+        self.disk.owner = self.link.owner = None
+        self.disk.ends_in = self.link.ends_in = None
+
+    # -- time -----------------------------------------------------------------------------------
+
+    @property
+    def now_s(self) -> float:
+        """The time of this arm's world."""
+        return max(self._now_s, self.pace.now_s())
+
+    def look(self) -> Motors:
+        """Look at the physical arm as it is now."""
+        self.link.line.advance(self.now_s)
+        return self.world.motors
+
+    def sleep(self, time_s: float) -> None:
+        """Let time pass, with or without a program."""
+        until_s = self.now_s + time_s
+        if self.arm is not None and not self.pace.dead:
+            self.arm.sleep(time_s)
+        self._now_s = max(self._now_s, until_s)
+        if self.arm is None:
+            self.agenda.pass_to(self._now_s)
+        self.look()
+
+    # -- the person beside the arm ----------------------------------------------------------------
+
+    def turn_by_hand(self, steps: Motors) -> bool:
+        """Have somebody move the arm at its pendant; False where it is busy."""
+        device = self.twin.device
+        if device.moving or not device.powered or not hasattr(device, "jog"):
+            return False
+        self.world.by_person = True
+        try:
+            device.jog(steps)
+        finally:
+            self.world.by_person = False
+        return True
+
+    def posture(self) -> tuple[Joints, float]:
+        """Return how the arm is seen to stand."""
+        return self.world.body.transmission.to_joints(self.look())
+
+    def promise(self, what: str, time_s: float, distance_mm: float) -> None:
+        """Note a promise from now on."""
+        self.look()
+        self.watch.promise(Bound(what, self.now_s, self.world.tip, time_s, distance_mm))
+
+    def promise_silence(self, what: str, more_s: float = 0.0) -> None:
+        """Note what the status announces of a program that falls silent now."""
+        if self.arm is not None:
+            bound = self.arm.core.stop_bound()
+            self.promise(what, bound.silent_time_s + more_s, bound.silent_distance_mm)
+
+    def _promise_silence(self) -> None:
+        self.promise_silence("the program was killed")
+
+    def _step_mm(self) -> float:
+        """Return how far the tip is off at most where every motor is one step off."""
+        levers = self.config.model.arm.levers_mm(None)
+        transmission = self.world.body.transmission
+        turns = (sum(map(abs, row)) for row in transmission.inverse)
+        return sum(turn * lever for turn, lever in zip(turns, levers, strict=False))
