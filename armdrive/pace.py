@@ -20,6 +20,10 @@ from armdrive.signals import SignalsBetweenSteps
 LONGEST_SLEEP_S = 0.25
 """The real-time thread looks around at least this often."""
 
+STUCK_TURNS = 20_000
+"""So many turns of an engine within `STUCK_S` of simulated time are a flaw; real ones need tens."""
+STUCK_S = 1e-6
+
 ABSENT_S = 1.0
 """A thread that comes so late was suspended, or its computer was: what moves then is stopped."""
 
@@ -64,6 +68,7 @@ class SimulatedPace:
     def wait(self, done: Callable[[], bool], timeout_s: float) -> bool:
         """Jump from deadline to deadline until `done()` or the time is over."""
         end_s = self._now_s + timeout_s
+        since_s, turns = self._now_s, 0
         with SignalsBetweenSteps() as signals:
             while not done():
                 with self.lock:
@@ -77,6 +82,11 @@ class SimulatedPace:
                     if math.isinf(next_s) and math.isinf(end_s):
                         raise ArmError("the simulated arm has nothing left to do")
                     self._now_s = max(self._now_s, min(next_s, end_s))
+                    turns += 1
+                    if self._now_s > since_s + STUCK_S:
+                        since_s, turns = self._now_s, 0
+                    elif turns > STUCK_TURNS:
+                        raise ArmError(_stuck(self._engine, self._now_s))
                 signals.deliver()
         return True
 
@@ -86,6 +96,17 @@ class SimulatedPace:
     def close(self) -> None:
         """Let go of the engine."""
         self._engine = None
+
+
+def _stuck(engine: Engine, now_s: float) -> str:
+    """Say who wants to go on at once, over and over."""
+    wanting = {"the wire": engine.link.next_s(), "the controller": engine.controller.next_s()}
+    who = [name for name, due_s in wanting.items() if due_s <= now_s + STUCK_S]
+    return (
+        f"simulated time does not pass at {now_s:.6f} s: {' and '.join(who) or 'a flow'} on "
+        f"{engine.link.description} wants to go on at once, again and again; `{engine.last_sent}` "
+        "was sent last. This is a flaw of armdrive: please report it"
+    )
 
 
 def _drivable(engine: Engine) -> bool:

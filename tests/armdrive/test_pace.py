@@ -34,6 +34,15 @@ def test_a_wait_without_an_end_that_nothing_can_end_is_an_error_and_no_hang():
         pace.wait(lambda: False, math.inf)
 
 
+@pytest.mark.parametrize("creep_s", [0.0, 1e-15])
+def test_time_that_does_not_pass_is_an_error_that_says_what_waits_and_no_hang(creep_s):
+    arm = ready_arm()
+    link, inner_s = arm.twin.link, arm.twin.link.next_s
+    link.next_s = lambda: min(inner_s(), arm.pace.now_s() + creep_s)
+    with pytest.raises(ArmError, match=r"time does not pass.*the wire"):
+        arm.sleep(1.0)
+
+
 def test_in_real_time_a_thread_moves_the_arm_while_the_program_does_something_else():
     arm = ready_arm(pace=400.0)
     handle = arm.move_j(base_deg=6, wait=False)
