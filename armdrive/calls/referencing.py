@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, cast
 
 from armdrive.calls.connected import Connected
@@ -20,6 +21,13 @@ if TYPE_CHECKING:
     from armdrive.armfile import HomingSettings
 
 
+Told = Callable[[tuple[str, ...]], None]
+
+
+def unheard(_: tuple[str, ...]) -> None:
+    """Nobody wants to hear which motors have been homed."""
+
+
 HOMING_PATIENCE_S = 300.0
 """A homing that takes longer is stopped."""
 
@@ -27,16 +35,18 @@ HOMING_PATIENCE_S = 300.0
 class Referencing(Connected):
     """The calls that give the position its meaning."""
 
-    def home(self, *, operator: Operator | None = None) -> Pose:
+    def home(self, *, operator: Operator | None = None, told: Told = unheard) -> Pose:
         """Take the reference posture, which an operator has to confirm; return its pose.
 
         An arm whose file has a `[homing]` section, on a device that homes by its own switches,
         **moves**: the device seeks its switches. Any other needs somebody who looks: `operator`
         is called with a `PostureRequest`, may jog the arm, and returns True when it stands there.
-        Without one, `OperatorNeeded`. A simulated arm has a simulated operator.
+        Without one, `OperatorNeeded`. A simulated arm has a simulated operator. `told` is called by
+        the engine's thread with the names of each group of motors that has found its switches; it
+        must not wait for anything.
         """
         if self.config.homing is not None and self.homes_by_switches:
-            return self._home_by_switches(self.config.homing)
+            return self._home_by_switches(self.config.homing, told)
         operator = operator or self.operator
         request = self.reference_request()
         if operator is None:
@@ -60,10 +70,19 @@ class Referencing(Connected):
         """Whether `home` moves the arm: its file says where its controller's own homing ends."""
         return self.config.homing is not None and self.abilities.own_homing
 
-    def _home_by_switches(self, homing: HomingSettings) -> Pose:
+    @property
+    def homing_groups(self) -> tuple[tuple[str, ...], ...]:
+        """The names of the motors that home by switches, in their order; empty: the device's."""
+        names = [motor.name for motor in self.core.transmission.motors]
+        groups = () if self.config.homing is None else self.config.homing.groups
+        return tuple(tuple(names[motor - 1] for motor in group) for group in groups)
+
+    def _home_by_switches(self, homing: HomingSettings, told: Told) -> Pose:
         with self.pace.lock:
             after(self.core.state, Event.HOME)
-            task = self.submit(referencing.home_device(self.wire, homing), alone=True)
+            names = self.homing_groups
+            flow = referencing.home_device(self.wire, homing, lambda group: told(names[group]))
+            task = self.submit(flow, alone=True)
         self.finish(task, HOMING_PATIENCE_S)
         return self.pose
 

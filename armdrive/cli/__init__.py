@@ -18,6 +18,7 @@ COMMANDS: Mapping[str, str] = MappingProxyType(
         "jog": "drive an arm from the keyboard",
         "move": "move an arm to joint angles or to a pose",
         "home": "reference an arm in its reference posture",
+        "verify": "measure at the reference mark how far an arm has drifted",
         "enable": "switch the motors on, where the controller can",
         "disable": "switch the motors off, which lets the arm sag: parks it first",
         "stop": "stop an arm that another program drives",

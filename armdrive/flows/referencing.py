@@ -7,6 +7,7 @@ motor current.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from armdrive.abilities import Switching
@@ -117,8 +118,13 @@ def take_reference(wire: Wire, there: Coordinates, evidence: Evidence) -> Flow[N
     yield from be_remembered(wire)
 
 
-def home_device(wire: Wire, homing: HomingSettings) -> Flow[None]:
-    """Have the device find its switches, in the arm file's order; it stands at them afterwards."""
+def home_device(
+    wire: Wire, homing: HomingSettings, told: Callable[[int], None] = lambda _: None
+) -> Flow[None]:
+    """Have the device find its switches, in the arm file's order; it stands at them afterwards.
+
+    `told` hears of each group of the arm file, by its index, when it has been homed.
+    """
     core = wire.core
     core.require_settings()
     if not (yield from leave_standstill(wire)):
@@ -127,13 +133,11 @@ def home_device(wire: Wire, homing: HomingSettings) -> Flow[None]:
     core.current = Current.HELD
     groups = tuple(tuple(motor - 1 for motor in group) for group in homing.groups)
     try:
-        reply = yield from wire.request(HomeDevice(groups), Evidence.ANSWER_LOST)
-        if not isinstance(reply, Done):
-            core.learn(Evidence.HOMING_FAILED, wire.now_s)
-            if wire.stopping:
-                raise wire.stopped("homing was stopped: nothing was referenced")
-            core.fault(f"homing failed: {reply}. Look at the switches and the arm, then reset")
-            raise DeviceFault(core.error)
+        for index, group in enumerate(groups):
+            yield from _home_group(wire, HomeDevice((group,)))
+            told(index)
+        if not groups:
+            yield from _home_group(wire, HomeDevice())
     except LinkLost:
         core.learn(Evidence.LOST_IN_MOTION, wire.now_s)
         raise
@@ -145,6 +149,19 @@ def home_device(wire: Wire, homing: HomingSettings) -> Flow[None]:
     core.mark_still()
     core.still_since_s = wire.now_s
     yield from be_remembered(wire)
+
+
+def _home_group(wire: Wire, request: HomeDevice) -> Flow[None]:
+    """Have some of the motors homed; whatever ends it early leaves nothing referenced."""
+    core = wire.core
+    reply = yield from wire.request(request, Evidence.ANSWER_LOST)
+    if isinstance(reply, Done) and not wire.stopping:
+        return
+    core.learn(Evidence.HOMING_FAILED, wire.now_s)
+    if wire.stopping:
+        raise wire.stopped("homing was stopped: nothing was referenced")
+    core.fault(f"homing failed: {reply}. Look at the switches and the arm, then reset")
+    raise DeviceFault(core.error)
 
 
 def confirm_record(wire: Wire) -> Flow[None]:

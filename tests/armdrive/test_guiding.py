@@ -1,0 +1,247 @@
+"""`armdrive home` and `verify` with a person who types: on a pipe here, in front of a twin."""
+
+from __future__ import annotations
+
+import io
+import sys
+
+import pytest
+from cli_calls import Caller, write_arm_file
+
+from armdrive import Arm
+from armdrive.cli import guiding
+from armdrive.cli.guiding import Guide, difference, parse_jogs, posture_pictures
+from armdrive.cli.worlds import connect_remembered, world_file
+from armdrive.connecting import simulated_config
+from armdrive.errors import BadRequest
+from armdrive.logbook import logbook_file
+from armdrive.status import State, Trust
+from kinematics import preset
+
+AXES = ("base", "shoulder", "elbow", "wrist_pitch", "wrist_roll", "gripper")
+ARM = "sim:teachmover"
+
+
+@pytest.fixture
+def call(capsys):
+    return Caller(capsys)
+
+
+@pytest.fixture
+def typing(monkeypatch):
+    """Return what puts lines into the standard input."""
+    return lambda *lines: monkeypatch.setattr(
+        sys, "stdin", io.StringIO("".join(f"{line}\n" for line in lines))
+    )
+
+
+def at_the_mark() -> None:
+    """Have somebody bring the remembered simulated arm to its mark by hand."""
+    with connect_remembered(simulated_config("teachmover")) as arm:
+        arm.twin.device.bring_to(arm.model.arm.ik(arm.model.reference.pose), 0.0)
+
+
+def test_a_person_is_led_through_and_confirms(call, typing):
+    at_the_mark()
+    typing("ok", "shoulder -2", "shoulder 2", "gripper 3 gripper -3", "show", "done")
+    called = call("home", "--guide", code=0)
+    assert "Step 1 of 3" in called.out
+    assert "Step 3 of 3" in called.out
+    assert "reference posture" in called.out
+    assert "shoulder -2: done" in called.out
+    assert "referenced: tip" in called.out
+    assert call("status", "--json", code=0).json["trust"] == "restored"
+
+
+@pytest.mark.parametrize(
+    "lines", [(), ("yes",), ("ok",), ("ok", "quit"), ("ok", "shoulder 1"), ("yes", "yes", "yes")]
+)
+def test_whoever_does_not_confirm_references_nothing(call, typing, lines):
+    typing(*lines)
+    call.refused("home", "--guide", code=3) if not lines else call("home", "--guide", code=3)
+    assert call("status", "--json", code=0).json["trust"] in ("unknown", "restored", "suspect")
+    assert call("status", "--json", code=0).json["pose"] is None
+
+
+def test_nothing_moves_before_the_way_is_said_to_be_clear(call, typing):
+    at_the_mark()
+    before = world_file(ARM).read_text()
+    typing("shoulder 5", "done")
+    call("home", "--guide", code=3)
+    assert world_file(ARM).read_text() == before
+
+
+def test_a_line_that_means_nothing_is_answered_and_moves_nothing(call, typing):
+    at_the_mark()
+    wrong = ("shoulder", "elbow x", "shoulder nan", "shoulder 200", "w 2", "tail 3", "x 5", "", "?")
+    typing("ok", *wrong, "done")
+    said = call("home", "--guide", code=0).out
+    for words in ("'tail' is none of", "'x' is no number", "at most 20", "a name and an amount"):
+        assert words in said
+    assert call("status", "--json", code=0).json["acknowledged_steps"] is not None
+
+
+def test_motors_that_are_off_are_switched_on_when_the_person_says_so(call, typing):
+    typing("ok", "no")
+    called = call("home", "--guide", "--sim", "robko01", code=3)
+    assert "motors are off" in called.out
+    typing("ok", "on", "base 1", "done")
+    assert "base +1: done" in call("home", "--guide", "--sim", "robko01", code=0).out
+
+
+def test_a_program_that_wants_json_is_not_prompted(call, typing):
+    typing("ok", "done")
+    assert "somebody has to look" not in call("home", "--json", code=0).out
+
+
+@pytest.mark.parametrize("dialect", ["teachmover", "grbl"])
+def test_the_posture_is_drawn_from_two_sides_with_what_is_left(dialect):
+    arm = Arm.connect(f"sim:{dialect}")
+    request = arm.reference_request()
+    assert difference(request) == ""  # nothing is known of this arm
+    lines = posture_pictures(request)
+    assert len(lines) == guiding.PICTURE_HEIGHT
+    assert any(line[guiding.PICTURE_WIDTH :].strip() for line in lines)
+    arm.declare_posture(request.joints.replace(base=0.1))
+    assert "base -5." in difference(request)
+
+
+def test_the_arm_stays_where_it_was_when_the_guide_only_looked():
+    arm = Arm.connect(ARM)
+    before = arm.twin.world.motors
+    guide = Guide(iter(["show\n", "help\n", ""]).__next__, terminal=False)
+    assert not guide(arm.reference_request())
+    assert arm.twin.world.motors == before
+
+
+@pytest.mark.parametrize(
+    ("line", "jogs"),
+    [
+        ("shoulder -2", [("shoulder", -2.0)]),
+        ("wrist_pitch 5", [("wrist_pitch", 5.0)]),
+        ("wrist-roll 5", [("wrist_roll", 5.0)]),
+        ("sh 1 g 2.5", [("shoulder", 1.0), ("gripper", 2.5)]),
+    ],
+)
+def test_lines_are_read_as_they_are_meant(line, jogs):
+    assert parse_jogs(line.split(), AXES) == jogs
+
+
+@pytest.mark.parametrize("line", ["wrist 2", "shoulder", "2 shoulder", "shoulder inf", "base 21"])
+def test_lines_that_might_mean_anything_are_refused(line):
+    with pytest.raises(BadRequest):
+        parse_jogs(line.split(), AXES)
+
+
+# -- declaring ------------------------------------------------------------------------------------
+
+
+def test_a_posture_is_declared_by_its_joints(call):
+    angles = {"base": 10, "shoulder": 40, "elbow": -60, "wrist_pitch": -70, "wrist_roll": 5}
+    words = [f"{name}={angle}" for name, angle in angles.items()]
+    seen = call("home", "--declare", *words, "gripper=12", "--json", code=0).json
+    assert seen["trust"] == "referenced"
+    assert "declared" in seen["trust_reason"]
+    for name, angle in angles.items():
+        assert seen["joints"][f"{name}_deg"] == pytest.approx(angle, abs=0.2)
+    assert seen["gripper_mm"] == pytest.approx(12, abs=0.1)
+
+
+def test_the_park_posture_is_declared_by_its_name(call):
+    assert call("home", "--declare", "park", "--json", code=0).json["pose"]["z_mm"] == (
+        pytest.approx(30.0, abs=1.0)
+    )
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("base=1",), "are missing"),
+        (("parked",), "NAME=DEGREES"),
+        (("tail=3",), "NAME=DEGREES"),
+        (("base=x",), "x"),
+        (("base=0", "shoulder=200", "elbow=0", "wrist_pitch=0", "wrist_roll=0"), "shoulder"),
+    ],
+)
+def test_a_posture_that_cannot_be_is_not_declared(call, words, said):
+    called = call("home", "--declare", *words)
+    assert called.code in (2, 3)
+    assert said in called.err
+
+
+# -- switches -------------------------------------------------------------------------------------
+
+SWITCHED = """
+model = "minimover5"
+[connection]
+dialect = "grbl"
+port = "/dev/ttyNOWHERE"
+[grbl]
+homing = true
+[homing]
+joints_deg = {{ {angles} }}
+opening_mm = 10
+groups = [[1], [2, 3, 4, 5, 6]]
+"""
+
+
+@pytest.fixture
+def switched(call, monkeypatch):
+    """An arm file with switches, whose twin stands in for it."""
+    monkeypatch.setenv("ARMDRIVE_FORCE_SIM", "1")
+    model = preset("minimover5")
+    angles = model.arm.ik(model.reference.pose).deg
+    text = ", ".join(f"{name} = {angle:.4f}" for name, angle in angles.items())
+    write_arm_file("switched", SWITCHED.format(angles=text))
+    return ("--arm", "switched")
+
+
+def test_an_arm_with_switches_says_that_it_moves_and_tells_of_each_group(call, switched):
+    said = call("home", *switched, code=0).out
+    assert "THE ARM WILL MOVE" in said
+    assert "switches of base, then shoulder and elbow and" in said
+    told = [line for line in said.splitlines() if line.startswith("homed: ")]
+    others = "shoulder and elbow and right wrist and left wrist and gripper"
+    assert told == ["homed: base", f"homed: {others}"]
+
+
+def test_an_arm_without_switches_does_not_seek_them(call):
+    assert "no switches" in call.refused("home", "--switches", code=2).lower()
+
+
+# -- verifying ------------------------------------------------------------------------------------
+
+
+def test_a_simulated_arm_is_verified_by_a_command_and_the_log_tells(call):
+    call("home", code=0)
+    said = call("verify", code=0).out
+    assert "within rounding" in said
+    assert str(logbook_file(ARM)) in said
+    with connect_remembered(simulated_config("teachmover"), allow_restored=True) as arm:
+        arm.twin.faults.add("lose-steps", "1", "15")
+        arm.move_j(base_deg=20)
+    off = call("verify", "--json", code=1).json
+    assert off["steps"] == [15, 0, 0, 0, 0, 0]
+    assert off["verdict"] == "drift"
+    assert off["accepted"] is False
+    assert "suspect" in call.refused("verify", code=3)
+    assert len(logbook_file(ARM).read_text().splitlines()) == 2
+
+
+def test_an_accepted_verification_ends_well(call):
+    call("home", code=0)
+    with connect_remembered(simulated_config("teachmover"), allow_restored=True) as arm:
+        arm.twin.faults.add("lose-steps", "1", "15")
+        arm.move_j(base_deg=20)
+    assert "new reference" in call("verify", "--accept", code=0).out
+    call("move", "--base", "0", code=0)
+
+
+def test_a_person_types_the_tips_onto_the_mark():
+    arm = Arm.connect(ARM)
+    arm.home()
+    lines = iter(["z -10\n", "z -10\n", "z -10\n", "done\n"])
+    found = arm.verify(operator=Guide(lines.__next__, terminal=False))
+    assert found.drift.steps.largest <= 1
+    assert arm.status.state is State.STANDBY
+    assert arm.status.trust is Trust.REFERENCED
