@@ -78,6 +78,7 @@ def _serve(options: argparse.Namespace) -> int:
     from armdrive.sim.run import make_server, run_device
     from armdrive.sim.twin import make_device
     from armdrive.sim.twins import twin_kind
+    from armdrive.transports.serve import beyond_this_computer
 
     config = simulated_config(options.dialect)
     if options.baud is not None:
@@ -94,6 +95,9 @@ def _serve(options: argparse.Namespace) -> int:
         f"a simulated {config.title} speaks {options.dialect} at {server.address}; "
         "Ctrl-C ends it, help lists commands"
     )
+    warning = beyond_this_computer(options.tcp or options.udp or ":0")
+    if warning:
+        sys.stderr.write(f"armdrive: {warning}\n")
     commands = None if sys.stdin.closed else sys.stdin.fileno()
     run_device(device, server, commands, sys.stdout, faults=faults)
     return 0

@@ -1,0 +1,200 @@
+"""Who may reach an arm, and what is never done with what a file or a program says."""
+
+from __future__ import annotations
+
+import ast
+import os
+import socket
+import stat
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import armdrive
+from armdrive import places, private
+from armdrive.connecting import connect_simulated, simulated_config
+from armdrive.errors import ArmError, PortUnavailable
+from armdrive.holder import ask_holder, hold
+from armdrive.transports.serve import TcpServer, beyond_this_computer
+from armdrive.transports.serve_udp import UdpServer
+
+ROOTS = [Path(armdrive.__file__).parent, Path(armdrive.__file__).parents[1] / "tui"]
+SOURCES = sorted(path for root in ROOTS for path in root.rglob("*.py"))
+PICKLES = {"pickle", "cPickle", "marshal", "shelve", "dill", "cloudpickle", "joblib"}
+EXECUTE = {"subprocess", "pty", "runpy", "code", "codeop", "imp", "commands", "popen2"}
+ALLOWED = {("transports/serve.py", "pty")}
+"""`pty.openpty` starts nothing; `pty.spawn` would."""
+EVALUATE = {"eval", "exec", "compile", "__import__", "execfile"}
+SYSTEM = {"system", "popen", "execv", "execve", "execvp", "execl", "spawnv", "spawnl", "startfile"}
+UNPICKLING = {"recv", "send"}
+posix = pytest.mark.skipif(os.name != "posix", reason="files have modes and owners on POSIX")
+
+
+@pytest.fixture
+def arm():
+    with connect_simulated(simulated_config("teachmover")) as arm:
+        yield arm
+
+
+@pytest.fixture
+def holding(arm):
+    holding = hold("bench")
+    holding.serve(arm)
+    yield holding
+    holding.release()
+
+
+# -- the simulator's doors ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("server", [TcpServer, UdpServer])
+def test_a_door_is_open_to_this_computer_alone_unless_a_host_is_named(server):
+    made = server()
+    try:
+        assert made.address.startswith("127.0.0.1:")
+    finally:
+        made.close()
+
+
+@pytest.mark.parametrize("address", ["7410", ":7410", "127.0.0.1:7410", "localhost:1", "[::1]:1"])
+def test_an_address_of_this_computer_needs_no_warning(address):
+    assert beyond_this_computer(address) == ""
+
+
+@pytest.mark.parametrize("address", ["0.0.0.0:1", "192.168.1.7:1", "[::]:1", "bench.local:1"])
+def test_an_address_that_others_reach_comes_with_a_warning(address):
+    assert "whoever reaches" in beyond_this_computer(address)
+
+
+def test_no_address_at_all_is_refused():
+    with pytest.raises(PortUnavailable):
+        beyond_this_computer("0.0.0.0")
+
+
+def test_the_simulator_says_the_warning_where_a_person_sees_it():
+    words = ["sim", "teachmover", "--tcp", "0.0.0.0:0"]
+    with subprocess.Popen(
+        [sys.executable, "-m", "armdrive", *words],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        _, err = process.communicate("quit\n", timeout=30.0)
+    assert err.startswith("armdrive: WARNING: whoever reaches 0.0.0.0")
+
+
+# -- the holder's socket --------------------------------------------------------------------------
+
+
+@posix
+def test_the_socket_is_this_users_alone(holding):
+    address = Path(str(holding._listener.address))
+    assert stat.S_IMODE(address.stat().st_mode) == 0o600
+    assert stat.S_IMODE(address.parent.stat().st_mode) == 0o700
+    assert address.parent == places.states()
+
+
+@posix
+def test_a_folder_that_others_may_enter_does_not_get_the_socket(arm):
+    places.states().mkdir(parents=True)
+    places.states().chmod(0o755)
+    holding = hold("bench")
+    try:
+        holding.serve(arm)
+        address = Path(str(holding._listener.address))
+        assert address.parent != places.states()
+        assert stat.S_IMODE(address.parent.stat().st_mode) == 0o700
+        assert ask_holder("bench", "status")["state"] == "standby"
+    finally:
+        holding.release()
+    assert not address.parent.exists()
+
+
+@pytest.mark.skipif(not hasattr(socket, "SO_PEERCRED"), reason="the system does not tell")
+def test_a_caller_who_is_somebody_else_is_hung_up_on(arm, holding, monkeypatch):
+    monkeypatch.setattr(private, "peer_user", lambda fileno: os.getuid() + 1)
+    for request in ("status", "stop", "pause"):
+        with pytest.raises(ArmError):
+            ask_holder("bench", request)
+    assert not arm.engine.stop_asked
+    assert not arm.status.paused
+
+
+@pytest.mark.skipif(not hasattr(socket, "SO_PEERCRED"), reason="the system does not tell")
+def test_the_system_tells_who_calls():
+    one, other = socket.socketpair(socket.AF_UNIX)
+    with one, other:
+        assert private.peer_user(one.fileno()) == os.getuid()
+        one.sendall(b"still open")
+        assert other.recv(10) == b"still open"
+
+
+# -- what is never done ---------------------------------------------------------------------------
+
+
+def offences(path: Path) -> Iterator[str]:
+    """Name what a source would do with somebody else's bytes that it should not."""
+    root = next(root for root in ROOTS if path.is_relative_to(root))
+    inside = path.relative_to(root)
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        where = f"{inside}:{getattr(node, 'lineno', 0)}"
+        if isinstance(node, ast.Import | ast.ImportFrom):
+            names = [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+            names += [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            for name in {each.split(".")[0] for each in names} & (PICKLES | EXECUTE):
+                if (inside.as_posix(), name) not in ALLOWED:
+                    yield f"{where} imports {name}"
+        elif isinstance(node, ast.Call):
+            called = node.func
+            if isinstance(called, ast.Name) and called.id in EVALUATE:
+                yield f"{where} calls {called.id}"
+            if isinstance(called, ast.Attribute) and isinstance(called.value, ast.Name):
+                if called.value.id == "os" and called.attr in SYSTEM:
+                    yield f"{where} calls os.{called.attr}"
+                if called.value.id == "connection" and called.attr in UNPICKLING:
+                    yield f"{where} unpickles"
+            if any(word.arg == "shell" for word in node.keywords):
+                yield f"{where} asks for a shell"
+
+
+def test_nothing_that_is_read_is_unpickled_evaluated_or_started():
+    assert len(SOURCES) > 200
+    assert [offence for path in SOURCES for offence in offences(path)] == []
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "import pickle",
+        "from subprocess import run",
+        "eval(line)",
+        "import os\nos.system(name)",
+        "connection.recv()",
+        "run(line, shell=True)",
+    ],
+)
+def test_the_test_itself_sees_each_of_them(tmp_path, monkeypatch, text):
+    root = tmp_path / "armdrive"
+    root.mkdir()
+    (root / "a.py").write_text(text)
+    monkeypatch.setattr(sys.modules[__name__], "ROOTS", [root])
+    assert list(offences(root / "a.py"))
+
+
+def test_what_an_arm_file_names_is_never_started():
+    """The only modules loaded by name come from tables in the sources."""
+    loaders = [
+        path.relative_to(ROOTS[0]).as_posix()
+        for path in SOURCES
+        if path.is_relative_to(ROOTS[0]) and "import_module" in path.read_text(encoding="utf-8")
+    ]
+    assert sorted(loaders) == [
+        "__init__.py",
+        "cli/config.py",
+        "cli/running.py",
+        "draw/picture.py",
+    ]
