@@ -1,0 +1,90 @@
+"""A program that drives a real port until something ends it, a child for each way to end.
+
+`python ending_host.py PORT DIALECT` reads one JSON object a line. Each forks a child, so that what
+Python takes to start is paid once. The child references the arm by where its `motors` stand and
+sets out on a long way; with `terminal` it has that pseudo-terminal for its own, with `raises` it
+raises in mid-motion. Its number and what its status announces are told as soon as the arm is under
+way, and how it ended when it has.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import json
+import os
+import sys
+import termios
+import threading
+import time
+import traceback
+from typing import Any
+
+from mortal_host import ready
+
+from armdrive.cli.running import Ended, _signals
+from kinematics import Motors
+
+UNDER_WAY_S = 0.25
+LONG_S = 20.0
+
+
+class Trouble(Exception):
+    """Something that the program did not expect."""
+
+
+def tell(**words: Any) -> None:
+    os.write(1, (json.dumps({"pid": os.getpid(), **words}) + "\n").encode())
+
+
+def drive(port: str, dialect: str, order: dict[str, Any]) -> None:
+    """Connect, reference, and move until something happens."""
+    with ready(port, dialect, Motors(order["motors"])) as arm:
+        arm.move_j(base_deg=80.0 if arm.joints.deg["base"] < 0.0 else -80.0, wait=False)
+        time.sleep(UNDER_WAY_S)
+        tell(silent_s=arm.status.silent_time_s, stop_s=arm.status.stop_time_s)
+        if order.get("raises"):
+            raise Trouble
+        threading.Event().wait(LONG_S)
+
+
+def live(order: dict[str, Any]) -> int:
+    """Drive as a command does, and return the exit code."""
+    if "terminal" in order:
+        os.setsid()
+        terminal = os.open(order["terminal"], os.O_RDWR)
+        fcntl.ioctl(terminal, termios.TIOCSCTTY, 0)
+    try:
+        with _signals():
+            drive(sys.argv[1], sys.argv[2], order)
+    except Ended as ended:
+        return 128 + ended.number
+    except Trouble:
+        return 1
+    return 0
+
+
+def die_or_end(order: dict[str, Any]) -> None:
+    """Live in a child, and never return."""
+    code = 99
+    with contextlib.suppress(BaseException):
+        try:
+            code = live(order)
+        except BaseException:
+            traceback.print_exc()
+    os._exit(code)
+
+
+def main() -> None:
+    """Have one child after the other."""
+    for line in sys.stdin:
+        order = json.loads(line)
+        child = os.fork()
+        if child == 0:
+            die_or_end(order)
+        _, ended = os.waitpid(child, 0)
+        tell(ended=os.waitstatus_to_exitcode(ended))
+
+
+if __name__ == "__main__":
+    main()
