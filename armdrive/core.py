@@ -352,6 +352,7 @@ class Core(Remarks):
             state=self.state,
             trust=self.belief.trust,
             trust_reason=self.belief.reason,
+            trust_since_s=self.belief.since_s,
             current=self.current,
             joints=joints if known else None,
             pose=self.config.model.arm.fk(joints) if known else None,

@@ -84,6 +84,7 @@ class Status:
     notice_code: str = ""
     torque: Torque | None = None
     time_s: float = 0.0
+    trust_since_s: float = 0.0
     paused: bool = False
     speed_override: float = 1.0
 
@@ -95,6 +96,17 @@ class Status:
         return code_of_reason(self.trust_reason)
 
     @property
+    def trust_age(self) -> str:
+        """For how long the position has been trusted, or doubted, in words."""
+        age_s = max(self.time_s - self.trust_since_s, 0.0)
+        unit_s, unit = next(
+            (size, name)
+            for size, name in ((3600, "h"), (60, "min"), (1, "s"))
+            if age_s >= size or size == 1
+        )
+        return f"for {age_s / unit_s:.0f} {unit}"
+
+    @property
     def which(self) -> str:
         """Say in words which arm this is, and whether it is real."""
         kind = "SIMULATED" if self.simulated else "REAL"
@@ -103,7 +115,8 @@ class Status:
     def __str__(self) -> str:
         lines = [
             self.which,
-            f"state {self._conduct}, position {self.trust.value}: {self.trust_reason}",
+            f"state {self._conduct}, position {self.trust.value} {self.trust_age}: "
+            f"{self.trust_reason}",
         ]
         if self.joints is not None and self.pose is not None:
             lines += [f"joints {self.joints}", f"tip {self.pose}"]

@@ -53,6 +53,7 @@ def status_view(status: Status) -> dict[str, Any]:
         "speed_override": round(status.speed_override, 4),
         "trust": status.trust.value,
         "trust_reason": status.trust_reason,
+        "trust_for_s": round(max(status.time_s - status.trust_since_s, 0.0), 1),
         "current": status.current.value,
         "joints": joints_view(status.joints),
         "pose": pose_view(status.pose),

@@ -366,7 +366,7 @@ async def test_the_arms_own_refusal_of_cartesian_jogging_is_shown():
         session.arm.set(notice="jogging in Cartesian space needs a known position")
         await session.poll()
         assert "needs a known position" in session.text("remarks")
-        assert "unknown: nothing is recorded" in session.text("conduct")
+        assert "nothing is recorded" in session.text("conduct")
         assert "posture not known" in "".join(session.desk.query_one("#side").rows)
 
 
