@@ -64,8 +64,8 @@ class GrblContact(GrblStopping):
         for _ in range(TRIES):
             garbled = self.garbled
             heard = yield from self.ask(QueryBuildInfo(), self.settings.answer_s)
-            if isinstance(heard, Acknowledged) and self.garbled == garbled:
-                self.recognised = True
+            self.recognised = isinstance(heard, Acknowledged) and self.garbled == garbled
+            if self.recognised and not self.lacking:  # a letter may have been damaged, too
                 return
 
     def _lacking_words(self) -> str:

@@ -35,11 +35,14 @@ from firmware_protocol.grbl import (
     Variant,
     Version,
 )
+from firmware_protocol.grbl.dialect import RING_BYTES_MAX
 from firmware_protocol.grbl.events import Event as HostEvent
 from kinematics.spaces import Motors
 
 COORDINATES = re.compile(rb"<[A-Za-z:0-9]+\|[MW]Pos:([-0-9.,]+)[|>]")
 """How a report begins."""
+LEAST_RING = 128
+"""What the smallest board has, in bytes: a board that tells of less gets one line at a time."""
 ABORTED = (3, 6)
 """Alarms that our own reset raises where it ends a motion: of a motion, and of homing."""
 
@@ -188,7 +191,8 @@ class GrblHearing(Scripted[HostEvent]):
     def _learn_build(self, build: BuildInfo) -> None:
         if build.blocks:
             self.blocks = min(self.settings.max_segments, build.blocks)
-        self._host.ring_bytes = build.rx_bytes
+        ring = build.rx_bytes or 0  # a damaged number may leave no room for a line, for ever
+        self._host.ring_bytes = ring if LEAST_RING <= ring <= RING_BYTES_MAX else None
 
     @property
     def variant(self) -> Variant:

@@ -203,7 +203,8 @@ class GrblMotion(GrblStopping):
             elif standing or not road.oks:
                 return Denied("the board answered a line with nothing: it was lost on the wire")
         patience_s = STALLED_S + SLOWEST * road.expected_s()
-        if not road.empty and self.now_s >= trip.changed_s + patience_s:
+        waited_s = self.now_s - max(trip.changed_s, trip.not_before_s)
+        if (not road.empty or trip.drawn is not None) and waited_s >= patience_s:
             return Denied("the motion does not go on: look at the arm and at the board")
         return None
 

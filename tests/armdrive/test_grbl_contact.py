@@ -148,3 +148,34 @@ def test_a_firmware_that_is_not_read_without_a_flaw_counts_as_the_slowest(times,
     link.back.append(rule(rb"\[FIRMWARE", lambda line: line[:4] + b"\x7f" + line[5:], times=times))
     arm = connect_simulated(made, twin=replace(twin, link=link))
     assert reaction_s(arm) == pytest.approx(wanted_s)
+
+
+# What `$I` tells, disturbed: a line has no check bytes.
+
+
+def disturbed_build(pattern, changed, times=1, **options):
+    made = config()
+    twin = make_twin(made, **options)
+    link = Disturbed(twin.link)
+    link.back.append(rule(pattern, lambda _: changed, times=times))
+    return connect_simulated(made, twin=replace(twin, link=link))
+
+
+@pytest.mark.parametrize("ring", [b"2", b"12", b"28", b"0", b"65536"])
+def test_no_ring_that_is_told_brings_a_motion_to_wait_for_ever(ring):
+    arm = disturbed_build(rb"\[OPT", b"[OPT:V,15," + ring + b"]\r\n", 99, firmware="grbl")
+    arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
+    arm.move_j(base_deg=10, elbow_deg=arm.joints.deg["elbow"] + 5, wait=False).wait(20.0)
+    assert arm.twin.world.motors == arm.status.read_back
+
+
+def test_a_letter_that_was_damaged_is_asked_for_again():
+    arm = disturbed_build(rb"\[AXS", b"[AXS:6:XYZABV]\r\n", firmware="mega5x")
+    assert arm.status.state is State.STANDBY
+
+
+def test_a_line_for_which_there_is_never_room_ends_the_motion_in_words():
+    arm = ready()
+    arm.core.controller.blocks = 0
+    with pytest.raises(DeviceFault, match="does not go on"):
+        arm.move_j(base_deg=3, wait=False).wait(20.0)
