@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from armdrive import places
-from armdrive.errors import ArmError, ArmInUse
+from armdrive.errors import ArmError, ArmInUse, StateFileError
 from armdrive.neighbours import Neighbours
 from armdrive.private import is_ours, is_private
 
@@ -47,9 +47,20 @@ class Holding:
 
     def take(self) -> None:
         """Take every lock or raise `ArmInUse` that names the holder."""
+        try:
+            places.states().mkdir(parents=True, exist_ok=True, mode=0o700)
+            self._take_all()
+        except OSError as error:
+            self.release()
+            raise StateFileError(
+                f"nobody can hold an arm while {places.states()} cannot be written "
+                f"({error.strerror or error}): make it writable, or set ARMDRIVE_HOME to a folder "
+                "that is"
+            ) from None
+
+    def _take_all(self) -> None:
         from filelock import FileLock, Timeout
 
-        places.states().mkdir(parents=True, exist_ok=True, mode=0o700)
         for name in self._names:
             lock = FileLock(_path(name, "lock"))
             try:

@@ -22,8 +22,11 @@ def states() -> Path:
 
 
 def file_name(arm: str) -> str:
-    """Return a file name for an arm, another one for every name, whatever characters it has."""
-    plain = re.sub(r"[^A-Za-z0-9._-]+", "_", arm).strip("._")
+    """Return a file name for an arm, another one for every name, whatever characters it has.
+
+    Without capitals and dots: some disks tell no capitals apart, and endings are ours to give.
+    """
+    plain = re.sub(r"[^a-z0-9_-]+", "_", arm.lower()).strip("_")
     if plain == arm:
         return plain
     return f"{plain or 'arm'}-{hashlib.sha256(arm.encode()).hexdigest()[:8]}"

@@ -13,9 +13,10 @@ import pytest
 
 from armdrive import Arm, places
 from armdrive.connecting import connect_simulated, simulated_config
-from armdrive.errors import ArmError, ArmInUse
+from armdrive.errors import ArmError, ArmInUse, StateFileError
 from armdrive.holder import ask_holder, held_arms, hold, watch_holder
 from armdrive.neighbours import MOST_WATCHERS, REQUESTS
+from armdrive.places import file_name
 
 SOON_S = 5.0
 
@@ -210,3 +211,17 @@ def test_closing_an_arm_gives_it_back():
     arm.on_close(holding.release)
     arm.close()
     hold("bench").release()
+
+
+def test_a_state_folder_that_cannot_be_written_is_said_in_a_sentence(tmp_path, monkeypatch):
+    monkeypatch.setenv("ARMDRIVE_HOME", str(tmp_path / "home"))
+    (tmp_path / "home").write_text("a file stands where the folder should be", encoding="utf-8")
+    with pytest.raises(StateFileError, match="make it writable"):
+        hold("bench", "/dev/ttyNOWHERE")
+
+
+def test_names_that_a_disk_may_take_for_the_same_have_files_of_their_own():
+    names = ["lab", "Lab", "lab.world", "lab_world", "LAB", "l\u00e4b"]
+    files = {file_name(name).lower() for name in names}
+    assert len(files) == len(names)
+    assert all("." not in name for name in files)
