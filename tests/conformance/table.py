@@ -32,6 +32,9 @@ move nothing. A wire without check bytes can turn a number into another one, and
 comes twice can be obeyed twice: there, no driver can keep the arm from moving otherwise than it
 was commanded, so that it is only asked that this is found out. Steppers that slip or stall without
 a switch give no sign at all: there, it is only asked that the arm works once it is referenced.
+What is left of a disturbed line in the ear of a device without check bytes may spoil the first
+motion after the fault: that is an error, and after one more reset and reference the arm works. On
+simulated time each fault comes at seven moments of a motion, in real time at one.
 
 A word alone holds for every transport; where they differ there is one for each, in this order:
 """
@@ -41,8 +44,8 @@ def page(behaviours: Sequence[Behaviour], results: Iterable[Result], command: st
     """Return the page: words, how it was made, the table and its notes."""
     found = tuple(results)
     transports = _transports(found)
-    lines = [PAGE_INTRO + "; ".join(f"{each}: {WORDS[each]}" for each in transports) + ".", ""]
-    lines += [f"Made by `{command}`; {summary(found)}.", ""]
+    named = ";\n".join(f"{each}: {WORDS[each]}" for each in transports)
+    lines = [f"{PAGE_INTRO}{named}.", "", f"Made by `{command}`; {summary(found)}."]
     lines += list(_markdown(behaviours, found))
     lines += ["## What is not applicable, and why", ""]
     lines += [f"- {note}" for note in notes(found, Verdict.NOT_APPLICABLE)] or ["Nothing."]
