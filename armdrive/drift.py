@@ -17,6 +17,9 @@ from kinematics import ArmModel, Joints, Motors, Transmission
 ROUNDING_STEPS = 1
 """Two counts of the same place may differ by a step: both are rounded."""
 
+EYE_MM, EYE_STEPS = 0.5, 3
+"""What nobody sees at the mark; more steps than that are no matter of the eye on any motor."""
+
 GROSS_RAD = math.radians(10.0)
 """No arm that was driven with care loses so much between two looks at its mark."""
 
@@ -29,7 +32,7 @@ SHOWN_RAD = math.radians(0.005)
 class Verdict(Enum):
     """What a difference means."""
 
-    ROUNDING = "within rounding: the position is right"
+    ROUNDING = "within rounding and what an eye sees: the position is right"
     DRIFT = "a drift: lost steps, or slack in cables and gears"
     CALIBRATION = "wrong numbers in the arm file rather than lost steps"
 
@@ -86,7 +89,8 @@ def judge(drift: Drift, reference: str) -> Verdict:
     A reference that was taken at the mark itself reads the same there whatever lengths and gearing
     the arm file gives: only lost steps and slack are left to blame, unless it is beyond all reason.
     """
-    if drift.steps.largest <= ROUNDING_STEPS:
+    unseen = drift.tip_mm <= EYE_MM and drift.steps.largest <= EYE_STEPS
+    if unseen or drift.steps.largest <= ROUNDING_STEPS:
         return Verdict.ROUNDING
     if drift.largest_rad > GROSS_RAD or reference.startswith(FROM_ELSEWHERE):
         return Verdict.CALIBRATION

@@ -42,6 +42,10 @@ def banner(status: Status) -> str:
         return f"LINK LOST: {reason}. q leaves."
     if status.state is State.ERROR_STOP:
         return f"ERROR-STOP: {reason}. R resets, and moves nothing."
+    if status.paused:
+        return "PAUSED from outside: `armdrive resume` lets the arm go on, space ends its motion."
+    if status.speed_override < 1.0:
+        return f"SLOWED from outside to {status.speed_override:.0%}: `armdrive slow 100` ends that."
     return ""
 
 

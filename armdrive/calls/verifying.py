@@ -69,7 +69,7 @@ class Verifying(Moving, Referencing):
         verdict = judge(drift, reference)
         note = AGAIN if verdict is Verdict.DRIFT and self._came_before(drift) else ""
         found = Verified(verdict, drift, accepted=False, found=drift.words(transmission), note=note)
-        if verdict is Verdict.ROUNDING or not (accept(found) if callable(accept) else accept):
+        if not drift.steps.largest or not _taken(found, accept):
             return found
         return Verified(verdict, drift, accepted=True, found=found.found, note=note)
 
@@ -100,3 +100,10 @@ class Verifying(Moving, Referencing):
                 verified.verdict, verified.drift, verified.accepted, verified.found, note
             )
         return verified
+
+
+def _taken(found: Verified, accept: Accept) -> bool:
+    """Tell whether the posture becomes the reference; nobody is asked about what is right."""
+    if callable(accept):
+        return found.verdict is not Verdict.ROUNDING and accept(found)
+    return accept

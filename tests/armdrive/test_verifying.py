@@ -78,6 +78,18 @@ def test_an_arm_that_lost_nothing_is_within_rounding_and_keeps_its_reference(dia
     assert arm.status.state is State.STANDBY
 
 
+def test_what_no_eye_sees_is_no_drift_but_may_be_taken_up():
+    arm = homed()
+    arm.twin.faults.add("lose-steps", "base", "3")
+    arm.move_j(base_deg=10.0)
+    found = arm.verify(accept=lambda _: pytest.fail("nobody is asked"))
+    assert found.verdict is Verdict.ROUNDING
+    assert found.drift.steps.largest == 3
+    assert arm.status.trust is Trust.REFERENCED
+    assert arm.verify(accept=True).accepted
+    assert arm.status.acknowledged == arm.twin.world.motors
+
+
 def drifted() -> Arm:
     arm = homed()
     arm.twin.faults.add("lose-steps", "base", "12")

@@ -284,6 +284,19 @@ async def test_a_lost_link_shows_a_banner_and_q_leaves():
     assert session.desk.return_code == 0
 
 
+async def test_what_somebody_asked_from_outside_is_shown():
+    async with Session() as session:
+        session.arm.set(speed_override=0.25)
+        await session.poll()
+        assert "SLOWED from outside to 25%" in session.text("banner")
+        session.arm.set(paused=True)
+        await session.poll()
+        assert "PAUSED from outside" in session.text("banner")
+        session.arm.set(paused=False, speed_override=1.0)
+        await session.poll()
+        assert session.text("banner") == ""
+
+
 async def test_error_stop_says_how_to_leave_it_and_leaving_moves_nothing():
     async with Session() as session:
         await session.press("X")
