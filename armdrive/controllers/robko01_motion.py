@@ -163,23 +163,22 @@ class RobkoMotion(RobkoExchange, ABC):
         """Look at the motors until they have arrived."""
         still = astray = 0
         last: Motors | None = None
+        going_s = way.began_s
         given_up_s = way.began_s + PATIENCE * self._meter.doubt * way.expected_s + PATIENCE_S
         while self.now_s < given_up_s:
             asked_s = self.now_s
             seen = yield from self._look()
             if seen is None:
                 return self.silence(way.began_s)
-            if not way.left(seen).largest and self.now_s > given_up_s:
-                return Done(timely=False)  # this program stood still: that is no time of the arm's
             if not way.left(seen).largest:
-                return Done(self._meter.learn(way.expected_s, self.now_s - way.began_s))
+                return Done(self._measure(way, going_s, asked_s))
             if not way.holds(seen):  # believed when it is seen twice: an answer may be a late one
                 astray += 1
                 if astray > 1:
                     return self._astray(seen)
                 yield from self.pause(self.now_s + POLL_S)
                 continue
-            astray = 0
+            astray, going_s = 0, self.now_s
             self.tell(Progress(Registers(seen)))
             if self.now_s > way.began_s + way.expected_s and seen == last:
                 mask = yield from self._mask()
@@ -193,6 +192,16 @@ class RobkoMotion(RobkoExchange, ABC):
                 return (yield from self._halt(way))
         yield from self._halt(way)
         return Denied(f"the motion had not ended after {self.now_s - way.began_s:.1f} s")
+
+    def _measure(self, way: _Way, going_s: float, asked_s: float) -> bool:
+        """Learn how fast the arm is, and tell whether a motion can have lasted so long.
+
+        After a look that was repeated, or that a suspended program heard late, nobody knows when
+        the motors arrived: only that they were still going at the look before.
+        """
+        prompt = self.now_s <= asked_s + LOST_S
+        until_s = self.now_s if prompt else going_s
+        return self._meter.learn(way.expected_s, until_s - way.began_s) and prompt
 
     def _next_look_s(self, way: _Way, asked_s: float) -> float:
         may_arrive_s = way.began_s + MAY_ARRIVE * way.expected_s

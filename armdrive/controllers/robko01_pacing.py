@@ -160,8 +160,9 @@ class PaceMeter:
         believable = (
             EARLY * expected_s - SLACK_S <= measured_s <= LATE * self.doubt * expected_s + SLACK_S
         )
-        if expected_s >= TOLD_BY_S:
-            factor = max(measured_s / expected_s, 1.0)
-            known = factor if self._known is None else self._known
+        factor = max(measured_s / expected_s, 1.0)
+        known = factor if self._known is None else self._known
+        # short motions look slower than they are, never faster: they too end a wrong suspicion
+        if expected_s >= TOLD_BY_S or (self._known is not None and factor < known):
             self._known = max(factor, known + (factor - known) / 4.0)
         return believable

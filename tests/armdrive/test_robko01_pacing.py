@@ -87,6 +87,17 @@ def test_the_meter_believes_slowness_at_once_and_speed_bit_by_bit():
     assert not PaceMeter(1.0).learn(0.4, 0.01)
 
 
+def test_short_motions_end_a_suspicion_but_raise_none():
+    meter = PaceMeter(1.5)
+    meter.learn(0.05, 0.5)
+    assert meter.doubt == 1.5
+    meter.learn(0.4, 4.0)
+    assert meter.doubt == 10.0
+    for _ in range(20):
+        meter.learn(0.04, 0.05)
+    assert meter.doubt < 1.4
+
+
 @pytest.mark.parametrize(
     ("key", "value"),
     [

@@ -1,11 +1,11 @@
-"""A program that was suspended in mid-motion, a laptop that slept, drives the arm as before."""
+"""What an arm's speed is learnt from: no motion whose end was heard late makes the arm slow."""
 
 from __future__ import annotations
 
 import pytest
 
 from armdrive.arm import Arm
-from armdrive.connecting import simulated_config
+from armdrive.connecting import connect_simulated, simulated_config
 from armdrive.dialects import DIALECTS
 from armdrive.pace import SimulatedPace
 from armdrive.sim.twin import make_twin
@@ -60,3 +60,16 @@ def test_what_was_measured_over_a_sleep_makes_no_arm_slow(dialect):
         arm.reset()
         refer(arm, twin)
     assert jogged_deg(arm, twin, -1.0) == pytest.approx(as_before_deg, rel=0.2)
+
+
+def test_a_lost_answer_makes_a_robko_no_slower():
+    config = simulated_config("robko01")
+    twin = make_twin(config)
+    with connect_simulated(config, twin=twin) as arm:
+        refer(arm, twin)
+        arm.move_j(base_deg=30.0)
+        arm.move_j(base_deg=0.0)
+        as_before_s = arm.move_j(base_deg=30.0).duration_s
+        twin.faults.add("drop", 0.005, side="device", seed=1, for_s=5.0)
+        arm.move_j(base_deg=0.0)
+        assert arm.move_j(base_deg=30.0).duration_s == pytest.approx(as_before_s, rel=0.05)
