@@ -60,10 +60,11 @@ class GrblStopping(GrblTalk):
         """Brake, wait until the board stands, and reset it; False where steps may be lost.
 
         The reset is what empties ring and planner: a hold alone would go on at the next resume.
+        A board that was never seen to stand may have been reset by somebody else meanwhile.
         """
         end_s = self.now_s + self.brake_s + self.settings.answer_s
         pressed_s = -PRESS_AGAIN_S
-        idle = 0
+        idle, stood = 0, False
         while self.now_s < end_s and not self.stop_hard:
             if self.state not in HELD and self.now_s >= pressed_s + PRESS_AGAIN_S:
                 self.press(Realtime.FEED_HOLD)
@@ -71,16 +72,16 @@ class GrblStopping(GrblTalk):
             seen = yield from self.watch(STOP_POLL_S)
             if seen is None:
                 continue
-            if self.state in HELD and not self.sub_state:
-                break
-            if self.state in (State.ALARM, State.SLEEP, State.CHECK):
-                break
-            if self.state is State.DOOR and self.sub_state == 1:
-                break
             idle = idle + 1 if self.state is State.IDLE and self.planner_empty() else 0
-            if idle > IDLE_LOOKS:  # a firmware that takes no hold while it stands
+            stood = (
+                (self.state in HELD and not self.sub_state)
+                or self.state in (State.ALARM, State.SLEEP, State.CHECK)
+                or (self.state is State.DOOR and self.sub_state == 1)
+                or idle > IDLE_LOOKS  # a firmware that takes no hold while it stands
+            )
+            if stood:
                 break
-        return (yield from self.reset_and_restore())
+        return (yield from self.reset_and_restore()) and stood
 
     def kill(self) -> Asking:
         """Stop dead; False where the board says that this ended a motion."""

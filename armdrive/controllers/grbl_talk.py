@@ -87,6 +87,9 @@ class GrblTalk(GrblHearing):
             self._resetting = False
             self.modes_set = False
             heard_of = yield from self.look(2.0 * LATE_REPORT_S)
+            # one that is in a state without alarm has killed no motion; else its words may be lost
+            free = isinstance(self.state, State) and self.state is not State.ALARM
+            self.aborted = self.aborted or not (heard_of and free)
             if heard_of and self.state in (State.IDLE, State.ALARM):
                 return True  # else it was the reset that was lost
         return False

@@ -47,8 +47,7 @@ def survive(arm):
     return faulty
 
 
-@pytest.mark.parametrize("skip", [1, 6])
-@pytest.mark.parametrize("start", [b"ok", b"<"], ids=["ok", "report"])
+@pytest.mark.parametrize(("start", "skip"), [(b"ok", 1), (b"ok", 6), (b"<", 6)])
 @pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
 def test_a_disturbed_answer_is_survived(change, start, skip):
     arm = ready()
@@ -56,8 +55,9 @@ def test_a_disturbed_answer_is_survived(change, start, skip):
     assert not survive(arm)
 
 
-@pytest.mark.parametrize("skip", [0, 3])
-@pytest.mark.parametrize("start", [rb"G91G1", rb"\$J=", rb"G17"], ids=["move", "jog", "modes"])
+@pytest.mark.parametrize(
+    ("start", "skip"), [(rb"G91G1", 0), (rb"G91G1", 3), (rb"\$J=", 0), (rb"\$J=", 3), (rb"G17", 0)]
+)
 @pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
 def test_a_disturbed_line_is_survived_or_found_out(change, start, skip):
     arm = ready()
@@ -155,3 +155,25 @@ def test_a_board_in_a_hold_or_asleep_is_woken_by_connecting_and_moves_nothing():
     assert again.status.state is State.STANDBY
     assert twin.device.details()["state"] in ("Idle", "Alarm")
     assert twin.world.motors == before
+
+
+def test_an_emergency_stop_of_which_nothing_is_heard_is_no_kept_position():
+    arm = ready()
+    arm.move_j(base_deg=40, wait=False)
+    arm.sleep(0.3)
+    arm.twin.link.back.append(rule(rb"ALARM|Grbl", lost, times=2))
+    arm.estop()
+    arm.sleep(4.0)
+    assert arm.status.state is State.ERROR_STOP
+    assert arm.status.trust is Trust.SUSPECT
+
+
+def test_a_board_that_resets_while_it_is_stopped_is_no_kept_position():
+    arm = found()
+    arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
+    assert not arm.twin.device.registers.largest  # so that zeros give no hint
+    arm.move_j(base_deg=40, wait=False)
+    arm.sleep(0.1)
+    arm.twin.device.reset()
+    arm.stop()
+    assert arm.status.trust is Trust.SUSPECT
