@@ -75,7 +75,7 @@ def move_j(stage: Stage) -> Typed | None:
     goal, takes_s = _joint_goal(stage)
     speed = _speed(stage.draw)
     if stage.draw.random() < 0.1:
-        goal[next(iter(goal))] = stage.draw.choice((-200.0, 200.0))
+        goal[next(iter(goal))] = stage.draw.choice((-400.0, 400.0))
     longest_s = takes_s / speed * PATIENCE + ANSWERS_S
     command = _command(stage, f"move_j({goal}, {speed})", _span(stage, goal))
     return call(stage, lambda: _arm(stage).move_j(speed=speed, **goal), command, longest_s)
@@ -84,7 +84,7 @@ def move_j(stage: Stage) -> Typed | None:
 def _pose(stage: Stage) -> Pose:
     draw, arm = stage.draw, _arm(stage)
     here = arm.model.arm.fk(arm.core.coordinates.joints)
-    reach = 12.0 if draw.random() < 0.9 else 400.0
+    reach = 12.0 if draw.random() < 0.9 else 2000.0
     return beside(here, *(draw.uniform(-reach, reach) for _ in range(3)))
 
 

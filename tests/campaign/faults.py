@@ -78,6 +78,8 @@ def _duplicate(stage: Stage) -> str:
 def _delay(stage: Stage) -> str:
     side = stage.draw.choice((HOST, DEVICE))
     by_s = stage.draw.choice((0.05, 0.2, 0.4, 1.0, 2.5))
+    if side == HOST:
+        stage.watch.late_s = by_s
     return _ask(stage, f"delay {by_s} next {side}", strays=side == HOST and by_s > 0.4)
 
 

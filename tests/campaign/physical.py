@@ -89,6 +89,8 @@ class Watch:
         self.broken: list[str] = []
         self.stray = False
         """Something has happened that no driver can prevent: the way is nobody's promise now."""
+        self.late_s = 0.0
+        """How much later than it was sent the wire has delivered something."""
         self.sagged = False
         self.slips: set[int] = set()
         """Motors that have slipped since the last reference; no stepper notices."""
@@ -117,7 +119,7 @@ class Watch:
 
     def end(self, now_s: float, runs_on_s: float) -> None:
         """Hear that the call has ended; what it has sent may run on for so long."""
-        self._until_s = now_s + runs_on_s + NOISE_S
+        self._until_s = now_s + runs_on_s + self.late_s + NOISE_S
 
     def promise(self, bound: Bound) -> None:
         """Hear how long and how far the tip may go on."""
@@ -126,6 +128,7 @@ class Watch:
     def referred(self) -> None:
         """Hear that somebody has looked at the arm and said where it stands."""
         self.stray = self.sagged = False
+        self.late_s = 0.0
         self.slips.clear()
         self.changed_s = self.evidence_by_s = -math.inf
 
@@ -176,7 +179,7 @@ class Watch:
     def _keep_bounds(self, time_s: float) -> None:
         for bound in self._bounds:
             after_s = time_s - bound.since_s
-            if after_s > bound.time_s + NOISE_S:
+            if after_s > bound.time_s + self.late_s + NOISE_S:
                 self._break(f"{bound.what}: it moved {after_s:.2f} s later, not {bound.time_s:.2f}")
             way_mm = math.dist(self.world.tip, bound.tip)
             if way_mm > bound.distance_mm + self._step_mm:
