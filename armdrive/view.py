@@ -66,6 +66,8 @@ def status_view(status: Status) -> dict[str, Any]:
         "outputs": status.outputs,
         "stop_time_s": round(status.stop_time_s, 3),
         "stop_distance_mm": round(status.stop_distance_mm, 1),
+        "silent_time_s": round(status.silent_time_s, 3),
+        "silent_distance_mm": round(status.silent_distance_mm, 1),
         "torque": None if status.torque is None else asdict(status.torque),
         "notice": status.notice,
         "error": status.error,
