@@ -34,7 +34,7 @@ class Verdict(Enum):
 
     ROUNDING = "within rounding and what an eye sees: the position is right"
     DRIFT = "a drift: lost steps, or slack in cables and gears"
-    CALIBRATION = "wrong numbers in the arm file rather than lost steps"
+    CALIBRATION = "no lost steps: wrong numbers in the arm file, or tips that are not on the mark"
 
 
 @dataclass(frozen=True, slots=True)

@@ -18,7 +18,7 @@ CALLS = (
     "move_j", "move_to", "move_l", "move_motors", "move_gripper", "park",
     "jog_j", "jog_l", "hold", "nudge", "release",
     "enable", "disable", "reset", "estop", "mend_settings", "set_outputs", "read_inputs",
-    "grasp", "feel",
+    "grasp", "feel", "verify", "pause", "resume",
 )  # fmt: skip
 """The methods of an arm or of its gripper whose calls are noted."""
 
