@@ -24,6 +24,9 @@ Json = dict[str, Any]
 
 WATCH_EVERY_S = 0.2
 WATCH_RANGE_S = (0.02, 3600.0)
+PASSING = ("trust_for_s",)
+"""What changes by itself as time passes is nothing that has happened."""
+
 MOST_WATCHERS = 16
 """Each is a thread of the holder's."""
 
@@ -64,8 +67,9 @@ class Neighbours:
             while True:
                 closed = self._arm.closed
                 view = _status(self._arm, {})
-                yield {} if view == last else view
-                last = view
+                lasting = {key: value for key, value in view.items() if key not in PASSING}
+                yield {} if lasting == last else view
+                last = lasting
                 if closed:
                     return
                 time.sleep(every_s)

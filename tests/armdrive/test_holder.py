@@ -139,6 +139,15 @@ def test_a_watcher_sees_each_change_and_the_end(arm, holding):
     assert [view["state"] for view in views][-1] == "disconnected"
 
 
+def test_a_watcher_of_an_arm_that_stands_is_told_once(arm, holding):
+    views = watch_holder("bench", 0.02)
+    assert next(views)["state"] == "standby"
+    arm.sleep(1.0)  # simulated: what is believed grows older by that
+    threading.Timer(0.2, arm.pause).start()
+    assert next(views)["paused"] is True
+    views.close()
+
+
 def test_watchers_that_went_away_make_room_for_others(arm, holding):
     for _ in range(MOST_WATCHERS + 4):
         views = watch_holder("bench", 0.02)
