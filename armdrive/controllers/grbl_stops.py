@@ -84,8 +84,12 @@ class GrblStopping(GrblTalk):
         return (yield from self.reset_and_restore()) and stood
 
     def kill(self) -> Asking:
-        """Stop dead; False where the board says that this ended a motion."""
-        return (yield from self.reset_and_restore())
+        """Stop dead; False where that ended a motion, as the board says or was seen to be in.
+
+        Its words may be lost, or those of a board that somebody else has just reset.
+        """
+        turned = self.state in TURNING
+        return (yield from self.reset_and_restore()) and not turned
 
     def reset_and_restore(self) -> Asking:
         """Reset the board, and have its outputs and gripper as they were; tell what it kept."""

@@ -177,3 +177,14 @@ def test_a_board_that_resets_while_it_is_stopped_is_no_kept_position():
     arm.twin.device.reset()
     arm.stop()
     assert arm.status.trust is Trust.SUSPECT
+
+
+def test_an_emergency_stop_of_which_the_alarm_is_lost_is_no_kept_position():
+    arm = ready()
+    arm.move_j(base_deg=40, wait=False)
+    arm.sleep(0.3)
+    arm.twin.link.back.append(rule(rb"ALARM", lost))
+    arm.twin.link.back.append(rule(rb"\r\nALARM", lost))
+    arm.estop()
+    arm.sleep(4.0)
+    assert arm.status.trust is Trust.SUSPECT
