@@ -12,6 +12,8 @@ from armdrive.arm import Arm
 from armdrive.calls.connected import PATIENCE_S
 from armdrive.calls.moving import PATIENCE
 from armdrive.core import Coordinates
+from armdrive.flows.motion import Moved
+from armdrive.handle import Handle
 from armdrive.intents import Jog
 from armdrive.status import State
 from armdrive.stopping import stop_bound
@@ -144,36 +146,65 @@ def hold_and_release(stage: Stage) -> Typed | None:
     return call(stage, act, command, ANSWERS_S)
 
 
-def _begun(stage: Stage, what: str, then: Callable[[Arm], Any]) -> Typed | None:
-    """Begin a sweep, and break it off."""
+def _sweep(
+    stage: Stage, what: str, then: Callable[[Arm, Handle[Moved]], Any], bounds: int = 1
+) -> Typed | None:
+    """Begin a motion, and do something to it in mid-way: it stands within so many stop bounds."""
     goal, takes_s = _joint_goal(stage, 40.0)
     command = _command(stage, f"{what} in move_j({goal})", _span(stage, goal))
     command.verified = False
     arm, after_s = _arm(stage), stage.draw.uniform(0.0, 0.7)
 
     def act() -> None:
-        arm.move_j(wait=False, **goal)
+        handle = arm.move_j(wait=False, **goal)
         arm.sleep(after_s)
         status = arm.status
         if status.state is State.MOVING:
             bound = stop_bound(
                 arm.config, arm.core.controller, arm.core.coordinates.joints, arm.core.burst_s
             )
-            stage.promise(what, bound.time_s, bound.distance_mm)
-        then(arm)
-        arm.sleep(2.0)  # an emergency stop does not wait
+            stage.promise(what, bounds * bound.time_s, bounds * bound.distance_mm)
+        then(arm, handle)
 
     return call(stage, act, command, takes_s * PATIENCE + ANSWERS_S)
 
 
 def stop(stage: Stage) -> Typed | None:
     """Stop in motion."""
-    return _begun(stage, "stop", lambda arm: arm.stop())
+
+    def then(arm: Arm, _: Handle[Moved]) -> None:
+        arm.stop()
+        arm.sleep(1.0)
+
+    return _sweep(stage, "stop", then)
 
 
 def estop(stage: Stage) -> Typed | None:
-    """Stop in motion, and latch it."""
-    return _begun(stage, "estop", lambda arm: arm.estop())
+    """Stop in motion, and latch it. That does not wait."""
+
+    def then(arm: Arm, _: Handle[Moved]) -> None:
+        arm.estop()
+        arm.sleep(2.0)
+
+    return _sweep(stage, "estop", then)
+
+
+def pause(stage: Stage) -> Typed | None:
+    """Pause in motion, slow down, and go on: what has been begun is still made, and one more."""
+    share = stage.draw.choice((0.4, 1.0))
+
+    def then(arm: Arm, handle: Handle[Moved]) -> None:
+        arm.pause()
+        arm.sleep(1.0)
+        stage.watch.let_go_on()
+        arm.speed_override = share
+        arm.resume()
+        try:
+            handle.wait()
+        finally:
+            arm.speed_override = 1.0
+
+    return _sweep(stage, "pause", then, bounds=2)
 
 
 def gripper(stage: Stage) -> Typed | None:
@@ -248,6 +279,7 @@ ACTIONS: Mapping[str, tuple[Action, int]] = MappingProxyType(
         "hold and release": (hold_and_release, 2),
         "stop": (stop, 3),
         "estop": (estop, 2),
+        "pause": (pause, 2),
         "gripper": (gripper, 2),
         "outputs": (outputs, 1),
         "rest": (rest, 2),

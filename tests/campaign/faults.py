@@ -170,6 +170,13 @@ def _kill_at_disk(stage: Stage) -> str:
     return f"killed at operation {stage.disk.ends_in} of the disk"
 
 
+def _power_cut(stage: Stage) -> str:
+    """Have the power of the computer and of the arm fail together."""
+    stage.pace.die()
+    stage.disk.power_cut(stage.draw)
+    return f"a power cut; {_brown_out(stage)}"
+
+
 def _jump(stage: Stage) -> str:
     by_s = stage.draw.choice((0.3, 1.5, 20.0, 4000.0))
     stage.promise_silence("the program stood still", by_s)
@@ -220,6 +227,7 @@ FAULTS: tuple[Fault, ...] = (
     Fault("program killed", _kill),
     Fault("killed in mid-message", _kill_at_write),
     Fault("killed while recording", _kill_at_disk),
+    Fault("power cut", _power_cut),
     Fault("record damaged", _damage),
     Fault("program suspended", _jump),
     Fault("disk full", _disk_full),

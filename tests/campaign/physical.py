@@ -125,6 +125,10 @@ class Watch:
         """Hear how long and how far the tip may go on."""
         self._bounds.append(bound)
 
+    def let_go_on(self) -> None:
+        """Hear that what was promised to come to rest may go on."""
+        self._bounds.clear()
+
     def referred(self) -> None:
         """Hear that somebody has looked at the arm and said where it stands."""
         self.stray = self.sagged = False

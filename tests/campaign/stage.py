@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import random
 from dataclasses import replace
 from functools import cache
@@ -13,7 +12,6 @@ from armdrive.arm import Arm
 from armdrive.armfile import ArmConfig
 from armdrive.connecting import simulated_config
 from armdrive.dialects import dialect
-from armdrive.durable import Files
 from armdrive.mending import Rewiring
 from armdrive.record import FileRecorder
 from armdrive.recorder.flight import FlightRecorder
@@ -29,6 +27,7 @@ from kinematics import Joints, Motors
 from kinematics.boxes import Box
 
 from .clock import Agenda, CampaignPace
+from .disk import Disk
 from .physical import Bound, Watch, WatchedWorld
 
 STATE = Path("/state/arm.json")
@@ -52,83 +51,6 @@ def config_of(name: str, variant: int) -> ArmConfig:
 
 
 VARIANTS = 8
-
-
-class Disk(Files):
-    """Names and their texts; it can be full, and a program can end at any operation."""
-
-    def __init__(self) -> None:
-        self.texts: dict[Path, bytes] = {}
-        self.full = False
-        self.owner: CampaignPace | None = None
-        self.ends_in: int | None = None
-        """Operations until the program is killed; None for never."""
-        self._handles: dict[int, Path] = {}
-        self._last = 2
-
-    def _pass(self) -> None:
-        if self.owner is None:
-            return
-        if self.ends_in is not None:
-            self.ends_in -= 1
-            if self.ends_in < 0:
-                self.owner.die()
-        self.owner.live()
-
-    def read(self, path: Path, most: int) -> bytes:
-        """Return the text."""
-        if path not in self.texts:
-            raise FileNotFoundError(path)
-        return self.texts[path][:most]
-
-    def create(self, path: Path) -> int:
-        """Open an empty file."""
-        self._pass()
-        self._last += 1
-        self.texts[path] = b""
-        self._handles[self._last] = path
-        return self._last
-
-    def write(self, handle: int, data: bytes) -> int:
-        """Write half of it, or nothing where there is no room."""
-        self._pass()
-        if self.full:
-            raise OSError(errno.ENOSPC, "No space left on device")
-        half = data[: len(data) // 2 + 1]
-        self.texts[self._handles[handle]] += half
-        return len(half)
-
-    def sync(self, handle: int) -> None:
-        """Do nothing: what is written is there."""
-        self._pass()
-
-    def close(self, handle: int) -> None:
-        """Close a file."""
-        self._handles.pop(handle, None)
-
-    def replace(self, source: Path, target: Path) -> None:
-        """Rename."""
-        self._pass()
-        if source not in self.texts:
-            raise FileNotFoundError(source)
-        self.texts[target] = self.texts.pop(source)
-
-    def remove(self, path: Path) -> None:
-        """Remove."""
-        self._pass()
-        self.texts.pop(path, None)
-
-    def sync_folder(self, folder: Path) -> None:
-        """Do nothing."""
-        self._pass()
-
-    def make_folder(self, folder: Path) -> None:
-        """Do nothing."""
-        self._pass()
-
-    def may_change(self, folder: Path) -> bool:
-        """Say yes."""
-        return True
 
 
 class CampaignLink(MemoryLink):
