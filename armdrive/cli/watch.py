@@ -6,6 +6,7 @@ Ends when that program gives the arm back, or with Ctrl-C. Watching changes noth
 from __future__ import annotations
 
 import argparse
+import contextlib
 
 from armdrive.cli.choosing import add_arm_options
 from armdrive.cli.holders import one_holder
@@ -31,8 +32,10 @@ def run(options: argparse.Namespace) -> int:
     """Print one status after the other."""
     from armdrive.holder import watch_holder
 
-    for view in watch_holder(one_holder(options), options.every):
-        if "state" not in view:
-            raise ArmError(str(view.get("error", "the holder does not let itself be watched")))
-        emit(view)
+    name = one_holder(options)
+    with contextlib.suppress(KeyboardInterrupt):  # nothing is stopped by that, but the watching
+        for view in watch_holder(name, options.every):
+            if "state" not in view:
+                raise ArmError(str(view.get("error", "the holder does not let itself be watched")))
+            emit(view)
     return 0

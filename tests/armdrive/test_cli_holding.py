@@ -105,6 +105,17 @@ def test_a_held_arm_is_watched_until_it_is_given_back(call, held):
     assert "no program" in call.refused("watch", code=1)
 
 
+def test_ctrl_c_ends_the_watching_and_nothing_else(call, held, monkeypatch):
+    from armdrive.cli import watch
+
+    def interrupted(view):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(watch, "emit", interrupted)
+    assert call("watch", code=0).err == ""
+    assert not held.engine.stop_asked
+
+
 def test_a_stop_by_name_finds_the_same_program(call, held):
     assert call("stop", "--sim", "teachmover", "--json", code=0).json == {
         "stopped": 1,

@@ -133,6 +133,26 @@ def test_lines_that_might_mean_anything_are_refused(line):
         parse_jogs(line.split(), AXES)
 
 
+def test_the_desk_may_be_opened_in_between(call, typing, monkeypatch):
+    import tui
+    from armdrive.cli import home
+
+    opened = []
+
+    def desk(arm, *, ascii_only) -> int:
+        opened.append(arm.status.state)
+        arm.jog_j(base_deg=1.0)
+        arm.request_stop()
+        return 0
+
+    at_the_mark()
+    monkeypatch.setattr(tui, "run_desk", desk)
+    monkeypatch.setattr(home, "Guide", lambda terminal: Guide(terminal=True))
+    typing("ok", "desk", "base -1", "done")
+    assert "referenced: tip" in call("home", "--guide", code=0).out
+    assert opened == [State.STANDBY]
+
+
 # -- declaring ------------------------------------------------------------------------------------
 
 

@@ -2,13 +2,23 @@
 
 from __future__ import annotations
 
+import contextlib
+import random
 import threading
 
 import pytest
 
 from armdrive import Arm, Jog
 from armdrive.dialects import DIALECTS
-from armdrive.errors import ArmError, BadRequest, DeviceFault, LinkLost, Stopped, WrongState
+from armdrive.errors import (
+    ArmError,
+    BadRequest,
+    DeviceFault,
+    LinkLost,
+    NotReferenced,
+    Stopped,
+    WrongState,
+)
 from armdrive.status import State, Trust
 
 BY_BURSTS, QUEUED = "teachmover", "grbl"
@@ -293,3 +303,46 @@ def test_an_arm_that_is_killed_in_a_pause_is_remembered_where_it_stands(tmp_path
     record = FileRecorder(tmp_path / "record.json").load()
     assert not record.in_motion
     assert record.registers == arm.status.acknowledged - arm.core.offset
+
+
+ASKED = ("move", "pause", "pause", "resume", "slow", "jog", "nudge", "sleep", "stop", "estop")
+
+
+def ask(arm: Arm, what: str, chance: random.Random) -> None:
+    match what:
+        case "move":
+            arm.move_j(base_deg=chance.uniform(-40, 40), wait=False)
+        case "slow":
+            arm.speed_override = chance.choice((0.1, 0.5, 1.0))
+        case "jog":
+            arm.hold(Jog.joint(base=chance.choice((-1, 1))), speed=0.5, for_s=0.5)
+        case "nudge":
+            arm.nudge(Jog.joint(shoulder=chance.choice((-3, 3))), speed=0.5)
+        case "sleep":
+            arm.sleep(chance.uniform(0.0, 1.0))
+        case "estop":
+            arm.estop()
+            arm.sleep(1.0)
+            arm.reset()
+            arm.enable()
+        case _:
+            getattr(arm, what)()
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("dialect", [BY_BURSTS, QUEUED])
+def test_in_whatever_order_it_is_asked_a_paused_arm_stands_and_no_position_is_wrong(dialect, seed):
+    chance, arm = random.Random(seed), raised(dialect)
+    for _ in range(20):
+        with contextlib.suppress(WrongState, NotReferenced):
+            ask(arm, chance.choice(ASKED), chance)
+        arm.sleep(0.2)
+        if arm.status.paused:
+            arm.sleep(SETTLES_S)
+            stood = arm.twin.world.motors
+            arm.sleep(0.5)
+            assert arm.twin.world.motors == stood
+    arm.stop()
+    assert arm.status.state is State.STANDBY
+    if arm.status.trust is Trust.REFERENCED:  # a board that was stopped dead has lost steps
+        assert arm.status.acknowledged == arm.twin.world.motors
