@@ -36,7 +36,7 @@ from armdrive.controllers.requests import (
 )
 from armdrive.controllers.scripted import BITS_A_BYTE
 from armdrive.errors import Refused
-from firmware_protocol.armdroid import DriveAll, Torque, Welcome
+from firmware_protocol.armdroid import DriveAll, SpeedReported, Stray, Torque, Welcome
 from firmware_protocol.armdroid.characters import wrapped
 from firmware_protocol.armdroid.host import Event as Heard
 from firmware_protocol.armdroid.wire import encode_command
@@ -87,6 +87,8 @@ class ArmdroidController(Talk):
             self.forget_session()
             self.tell(Alert(AlertKind.RESTARTED, NEW_SESSION))
         else:
+            if isinstance(heard, Stray) and isinstance(heard.answer, SpeedReported):
+                self.heard_speed(heard.answer.rpm)
             self.tell(Oddity(str(heard)))
 
     def usable_rate_hz(self, rate_hz: float) -> float:
@@ -150,7 +152,7 @@ class ArmdroidController(Talk):
                 return Halted()
             if not self._settings.check_numbers:
                 return data
-            if understood == drive.steps:
+            if understood == drive.steps and self.has_speed(rpm):
                 return data[-1:]
             self.give_up()
             if (yield from self.settle()) is None or not (yield from self.set_speed(rpm)):

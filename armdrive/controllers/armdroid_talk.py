@@ -123,6 +123,17 @@ class Talk(Scripted[Heard]):
         self._rpm = rpm
         return True
 
+    def has_speed(self, rpm: int) -> bool:
+        """Tell whether this speed is the one that the board named last."""
+        return self._rpm == rpm
+
+    def heard_speed(self, rpm: int) -> None:
+        """Hear of a speed that was not asked for: an `s` that the wire has doubled sets 0.
+
+        At that speed the next motion would never end, and the board be deaf until it is reset.
+        """
+        self._rpm = rpm
+
     def ensure(self, command: Command) -> Generator[float, Heard | None, Completed | None]:
         """Send what may be repeated until the board has understood it; None where it does not."""
         for _ in range(TRIES):
