@@ -204,7 +204,7 @@ def pause(stage: Stage) -> Typed | None:
         finally:
             arm.speed_override = 1.0
 
-    return _sweep(stage, "pause", then, bounds=2)
+    return _sweep(stage, "pause", then, bounds=4)
 
 
 def gripper(stage: Stage) -> Typed | None:
