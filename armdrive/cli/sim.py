@@ -78,7 +78,7 @@ def _serve(options: argparse.Namespace) -> int:
     from armdrive.sim.run import make_server, run_device
     from armdrive.sim.twin import make_device
     from armdrive.sim.twins import twin_kind
-    from armdrive.transports.serve import beyond_this_computer
+    from armdrive.transports.exposure import beyond_this_computer
 
     config = simulated_config(options.dialect)
     if options.baud is not None:

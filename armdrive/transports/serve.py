@@ -6,7 +6,6 @@ A server never blocks: bytes that nobody takes are dropped, as on a real line wi
 from __future__ import annotations
 
 import contextlib
-import ipaddress
 import os
 import socket
 import sys
@@ -57,27 +56,6 @@ def split_address(address: str) -> tuple[str, int]:
     if not (port.isascii() and port.isdecimal()):
         raise PortUnavailable(f"{address!r} is no address: write HOST:PORT, for example :7410")
     return host or LOOPBACK, int(port)
-
-
-def beyond_this_computer(address: str) -> str:
-    """Return the warning of an address that others can reach; nothing where only we can.
-
-    Raises `PortUnavailable` for what is no address.
-    """
-    host, _ = split_address(address)
-    if host.lower() == "localhost" or _is_loopback(host):
-        return ""
-    return (
-        f"WARNING: whoever reaches {host} over the network can move this simulated arm and hear "
-        f"what is said to it; {LOOPBACK} keeps it to this computer"
-    )
-
-
-def _is_loopback(host: str) -> bool:
-    try:
-        return ipaddress.ip_address(host.strip("[]")).is_loopback
-    except ValueError:  # a name: nobody knows where it leads
-        return False
 
 
 class PtyServer:

@@ -18,7 +18,8 @@ from armdrive import places, private
 from armdrive.connecting import connect_simulated, simulated_config
 from armdrive.errors import ArmError, PortUnavailable
 from armdrive.holder import ask_holder, hold
-from armdrive.transports.serve import TcpServer, beyond_this_computer
+from armdrive.transports.exposure import beyond_this_computer
+from armdrive.transports.serve import TcpServer
 from armdrive.transports.serve_udp import UdpServer
 
 ROOTS = [Path(armdrive.__file__).parent, Path(armdrive.__file__).parents[1] / "tui"]
