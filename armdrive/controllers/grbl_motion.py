@@ -213,7 +213,8 @@ class GrblMotion(GrblStopping):
     def _halt(self, trip: Trip) -> Answering:
         """End a motion that somebody stopped, or a jog that was let go."""
         if self.stop_asked and self.stop_hard:
-            return Halted((yield from self.kill()))
+            standing = trip.road.empty
+            return Halted((yield from self.kill()) and standing)
         if not self.stop_asked and trip.road.empty and trip.drawn is None:
             return Done()
         stop = self.cancel_jog(trip.road) if trip.jog else self.hold()

@@ -140,6 +140,7 @@ class Road:
         for _ in range(count):
             self.start = self._lines.popleft().end
             self._share = 0.0
+        self.unanswered = min(self.unanswered, len(self._lines))  # an ok was lost on the way
 
 
 @dataclass(slots=True)

@@ -133,7 +133,10 @@ class GrblStopping(GrblTalk):
             if not road.unanswered or self.now_s >= idle_s + SETTLE_S:
                 self._host.forget_outstanding()
                 return True
-        return (yield from (self.kill() if self.stop_hard else self.hold()))
+        if self.stop_hard:
+            standing = road.empty
+            return (yield from self.kill()) and standing
+        return (yield from self.hold())
 
     # -- lines that move nothing --------------------------------------------------------------
 

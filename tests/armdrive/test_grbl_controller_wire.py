@@ -188,3 +188,26 @@ def test_an_emergency_stop_of_which_the_alarm_is_lost_is_no_kept_position():
     arm.estop()
     arm.sleep(4.0)
     assert arm.status.trust is Trust.SUSPECT
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_oks_that_are_lost_end_no_motion_in_a_traceback(count):
+    arm = ready()
+    arm.twin.link.back.append(rule(rb"ok\r\n", lost, skip=1, times=count))
+    try:
+        arm.move_j(base_deg=25, shoulder_deg=45)
+    except DeviceFault:
+        arm.reset()
+    assert honest(arm)
+
+
+def test_an_emergency_stop_before_the_first_report_is_no_kept_position():
+    arm = ready()
+    arm.move_j(base_deg=40, wait=False)
+    while not arm.twin.device.moving:
+        arm.sleep(0.001)
+    arm.sleep(0.02)
+    arm.twin.link.back.append(rule(rb"ALARM", lost))
+    arm.estop()
+    arm.sleep(4.0)
+    assert arm.status.trust is Trust.SUSPECT
