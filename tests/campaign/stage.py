@@ -22,6 +22,7 @@ from armdrive.sim.operator import SimulatedOperator
 from armdrive.sim.options import Options
 from armdrive.sim.twin import Twin
 from armdrive.sim.twins import twin_kind
+from armdrive.status import State
 from armdrive.transports.memory import MemoryLink
 from kinematics import Joints, Motors
 from kinematics.boxes import Box
@@ -186,8 +187,9 @@ class Stage:
 
     def promise_silence(self, what: str, more_s: float = 0.0) -> None:
         """Note what the status announces of a program that falls silent now."""
-        if self.arm is not None:
+        if self.arm is not None and self.arm.core.state is not State.DISCONNECTED:
             bound = self.arm.core.stop_bound()
+            self.watch.let_go_on()  # a stop that was about to be asked for will not be
             self.promise(what, bound.silent_time_s + more_s, bound.silent_distance_mm)
 
     def _promise_silence(self) -> None:
