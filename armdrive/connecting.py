@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 
 from armdrive import places
 from armdrive.arm import Arm
-from armdrive.armfile import ArmConfig, Connection, config_of_preset, load_arm_file
+from armdrive.armfile import ArmConfig, config_of_preset, load_arm_file
+from armdrive.armsections import Connection
 from armdrive.dialects import DIALECTS, dialect
 from armdrive.errors import ArmFileError, BadRequest, PortUnavailable
 from armdrive.holder import hold

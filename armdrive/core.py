@@ -11,7 +11,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from armdrive.armfile import ArmConfig
-from armdrive.controllers.requests import Controller, Difference, Registers
+from armdrive.controllers.controller import Controller
+from armdrive.controllers.requests import Difference, Registers
 from armdrive.dialects import dialect
 from armdrive.errors import ArmError, BadRequest, Refused, SettingsDiffer, StateFileError
 from armdrive.intents import Jog

@@ -17,7 +17,7 @@ from armdrive.torque import Torque
 
 if TYPE_CHECKING:
     from armdrive.armfile import ArmConfig
-    from armdrive.controllers.requests import Controller
+    from armdrive.controllers.controller import Controller
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,16 +13,8 @@ from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
-from armdrive.controllers.requests import (
-    Alert,
-    Controller,
-    Event,
-    Oddity,
-    Progress,
-    Reply,
-    Request,
-    Silence,
-)
+from armdrive.controllers.controller import Controller
+from armdrive.controllers.requests import Alert, Event, Oddity, Progress, Reply, Request, Silence
 from armdrive.errors import ArmError, LinkLost, NoAnswer, Refused, WrongState
 from armdrive.recorder.witness import NO_WITNESS, Witness
 from armdrive.transports.link import Link

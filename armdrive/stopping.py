@@ -17,7 +17,7 @@ from kinematics import Joints
 
 if TYPE_CHECKING:
     from armdrive.armfile import ArmConfig
-    from armdrive.controllers.requests import Controller
+    from armdrive.controllers.controller import Controller
 
 
 FASTER = 1.5

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from armdrive import armfile
+from armdrive import armfile, armsections
 from armdrive.controllers.teachmover import TeachMoverSettings
 from kinematics import preset
 
@@ -25,12 +25,12 @@ def test_the_shown_arm_file_lists_every_key():
     shown = shown_arm_file()
     assert {*armfile._TOP_KEYS, "teachmover"} - {"homing"} == set(shown)
     for name, section in {
-        "connection": armfile.Connection,
-        "motion": armfile.MotionSettings,
-        "gripper": armfile.GripperSettings,
+        "connection": armsections.Connection,
+        "motion": armsections.MotionSettings,
+        "gripper": armsections.GripperSettings,
         "teachmover": TeachMoverSettings,
-        "reference": armfile.PostureSettings,
-        "park": armfile.PostureSettings,
+        "reference": armsections.PostureSettings,
+        "park": armsections.PostureSettings,
     }.items():
         assert set(shown[name]) == {field.name for field in dataclasses.fields(section)}, name
 
@@ -38,9 +38,9 @@ def test_the_shown_arm_file_lists_every_key():
 def test_the_shown_arm_file_shows_the_defaults():
     config = armfile.parse_arm_file(shown_arm_file(), name="shown")
     model = preset("teachmover")
-    assert config.motion == armfile.MotionSettings()
-    assert config.connection == armfile.Connection()
-    assert config.gripper == armfile.GripperSettings()
+    assert config.motion == armsections.MotionSettings()
+    assert config.connection == armsections.Connection()
+    assert config.gripper == armsections.GripperSettings()
     assert config.device == TeachMoverSettings()
     assert config.model.arm == model.arm
     assert config.model.guards == model.guards

@@ -18,7 +18,7 @@ from kinematics.errors import finite
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm
-    from armdrive.armfile import HomingSettings
+    from armdrive.armsections import HomingSettings
 
 
 Told = Callable[[tuple[str, ...]], None]

@@ -15,6 +15,7 @@ from armdrive.abilities import Abilities, Switching
 from armdrive.controllers.armdroid_settings import ArmdroidSettings
 from armdrive.controllers.armdroid_speed import StepRates, straying
 from armdrive.controllers.armdroid_talk import LONGEST_OFFSETS, TRIES, Talk
+from armdrive.controllers.controller import Stopping
 from armdrive.controllers.requests import (
     Alert,
     AlertKind,
@@ -31,7 +32,6 @@ from armdrive.controllers.requests import (
     Reply,
     Request,
     Settings,
-    Stopping,
     SwitchOn,
 )
 from armdrive.controllers.scripted import BITS_A_BYTE

@@ -10,6 +10,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from armdrive.abilities import Abilities
+from armdrive.controllers.controller import Stopping
 from armdrive.controllers.grbl_axes import Axes
 from armdrive.controllers.grbl_compare import Comparison, idle_key
 from armdrive.controllers.grbl_contact import GrblContact
@@ -34,7 +35,6 @@ from armdrive.controllers.requests import (
     SetGripper,
     SetOutputs,
     Settings,
-    Stopping,
     SwitchOn,
 )
 from armdrive.errors import Refused as NotPossible

@@ -10,9 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Protocol
 
-from armdrive.abilities import Abilities
 from kinematics.spaces import Motors
 
 # -- what is asked ------------------------------------------------------------------------------
@@ -262,67 +260,3 @@ class Alert:
 
 
 Event = Reply | Oddity | Progress | Alert
-
-# -- who answers --------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True, slots=True)
-class Stopping:
-    """How long a motion goes on: after a stop was asked for, and after the host has fallen silent.
-
-    The first number of each is until the stop is confirmed, the second how long motors turn
-    at full speed at most.
-    """
-
-    asked_s: float
-    asked_motion_s: float
-    silent_s: float
-    silent_motion_s: float
-
-
-class Controller(Protocol):
-    """The driver's end of one dialect. Sans-IO: the engine carries its bytes and has the clock."""
-
-    @property
-    def abilities(self) -> Abilities:
-        """What the device can do."""
-
-    @property
-    def last_said(self) -> str:
-        """The text of the message sent last, for people."""
-
-    def begin(self, request: Request, now_s: float) -> None:
-        """Take up a request; raises `ValueError` where the dialect cannot express it."""
-
-    def receive(self, data: bytes, now_s: float) -> None:
-        """Take bytes from the device."""
-
-    def advance(self, now_s: float) -> bytes:
-        """Do what is due by now, and return the bytes to be written."""
-
-    def next_s(self) -> float:
-        """Tell when to be called again even if nothing is heard; infinity if never."""
-
-    def next_event(self) -> Event | None:
-        """Return the next thing heard, or None when more bytes are needed."""
-
-    def stop(self, *, hard: bool) -> None:
-        """End the motion under way as soon as the device can; `hard` at the price of position."""
-
-    def forget(self) -> None:
-        """Give up on the unanswered request and on half a message that was received."""
-
-    def usable_rate_hz(self, rate_hz: float) -> float:
-        """Return the rate that the device really offers, at or below the one wanted."""
-
-    def duration_s(self, steps: float, rate_hz: float) -> float:
-        """Return how long the device may take for so many steps: ramps and doubts included."""
-
-    def stopping(self, burst_s: float) -> Stopping:
-        """Bound how long motion goes on, if at most `burst_s` of it is sent ahead."""
-
-    def strays_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:
-        """Bound how many steps each motor strays from the straight way in such a motion."""
-
-    def unwrap(self, registers: Motors, near: Motors) -> Motors:
-        """Undo the registers' wrap-around, for a position near the given one."""

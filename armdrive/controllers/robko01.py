@@ -13,6 +13,7 @@ from dataclasses import replace
 from typing import TypeAlias
 
 from armdrive.abilities import Abilities
+from armdrive.controllers.controller import Stopping
 from armdrive.controllers.requests import (
     Alert,
     AlertKind,
@@ -29,7 +30,6 @@ from armdrive.controllers.requests import (
     Request,
     SetOutputs,
     Settings,
-    Stopping,
     SwitchOn,
 )
 from armdrive.controllers.robko01_motion import RobkoMotion

@@ -13,14 +13,8 @@ from collections.abc import Callable, Generator
 from typing import Generic, Protocol, TypeVar
 
 from armdrive.abilities import Abilities
-from armdrive.controllers.requests import (
-    Denied,
-    Event,
-    Reply,
-    Request,
-    Silence,
-    Stopping,
-)
+from armdrive.controllers.controller import Stopping
+from armdrive.controllers.requests import Denied, Event, Reply, Request, Silence
 from armdrive.errors import ArmError, WrongState
 from kinematics.spaces import Motors
 

@@ -9,6 +9,7 @@ from collections.abc import Generator
 from dataclasses import dataclass
 
 from armdrive.abilities import Abilities
+from armdrive.controllers.controller import Stopping
 from armdrive.controllers.requests import (
     ClearFault,
     Denied,
@@ -24,7 +25,6 @@ from armdrive.controllers.requests import (
     Request,
     SetOutputs,
     Settings,
-    Stopping,
     SwitchOn,
 )
 from armdrive.controllers.scripted import BITS_A_BYTE, Scripted

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from armdrive.errors import DeviceFault
 
 if TYPE_CHECKING:
-    from armdrive.armfile import Connection
+    from armdrive.armsections import Connection
     from armdrive.transports.link import Link
 
 MOST_BYTES = 4096

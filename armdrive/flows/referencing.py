@@ -32,7 +32,7 @@ from armdrive.status import Current, State, Trust
 from armdrive.trust import Belief, Evidence
 
 if TYPE_CHECKING:
-    from armdrive.armfile import HomingSettings
+    from armdrive.armsections import HomingSettings
     from armdrive.flows.exchange import Wire
 
 

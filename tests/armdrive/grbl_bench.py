@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from armdrive.armfile import GripperSettings
+from armdrive.armsections import GripperSettings
 from armdrive.connecting import simulated_config
 from armdrive.sim.grbl_switches import Switch
 from armdrive.sim.twin import make_device

@@ -7,7 +7,7 @@ import pytest
 from chain_files import connected, five_joints, six_joints
 from faults import sim_arm, sim_config
 
-from armdrive.armfile import MotionSettings
+from armdrive.armsections import MotionSettings
 from armdrive.errors import BadRequest, OutOfBounds, Refused
 from armdrive.sim.body import ArmBody
 from armdrive.status import Trust

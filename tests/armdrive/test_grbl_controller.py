@@ -20,7 +20,7 @@ from grbl_arm import (
 )
 
 from armdrive import Jog
-from armdrive.armfile import HomingSettings
+from armdrive.armsections import HomingSettings
 from armdrive.controllers.grbl_axes import Axes
 from armdrive.errors import DeviceFault, PendantStop, Refused, SettingsDiffer, Stopped
 from armdrive.sim.device import SwitchState

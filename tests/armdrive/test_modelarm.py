@@ -7,7 +7,7 @@ import pytest
 from chain_files import NAMES, five_joints, shown_files, six_arm, six_joints, six_links, written
 
 from armdrive.arm import Arm
-from armdrive.armfile import Connection
+from armdrive.armsections import Connection
 from armdrive.connecting import connect_simulated
 from armdrive.errors import ArmFileError, Refused
 from kinematics import Pose, preset

@@ -10,7 +10,7 @@ import pytest
 from served import Served, until
 
 from armdrive import Arm, LinkLost
-from armdrive.armfile import Connection
+from armdrive.armsections import Connection
 from armdrive.connecting import find
 from armdrive.errors import PortUnavailable
 from armdrive.status import State, Trust

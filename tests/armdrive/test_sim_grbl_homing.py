@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 from grbl_bench import HOMING, Bench, config_of, homing_bench
 
-from armdrive.armfile import HomingSettings
+from armdrive.armsections import HomingSettings
 from armdrive.sim.device import SwitchState
 from armdrive.sim.grbl_switches import Switch
 from firmware_protocol.grbl import State

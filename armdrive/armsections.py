@@ -1,0 +1,131 @@
+"""The sections of an arm file as values: how it is wired, moved, gripped, homed and parked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+from armdrive.errors import ArmFileError
+from armdrive.sections import read_section, within
+from kinematics import Joints, Pose
+
+
+@dataclass(frozen=True, slots=True)
+class Connection:
+    """Which wire leads to the arm; ports are opened with DTR and RTS off unless it says other.
+
+    `baud` is the dialect's own unless the file gives another. A board that is reset by opening
+    its port is spared that from the second time on by `raise_dtr` and `keep_dtr_on_close`.
+    `usb_serial` finds an adapter under whatever name its port has. With `reconnect` a lost wire is
+    looked for until it is back; the arm then stands in error-stop.
+    """
+
+    dialect: str = "teachmover"
+    port: str = ""
+    baud: int = 9600
+    raise_dtr: bool = False
+    keep_dtr_on_close: bool = False
+    usb_serial: str = ""
+    reconnect: bool = False
+
+    def __post_init__(self) -> None:
+        within("connection.baud", self.baud, 50, 4_000_000)
+
+
+@dataclass(frozen=True, slots=True)
+class MotionSettings:
+    """How the arm is moved.
+
+    Bursts are the longest motions sent at once, which on a device that cannot abort are the
+    stopping time; setting `planned_burst_s` accepts longer ones for planned motion, for good.
+    Between bursts, a device that does not coordinate its motors keeps within `straying_mm`.
+    `unreferenced_speed` caps jogging while the position is not known.
+    """
+
+    jog_burst_s: float = 0.15
+    planned_burst_s: float = 0.15
+    line_tolerance_mm: float = 0.5
+    straying_mm: float = 5.0
+    tip_speed_mm_s: float = 100.0
+    unreferenced_speed: float = 0.25
+    idle_poll_s: float = 0.8
+
+    def __post_init__(self) -> None:
+        for name, (low, high) in _MOTION_BOUNDS.items():
+            within(f"motion.{name}", getattr(self, name), low, high)
+
+
+_MOTION_BOUNDS = {
+    "jog_burst_s": (0.02, 0.5),
+    "planned_burst_s": (0.02, 10.0),
+    "line_tolerance_mm": (0.05, 10.0),
+    "straying_mm": (0.5, 100.0),
+    "tip_speed_mm_s": (1.0, 1000.0),
+    "unreferenced_speed": (0.01, 1.0),
+    "idle_poll_s": (0.0, 60.0),
+}
+
+
+GRIPPER_KINDS = ("stepper", "servo", "output", "none")
+
+
+@dataclass(frozen=True, slots=True)
+class GripperSettings:
+    """The gripper: `trip_force_n` is the force at which its switch closes (unverified).
+
+    The fingers approach an object by `approach_steps` at a time. `kind` says what moves them: a
+    stepper of the arm's own transmission, a servo or a digital output of its controller, or
+    nothing.
+    """
+
+    kind: str = "stepper"
+    trip_force_n: float = 2.2
+    max_force_n: float = 35.0
+    approach_steps: int = 16
+
+    def __post_init__(self) -> None:
+        if self.kind not in GRIPPER_KINDS:
+            known = ", ".join(GRIPPER_KINDS)
+            raise ArmFileError(f"gripper.kind is one of {known}, not {self.kind!r}")
+        within("gripper.trip_force_n", self.trip_force_n, 0.0, 100.0)
+        within("gripper.max_force_n", self.max_force_n, self.trip_force_n, 200.0)
+        within("gripper.approach_steps", self.approach_steps, 1, 100)
+
+
+@dataclass(frozen=True, slots=True)
+class PostureSettings:
+    """A posture that a person can find again, in mm and degrees."""
+
+    x_mm: float
+    y_mm: float
+    z_mm: float
+    pitch_deg: float
+    roll_deg: float = 0.0
+
+    def pose(self) -> Pose:
+        """Return it as a pose."""
+        return Pose.of(**{each.name: getattr(self, each.name) for each in fields(self)})
+
+
+@dataclass(frozen=True, slots=True)
+class YawedPostureSettings(PostureSettings):
+    """The same of an arm of six joints, whose hand has a heading of its own."""
+
+    yaw_deg: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class HomingSettings:
+    """The device's own homing: the joints where it ends, and which motors home after which.
+
+    `groups` lists motor numbers from 1; without it the device homes all of them by its own order.
+    """
+
+    joints: Joints
+    opening_mm: float = 0.0
+    groups: tuple[tuple[int, ...], ...] = ()
+
+
+def read_posture(table: object, where: str, has_yaw: bool) -> Pose:
+    """Read a posture of an arm file."""
+    kind = YawedPostureSettings if has_yaw else PostureSettings
+    return read_section(kind, table, where).pose()
