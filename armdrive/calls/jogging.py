@@ -6,7 +6,8 @@ from armdrive.calls.connected import PATIENCE_S, Connected
 from armdrive.core import Hold
 from armdrive.engine import Task
 from armdrive.errors import BadRequest, Refused
-from armdrive.flows.jogging import Jogged, check_jog, jog_session
+from armdrive.flows.jog_aims import check_jog
+from armdrive.flows.jogging import Jogged, jog_session
 from armdrive.intents import GRIPPER_AXIS, Jog, Space
 from armdrive.planning import speed_fraction
 from armdrive.states import Event, after
