@@ -109,15 +109,15 @@ def _held_leg(
     core = wire.core
     speed = capped(core, hold.speed) * core.tempo.override
     rates = rates_of(core, hold.jog, speeds)
-    burst_s, runs_on_s = longest_s, runs_on_s(core)
+    burst_s, further_s = longest_s, runs_on_s(core)
     refused: ArmError | KinematicsError | None = None
     for _ in range(SHORTER_TRIES):
         try:
             there = displaced(core, start, rates, speed * burst_s)
-            goal = allowed(core, start, there, runs_on_s / burst_s)
+            goal = allowed(core, start, there, further_s / burst_s)
         except (ArmError, KinematicsError) as refusal:
             refused = refused or refusal
-            if runs_on_s > 0.0:
+            if further_s > 0.0:
                 speed /= 2.0
             else:
                 burst_s /= 2.0
