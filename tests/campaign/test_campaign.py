@@ -6,7 +6,7 @@ import pytest
 
 from armdrive import planning
 from armdrive.dialects import DIALECTS
-from armdrive.flows import jogging, motion
+from armdrive.flows import jog_aims, motion
 from armdrive.trust import Belief, Evidence
 
 from .faults import FAULTS
@@ -40,7 +40,7 @@ def found_by_the_campaign():
 
 def test_a_driver_without_an_audit_is_found_out(monkeypatch):
     monkeypatch.setattr(planning, "audit", lambda *_: None)
-    monkeypatch.setattr(jogging, "audit", lambda *_: None)
+    monkeypatch.setattr(jog_aims, "audit", lambda *_: None)
     assert found_by_the_campaign()
 
 
