@@ -130,9 +130,12 @@ class Referencing(Connected):
         """Return the posture that a reference is taken in."""
         reference = self.model.reference
         if reference is None:
-            raise Refused(
-                f"no reference posture is known of the {self.config.title}: use declare_posture()"
+            way = (
+                "have it seek its switches (`armdrive home`, home())"
+                if self.homes_by_switches
+                else "write [reference] into its arm file, or use declare_posture()"
             )
+            raise Refused(f"no reference posture is known of the {self.config.title}: {way}")
         joints = self.model.arm.ik(reference.pose)
         return PostureRequest(cast("Arm", self), reference.pose, joints, reference.opening_mm)
 

@@ -135,8 +135,9 @@ def _by_switches(arm: Arm, options: argparse.Namespace) -> None:
     groups = arm.homing_groups
     say_all = not options.json
     if say_all:
-        order = ", then ".join(" and ".join(group) for group in groups) or "in the device's order"
-        say(f"THE ARM WILL MOVE: its controller seeks the switches of {order}.")
+        named = ", then ".join(" and ".join(group) for group in groups)
+        order = f"the switches of {named}" if named else "its switches, in its own order"
+        say(f"THE ARM WILL MOVE: its controller seeks {order}.")
     sure = options.switches or arm.simulated
     if not sure and (options.json or not agreed(WAY_CLEAR)):
         raise OperatorNeeded("nobody agreed, so nothing was moved: answer yes, or give --switches")
