@@ -22,6 +22,10 @@ from armdrive.transports.link import Link
 T = TypeVar("T")
 
 
+MOST_TURNS = 10_000
+"""A flow that takes more steps without waiting for anything is broken, and is ended."""
+
+
 @dataclass(frozen=True, slots=True)
 class Ask:
     """Wait for the answer to a request."""
@@ -226,8 +230,13 @@ class Engine:
 
     def _run(self) -> None:
         """Let flows take steps until the present one waits for something that is not there yet."""
+        turns = 0
         while not self._asked:
             if self._task is None and not self._begin():
+                return
+            turns += 1
+            if turns > MOST_TURNS:
+                self._resume(ArmError("a flow of work went round without waiting, and was ended"))
                 return
             if isinstance(self._wait, Until):
                 if self._wait.time_s > self.now_s and not self.stop_asked:

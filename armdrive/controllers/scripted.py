@@ -22,6 +22,9 @@ H = TypeVar("H")
 """What the dialect's codec hears."""
 H_co = TypeVar("H_co", covariant=True)
 
+MOST_TURNS = 10_000
+"""A script that goes round more often without time passing is broken, and is ended."""
+
 BITS_A_BYTE = 10
 """A start bit, eight data bits and a stop bit."""
 
@@ -142,8 +145,13 @@ class Scripted(ABC, Generic[H]):
     def advance(self, now_s: float) -> bytes:
         """Do what is due by now, and return the bytes to be written."""
         self.now_s = now_s
+        turns = 0
         while self._script is not None and self._until_s <= now_s:
             self._step(None)
+            turns += 1
+            if turns > MOST_TURNS:
+                self._script = None
+                self.tell(Denied(f"the script of `{self.last_said}` waits for what is over"))
         data = bytes(self._out)
         self._out.clear()
         return data
