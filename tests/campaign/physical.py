@@ -18,6 +18,8 @@ NOISE_S = 0.03
 """What lies between an event and the next look at it."""
 ROUNDING_RAD = math.radians(0.5)
 """Motors stand on whole steps: a joint may be beyond a limit by so much."""
+SHORTEST_LEVER_MM = 90.0
+"""What the tip strays on the way of uncoordinated motors, a joint turns by at this distance."""
 
 
 class WatchedWorld(World):
@@ -197,7 +199,8 @@ class Watch:
                 if not min(a, b) - ON_THE_STEP <= here <= max(a, b) + ON_THE_STEP:
                     self._break(f"a motor was at {here}, commanded from {a} to {b}")
         for each in self._guarded.arm.violations(self.world.joints):
-            if each.excess_rad > command.joints_beyond.get(each.joint, 0.0) + ROUNDING_RAD:
+            allowed_rad = ROUNDING_RAD + command.slack_mm / SHORTEST_LEVER_MM
+            if each.excess_rad > command.joints_beyond.get(each.joint, 0.0) + allowed_rad:
                 beyond = math.degrees(each.excess_rad)
                 self._break(f"the {each.joint} was {beyond:.2f} degrees beyond its limit")
         depth_mm = self._depth_mm()

@@ -78,8 +78,8 @@ class CampaignLink(MemoryLink):
 class Stage:
     """The arm on its table. `arm` is the program that drives it at present, if there is one."""
 
-    def __init__(self, name: str, draw: random.Random) -> None:
-        self.config = config_of(name, draw.randrange(VARIANTS))
+    def __init__(self, name: str, draw: random.Random, variant: int | None = None) -> None:
+        self.config = config_of(name, draw.randrange(VARIANTS) if variant is None else variant)
         kind = twin_kind(name)
         self.world = WatchedWorld(ArmBody.of_preset(self.config.model))
         device = kind.make(self.config, self.world, Options(kind.options, {}))

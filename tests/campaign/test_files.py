@@ -1,0 +1,154 @@
+"""Files that people and disks have spoiled: whatever they hold ends in a typed error, or works.
+
+Arm files are driven as well: a number that is taken must be one that an arm can be moved with.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from armdrive.arm import Arm
+from armdrive.armfile import load_arm_file, parse_arm_file
+from armdrive.connecting import connect_simulated, simulated_config
+from armdrive.errors import ArmError, ArmFileError, RecordingError, StateFileError
+from armdrive.pace import SimulatedPace
+from armdrive.record import FileRecorder
+from armdrive.recorder.flight import FlightRecorder
+from armdrive.recorder.reading import parse_recording
+from armdrive.recorder.replaying import replay
+from armdrive.sim.twin import make_twin
+from armdrive.status import State, Trust
+from kinematics import KinematicsError
+
+from .disk import Disk
+
+ROOT = Path(__file__).parent.parent.parent
+WHOLE = re.search(
+    r"```toml\n(.*?)```", (ROOT / "docs" / "arm-file.md").read_text("utf-8"), re.DOTALL
+)[1]
+DIALECTS = ("teachmover", "armdroid", "robko01", "grbl")
+STATE = Path("/state/arm.json")
+WORDS = st.sampled_from(
+    [b"9", b"-1", b"0", b"1e308", b"1e-308", b"nan", b"inf", b"[]", b'""', b"[[", b"\n", b"\xff"]
+)
+NUMBERS = st.sampled_from([0.0, -1.0, 1e-9, 1e9, -1e308, 0, 1, -7, 10**9]) | st.floats(
+    allow_nan=True
+)
+QUICK = settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
+
+
+@st.composite
+def spoilt(draw, text):
+    """Return a text with a piece of it replaced, or its end cut off."""
+    at = draw(st.integers(0, len(text) - 1))
+    if draw(st.booleans()):
+        return text[:at]
+    length = draw(st.integers(0, 6))
+    return text[:at] + draw(WORDS | st.binary(max_size=4)) + text[at + length :]
+
+
+def drive(config):
+    """Connect, reference and move a simulated arm; only typed errors are allowed."""
+    arm = connect_simulated(config)
+    if arm.status.state is State.DISABLED:
+        arm.enable()
+    arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
+    first = arm.model.arm.joint_names[0]
+    with contextlib.suppress(ArmError, KinematicsError):
+        arm.move_j(wait=False, **{f"{first}_deg": arm.joints.deg[first] + 1.0})
+        arm.sleep(0.5)
+        arm.stop()
+    with contextlib.suppress(ArmError, KinematicsError):
+        arm.jog_j(**{f"{first}_deg": -0.5})
+    str(arm.status)
+    arm.close()
+
+
+@QUICK
+@given(text=spoilt(WHOLE.encode()))
+def test_a_spoilt_arm_file_is_refused_or_drives_an_arm(tmp_path_factory, text):
+    path = tmp_path_factory.getbasetemp() / "spoilt.toml"
+    path.write_bytes(text)
+    try:
+        config = load_arm_file(path)
+    except ArmFileError:
+        return
+    with contextlib.suppress(ArmError, KinematicsError):
+        drive(config)
+
+
+PLACES = [
+    (section, key)
+    for section, table in tomllib.loads(WHOLE).items()
+    if isinstance(table, dict)
+    for key, value in table.items()
+    if isinstance(value, int | float) and not isinstance(value, bool)
+]
+
+
+@QUICK
+@given(places=st.lists(st.tuples(st.sampled_from(PLACES), NUMBERS), min_size=1, max_size=2))
+def test_an_arm_file_with_odd_numbers_is_refused_or_drives_an_arm(places):
+    table = tomllib.loads(WHOLE)
+    for (section, key), number in places:
+        table[section][key] = number
+    with contextlib.suppress(ArmError, KinematicsError):
+        drive(parse_arm_file(table, name="odd"))
+
+
+@pytest.fixture(scope="module")
+def left():
+    """What a program has left: its arm, and the state file."""
+    config, disk = simulated_config("teachmover"), Disk()
+    twin = make_twin(config)
+    arm = Arm(
+        config, twin.link, SimulatedPace(), simulated=True, recorder=FileRecorder(STATE, disk)
+    )
+    arm.declare_posture(twin.world.joints, opening_mm=twin.world.opening_mm)
+    arm.move_j(base_deg=3.0)
+    arm.close()
+    return config, twin, disk.texts[STATE]
+
+
+@QUICK
+@given(data=st.data())
+def test_a_spoilt_state_file_is_refused_or_true(left, data):
+    config, twin, text = left
+    disk = Disk()
+    disk.texts[STATE] = data.draw(spoilt(text))
+    recorder = FileRecorder(STATE, disk)
+    with contextlib.suppress(StateFileError):
+        recorder.load()
+    twin.link.reopen()
+    pace = SimulatedPace()
+    pace._now_s = twin.device.now_s
+    arm = Arm(config, twin.link, pace, simulated=True, recorder=FileRecorder(STATE, disk))
+    status = arm.status
+    assert status.trust in (Trust.UNKNOWN, Trust.RESTORED)
+    if status.trust is Trust.RESTORED:
+        assert status.acknowledged == twin.world.motors
+    arm.close()
+
+
+@pytest.fixture(scope="module", params=DIALECTS)
+def recording(request, tmp_path_factory):
+    """The text of a short recording."""
+    arm = connect_simulated(simulated_config(request.param), witness=FlightRecorder())
+    arm.jog_j(base_deg=0.2) if arm.status.state is State.STANDBY else arm.enable()
+    path = arm.save_recording(tmp_path_factory.mktemp("recording") / "it.jsonl")
+    arm.close()
+    return path.read_bytes()
+
+
+@settings(QUICK, max_examples=20)
+@given(data=st.data())
+def test_a_spoilt_recording_is_refused_or_replayed(recording, data):
+    with contextlib.suppress(RecordingError):
+        replay(parse_recording(data.draw(spoilt(recording))))
