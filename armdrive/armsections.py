@@ -52,6 +52,8 @@ class MotionSettings:
     def __post_init__(self) -> None:
         for name, (low, high) in _MOTION_BOUNDS.items():
             within(f"motion.{name}", getattr(self, name), low, high)
+        if self.idle_poll_s != 0.0:  # 0 is never; a look takes its time on the wire
+            within("motion.idle_poll_s", self.idle_poll_s, 0.05, _MOTION_BOUNDS["idle_poll_s"][1])
 
 
 _MOTION_BOUNDS = {

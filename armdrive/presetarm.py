@@ -21,6 +21,9 @@ from kinematics import (
 )
 from kinematics.spaces import JOINT_NAMES
 
+LONGEST_MM = 10_000.0
+"""No link of an arm is longer."""
+
 
 def corrected(model: ArmPreset, table: Mapping[str, Any]) -> ArmPreset:
     """Apply an arm file's corrections to its preset."""
@@ -28,6 +31,8 @@ def corrected(model: ArmPreset, table: Mapping[str, Any]) -> ArmPreset:
     lengths = require_table(table.get("lengths", {}), "lengths")
     refuse_unknown(lengths, list(_LENGTHS), "lengths")
     changed: dict[str, Any] = {key: number(v, f"lengths.{key}") for key, v in lengths.items()}
+    for key, length_mm in changed.items():  # others would take for ever to be guarded
+        within(f"lengths.{key}", length_mm, -LONGEST_MM, LONGEST_MM)
     arm = replace(arm, limits=_limits(arm.limits, table.get("limits_deg", {})), **changed)
     model = replace(
         model,
@@ -77,8 +82,10 @@ def _limits(limits: tuple[JointRange, ...], table: object) -> tuple[JointRange, 
 def _speeds(speeds: tuple[float, ...], table: object) -> tuple[float, ...]:
     entries = _joint_table(table, "speeds_deg_s")
     for joint, value in entries.items():
-        if number(value, f"speeds_deg_s.{joint}") <= 0.0:
-            raise ArmFileError(f"speeds_deg_s.{joint} must be above 0")
+        where = f"speeds_deg_s.{joint}"
+        if number(value, where) <= 0.0:
+            raise ArmFileError(f"{where} must be above 0")
+        within(where, number(value, where), 0.01, 3600.0)
     return tuple(
         math.radians(entries[joint]) if joint in entries else known
         for joint, known in zip(JOINT_NAMES, speeds, strict=True)

@@ -103,6 +103,21 @@ def test_an_arm_file_with_odd_numbers_is_refused_or_drives_an_arm(places):
         drive(parse_arm_file(table, name="odd"))
 
 
+@pytest.mark.parametrize(
+    ("section", "key", "number"),
+    [
+        ("speeds_deg_s", "wrist_roll", 5e-324),
+        ("lengths", "forearm_mm", 1e9),
+        ("motion", "idle_poll_s", 1e-300),
+    ],
+)
+def test_a_number_that_no_arm_can_be_driven_with_is_refused_by_name(section, key, number):
+    table = tomllib.loads(WHOLE)
+    table[section][key] = number
+    with pytest.raises(ArmFileError, match=f"{section}.{key}"):
+        parse_arm_file(table, name="odd")
+
+
 @pytest.fixture(scope="module")
 def left():
     """What a program has left: its arm, and the state file."""
