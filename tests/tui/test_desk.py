@@ -28,6 +28,7 @@ class Session:
 
     async def __aenter__(self):
         self.pilot = await self._running.__aenter__()
+        await self.pilot.pause()  # paints, and the desk looks at the arm after that
         await self.pilot.pause()
         return self
 
@@ -51,9 +52,9 @@ class Session:
         await self.pilot.pause()
 
     async def settle(self):
-        """Wait for calls that the desk makes in a thread."""
+        """Wait for calls that the desk makes in a thread, and have it see what came of them."""
         await self.desk.workers.wait_for_complete()
-        await self.pilot.pause()
+        await self.poll()
 
     async def poll(self):
         self.desk.poll()
@@ -189,17 +190,17 @@ async def test_a_real_timer_ends_a_hold_by_itself():
     arm.release = released.set
     desk = Desk(arm, braille=False)
     async with desk.run_test(size=(80, 24)) as pilot:
-        await pilot.press("enter", "w")
+        await pilot.press("wait:300", "enter", "wait:300", "w")
         await asyncio.wait_for(_press_again(pilot, desk), 5.0)
         await asyncio.wait_for(released.wait(), 5.0)
     assert len(arm.asked("hold")) == 1
 
 
 async def _press_again(pilot, desk):
-    """Repeat the key as soon as the gate would tell it from backlog."""
+    """Repeat the key, as slowly as no backlog would come, until it counts as held."""
     while not desk._deadman.next_s() < float("inf"):
         await pilot.press("w")
-        await pilot.pause()
+        await asyncio.sleep(0.06)
 
 
 async def test_backlog_disarms_and_moves_nothing():

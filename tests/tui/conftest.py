@@ -1,0 +1,31 @@
+"""A desk in a test is waited for until nothing of it could run, however busy the computer is."""
+
+from __future__ import annotations
+
+import asyncio
+
+import pytest
+
+QUIET_TURNS = 3
+MOST_TURNS = 100_000
+
+
+async def quiet(min_sleep: float = 0.0, max_sleep: float = 1.0) -> None:
+    """Let the loop turn until it has had nothing but this to do for some turns.
+
+    Textual's own waits until the processor is idle: a fiftieth of a second at least for each key,
+    and on a busy computer a desk that has not been let run looks idle too.
+    """
+    loop = asyncio.get_running_loop()
+    turns = 0
+    for _ in range(MOST_TURNS):
+        await asyncio.sleep(0)
+        turns = 0 if loop._ready else turns + 1
+        if turns == QUIET_TURNS:
+            return
+
+
+@pytest.fixture(autouse=True)
+def _wait_for_the_desk_alone(monkeypatch):
+    monkeypatch.setattr("textual.app.wait_for_idle", quiet)
+    monkeypatch.setattr("textual.pilot.wait_for_idle", quiet)
