@@ -2,19 +2,32 @@
 
 from __future__ import annotations
 
+import gc
+import itertools
 import os
 import signal
+import sys
+from pathlib import Path
 
 import pytest
+
+if sys.dont_write_bytecode:
+    # to compile everything anew costs each worker and each child seconds: kept, but elsewhere
+    sys.dont_write_bytecode = False
+    sys.pycache_prefix = str(Path(__file__).parents[1] / ".pytest_cache" / "bytecode")
+    os.environ["PYTHONPYCACHEPREFIX"] = sys.pycache_prefix
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
+from amounts import THOROUGH
 from hypothesis import settings
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # a shell starts jobs in the background deaf to Ctrl-C, and their children too
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
-settings.register_profile("everyday", deadline=None, derandomize=True, max_examples=50)
+settings.register_profile("everyday", deadline=None, derandomize=True, max_examples=25)
 settings.register_profile("thorough", deadline=None, max_examples=1000)
-settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "everyday"))
+settings.load_profile("thorough" if THOROUGH else "everyday")
 
 
 def pytest_addoption(parser):
@@ -46,9 +59,27 @@ def arm_dialect(request):
     return request.config.getoption("--arm-dialect")
 
 
+@pytest.hookimpl(trylast=True)
+def pytest_collection_finish():
+    """Leave what stays until the end out of every later search for garbage."""
+    gc.collect()
+    gc.freeze()
+
+
+@pytest.fixture(scope="session")
+def _homes(tmp_path_factory):
+    """Return names of folders; to look for a number that is free takes longer with every test."""
+    folder = tmp_path_factory.mktemp("homes")
+    return (folder / str(number) for number in itertools.count())
+
+
 @pytest.fixture(autouse=True)
-def _own_home(tmp_path_factory, monkeypatch):
-    """Keep every test away from the user's own arms, and from any real port."""
-    monkeypatch.setenv("ARMDRIVE_HOME", str(tmp_path_factory.mktemp("home")))
+def _own_home(_homes, monkeypatch):
+    """Keep every test away from the user's own arms, and from any real port, and off the disk.
+
+    The order in which a record is brought to the disk is tested on disks of the tests' own.
+    """
+    monkeypatch.setattr(os, "fsync", lambda _: None)
+    monkeypatch.setenv("ARMDRIVE_HOME", str(next(_homes)))
     monkeypatch.delenv("ARMDRIVE_ARM", raising=False)
     monkeypatch.delenv("ARMDRIVE_FORCE_SIM", raising=False)
