@@ -5,6 +5,7 @@ import math
 import tomllib
 
 import pytest
+from amounts import amount
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -200,7 +201,7 @@ def parse_or_refuse(table):
         assert parse_arm_file(table, name="fuzz").calibration
 
 
-@settings(max_examples=100)
+@settings(max_examples=amount(40, 1000))
 @given(TABLES, st.sampled_from(["teachmover", "robko01", "alpha2", "minimover5"]))
 def test_whatever_a_file_says_the_answer_is_an_arm_or_a_sentence(table, model):
     parse_or_refuse({**table, "model": table.get("model", model)})
@@ -209,7 +210,7 @@ def test_whatever_a_file_says_the_answer_is_an_arm_or_a_sentence(table, model):
 SECTIONS = sorted(line.strip("[]") for line in WHOLE.splitlines() if line.startswith("["))
 
 
-@settings(max_examples=250)
+@settings(max_examples=amount(100, 2500))
 @given(st.data())
 def test_whatever_stands_in_a_section_the_answer_is_an_arm_or_a_sentence(data):
     table = tomllib.loads(WHOLE)

@@ -51,15 +51,16 @@ def reversed_of(names, signs):
     return tuple(sorted(name for name, sign in zip(names, signs, strict=True) if sign < 0))
 
 
-@pytest.mark.parametrize("dialect", ["teachmover", "robko01"])
 @pytest.mark.parametrize(
-    ("motors", "roll"),
+    ("dialect", "motors", "roll"),
     [
-        ((1, 1, 1, 1, 1, 1), 1),
-        ((-1, 1, -1, 1, 1, 1), 1),
-        ((1, -1, 1, -1, 1, -1), 1),
-        ((1, 1, 1, 1, 1, 1), -1),
-        ((-1, -1, -1, -1, -1, -1), -1),
+        ("teachmover", (1, 1, 1, 1, 1, 1), 1),
+        ("teachmover", (-1, 1, -1, 1, 1, 1), 1),
+        ("teachmover", (1, -1, 1, -1, 1, -1), 1),
+        ("teachmover", (1, 1, 1, 1, 1, 1), -1),
+        ("teachmover", (-1, -1, -1, -1, -1, -1), -1),
+        ("robko01", (1, 1, 1, 1, 1, 1), 1),
+        ("robko01", (1, -1, 1, -1, 1, -1), -1),
     ],
 )
 def test_what_is_reversed_is_found_on_the_twin(dialect, motors, roll):

@@ -4,7 +4,7 @@ import math
 import random
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from armdrive.jog import (
@@ -216,7 +216,6 @@ def test_pasted_text_moves_at_most_one_increment():
 jitter = st.randoms(use_true_random=False)
 
 
-@settings(max_examples=60)
 @given(st.sampled_from(KEYBOARDS_HZ), st.floats(0.2, 0.66), st.floats(0.0, 4.0), jitter)
 def test_jitter_never_disarms_interrupts_or_overruns(rate_hz, delay_s, held_s, noise):
     events = jittered(keyboard(rate_hz, held_s, delay_s=delay_s), noise.random)

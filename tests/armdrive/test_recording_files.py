@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 
 import pytest
+from amounts import amount
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from recorder_bench import recorded_arm, saved
@@ -84,7 +85,7 @@ def spoilt(text, at, length, new):
 
 
 @given(st.data())
-@settings(max_examples=120)
+@settings(max_examples=amount(40, 1000))
 def test_a_spoilt_recording_is_read_or_refused_and_its_replay_ends(text, data):
     at = data.draw(st.integers(0, len(text) - 1))
     length = data.draw(st.integers(0, 8))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from amounts import amount
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
@@ -30,7 +31,7 @@ def moved(board, steps, speeds, start_s=0.0):
     return rack
 
 
-@settings(max_examples=150)
+@settings(max_examples=amount(50, 1000))
 @given(BOARD, STEPS, RATES, st.floats(0.0, 0.05))
 @example(BOARDS["avr"], (30, 16, 0, 0, 0, 0), 125.0, 0.0)
 def test_no_axis_lasts_longer_or_strays_further_than_was_computed(board, steps, rate_hz, start_s):
@@ -49,7 +50,7 @@ def test_no_axis_lasts_longer_or_strays_further_than_was_computed(board, steps, 
     assert all(0 < speed <= 30_000 for speed, each in zip(speeds, steps, strict=True) if each)
 
 
-@settings(max_examples=100)
+@settings(max_examples=amount(50, 1000))
 @given(BOARD, RATES, st.integers(1, 200), st.integers(1, 50))
 def test_more_steps_last_longer_and_no_usable_rate_is_above_the_one_wanted(
     board, rate_hz, steps, more

@@ -47,7 +47,6 @@ class TestMotorsAndStops:
         world.drive((-100, 0, 0, 0, 0, 0))
         assert world.joints.deg["base"] == pytest.approx(93.0 - 100 / 19.644, abs=0.1)
 
-    @settings(max_examples=40)
     @given(st.tuples(*[st.integers(-4000, 4000)] * 6))
     def test_no_motion_leads_beyond_a_mechanical_stop(self, steps):
         world = World()

@@ -14,7 +14,7 @@ from faults import (
     twice,
     without_byte,
 )
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from armdrive import Jog
@@ -170,7 +170,6 @@ CALLS = st.sampled_from(
 )
 
 
-@settings(max_examples=40)
 @given(st.lists(CALLS, max_size=9))
 def test_nothing_is_sent_before_the_answer_to_what_went_before(calls):
     arm = ready_arm()

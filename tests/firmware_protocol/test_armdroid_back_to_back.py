@@ -5,7 +5,7 @@ import random
 import pytest
 from armdroid_strategies import COMMANDS, PLAIN, answer_to, chunked, events, some_answer
 from fuzzing_armdroid import DEVICE, HOST
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_protocol.armdroid import (
@@ -31,7 +31,6 @@ def carry(draw, data: bytes, machine: Host | Device) -> None:
         machine.receive_data(chunk)
 
 
-@settings(deadline=None)  # a loaded machine is no failure
 @given(st.lists(COMMANDS, max_size=6), st.data())
 def test_every_script_arrives_whole_at_both_ends(script, data):
     host, device = Host(), Device()
@@ -51,7 +50,6 @@ def test_every_script_arrives_whole_at_both_ends(script, data):
         assert device.clean
 
 
-@settings(deadline=None)  # a loaded machine is no failure
 @given(st.binary(max_size=100), PLAIN)
 def test_after_noise_a_clear_makes_the_next_command_mean_what_it_says(noise, command):
     host, device = Host(), Device()

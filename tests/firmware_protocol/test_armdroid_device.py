@@ -2,7 +2,7 @@
 
 import pytest
 from armdroid_strategies import chunked, events, some_answer
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_protocol.armdroid import (
@@ -201,7 +201,6 @@ def test_any_portions_give_the_same_events(data, drawn):
     assert found == events(whole)
 
 
-@settings(deadline=None)
 @given(st.binary(max_size=60), st.text("0123456789,-", max_size=40))
 def test_a_comma_and_a_d_clear_whatever_was_left_and_move_nothing(noise, numbers):
     device = Device()

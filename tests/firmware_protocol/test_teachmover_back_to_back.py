@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from teachmover_strategies import COMMANDS, REGISTERS, ROWS, STATUSES, chunked
 
@@ -59,7 +59,6 @@ def carried(draw, data: bytes, machine: Host | Device) -> list[object]:
     return found
 
 
-@settings(deadline=None)  # a loaded machine is no failure
 @given(st.lists(exchanges(), max_size=5), st.data())
 def test_every_script_arrives_whole_at_both_ends(script, data):
     host, device = Host(), Device()
@@ -76,7 +75,6 @@ def test_every_script_arrives_whole_at_both_ends(script, data):
         assert (host.outstanding, device.unanswered) == (None, None)
 
 
-@settings(deadline=None)  # a loaded machine is no failure
 @given(st.lists(st.sampled_from("@#!/$~"), min_size=1, max_size=6), st.data())
 def test_the_attention_character_can_change_again_and_again(signs, data):
     host, device = Host(), Device()
@@ -89,7 +87,6 @@ def test_the_attention_character_can_change_again_and_again(signs, data):
         carried(data.draw, device.send(Status.FAILED), host)
 
 
-@settings(deadline=None)  # a loaded machine is no failure
 @given(NOISE_BYTES, exchanges(), st.data())
 def test_after_noise_both_ends_agree_again_at_the_next_carriage_return(noise, exchange, data):
     host, device = Host(), Device()
@@ -108,7 +105,6 @@ def test_after_noise_both_ends_agree_again_at_the_next_carriage_return(noise, ex
     assert found == [expected(command, replies)]
 
 
-@settings(deadline=None)  # a loaded machine is no failure
 @given(exchanges(), st.binary(min_size=1, max_size=40), st.data())
 def test_garbage_lines_before_an_answer_do_not_change_it(exchange, garbage, data):
     command, replies = exchange

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import pytest
 from chain_cases import ALPHA_II, ASKEW, PUMA, chains_and_values, difference
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from kinematics.assignment import JointAxis, assign_frames
@@ -60,7 +60,6 @@ joint_axes = st.builds(
 tools = st.sampled_from([IN_PLACE, ASKEW, ALPHA_II_TOOL])
 
 
-@settings(max_examples=60)
 @given(st.lists(joint_axes, min_size=1, max_size=6), tools, st.sampled_from(Convention), st.data())
 def test_the_chain_moves_as_the_axes_do(axes, tool, convention, data):
     values = data.draw(st.tuples(*[st.floats(-3.0, 3.0)] * len(axes)))
@@ -69,7 +68,6 @@ def test_the_chain_moves_as_the_axes_do(axes, tool, convention, data):
     assert difference(chain.fk(values), moved(axes, tool, values)) < 1e-6
 
 
-@settings(max_examples=60)
 @given(chains_and_values(most=5), st.sampled_from(Convention))
 def test_any_chain_is_assigned_again_from_its_own_axes(case, convention):
     chain, values = case

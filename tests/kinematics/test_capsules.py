@@ -3,6 +3,7 @@
 import math
 
 import pytest
+from amounts import amount
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -93,7 +94,7 @@ def test_a_segment_along_an_edge_is_measured_like_one_beside_it(a, b):
 
 
 @given(solids, points, points, shifts, shifts)
-@settings(max_examples=150)
+@settings(max_examples=amount(50, 1000))
 def test_a_signed_distance_changes_by_no_more_than_the_ends_travel(solid, a, b, first, second):
     before = solid.distance_mm(a, b)
     after = solid.distance_mm(moved(a, first), moved(b, second))

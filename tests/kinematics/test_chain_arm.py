@@ -55,7 +55,6 @@ def frame_gap(arm, a, b):
 
 
 @given(postures(MINI))
-@settings(max_examples=40)
 def test_a_mini_mover_by_its_link_table_is_the_five_axis_arm(joints):
     ours, theirs = MINI.fk(joints), FIVE.fk(joints)
     if math.hypot(theirs.x_mm, theirs.y_mm) > 0.1:
@@ -93,7 +92,6 @@ def test_what_ik_finds_for_six_joints_holds_the_hand_there(joints):
 
 
 @given(postures(PUMA))
-@settings(max_examples=40)
 def test_a_pose_and_its_frame_are_one(joints):
     frame = PUMA.chain.fk(joints.angles_rad)
     pose = pose_of(frame, Task.WHOLE, (0.0, 0.0, 660.0))

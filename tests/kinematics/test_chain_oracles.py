@@ -4,7 +4,7 @@ import warnings
 
 import pytest
 from chain_cases import MINI_MOVER, PUMA, chains_and_values, difference
-from hypothesis import given, settings
+from hypothesis import given
 
 from kinematics.chains import Chain
 from kinematics.generated import generated
@@ -38,7 +38,6 @@ def its_robot(chain: Chain):
     )
 
 
-@settings(max_examples=30, deadline=None)
 @given(chains_and_values(most=6))
 def test_the_toolbox_gives_the_same_transform(case):
     chain, values = case
@@ -47,7 +46,6 @@ def test_the_toolbox_gives_the_same_transform(case):
     assert difference(generated(chain).fk(values), theirs) < 1e-6
 
 
-@settings(max_examples=30, deadline=None)
 @given(chains_and_values(most=6))
 def test_the_toolbox_gives_the_same_jacobian(case):
     chain, values = case

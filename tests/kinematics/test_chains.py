@@ -13,7 +13,7 @@ from chain_cases import (
     chains_and_values,
     difference,
 )
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from kinematics import PRESETS, Joints
@@ -25,7 +25,6 @@ from kinematics.tables import chain_of_rows, rows_of, table_text
 from kinematics.vectors import cross, distance, norm, subtract
 
 
-@settings(max_examples=40)
 @given(chains_and_values())
 def test_the_frames_lead_from_the_base_to_the_tool(case):
     chain, values = case
@@ -35,7 +34,6 @@ def test_the_frames_lead_from_the_base_to_the_tool(case):
     assert difference(chain.fk(values), compose(frames[-1], chain.tool)) < 1e-9
 
 
-@settings(max_examples=40)
 @given(chains_and_values(), st.data(), st.floats(-1.0, 1.0))
 def test_moving_a_joint_moves_what_follows_about_or_along_its_axis(case, data, step):
     chain, values = case
@@ -67,7 +65,6 @@ def test_the_alpha_ii_in_its_zero_position():
     assert frame[2][2] == -1.0  # the hand points down
 
 
-@settings(max_examples=40)
 @given(chains_and_values())
 def test_no_posture_reaches_beyond_the_longest_reach(case):
     chain, values = case
@@ -117,7 +114,6 @@ def test_a_chain_needs_a_link():
         Chain(())
 
 
-@settings(max_examples=40)
 @given(chains())
 def test_a_table_makes_the_chain_it_was_made_of(chain):
     again = chain_of_rows(
@@ -210,7 +206,6 @@ def test_a_tool_is_put_in_the_hand():
     assert difference(compose(held.fk(values), invert(ASKEW)), MINI_MOVER.fk(values)) < 1e-9
 
 
-@settings(max_examples=40)
 @given(chains_and_values())
 def test_no_posture_leaves_the_sphere_of_reach(case):
     chain, values = case

@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from kinematics_cases import TEACHMOVER, distance_mm, same_pose
 from test_chain_arm import PUMA, START, TABLE
@@ -71,7 +71,6 @@ def test_a_forearm_too_low_is_brought_back_into_its_range():
     st.sampled_from((-1.57, -1.2, -0.6)),
     st.sampled_from((BOXED, BASED, SUMMED)),
 )
-@settings(max_examples=40, deadline=None)
 def test_with_an_allowed_seed_there_is_always_an_answer_and_it_is_allowed(
     r, base, z, pitch, guards
 ):

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from frame_cases import any_angle, directed, gap, rotations, transforms, vectors
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from kinematics import (
@@ -181,7 +181,6 @@ def test_between_frames_of_one_hand_it_is_a_rotation_and_else_a_mirror(old, new)
     assert math.isclose(determinant(change_of_basis(old, mirrored)), -1.0)
 
 
-@settings(max_examples=50)
 @given(transforms, transforms, transforms)
 def test_any_named_frame_is_found_in_any_other(base, camera, part):
     graph = FrameGraph(
@@ -193,7 +192,6 @@ def test_any_named_frame_is_found_in_any_other(base, camera, part):
     assert graph.frames == ("table", "base", "camera", "part")
 
 
-@settings(max_examples=50)
 @given(transforms, transforms)
 def test_a_relation_that_contradicts_its_loop_is_told_by_how_much(a, b):
     graph = FrameGraph({("table", "base"): a, ("base", "tip"): b})
@@ -223,7 +221,6 @@ def test_names_that_are_unknown_or_unconnected_are_told():
         graph.between("table", "camera")
 
 
-@settings(max_examples=50)
 @given(transforms, transforms, transforms, transforms, st.integers(0, 4))
 def test_one_unknown_of_a_loop_follows_from_the_rest(a, b, c, d, which):
     e = compose(invert(d), a, b, c)  # a b c = d e

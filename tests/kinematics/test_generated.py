@@ -11,7 +11,7 @@ from chain_cases import (
     columns_by_differences,
     difference,
 )
-from hypothesis import given, settings
+from hypothesis import given
 
 from kinematics.chains import Chain
 from kinematics.errors import KinematicsError
@@ -19,14 +19,12 @@ from kinematics.generated import generated
 from kinematics.links import DHLink
 
 
-@settings(max_examples=40)
 @given(chains_and_values())
 def test_the_generated_transform_is_the_product_of_the_matrices(case):
     chain, values = case
     assert difference(generated(chain).fk(values), chain.fk(values)) < 1e-9
 
 
-@settings(max_examples=40)
 @given(chains_and_values(most=6))
 def test_the_generated_jacobian_is_what_small_moves_do(case):
     chain, values = case
@@ -34,7 +32,6 @@ def test_the_generated_jacobian_is_what_small_moves_do(case):
     assert difference(columns, columns_by_differences(chain, values)) < 1e-4
 
 
-@settings(max_examples=40)
 @given(chains_and_values(most=6))
 def test_both_at_once_are_the_same_as_each(case):
     chain, values = case
@@ -42,7 +39,6 @@ def test_both_at_once_are_the_same_as_each(case):
     assert made.fk_and_jacobian(values) == (made.fk(values), made.jacobian(values))
 
 
-@settings(max_examples=40)
 @given(chains())
 def test_the_source_is_straight_line_arithmetic(chain):
     allowed = (

@@ -4,7 +4,7 @@ import math
 from dataclasses import replace
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from kinematics_cases import TEACHMOVER, postures
 
@@ -128,7 +128,6 @@ def test_a_preset_knows_nothing_of_its_links_and_surroundings(key):
 
 
 @given(postures(TEACHMOVER))
-@settings(max_examples=40)
 def test_the_base_turns_without_bringing_the_arm_nearer_to_itself(joints):
     guards = replace(BASED, table=True)
     turned = joints.replace(base=joints["base"] * 0.5 - 0.3)

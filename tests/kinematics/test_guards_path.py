@@ -4,6 +4,7 @@ import math
 from dataclasses import replace
 
 import pytest
+from amounts import amount
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from kinematics_cases import TEACHMOVER, UNEVEN, postures
@@ -61,7 +62,7 @@ def beyond_mm(guards, arm, joints):
     st.sampled_from((POINTS, EVERYTHING, ONLY_BOXES)),
     st.sampled_from((0.02, 0.1, 0.5)),
 )
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=amount(50, 1000))
 def test_what_is_proved_free_is_free_wherever_one_looks(case, guards, share):
     arm, start, goal = case
     path = JointPath(start, JointPath(start, goal).at(share))
@@ -83,7 +84,6 @@ def test_what_is_proved_free_is_free_wherever_one_looks(case, guards, share):
 
 
 @given(postures(TEACHMOVER), postures(TEACHMOVER), st.sampled_from((POINTS, EVERYTHING)))
-@settings(max_examples=60, deadline=None)
 def test_a_path_that_breaks_a_guard_deeply_is_never_called_free(start, goal, guards):
     path = JointPath(start, goal)
     if max(beyond_mm(guards, TEACHMOVER, joints) for joints in densely(path)) > UNSEEN_MM:
@@ -155,7 +155,6 @@ def test_only_an_arm_that_turns_about_the_vertical_of_the_origin_is_upright():
 
 
 @given(st.floats(-60.0, -2.0), st.floats(-1.0, 1.0), st.floats(-0.6, 0.6))
-@settings(max_examples=40, deadline=None)
 def test_an_arm_below_the_table_may_rise_and_may_not_sink(z_mm, direction, turn):
     pose = Pose(260 * math.cos(direction), 260 * math.sin(direction), z_mm, -math.pi / 2)
     low = TEACHMOVER.ik(pose)

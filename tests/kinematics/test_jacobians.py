@@ -11,7 +11,7 @@ from chain_cases import (
     columns_by_differences,
     difference,
 )
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from kinematics_cases import arm_and_posture
 
@@ -24,7 +24,6 @@ from kinematics.links import DHLink, JointKind
 from kinematics.rates import THRESHOLD, joint_rates
 
 
-@settings(max_examples=40)
 @given(chains_and_values(most=6))
 def test_the_geometric_jacobian_is_what_small_moves_do(case):
     chain, values = case
@@ -32,7 +31,6 @@ def test_the_geometric_jacobian_is_what_small_moves_do(case):
     assert difference(columns, columns_by_differences(chain, values)) < 1e-4
 
 
-@settings(max_examples=40)
 @given(chains_and_values())
 def test_the_generated_jacobian_is_the_geometric_one(case):
     chain, values = case

@@ -87,7 +87,6 @@ def test_the_other_convention_a_base_and_a_tool_change_nothing():
     holds(craig, solution, goal)
 
 
-@settings(max_examples=30)
 @given(postures(MINI_MOVER, inset=0.95), st.floats(-0.05, 0.05))
 def test_the_posture_near_the_seed_is_found(values, nudge):
     if abs(values[2]) < 0.3:

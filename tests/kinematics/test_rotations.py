@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from frame_cases import any_angle, gap, rotations, vectors
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from kinematics import (
@@ -101,7 +101,6 @@ def test_the_columns_are_the_turned_axes(m):
     assert math.isclose(trace(m), 1 + 2 * math.cos(turn_between(IDENTITY, m)), abs_tol=1e-12)
 
 
-@settings(max_examples=40)
 @given(st.lists(rotations, max_size=5), st.data())
 def test_any_frame_of_a_chain_is_seen_from_any_other(steps, data):
     ends = st.integers(0, len(steps))
@@ -184,7 +183,6 @@ parts = st.floats(-3.0, 3.0)
 matrices = st.tuples(*[st.tuples(parts, parts, parts)] * 3)
 
 
-@settings(max_examples=60)
 @given(matrices)
 def test_the_nearest_rotation_is_that_of_the_singular_value_decomposition(matrix):
     u, sizes, vt = np.linalg.svd(np.array(matrix))
@@ -216,7 +214,6 @@ def test_where_several_rotations_are_as_near_none_is_chosen(matrix):
         nearest_rotation(matrix)
 
 
-@settings(max_examples=40)
 @given(st.lists(st.lists(parts, min_size=4, max_size=4), min_size=4, max_size=4))
 def test_eigenvectors_are_turned_into_their_own_multiples(rows):
     matrix = np.array(rows) + np.array(rows).T

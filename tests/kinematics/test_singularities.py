@@ -44,7 +44,6 @@ def test_a_posture_that_moves_well_is_not_called_singular():
     assert "almost at rest" in found.sentence
 
 
-@settings(max_examples=40)
 @given(st.floats(-3.0, 3.0), st.floats(-1.5, 1.5))
 def test_the_nearest_singularity_of_two_links_is_the_straight_elbow(base, elbow):
     found = nearest_singularity(TWO_LINK, (base, elbow))

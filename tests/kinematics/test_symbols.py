@@ -6,6 +6,7 @@ import math
 import operator
 
 import pytest
+from amounts import amount
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -67,7 +68,7 @@ def run(tree, of_name):
 
 
 @given(tree=calculations(), at=values, goal=st.booleans())
-@settings(max_examples=150)
+@settings(max_examples=amount(50, 1000))
 def test_the_value_is_what_the_same_code_gives_on_numbers(tree, at, goal):
     symbol = as_symbol(run(tree, coordinate if goal else named))
     plain = run(tree, at.__getitem__)
@@ -94,7 +95,6 @@ def test_quotients_keep_their_value(at, d):
     at=values,
     convention=st.sampled_from(Convention),
 )
-@settings(max_examples=40)
 def test_products_of_a_matrices_have_the_values_of_the_numeric_ones(twists, at, convention):
     def product(first, second, third, one, two):
         return compose(

@@ -15,7 +15,6 @@ EACH = pytest.mark.parametrize("one", SYSTEMS.values(), ids=SYSTEMS)
 
 
 @EACH
-@settings(max_examples=40)
 @given(data=st.data())
 def test_the_closed_form_is_the_product_of_the_link_table(one, data):
     joints = data.draw(postures(one))
@@ -23,7 +22,6 @@ def test_the_closed_form_is_the_product_of_the_link_table(one, data):
 
 
 @EACH
-@settings(max_examples=40)
 @given(data=st.data())
 def test_every_branch_meets_the_goal(one, data):
     tip = one.fk(data.draw(postures(one)))
@@ -38,7 +36,6 @@ def test_every_branch_meets_the_goal(one, data):
 
 
 @EACH
-@settings(max_examples=40)
 @given(data=st.data())
 def test_the_branches_hold_the_posture_that_made_the_goal(one, data):
     joints = data.draw(postures(one))
@@ -54,7 +51,6 @@ def test_the_branches_hold_the_posture_that_made_the_goal(one, data):
 
 
 @EACH
-@settings(max_examples=40)
 @given(data=st.data())
 def test_the_formulas_alone_give_the_checked_branches(one, data):
     frame = one.fk(data.draw(postures(one)))

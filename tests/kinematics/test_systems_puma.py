@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from systems_cases import gap, postures, same_joints
 
@@ -47,7 +47,6 @@ def test_the_textbook_posture_of_fu_gonzalez_and_lee():
     )
 
 
-@settings(max_examples=60)
 @given(any_arm.flatmap(lambda arm: st.tuples(st.just(arm), postures(arm))))
 def test_every_branch_of_any_lengths_holds_the_whole_frame(case):
     arm, joints = case
@@ -59,7 +58,6 @@ def test_every_branch_of_any_lengths_holds_the_whole_frame(case):
         assert all(-math.pi - 1e-9 <= angle <= math.pi + 1e-9 for angle in one)
 
 
-@settings(max_examples=60)
 @given(any_arm.flatmap(lambda arm: st.tuples(st.just(arm), postures(arm))), st.floats(-2.0, 2.0))
 def test_a_straight_wrist_keeps_the_joint_that_is_free(case, held):
     arm, (first, second, third, fourth, _, sixth) = case
@@ -101,7 +99,6 @@ def test_eight_branches_are_eight_postures_with_names():
     ]
 
 
-@settings(max_examples=60)
 @given(postures(SIMPLE))
 def test_the_names_say_where_base_elbow_and_wrist_are(joints):
     frame = SIMPLE.fk(joints)

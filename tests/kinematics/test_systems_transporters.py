@@ -4,7 +4,7 @@ import math
 
 import pytest
 from chain_cases import ALPHA_II
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from systems_cases import gap, postures, same_joints
 
@@ -115,7 +115,6 @@ FIVE = [one for one in SYSTEMS.values() if isinstance(one, MiniMover | Alpha2)]
 
 
 @pytest.mark.parametrize("one", FIVE, ids=lambda one: one.name)
-@settings(max_examples=30)
 @given(data=st.data())
 def test_five_axis_systems_are_the_driver_s_arms(one, data):
     joints = data.draw(postures(one))

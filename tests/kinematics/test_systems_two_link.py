@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from systems_cases import gap, postures
 
@@ -35,7 +35,6 @@ DEG = math.pi / 180.0
 
 
 @EACH
-@settings(max_examples=40)
 @given(data=st.data())
 def test_trigonometry_matrices_and_vectors_agree(one, data):
     joints = data.draw(postures(one))
@@ -46,7 +45,6 @@ def test_trigonometry_matrices_and_vectors_agree(one, data):
 
 
 @EACH
-@settings(max_examples=40)
 @given(data=st.data())
 def test_the_orientation_transform_is_the_hand(one, data):
     joints = data.draw(postures(one))
@@ -163,7 +161,6 @@ def test_type_4_level_arm_has_one_posture():
 
 
 @EACH
-@settings(max_examples=60)
 @given(data=st.data())
 def test_the_workspace_holds_exactly_what_a_branch_within_limits_reaches(one, data):
     size = len(one.coordinates)
