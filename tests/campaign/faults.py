@@ -179,6 +179,8 @@ def _power_cut(stage: Stage) -> str:
 
 def _jump(stage: Stage) -> str:
     by_s = stage.draw.choice((0.3, 1.5, 20.0, 4000.0))
+    if stage.told_zeros:  # a power failure that nobody was awake for may leave what was told last
+        stage.watch.slips |= set(range(len(stage.world.motors)))
     stage.promise_silence("the program stood still", by_s)
     stage.pace.jump(by_s)
     stage.jumped_s += by_s

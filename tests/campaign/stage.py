@@ -164,6 +164,14 @@ class Stage:
 
     # -- the person beside the arm ----------------------------------------------------------------
 
+    @property
+    def told_zeros(self) -> bool:
+        """Whether all that the program has been told of the registers last is that they are 0."""
+        if self.arm is None:
+            return False
+        core = self.arm.core
+        return not ((core.read_back or core.acknowledged) - core.offset).largest
+
     def turn_by_hand(self, steps: Motors) -> bool:
         """Have somebody move the arm at its pendant; False where it is busy."""
         device = self.twin.device
