@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-import random
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any
@@ -11,130 +9,79 @@ from typing import Any
 from armdrive.arm import Arm
 from armdrive.calls.connected import PATIENCE_S
 from armdrive.calls.moving import PATIENCE
-from armdrive.core import Coordinates
 from armdrive.flows.motion import Moved
 from armdrive.handle import Handle
 from armdrive.intents import Jog
 from armdrive.status import State
 from armdrive.stopping import stop_bound
-from kinematics import Motors, Pose
-from tests.conformance.going import beside
 
+from .goals import arm_of, command_of, joint_goal, pose_beside, span_to, speed_of
 from .laws import Typed, call
 from .physical import Command
 from .stage import Stage
 
-LONGEST_S = 0.8
-"""An action's motion is made so short where the arm is slow."""
 ANSWERS_S = PATIENCE_S + 10.0
 """A motion is stopped so much later than several times its planned duration, at the latest."""
 
 Action = Callable[[Stage], Typed | None]
 
 
-def _speed(draw: random.Random) -> float:
-    return draw.choice((0.3, 0.6, 1.0))
-
-
-def _command(stage: Stage, what: str, span: tuple[Motors, Motors] | None = None) -> Command:
-    arm = _arm(stage)
-    slack_mm = 0.0 if arm.abilities.coordinated else stage.config.motion.straying_mm
-    return Command(what, arm.core.position_known, span, slack_mm=slack_mm)
-
-
-def _arm(stage: Stage) -> Arm:
-    assert stage.arm is not None
-    return stage.arm
-
-
-def _joint_goal(stage: Stage, most_deg: float = 15.0) -> tuple[dict[str, float], float]:
-    """Return a goal beside the present posture, and how long the way there takes."""
-    arm, draw = _arm(stage), stage.draw
-    start = arm.core.coordinates
-    chosen = draw.sample(start.joints.names, draw.randint(1, 3))
-    turns = {name: math.radians(draw.uniform(-most_deg, most_deg)) for name in chosen}
-    here = dict(zip(start.joints.names, start.joints, strict=True))
-    whole = Coordinates(
-        start.joints.replace(**{name: here[name] + turn for name, turn in turns.items()}),
-        start.opening_mm,
-    )
-    whole_s = arm.speeds.duration_s(start, whole, 1.0)
-    share = min(LONGEST_S / whole_s, 1.0) if whole_s > 0.0 else 1.0
-    goal = {f"{name}_deg": math.degrees(here[name] + share * turn) for name, turn in turns.items()}
-    return goal, whole_s * share
-
-
-def _span(stage: Stage, goal_deg: Mapping[str, float]) -> tuple[Motors, Motors]:
-    arm = _arm(stage)
-    turned = {name.removesuffix("_deg"): math.radians(deg) for name, deg in goal_deg.items()}
-    start = arm.core.coordinates
-    transmission = stage.world.body.transmission
-    return stage.look(), transmission.to_motors(start.joints.replace(**turned), start.opening_mm)
-
-
 def move_j(stage: Stage) -> Typed | None:
     """Move some joints, now and then beyond a limit."""
-    goal, takes_s = _joint_goal(stage)
-    speed = _speed(stage.draw)
+    goal, takes_s = joint_goal(stage)
+    speed = speed_of(stage.draw)
     if stage.draw.random() < 0.1:
         goal[next(iter(goal))] = stage.draw.choice((-400.0, 400.0))
     longest_s = takes_s / speed * PATIENCE + ANSWERS_S
-    command = _command(stage, f"move_j({goal}, {speed})", _span(stage, goal))
-    return call(stage, lambda: _arm(stage).move_j(speed=speed, **goal), command, longest_s)
-
-
-def _pose(stage: Stage) -> Pose:
-    draw, arm = stage.draw, _arm(stage)
-    here = arm.model.arm.fk(arm.core.coordinates.joints)
-    reach = 12.0 if draw.random() < 0.9 else 2000.0
-    return beside(here, *(draw.uniform(-reach, reach) for _ in range(3)))
+    command = command_of(stage, f"move_j({goal}, {speed})", span_to(stage, goal))
+    return call(stage, lambda: arm_of(stage).move_j(speed=speed, **goal), command, longest_s)
 
 
 def move_to(stage: Stage) -> Typed | None:
     """Move to a pose nearby, or one that is out of reach."""
-    goal = _pose(stage)
-    command = _command(stage, f"move_to({goal})")
-    return call(stage, lambda: _arm(stage).move_to(goal), command, 10.0 + ANSWERS_S)
+    goal = pose_beside(stage)
+    command = command_of(stage, f"move_to({goal})")
+    return call(stage, lambda: arm_of(stage).move_to(goal), command, 10.0 + ANSWERS_S)
 
 
 def move_l(stage: Stage) -> Typed | None:
     """Move to a pose along a line."""
-    goal = _pose(stage)
-    command = _command(stage, f"move_l({goal})")
-    return call(stage, lambda: _arm(stage).move_l(goal), command, 10.0 + ANSWERS_S)
+    goal = pose_beside(stage)
+    command = command_of(stage, f"move_l({goal})")
+    return call(stage, lambda: arm_of(stage).move_l(goal), command, 10.0 + ANSWERS_S)
 
 
 def jog_increment(stage: Stage) -> Typed | None:
     """Jog by an increment."""
-    name = stage.draw.choice(_arm(stage).model.arm.joint_names)
+    name = stage.draw.choice(arm_of(stage).model.arm.joint_names)
     by = {f"{name}_deg": stage.draw.uniform(-3.0, 3.0)}
     if stage.draw.random() < 0.3:
         by = {"z_mm": stage.draw.uniform(-8.0, 8.0)}
-    command = _command(stage, f"jog({by})")
-    arm = _arm(stage)
+    command = command_of(stage, f"jog({by})")
+    arm = arm_of(stage)
     jog = arm.jog_l if "z_mm" in by else arm.jog_j
     return call(stage, lambda: jog(**by), command, 10.0 + ANSWERS_S)
 
 
 def jog_for_a_time(stage: Stage) -> Typed | None:
     """Jog two joints for a time."""
-    names = stage.draw.sample(_arm(stage).model.arm.joint_names, 2)
+    names = stage.draw.sample(arm_of(stage).model.arm.joint_names, 2)
     axes = {name: stage.draw.uniform(-1.0, 1.0) for name in names}
-    for_s, speed = stage.draw.uniform(0.1, 0.7), _speed(stage.draw)
-    command = _command(stage, f"jog_j({axes}, {speed}, {for_s:.2f} s)")
-    act = lambda: _arm(stage).jog_j(speed=speed, duration_s=for_s, **axes)  # noqa: E731
+    for_s, speed = stage.draw.uniform(0.1, 0.7), speed_of(stage.draw)
+    command = command_of(stage, f"jog_j({axes}, {speed}, {for_s:.2f} s)")
+    act = lambda: arm_of(stage).jog_j(speed=speed, duration_s=for_s, **axes)  # noqa: E731
     return call(stage, act, command, for_s + ANSWERS_S)
 
 
 def hold_and_release(stage: Stage) -> Typed | None:
     """Hold a jog, and let go of it."""
-    arm, draw = _arm(stage), stage.draw
+    arm, draw = arm_of(stage), stage.draw
     jog = Jog.joint(**{draw.choice(arm.model.arm.joint_names): draw.choice((-1.0, 1.0))})
-    command = _command(stage, f"hold({jog})")
+    command = command_of(stage, f"hold({jog})")
     command.verified = False
 
     def act() -> None:
-        arm.hold(jog, speed=_speed(draw), for_s=0.8)
+        arm.hold(jog, speed=speed_of(draw), for_s=0.8)
         arm.sleep(draw.uniform(0.0, 0.6))
         if draw.random() < 0.8:
             status = arm.status
@@ -150,10 +97,10 @@ def _sweep(
     stage: Stage, what: str, then: Callable[[Arm, Handle[Moved]], Any], bounds: int = 1
 ) -> Typed | None:
     """Begin a motion, and do something to it in mid-way: it stands within so many stop bounds."""
-    goal, takes_s = _joint_goal(stage, 40.0)
-    command = _command(stage, f"{what} in move_j({goal})", _span(stage, goal))
+    goal, takes_s = joint_goal(stage, 40.0)
+    command = command_of(stage, f"{what} in move_j({goal})", span_to(stage, goal))
     command.verified = False
-    arm, after_s = _arm(stage), stage.draw.uniform(0.0, 0.7)
+    arm, after_s = arm_of(stage), stage.draw.uniform(0.0, 0.7)
 
     def act() -> None:
         handle = arm.move_j(wait=False, **goal)
@@ -209,17 +156,17 @@ def pause(stage: Stage) -> Typed | None:
 
 def gripper(stage: Stage) -> Typed | None:
     """Bring the fingers somewhere, or grasp."""
-    arm, draw = _arm(stage), stage.draw
+    arm, draw = arm_of(stage), stage.draw
     opening_mm = draw.choice((10.0, 18.0, 24.0, 90.0))
     if arm.abilities.grip_switch and draw.random() < 0.2:
-        return call(stage, arm.gripper.grasp, _command(stage, "grasp"), 60.0)
-    command = _command(stage, f"gripper {opening_mm}")
+        return call(stage, arm.gripper.grasp, command_of(stage, "grasp"), 60.0)
+    command = command_of(stage, f"gripper {opening_mm}")
     return call(stage, lambda: arm.gripper.move(opening_mm), command, 10.0 + ANSWERS_S)
 
 
 def outputs(stage: Stage) -> Typed | None:
     """Set outputs, read inputs."""
-    arm, bits = _arm(stage), stage.draw.choice((0, 5, 255, 256))
+    arm, bits = arm_of(stage), stage.draw.choice((0, 5, 255, 256))
     error = call(stage, lambda: arm.set_outputs(bits))
     return error or call(stage, arm.read_inputs)
 
@@ -227,12 +174,12 @@ def outputs(stage: Stage) -> Typed | None:
 def rest(stage: Stage) -> Typed | None:
     """Do nothing for a while; nothing moves."""
     for_s = stage.draw.choice((0.05, 0.5, 2.5, 5.0))
-    return call(stage, lambda: _arm(stage).sleep(for_s), None, for_s + ANSWERS_S)
+    return call(stage, lambda: arm_of(stage).sleep(for_s), None, for_s + ANSWERS_S)
 
 
 def disable(stage: Stage) -> Typed | None:
     """Switch the current off, and on again."""
-    arm = _arm(stage)
+    arm = arm_of(stage)
     error = call(stage, arm.disable)
     if error is None and stage.draw.random() < 0.5:
         error = call(stage, lambda: arm.sleep(1.0)) or call(stage, arm.enable)
@@ -241,7 +188,7 @@ def disable(stage: Stage) -> Typed | None:
 
 def home(stage: Stage) -> Typed | None:
     """Have the operator bring the arm to its reference posture."""
-    arm = _arm(stage)
+    arm = arm_of(stage)
     command = Command("home")
     error = call(stage, arm.home, command, 120.0)
     if error is None and not stage.twin.faults.active:
@@ -251,7 +198,7 @@ def home(stage: Stage) -> Typed | None:
 
 def close_and_connect(stage: Stage) -> Typed | None:
     """End the program well, and begin another."""
-    arm = _arm(stage)
+    arm = arm_of(stage)
     error = call(stage, arm.close)
     stage.arm = None
     stage.sleep(stage.draw.choice((0.0, 0.5, 3.0)))

@@ -25,8 +25,9 @@ from armdrive.errors import Refused
 from armdrive.status import State, Trust
 from kinematics import KinematicsError, Motors
 
-from .actions import ACTIONS, Command, call, connect
-from .laws import Broken, honest
+from .actions import ACTIONS, connect
+from .laws import Broken, call, honest
+from .physical import Command
 from .stage import Stage
 
 HOUR_S = 3600.0
