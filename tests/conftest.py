@@ -36,6 +36,14 @@ def pytest_addoption(parser):
     parser.addoption("--arm-dialect", metavar="NAME", help="the dialect that it speaks")
 
 
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_auto_num_workers():
+    """Have one worker more than cores: much of the time goes by in waiting for real processes."""
+    if "PYTEST_XDIST_AUTO_NUM_WORKERS" in os.environ:
+        return None
+    return (os.cpu_count() or 1) + 1
+
+
 def pytest_collection_modifyitems(config, items):
     """Leave the tests of a real arm out, unless one is named."""
     if config.getoption("--arm-port"):

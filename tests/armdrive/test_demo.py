@@ -153,13 +153,6 @@ def test_in_a_terminal_it_is_drawn_and_leaves_the_terminal_as_it_was():
     assert "Every block stands where it belongs" in text
 
 
-@needs_pty
-def test_ascii_is_nothing_but_ascii():
-    code, shown = drawn("--ascii")
-    assert code == 0
-    assert shown.isascii()
-
-
 def test_what_is_said_under_an_ascii_picture_is_ascii_too(capsys, monkeypatch):
     from armdrive.cli import showing
     from armdrive.connecting import simulated_config
@@ -174,11 +167,12 @@ def test_what_is_said_under_an_ascii_picture_is_ascii_too(capsys, monkeypatch):
 
 
 @needs_pty
-@pytest.mark.parametrize("size", [(2, 8), (60, 200)])
-def test_a_terminal_of_any_size_will_do(size):
-    code, shown = drawn(size=size)
+@pytest.mark.parametrize(("size", "words"), [((2, 8), ()), ((60, 200), ("--ascii",))])
+def test_a_terminal_of_any_size_will_do_and_ascii_is_nothing_but_ascii(size, words):
+    code, shown = drawn(*words, size=size)
     assert code == 0
     assert b"Traceback" not in shown
+    assert shown.isascii() == bool(words)
     lines = re.sub(rb"\x1b\[[0-9;?]*[A-Za-z]", b"", shown.partition(CURSOR_ON)[0]).splitlines()
     assert max(len(line.decode()) for line in lines) < size[1]
 
