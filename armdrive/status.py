@@ -113,11 +113,8 @@ class Status:
         return f"{self.arm} ({self.title}), {kind}, {self.link}"
 
     def __str__(self) -> str:
-        lines = [
-            self.which,
-            f"state {self._conduct}, position {self.trust.value} {self.trust_age}: "
-            f"{self.trust_reason}",
-        ]
+        position = f"position {self.trust.value} {self.trust_age}: {self.trust_reason}"
+        lines = [self.which, f"state {self._conduct}, {position}"]
         if self.joints is not None and self.pose is not None:
             lines += [f"joints {self.joints}", f"tip {self.pose}"]
         if self.gripper_mm is not None:

@@ -167,7 +167,8 @@ _ROBKO01 = replace(
     notes="Lengths and steps per radian from the arm's own Python software; its elbow counts "
     "backward as positive, and its left wrist motor comes first. The unit of its gripper figure "
     "(27.0) is taken as steps per mm, and limits, speeds, guards and the gripper's elbow coupling "
-    "as the TeachMover's: check them. No reference posture is published: the TeachMover's mark on the table serves.",
+    "as the TeachMover's: check them. No reference posture is published: the TeachMover's mark on "
+    "the table serves.",
 )
 
 _ARMDROID1 = replace(

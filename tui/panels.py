@@ -57,7 +57,7 @@ def conduct(status: Status, settings: Settings, *, armed: bool) -> str:
         (
             f"state {status.state.value}  keys {'ARMED' if armed else DISARMED}",
             f"position {status.trust.value} {status.trust_age}: {status.trust_reason}"
-            f"{_way_out(status)}",
+            + _way_out(status),
             f"{mode}  {step}  speed {settings.speed * 100:.0f}%",
             f"arrows: left right {_arrow(settings, 'left')}, up down {_arrow(settings, 'up')}",
         )
