@@ -25,7 +25,7 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # a shell starts jobs in the background deaf to Ctrl-C, and their children too
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
-settings.register_profile("everyday", deadline=None, derandomize=True, max_examples=25)
+settings.register_profile("everyday", deadline=None, derandomize=True, max_examples=20)
 settings.register_profile("thorough", deadline=None, max_examples=1000)
 settings.load_profile("thorough" if THOROUGH else "everyday")
 

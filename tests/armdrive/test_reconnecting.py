@@ -26,7 +26,8 @@ def connected():
         arms.append(arm)
         if arm.status.state is State.DISABLED:
             arm.enable()
-        arm.home()
+        world = arm.twin.world
+        arm.declare_posture(world.joints, opening_mm=world.opening_mm)
         return arm
 
     yield connect
@@ -73,7 +74,7 @@ def test_a_wire_that_comes_back_ends_in_error_stop_and_moves_nothing(connected, 
 @pytest.mark.parametrize("dialect", DIALECTS)
 def test_who_waited_for_a_motion_hears_of_the_loss_and_nothing_goes_on_later(connected, dialect):
     arm = connected(dialect, reconnect=True)
-    handle = arm.move_j(shoulder_deg=70, wait=False)
+    handle = arm.move_j(base_deg=80, wait=False)
     arm.sleep(0.4)
     silent_s = arm.status.silent_time_s
     unplug(arm)
