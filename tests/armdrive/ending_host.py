@@ -2,9 +2,9 @@
 
 `python ending_host.py PORT DIALECT` reads one JSON object a line. Each forks a child, so that what
 Python takes to start is paid once. The child references the arm by where its `motors` stand and
-sets out on a long way; with `terminal` it has that pseudo-terminal for its own, with `raises` it
-raises in mid-motion. Its number and what its status announces are told as soon as the arm is under
-way, and how it ended when it has.
+sets out on a long way; with `terminal` it has that pseudo-terminal for its own. Its number is told
+then, what its status announces at the next line that it gets, when it raises where the order has
+`raises`, and how it ended when it has.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ import os
 import sys
 import termios
 import threading
-import time
 import traceback
 from typing import Any
 
@@ -25,7 +24,6 @@ from mortal_host import ready
 from armdrive.cli.running import Ended, _signals
 from kinematics import Motors
 
-UNDER_WAY_S = 0.25
 LONG_S = 20.0
 
 
@@ -41,7 +39,8 @@ def drive(port: str, dialect: str, order: dict[str, Any]) -> None:
     """Connect, reference, and move until something happens."""
     with ready(port, dialect, Motors(order["motors"])) as arm:
         arm.move_j(base_deg=80.0 if arm.joints.deg["base"] < 0.0 else -80.0, wait=False)
-        time.sleep(UNDER_WAY_S)
+        tell()
+        os.read(0, 1)  # the arm has been seen to move
         tell(silent_s=arm.status.silent_time_s, stop_s=arm.status.stop_time_s)
         if order.get("raises"):
             raise Trouble

@@ -28,6 +28,9 @@ HOST = Path(__file__).with_name("ending_host.py")
 NOISE_S = 0.25
 """What a busy computer may add to a time."""
 
+UNDER_WAY_S = 0.15
+"""Long enough for a motion to have reached its speed."""
+
 SUSPENDED_S = 1.2
 """Longer than the driver takes for a pause of its own computer."""
 
@@ -52,6 +55,11 @@ class Ground:
     def begin(self, **order) -> tuple[int, float]:
         """Have a child set out; return its number and the time within which the arm shall stand."""
         self._host.stdin.write(json.dumps({"motors": self.motors, **order}) + "\n")
+        told = self.told()
+        assert "ended" not in told, told
+        self.sim.wait_until_moving()
+        time.sleep(UNDER_WAY_S)
+        self._host.stdin.write("\n")
         told = self.told()
         assert "silent_s" in told, told
         return told["pid"], max(told["silent_s"], told["stop_s"])
