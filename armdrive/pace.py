@@ -167,17 +167,21 @@ class RealPace:
             thread.join(timeout=2.0)
 
     def _drive(self) -> None:
-        due_s = math.inf
+        began_s, pause_s = time.monotonic(), 0.0
         try:
             while (engine := self._engine) is not None and _drivable(engine):
+                # counted from one round to the next: a suspension may fall anywhere between
+                last_s, began_s = began_s, time.monotonic()
+                late_s = began_s - last_s - pause_s
                 with self._turn:
-                    late_s = time.monotonic() - due_s
                     if late_s > ABSENT_S:
                         engine.absent(late_s)
                     next_s = engine.advance(self.now_s())
                     self._turn.notify_all()
                 pause_s = min((next_s - self.now_s()) / self._speed, LONGEST_SLEEP_S)
-                due_s = time.monotonic() + max(pause_s, 0.0)
+                pause_s = max(pause_s, 0.0)
+                if time.monotonic() - began_s > ABSENT_S:
+                    pause_s = 0.0  # it was suspended in this very round: look at once
                 if pause_s > 0.0:
                     engine.link.wait(pause_s)
         except BaseException as failure:

@@ -6,8 +6,9 @@ import time
 import pytest
 from faults import ready_arm
 
+from armdrive import pace
 from armdrive.errors import ArmError, Stopped
-from armdrive.pace import SimulatedPace
+from armdrive.pace import RealPace, SimulatedPace
 from armdrive.status import State
 
 
@@ -82,3 +83,53 @@ def test_an_engine_that_fails_says_so_to_whoever_waits():
     with pytest.raises(ArmError, match="thread ended"):
         arm.close()
     assert arm.status.state is State.DISCONNECTED
+
+
+class Clock:
+    def __init__(self):
+        self.now_s = 100.0
+
+    def monotonic(self):
+        return self.now_s
+
+
+class Sleeper:
+    """An engine's stand-in whose computer is suspended once, at a stated place."""
+
+    broken = None
+    mending = None
+
+    def __init__(self, clock, asleep_in):
+        self.clock, self.asleep_in, self.link = clock, asleep_in, self
+        self.rounds, self.missed, self.waits = 0, [], []
+
+    def advance(self, now_s):
+        self.rounds += 1
+        if self.rounds == 2 and self.asleep_in == "advance":
+            self.clock.now_s += 1.5
+        if self.rounds == 4:
+            self.broken = "the test is over"
+        return now_s + 0.2
+
+    def absent(self, time_s):
+        self.missed.append((self.rounds, time_s))
+
+    def wait(self, timeout_s):
+        self.waits.append(self.rounds)
+        asleep_s = 1.5 if self.rounds == 2 and self.asleep_in == "wait" else 0.0
+        self.clock.now_s += timeout_s + asleep_s
+
+    def wake(self):
+        pass
+
+
+@pytest.mark.parametrize("place", ["advance", "wait"])
+def test_a_suspension_is_noticed_wherever_it_falls(place, monkeypatch):
+    clock = Clock()
+    monkeypatch.setattr(pace, "time", clock)
+    real = RealPace()
+    sleeper = Sleeper(clock, place)
+    real._engine = sleeper
+    real._drive()
+    assert [(rounds, round(time_s, 3)) for rounds, time_s in sleeper.missed] == [(2, 1.5)]
+    assert (2 in sleeper.waits) == (place == "wait")
