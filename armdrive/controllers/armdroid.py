@@ -36,7 +36,14 @@ from armdrive.controllers.requests import (
 )
 from armdrive.controllers.scripted import BITS_A_BYTE
 from armdrive.errors import Refused
-from firmware_protocol.armdroid import DriveAll, SpeedReported, Stray, Torque, Welcome
+from firmware_protocol.armdroid import (
+    DriveAll,
+    SpeedReported,
+    Stray,
+    Torque,
+    TorqueReported,
+    Welcome,
+)
 from firmware_protocol.armdroid.characters import wrapped
 from firmware_protocol.armdroid.host import Event as Heard
 from firmware_protocol.armdroid.wire import encode_command
@@ -51,6 +58,7 @@ LATENCY_S = 0.03
 NEW_SESSION = (
     "the Armdroid's board said Welcome: it was reset, or another program has opened its port"
 )
+LET_GO = "the Armdroid's board said that its motors are off, which nobody had asked for"
 
 
 class ArmdroidController(Talk):
@@ -89,6 +97,8 @@ class ArmdroidController(Talk):
         else:
             if isinstance(heard, Stray) and isinstance(heard.answer, SpeedReported):
                 self.heard_speed(heard.answer.rpm)
+            if isinstance(heard, Stray) and heard.answer == TorqueReported(on=False):
+                self.tell(Alert(AlertKind.SWITCHED_OFF, LET_GO))
             self.tell(Oddity(str(heard)))
 
     def usable_rate_hz(self, rate_hz: float) -> float:

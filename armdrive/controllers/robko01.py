@@ -82,8 +82,8 @@ class RobkoController(RobkoMotion):
 
     def _carry_out(self, request: Request) -> Script:
         match request:
-            case MoveBy(steps, rate_hz):
-                return (yield from self._move(steps, rate_hz))
+            case MoveBy(steps, rate_hz, let_go):
+                return (yield from self._move(steps, rate_hz, let_go))
             case ReadPosition():
                 return (yield from self._registers())
             case SetOutputs(bits):

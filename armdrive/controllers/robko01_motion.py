@@ -7,7 +7,7 @@ motion. A motion has ended when the positions are its target's.
 from __future__ import annotations
 
 from abc import ABC
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -87,8 +87,11 @@ class RobkoMotion(RobkoExchange, ABC):
         self._pacing = Pacing(settings.known)
         self._meter = PaceMeter(settings.speed_doubt)
 
-    def _move(self, steps: Motors, rate_hz: float) -> Script:
-        """Send a motion and wait for its end; once more where it was certainly lost."""
+    def _move(self, steps: Motors, rate_hz: float, let_go: Callable[[], bool]) -> Script:
+        """Send a motion and wait for its end; once more where it was certainly lost.
+
+        Not where a jog was let go of before its motors were set going.
+        """
         began_s = self.now_s
         start = self._seen
         if start is None or self.now_s > self._seen_s + FRESH_S:
@@ -99,7 +102,7 @@ class RobkoMotion(RobkoExchange, ABC):
         message = MoveRelative(Axes(tuple(steps), speeds))
         expected_s = self._pacing.lasts_s(steps.largest, rate_hz)
         for _ in range(SENDS):
-            if self.stop_asked:
+            if self.stop_asked or let_go():
                 return Halted()
             way = _Way(start, steps, expected_s, self.now_s)
             refusal = yield from self._send_move(message, way)

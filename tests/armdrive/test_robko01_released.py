@@ -1,0 +1,28 @@
+"""A jog of a Robko 01 whose first command is lost, and which is let go of meanwhile."""
+
+from armdrive import Jog
+from armdrive.connecting import connect_simulated, simulated_config
+from armdrive.sim.twin import make_twin
+
+MOVE = 0x06
+
+
+def test_a_lost_jog_is_not_sent_again_once_it_is_released(monkeypatch):
+    config = simulated_config("robko01")
+    twin = make_twin(config)
+    sent, write = [], twin.link.write
+
+    def losing(data, now_s):
+        if len(data) > 4 and data[3] == MOVE:
+            sent.append(data)
+            arm.release()
+            return
+        write(data, now_s)
+
+    with connect_simulated(config, twin=twin) as arm:
+        monkeypatch.setattr(twin.link, "write", losing)
+        before = twin.world.motors
+        arm.hold(Jog.joint(base=1.0), speed=1.0, for_s=1.0)
+        arm.sleep(2.0)
+        assert len(sent) == 1
+        assert twin.world.motors == before
