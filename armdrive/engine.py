@@ -63,6 +63,10 @@ class Task(Generic[T]):
         return self.value  # type: ignore[return-value]
 
 
+def _never() -> float:
+    return 0.0
+
+
 class Engine:
     """Carries bytes between one link and one controller, and runs flows over them."""
 
@@ -86,6 +90,7 @@ class Engine:
         self.controller = controller
         self.witness = witness
         self.now_s = 0.0
+        self.asleep_s: Callable[[], float] = _never
         self.stop_asked = False
         self.stop_hard = False
         self.stop_why = ""
@@ -198,7 +203,14 @@ class Engine:
         self._talk()
 
     def _talk(self) -> None:
-        """Write what the controller has to say by now, and take in what it has heard."""
+        """Write what the controller has to say by now, and take in what it has heard.
+
+        What was thought out before this program was suspended is not said after it: it is stopped.
+        """
+        if (asleep_s := self.asleep_s()) > 0.0:
+            self.absent(asleep_s)
+            if self.stop_asked:
+                self.controller.stop(hard=self.stop_hard)
         if said := self.controller.advance(self.now_s):
             self.witness.sent(said)
             self.link.write(said, self.now_s)

@@ -126,6 +126,7 @@ class RealPace:
         self._engine: Engine | None = None
         self._thread: threading.Thread | None = None
         self._failure: BaseException | None = None
+        self._round_s = time.monotonic()
 
     def now_s(self) -> float:
         """Return the monotonic time since the start, times the speed."""
@@ -134,6 +135,7 @@ class RealPace:
     def start(self, engine: Engine) -> None:
         """Begin to drive an engine in a thread of its own."""
         self._engine = engine
+        engine.asleep_s = self._asleep_s
         self._thread = threading.Thread(target=self._drive, name="armdrive", daemon=True)
         self._thread.start()
 
@@ -166,6 +168,11 @@ class RealPace:
         if thread is not None and thread is not threading.current_thread():
             thread.join(timeout=2.0)
 
+    def _asleep_s(self) -> float:
+        """Return for how long this very round has stood still; 0 while it goes on as it should."""
+        round_s = time.monotonic() - self._round_s
+        return round_s if round_s > ABSENT_S else 0.0
+
     def _drive(self) -> None:
         began_s, pause_s = time.monotonic(), 0.0
         try:
@@ -174,6 +181,7 @@ class RealPace:
                 last_s, began_s = began_s, time.monotonic()
                 late_s = began_s - last_s - pause_s
                 with self._turn:
+                    self._round_s = time.monotonic()
                     if late_s > ABSENT_S:
                         engine.absent(late_s)
                     next_s = engine.advance(self.now_s())

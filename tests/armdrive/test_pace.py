@@ -133,3 +133,14 @@ def test_a_suspension_is_noticed_wherever_it_falls(place, monkeypatch):
     real._drive()
     assert [(rounds, round(time_s, 3)) for rounds, time_s in sleeper.missed] == [(2, 1.5)]
     assert (2 in sleeper.waits) == (place == "wait")
+
+
+def test_what_was_thought_out_before_a_suspension_is_not_said_after_it():
+    arm = ready_arm()
+    handle = arm.move_j(base_deg=40, wait=False)
+    arm.sleep(0.5)
+    before = len(arm.twin.link.named(b"@STEP"))
+    arm.engine.asleep_s = lambda: 1.5
+    with pytest.raises(Stopped, match="stood still"):
+        handle.wait()
+    assert len(arm.twin.link.named(b"@STEP")) <= before + 1
