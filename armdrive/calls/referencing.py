@@ -140,5 +140,5 @@ class Referencing(Connected):
         return PostureRequest(cast("Arm", self), reference.pose, joints, reference.opening_mm)
 
     def _vouch(self, joints: Joints, opening_mm: float, evidence: Evidence) -> None:
-        there = Coordinates(joints, opening_mm)
-        self.perform(referencing.take_reference(self.wire, there, evidence))
+        there, seen = Coordinates(joints, opening_mm), self.core.belief
+        self.perform(referencing.take_reference(self.wire, there, evidence, seen))

@@ -103,13 +103,29 @@ def begin_home(wire: Wire) -> Flow[None]:
     yield from ()
 
 
-def take_reference(wire: Wire, there: Coordinates, evidence: Evidence) -> Flow[None]:
-    """Let the present registers mean a posture that somebody vouches for."""
+def take_reference(
+    wire: Wire, there: Coordinates, evidence: Evidence, seen: Belief | None = None
+) -> Flow[None]:
+    """Let the present registers mean a posture that somebody vouches for.
+
+    `seen` is what was believed when he vouched for it. Raises `DeviceFault` where there is worse
+    news since, or the registers have fallen to zero: the controller was restarted, and the arm may
+    have sagged from the posture that was meant.
+    """
     core = wire.core
-    yield from wire.read()
+    difference = yield from wire.read()
     if wire.stopping or core.state not in (State.STANDBY, State.HOMING):
         raise wire.stopped("a stop came between: nothing was referenced")
     registers = (core.read_back or core.acknowledged) - core.offset
+    fell = bool(difference.largest) and not registers.largest
+    if fell:
+        weigh_difference(wire, difference)
+    doubted = seen is not None and core.belief is not seen and core.belief.trust is Trust.SUSPECT
+    if fell or doubted:
+        raise DeviceFault(
+            f"nothing was referenced, because of what was seen a moment ago: {core.belief.reason}. "
+            "Look at the arm, and vouch for its posture again"
+        )
     core.refer(registers, there)
     core.learn(evidence, wire.now_s)
     core.error = core.notice = ""

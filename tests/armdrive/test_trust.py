@@ -187,3 +187,17 @@ def test_there_is_nothing_to_confirm_without_a_restored_position():
     arm = ready_arm()
     with pytest.raises(Refused, match="no restored position"):
         arm.confirm_restored()
+
+
+def test_a_posture_is_not_taken_from_a_controller_that_was_restarted_meanwhile():
+    arm = ready_arm()
+    arm.move_j(base_deg=20)
+    here = arm.joints
+    device = arm.twin.device
+    device.power_off()
+    device.power_on()
+    with pytest.raises(DeviceFault, match="seen a moment ago"):
+        arm.declare_posture(here)
+    assert arm.status.trust is Trust.SUSPECT
+    arm.declare_posture(arm.twin.world.joints, opening_mm=20.0)
+    assert arm.status.trust is Trust.REFERENCED
