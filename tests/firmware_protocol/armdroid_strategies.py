@@ -1,7 +1,5 @@
 """What the Armdroid tests draw from: every command and answer, and every way to cut a stream."""
 
-from itertools import pairwise
-
 from hypothesis import strategies as st
 
 from firmware_protocol.armdroid import (
@@ -86,15 +84,3 @@ def events(machine: Host | Device) -> list[object]:
         if isinstance(machine, Device) and machine.unanswered is not None:
             machine.send(some_answer(machine))
     return found
-
-
-@st.composite
-def chunked(draw: st.DrawFn, data: bytes) -> list[bytes]:
-    """Cut bytes into portions: all at once, one by one, or anywhere."""
-    how = draw(st.sampled_from(["whole", "bytes", "anywhere"]))
-    if how == "whole":
-        return [data]
-    if how == "bytes":
-        return [bytes([byte]) for byte in data]
-    cuts = draw(st.lists(st.integers(0, len(data)), max_size=6))
-    return [data[a:b] for a, b in pairwise(sorted({0, len(data), *cuts}))]

@@ -1,7 +1,6 @@
 """What the GRBL tests draw from: every line and answer, and every way to cut a stream."""
 
 import string
-from itertools import pairwise
 
 from hypothesis import strategies as st
 
@@ -124,19 +123,6 @@ INFO = st.one_of(
 ANSWERS = st.one_of(
     *(st.just(Ok()), st.builds(Error, BYTE), st.builds(Alarm, BYTE), BANNERS, reports(), INFO)
 )
-
-
-@st.composite
-def chunked(draw: st.DrawFn, data: bytes) -> list[bytes]:
-    """Cut bytes into portions: all at once, one by one, or anywhere."""
-    how = draw(st.sampled_from(["whole", "bytes", "anywhere"]))
-    if how == "whole":
-        return [data]
-    if how == "bytes":
-        return [bytes([byte]) for byte in data]
-    cuts = draw(st.lists(st.integers(0, len(data)), max_size=6))
-    at = sorted({0, len(data), *cuts})
-    return [data[a:b] for a, b in pairwise(at)]
 
 
 def events(machine) -> list:

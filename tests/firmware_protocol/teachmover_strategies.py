@@ -1,7 +1,6 @@
 """What the TeachMover tests draw from: every command and reply, and every way to cut a stream."""
 
 import string
-from itertools import pairwise
 
 from hypothesis import strategies as st
 
@@ -39,16 +38,3 @@ COMMANDS = st.one_of(
 REGISTERS = st.builds(Registers, SIX_STEPS, BYTE, BYTE)
 STATUSES = st.sampled_from(Status)
 REPLIES = st.one_of(STATUSES, REGISTERS, ROWS)
-
-
-@st.composite
-def chunked(draw: st.DrawFn, data: bytes) -> list[bytes]:
-    """Cut bytes into portions: all at once, one by one, or anywhere."""
-    how = draw(st.sampled_from(["whole", "bytes", "anywhere"]))
-    if how == "whole":
-        return [data]
-    if how == "bytes":
-        return [bytes([byte]) for byte in data]
-    cuts = draw(st.lists(st.integers(0, len(data)), max_size=6))
-    at = sorted({0, len(data), *cuts})
-    return [data[a:b] for a, b in pairwise(at)]

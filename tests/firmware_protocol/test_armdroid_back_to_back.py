@@ -3,7 +3,8 @@
 import random
 
 import pytest
-from armdroid_strategies import COMMANDS, PLAIN, answer_to, chunked, events, some_answer
+from armdroid_strategies import COMMANDS, PLAIN, answer_to, events, some_answer
+from chunks import chunked
 from fuzzing_armdroid import DEVICE, HOST
 from hypothesis import given
 from hypothesis import strategies as st

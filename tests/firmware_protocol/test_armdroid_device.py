@@ -1,7 +1,8 @@
 """The board's end: the sketch's character machine, with all that it keeps."""
 
 import pytest
-from armdroid_strategies import chunked, events, some_answer
+from armdroid_strategies import events, some_answer
+from chunks import chunked
 from hypothesis import given
 from hypothesis import strategies as st
 

@@ -1,7 +1,8 @@
 """The host's end: bytes of each command, and which line completes it."""
 
 import pytest
-from armdroid_strategies import ANSWERS, chunked, events
+from armdroid_strategies import ANSWERS, events
+from chunks import chunked
 from hypothesis import given
 from hypothesis import strategies as st
 

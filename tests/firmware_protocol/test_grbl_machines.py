@@ -3,7 +3,8 @@
 import random
 
 import pytest
-from grbl_strategies import ANSWERS, COMMANDS, chunked, events
+from chunks import chunked
+from grbl_strategies import ANSWERS, COMMANDS, events
 from hypothesis import given
 from hypothesis import strategies as st
 

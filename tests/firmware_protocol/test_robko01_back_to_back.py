@@ -2,10 +2,10 @@
 
 from collections.abc import Iterator
 
+from chunks import chunked
 from hypothesis import given
 from hypothesis import strategies as st
 from robko01_strategies import ANSWERS, EXCHANGES, REQUESTS
-from teachmover_strategies import chunked
 
 from firmware_protocol.robko01 import (
     FRAME_MAX,

@@ -2,9 +2,10 @@
 
 from collections.abc import Iterator
 
+from chunks import chunked
 from hypothesis import given
 from hypothesis import strategies as st
-from teachmover_strategies import COMMANDS, REGISTERS, ROWS, STATUSES, chunked
+from teachmover_strategies import COMMANDS, REGISTERS, ROWS, STATUSES
 
 from firmware_protocol.teachmover import (
     Arm,
