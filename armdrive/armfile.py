@@ -109,16 +109,21 @@ def _bursts(row: Dialect) -> dict[str, float]:
 
 def load_arm_file(path: Path) -> ArmConfig:
     """Read an arm file. Raises `ArmFileError` that names the file, the key and the mend."""
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ArmFileError(f"the arm file {path} cannot be read: {error.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ArmFileError(f"the arm file {path} is not valid TOML: {error}") from None
+    table = read_arm_table(path)
     try:
         return parse_arm_file(table, name=path.stem, folder=path.parent)
     except (ArmFileError, KinematicsError) as error:
         raise ArmFileError(f"{path}: {error}") from None
+
+
+def read_arm_table(path: Path) -> dict[str, Any]:
+    """Return an arm file as its table. Raises `ArmFileError` for what cannot be read as TOML."""
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ArmFileError(f"the arm file {path} cannot be read: {error.strerror}") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ArmFileError(f"the arm file {path} is not valid TOML: {error}") from None
 
 
 def parse_arm_file(table: Mapping[str, Any], *, name: str, folder: Path = Path()) -> ArmConfig:

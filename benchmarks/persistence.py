@@ -18,7 +18,7 @@ from pathlib import Path
 from statistics import median
 
 from measuring import Row, Section, p99, ratio
-from reporting import asked, machine, show
+from reporting import report
 
 from armdrive import Arm
 from armdrive.connecting import connect_simulated, simulated_config
@@ -223,12 +223,7 @@ SECTIONS = {"processor": processor, "latency": latency, "slow-disk": slow_disk}
 
 def main(argv: list[str] | None = None) -> int:
     """Measure all sections, or those that are asked for."""
-    options = asked(argv, __doc__, SECTIONS)
-    if not options.json:
-        print(machine())
-    for name in options.sections:
-        show(name, SECTIONS[name](), as_json=options.json)
-    return 0
+    return report(argv, __doc__, SECTIONS)
 
 
 if __name__ == "__main__":

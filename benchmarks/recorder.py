@@ -6,7 +6,6 @@ Each figure is measured with the recorder and without it in turn, and stands bes
 from __future__ import annotations
 
 import contextlib
-import json
 import sys
 import tempfile
 import time
@@ -15,7 +14,7 @@ from pathlib import Path
 from statistics import median
 
 from measuring import Row, Section, interleaved, own_home, p99, ratio
-from reporting import asked, machine, show
+from reporting import report
 from sim_process import SimProcess
 
 from armdrive import Arm
@@ -153,12 +152,8 @@ SECTIONS: Mapping[str, Callable[[], Section]] = {
 
 def main(argv: list[str] | None = None) -> int:
     """Run the sections that are asked for, or all of them."""
-    options = asked(argv, __doc__, SECTIONS)
-    print(json.dumps({"machine": machine()}) if options.json else machine())
     with own_home():
-        for name in options.sections:
-            show(name, SECTIONS[name](), as_json=options.json)
-    return 0
+        return report(argv, __doc__, SECTIONS)
 
 
 if __name__ == "__main__":

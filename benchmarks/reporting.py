@@ -5,7 +5,7 @@ import json
 import os
 import platform
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict
 
 from measuring import Section
@@ -42,3 +42,14 @@ def show(name: str, section: Section, *, as_json: bool) -> None:
     for row in section.rows:
         print(f"  {row}")
     sys.stdout.flush()
+
+
+def report(
+    argv: list[str] | None, description: str | None, sections: Mapping[str, Callable[[], Section]]
+) -> int:
+    """Run the sections that are asked for, or all of them, and print each as it ends."""
+    options = asked(argv, description, sections)
+    print(json.dumps({"machine": machine()}) if options.json else machine())
+    for name in options.sections:
+        show(name, sections[name](), as_json=options.json)
+    return 0

@@ -6,13 +6,12 @@ the next, so each stands beside a floor or a peer that was measured in turn with
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Callable, Mapping
 
 from killing import killing
 from measuring import Section, own_home
-from reporting import asked, machine, show
+from reporting import report
 from simulated_time import simulated_time
 from solving import solving
 from starting import starting
@@ -29,12 +28,8 @@ SECTIONS: Mapping[str, Callable[[], Section]] = {
 
 def main(argv: list[str] | None = None) -> int:
     """Run the sections that are asked for, or all of them."""
-    options = asked(argv, __doc__, SECTIONS)
-    print(json.dumps({"machine": machine()}) if options.json else machine())
     with own_home():
-        for name in options.sections:
-            show(name, SECTIONS[name](), as_json=options.json)
-    return 0
+        return report(argv, __doc__, SECTIONS)
 
 
 if __name__ == "__main__":

@@ -31,6 +31,15 @@ def add_arm_options(parser: argparse.ArgumentParser) -> None:
     add_json_option(parser)
 
 
+def add_allow_restored(parser: argparse.ArgumentParser) -> None:
+    """Add `--allow-restored`, for a command that plans motion."""
+    parser.add_argument(
+        "--allow-restored",
+        action="store_true",
+        help="trust the position that an earlier command remembered, without asking",
+    )
+
+
 def add_json_option(parser: argparse.ArgumentParser) -> None:
     """Add `--json`."""
     parser.add_argument("--json", action="store_true", help="print JSON")

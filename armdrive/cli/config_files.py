@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from armdrive import places
+from armdrive.armfile import read_arm_table
 from armdrive.errors import ArmFileError
 
 ENDING = ".toml"
@@ -43,13 +44,7 @@ def path_of(name: str) -> Path:
 def read(name: str) -> ArmText:
     """Return an arm file's table. Raises `ArmFileError` for what is no TOML."""
     path = path_of(name)
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ArmFileError(f"the arm file {path} cannot be read: {error.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ArmFileError(f"the arm file {path} is not valid TOML: {error}") from None
-    return ArmText(path.stem, path, table)
+    return ArmText(path.stem, path, read_arm_table(path))
 
 
 def _is_model(path: Path) -> bool:

@@ -14,7 +14,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from armdrive.cli.choosing import add_arm_options, connect_chosen
+from armdrive.cli.choosing import add_allow_restored, add_arm_options, connect_chosen
 from armdrive.cli.confirming import settle_trust
 from armdrive.cli.numbers import fraction, number
 from armdrive.cli.output import emit, say, say_which
@@ -50,11 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--gripper", type=number, metavar="MM", help="open or close to a width")
     parser.add_argument("--park", action="store_true", help="to the park posture")
     parser.add_argument("--speed", type=fraction, default=1.0, help="fraction of the limits")
-    parser.add_argument(
-        "--allow-restored",
-        action="store_true",
-        help="trust the position that an earlier command remembered, without asking",
-    )
+    add_allow_restored(parser)
     add_arm_options(parser)
 
 

@@ -14,7 +14,7 @@ import argparse
 import sys
 from typing import TYPE_CHECKING
 
-from armdrive.cli.choosing import add_arm_options, connect_chosen
+from armdrive.cli.choosing import add_allow_restored, add_arm_options, connect_chosen
 from armdrive.cli.confirming import agreed, settle_trust
 from armdrive.cli.guiding import Guide
 from armdrive.cli.numbers import fraction
@@ -42,11 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--keep", action="store_true", help="measure alone: take nothing for the new reference"
     )
     parser.add_argument("--speed", type=fraction, default=0.5, help="fraction of the limits")
-    parser.add_argument(
-        "--allow-restored",
-        action="store_true",
-        help="trust the position that an earlier command remembered, without asking",
-    )
+    add_allow_restored(parser)
     add_arm_options(parser)
 
 
