@@ -188,7 +188,7 @@ class RealPace:
                     self._turn.notify_all()
                 pause_s = min((next_s - self.now_s()) / self._speed, LONGEST_SLEEP_S)
                 pause_s = max(pause_s, 0.0)
-                if time.monotonic() - began_s > ABSENT_S:
+                if self._asleep_s():
                     pause_s = 0.0  # it was suspended in this very round: look at once
                 if pause_s > 0.0:
                     engine.link.wait(pause_s)

@@ -7,7 +7,7 @@ boards were measured on the real firmware in a processor simulator, those of the
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from firmware_protocol.grbl import (
@@ -131,26 +131,13 @@ _GRBL = Firmware(
     build="20190825",
 )
 
-_MEGA_5X = Firmware(
+_MEGA_5X = replace(
+    _GRBL,
     name="mega5x",
-    variant=Variant.GRBL,
     ring_bytes=255,
     blocks=35,
-    max_line=79,
     outputs=True,
     letters_to_home=1,
-    crlf_answers_twice=True,
-    ahead_s=0.05,
-    parse_s=0.35e-3,
-    plan_s=3.75e-3,
-    eeprom_s=17e-3,
-    deaf_in_eeprom=True,
-    alarm_s=0.5,
-    start_s=5e-3,
-    boot_s=1.5,
-    mute_in_critical=True,
-    silent_in_homing=True,
-    cancel_clears_ring=False,
     tells_axes=True,
     version="1.1m",
     build="20210506",
