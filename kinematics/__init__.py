@@ -18,6 +18,7 @@ from kinematics.errors import (
     FramesNotConnected,
     JointLimit,
     KinematicsError,
+    NoArc,
     NoNearestRotation,
     NotARotation,
     NotAUnitQuaternion,
@@ -59,6 +60,7 @@ if TYPE_CHECKING:
         step_errors,
         zero_errors,
     )
+    from kinematics.arcs import arc_path, circle_path
     from kinematics.assignment import Assignment, JointAxis, assign_frames
     from kinematics.bases import Handedness, basis_along, change_of_basis, handedness, third_axis
     from kinematics.chain_arm import ChainArm
@@ -90,6 +92,7 @@ if TYPE_CHECKING:
     from kinematics.jacobians import geometric_jacobian, manipulability, task_jacobian
     from kinematics.link_types import LINK_TYPES, LinkType, link_type
     from kinematics.links import Convention, DHLink, JointKind, a_matrix
+    from kinematics.moves import ArcMove, JointMove, LineMove, Move, PoseMove
     from kinematics.numeric_ik import (
         PITCH_FIRST,
         POSITION_FIRST,
@@ -112,11 +115,13 @@ if TYPE_CHECKING:
         solve_rpy,
         turn_between,
     )
+    from kinematics.profiles import Phase, Profile, jerk_limited, trapezoid
     from kinematics.rates import Rates, joint_rates
     from kinematics.resolution import StepRange, explain_resolution, step_ranges
     from kinematics.rotation_check import check_rotation, check_transform, is_rotation
     from kinematics.rotation_fit import nearest_rotation
     from kinematics.rotations import Matrix3, multiply, rot_x, rot_y, rot_z, rotate, transpose
+    from kinematics.routes import PathSection, Route, route_sections
     from kinematics.singular_nearby import NearestSingularity, nearest_singularity
     from kinematics.singularities import Condition, condition
     from kinematics.symbol_text import matrix_latex, matrix_text
@@ -124,6 +129,8 @@ if TYPE_CHECKING:
     from kinematics.symbols import Symbol, coordinate, named
     from kinematics.systems import SYSTEMS, NamedBranch, System, system
     from kinematics.tables import chain_of_rows, rows_of, table_text
+    from kinematics.timing import Piece, TimedPath, timed
+    from kinematics.timing_limits import MotionLimits
     from kinematics.urdf import urdf_of_arm, urdf_of_chain
     from kinematics.vectors import Vector, angle_between, cross, dot, norm, unit
     from kinematics.worked_example import WorkedExample, work_chain, work_system
@@ -151,6 +158,22 @@ _TEXTBOOK: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "Efficiency",
             "Way",
             "forward_ways",
+        ),
+        "kinematics.arcs": (
+            "arc_path",
+            "circle_path",
+        ),
+        "kinematics.moves": (
+            "ArcMove",
+            "JointMove",
+            "LineMove",
+            "Move",
+            "PoseMove",
+        ),
+        "kinematics.routes": (
+            "PathSection",
+            "Route",
+            "route_sections",
         ),
         "kinematics.hand_frame": ("FrameSolution",),
         "kinematics.resolution": (
@@ -255,6 +278,18 @@ _TEXTBOOK: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "solve_rpy",
             "turn_between",
         ),
+        "kinematics.profiles": (
+            "Phase",
+            "Profile",
+            "jerk_limited",
+            "trapezoid",
+        ),
+        "kinematics.timing": (
+            "Piece",
+            "TimedPath",
+            "timed",
+        ),
+        "kinematics.timing_limits": ("MotionLimits",),
         "kinematics.rates": (
             "Rates",
             "joint_rates",
@@ -335,6 +370,7 @@ __all__ = [
     "PRESETS",
     "RPY",
     "SYSTEMS",
+    "ArcMove",
     "ArmGeometry",
     "ArmModel",
     "ArmPreset",
@@ -369,6 +405,7 @@ __all__ = [
     "JointAxis",
     "JointKind",
     "JointLimit",
+    "JointMove",
     "JointPath",
     "JointRange",
     "JointViolation",
@@ -376,15 +413,19 @@ __all__ = [
     "KinematicsError",
     "Ledger",
     "LimitViolation",
+    "LineMove",
     "LinkType",
     "MapPoint",
     "Matrix3",
+    "MotionLimits",
     "MotorSpec",
     "Motors",
+    "Move",
     "NamedBranch",
     "Nearest",
     "NearestSingularity",
     "Nearness",
+    "NoArc",
     "NoNearestRotation",
     "NotARotation",
     "NotAUnitQuaternion",
@@ -392,7 +433,12 @@ __all__ = [
     "OutOfReach",
     "Part",
     "PathBroken",
+    "PathSection",
+    "Phase",
+    "Piece",
     "Pose",
+    "PoseMove",
+    "Profile",
     "Quaternion",
     "Rates",
     "Reach",
@@ -401,6 +447,7 @@ __all__ = [
     "RollFrame",
     "RotationFlaw",
     "RotationProperty",
+    "Route",
     "Section",
     "SingularTransmission",
     "Solution",
@@ -408,6 +455,7 @@ __all__ = [
     "Symbol",
     "System",
     "Tally",
+    "TimedPath",
     "TipError",
     "Transform",
     "Transmission",
@@ -422,6 +470,7 @@ __all__ = [
     "a_matrix",
     "accuracy_map",
     "angle_between",
+    "arc_path",
     "assign_frames",
     "basis_along",
     "cable_transmission",
@@ -429,6 +478,7 @@ __all__ = [
     "change_of_basis",
     "check_rotation",
     "check_transform",
+    "circle_path",
     "compose",
     "condition",
     "coordinate",
@@ -446,6 +496,7 @@ __all__ = [
     "handedness",
     "invert",
     "is_rotation",
+    "jerk_limited",
     "joint_path",
     "joint_rates",
     "length_errors",
@@ -474,6 +525,7 @@ __all__ = [
     "rotation_vector",
     "rounding_bound_mm",
     "rounding_rms_mm",
+    "route_sections",
     "rows_of",
     "sampled_reach",
     "section",
@@ -493,11 +545,13 @@ __all__ = [
     "table_text",
     "task_jacobian",
     "third_axis",
+    "timed",
     "transform",
     "transform_point",
     "transform_vector",
     "translation",
     "transpose",
+    "trapezoid",
     "turn_between",
     "unit",
     "urdf_of_arm",

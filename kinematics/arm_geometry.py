@@ -14,22 +14,90 @@ from kinematics.spaces import Joints, Pose
 if TYPE_CHECKING:
     from collections.abc import Hashable
 
+    from kinematics.rotations import Matrix3
+
 Point = tuple[float, float, float]
 
 
-class StraightLine(Protocol):
-    """A straight line of the tip, solved point by point in one posture; see `line_path`."""
+Hand = tuple[float, ...]
+"""How the hand is held, in numbers of the follower's own kind: only that follower reads them."""
+
+
+class NotFollowed(Exception):
+    """The arm cannot be there in the posture that is kept; the message says why."""
+
+
+class Follower(Protocol):
+    """One posture of an arm, elbow up say, that is kept along curves of the tip."""
+
+    @property
+    def posture(self) -> str:
+        """The posture in words; empty where the arm's build gives no names to its postures."""
+        ...
+
+    @property
+    def first(self) -> Hand:
+        """How the hand is held where the following begins."""
+        ...
+
+    def hand(self, pose: Pose, near: Hand) -> Hand:
+        """Return how a pose holds the hand, by the shorter way round from another hand."""
+        ...
+
+    def between(self, a: Hand, b: Hand, share: float) -> Hand:
+        """Return the hand at a share (0 to 1) of the turn from one to another."""
+        ...
+
+    def pose(self, tip: Point, hand: Hand) -> Pose:
+        """Return the pose of a tip and a hand."""
+        ...
+
+    def solve(self, tip: Point, hand: Hand, before: Joints) -> Joints:
+        """Return the posture for a tip and a hand, near the one before; raises `NotFollowed`."""
+        ...
+
+
+class Curve(Protocol):
+    """A curve that an arm follows, solved point by point in one posture."""
+
+    @property
+    def shape(self) -> str:
+        """What it is, in words: a straight line, an arc."""
+        ...
+
+    @property
+    def straight(self) -> bool:
+        """Whether every joint turns in proportion along it, so that its ends say all of it."""
+        ...
+
+    @property
+    def least_chords(self) -> int:
+        """How many equal shares it is cut into before anything is looked at."""
+        ...
 
     def pose(self, fraction: float) -> Pose:
-        """Return the line's pose at a fraction (0 to 1) of its length."""
+        """Return the curve's pose at a fraction (0 to 1) of its way."""
         ...
 
     def tip(self, fraction: float) -> Point:
-        """Return the point of the line at a fraction of its length."""
+        """Return the point of the curve at a fraction of its way."""
         ...
 
     def solve(self, fraction: float, before: Joints) -> Joints:
         """Return the posture at a fraction, near the one before; raises `PathBroken`."""
+        ...
+
+    def leap(self, before: Joints, reached: Joints) -> str | None:
+        """Say why no single joint motion may lead from one posture to the next, if none may."""
+        ...
+
+
+class StraightLine(Curve, Protocol):
+    """A straight line of the tip; its follower keeps the same posture along other curves."""
+
+    @property
+    def follower(self) -> Follower:
+        """What keeps the posture in which the line begins."""
         ...
 
 
@@ -96,6 +164,10 @@ class ArmGeometry(Protocol):
 
     def check(self, joints: Joints) -> None:
         """Raise `JointLimit` for the joint that passes its limit furthest, if any does."""
+        ...
+
+    def hand_axes(self, joints: Joints) -> Matrix3:
+        """Return the hand's up, side and along as the columns of a matrix in the base frame."""
         ...
 
     def line(self, start: Joints, goal: Pose) -> StraightLine:

@@ -15,7 +15,7 @@ from kinematics.arm_geometry import Point
 from kinematics.chain_task import Task, goal_of, pose_of, task_of
 from kinematics.chains import Chain
 from kinematics.errors import JointLimit, KinematicsError
-from kinematics.frames import position_of
+from kinematics.frames import position_of, rotation_of
 from kinematics.generated import Generated, generated
 from kinematics.goals import Goal, Part
 from kinematics.ik_account import Solution, account
@@ -27,7 +27,8 @@ from kinematics.spaces import Joints, Pose
 from kinematics.vectors import Vector, cross, norm, subtract
 
 if TYPE_CHECKING:
-    from kinematics.chain_line import ChainLine
+    from kinematics.curves import Line
+    from kinematics.rotations import Matrix3
 
 EFFORT = Effort(starts=16)
 """Postures tried before a pose is called out of reach: a person is waiting for the answer."""
@@ -176,7 +177,11 @@ class ChainArm:
             worst = max(broken, key=lambda violation: violation.excess_rad)
             raise JointLimit(worst.joint, worst.value_rad, worst.bound_rad)
 
-    def line(self, start: Joints, goal: Pose) -> ChainLine:
+    def hand_axes(self, joints: Joints) -> Matrix3:
+        """Return the axes of the hand's frame as the columns of a matrix in the base frame."""
+        return rotation_of(self._made.fk(self._values(joints)))
+
+    def line(self, start: Joints, goal: Pose) -> Line:
         """Return the straight line from a posture to a pose."""
         from kinematics.chain_line import chain_line  # a line is made of an arm
 

@@ -1,7 +1,8 @@
-"""A straight line of the tip of an arm given by its link table, solved point by point.
+"""One posture of an arm given by its link table, kept along a line or any other curve of the tip.
 
-Units: mm and rad. Five joints take pitch and roll in proportion, each the shorter way round; six
-turn the hand about one axis, the shorter way, which no angle's own degeneracy disturbs.
+Units: mm and rad. Five joints take pitch and roll in proportion, each the shorter way round: a
+hand is the two angles, of any turn. Six turn the hand about one axis, the shorter way, which no
+angle's own degeneracy disturbs: a hand is the unit quaternion of its rotation.
 """
 
 from __future__ import annotations
@@ -10,16 +11,14 @@ import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from kinematics.arm_geometry import Point
-from kinematics.axis_angle import AxisAngle, rotation_vector
+from kinematics.arm_geometry import Hand, NotFollowed, Point
 from kinematics.chain_task import Task, pose_of
 from kinematics.chains import Chain
-from kinematics.errors import PathBroken
+from kinematics.curves import Line, straight_between
 from kinematics.frames import rotation_of, transform
 from kinematics.limits import wrap
-from kinematics.rotations import Matrix3, multiply, transpose
+from kinematics.quaternions import Quaternion, quaternion_of
 from kinematics.spaces import Joints, Pose
-from kinematics.vectors import Vector, norm
 
 if TYPE_CHECKING:
     from kinematics.chain_arm import ChainArm
@@ -31,82 +30,85 @@ is no sum of joint angles here, stays within some thousandths of a rad of the li
 
 
 @dataclass(frozen=True, slots=True)
-class ChainLine:
-    """A line from a posture to a pose; `chain` has limits widened to the start.
-
-    `rotation` is that of the hand at the start, and `turn` the rotation vector, in the world,
-    that leads to the goal's; only six joints use them.
-    """
+class ChainFollower:
+    """The posture near the one before; `chain` has limits widened to the start."""
 
     arm: ChainArm
-    origin: Pose
-    end: Pose
-    rotation: Matrix3
-    turn: Vector
+    first: Hand
     chain: Chain
+    posture = ""
 
-    def tip(self, fraction: float) -> Point:
-        """Return the point of the line at a fraction of its length."""
-        a, b = self.origin, self.end
-        return (
-            _between(a.x_mm, b.x_mm, fraction),
-            _between(a.y_mm, b.y_mm, fraction),
-            _between(a.z_mm, b.z_mm, fraction),
-        )
-
-    def pose(self, fraction: float) -> Pose:
-        """Return the line's pose at a fraction (0 to 1) of its length."""
-        if fraction >= 1.0:
-            return self.end
+    def hand(self, pose: Pose, near: Hand) -> Hand:
+        """Return how a pose holds the hand; refuses a yaw that is missing or cannot be taken."""
+        goal = self.arm.goal(pose)
         if self.arm.task is Task.WHOLE:
-            angle = norm(self.turn)
-            rotation = self.rotation
-            if angle > 0.0:
-                rotation = multiply(AxisAngle(self.turn, angle * fraction).rotation(), rotation)
-            frame = transform(rotation, self.tip(fraction))
-            return pose_of(frame, self.arm.task, self.arm.centre)
-        return Pose(
-            *self.tip(fraction),
-            _between(self.origin.pitch_rad, self.end.pitch_rad, fraction),
-            _between(self.origin.roll_rad, self.end.roll_rad, fraction),
+            turn = _four(quaternion_of(rotation_of(goal.frame)))
+            opposite = sum(a * b for a, b in zip(near, turn, strict=True)) < 0.0
+            return tuple(-part for part in turn) if opposite else turn
+        return (
+            near[0] + wrap(pose.pitch_rad - near[0]),
+            near[1] + wrap(pose.roll_rad - near[1]),
         )
 
-    def solve(self, fraction: float, before: Joints) -> Joints:
-        """Return the posture at a fraction, near the one before; raises `PathBroken`."""
-        pose = self.pose(fraction)
-        found = self.arm.meet(self.arm.goal(pose), before, self.chain)
+    def between(self, a: Hand, b: Hand, share: float) -> Hand:
+        """Return the hand at a share of the turn from one to another."""
+        if share >= 1.0:
+            return b
+        if self.arm.task is Task.WHOLE:
+            return _turned(a, b, share)
+        return tuple(one + share * (two - one) for one, two in zip(a, b, strict=True))
+
+    def pose(self, tip: Point, hand: Hand) -> Pose:
+        """Return the pose of a tip and a hand."""
+        if self.arm.task is Task.WHOLE:
+            frame = transform(Quaternion.of(*hand).rotation(), tip)
+            return pose_of(frame, self.arm.task, self.arm.centre)
+        return Pose(*tip, *hand)
+
+    def solve(self, tip: Point, hand: Hand, before: Joints) -> Joints:
+        """Return the posture near the one before; raises `NotFollowed`."""
+        goal = self.arm.goal(self.pose(tip, hand))
+        found = self.arm.meet(goal, before, self.chain)
         if not found.ok:
-            raise PathBroken(fraction, pose, _reason(found))
+            raise NotFollowed(_reason(found))
         joints = self.arm.joints_of(found.joints)
         turns = [abs(b - a) for a, b in zip(before, joints, strict=True)]
         if max(turns) > LARGEST_TURN_RAD:
             name = joints.names[turns.index(max(turns))].replace("_", " ")
-            raise PathBroken(
-                fraction,
-                pose,
+            raise NotFollowed(
                 f"the {name} would have to turn by {math.degrees(max(turns)):.0f}° at once, "
-                "because the posture is singular there",
+                "because the posture is singular there"
             )
         return joints
 
 
-def chain_line(arm: ChainArm, start: Joints, goal: Pose) -> ChainLine:
+def chain_line(arm: ChainArm, start: Joints, goal: Pose) -> Line:
     """Return the line from a posture to a pose."""
     origin = arm.fk(start)
-    arm.goal(goal)  # refuses a yaw that is missing, or that this arm cannot take
-    frame = arm.chain.fk(start.angles_rad)
-    turn: Vector = (0.0, 0.0, 0.0)
+    first: Hand = (origin.pitch_rad, origin.roll_rad)
     if arm.task is Task.WHOLE:
-        wanted = rotation_of(arm.goal(goal).frame)
-        turn = rotation_vector(multiply(wanted, transpose(rotation_of(frame))))
-        end = goal
-    else:
-        end = replace(
-            goal,
-            pitch_rad=origin.pitch_rad + wrap(goal.pitch_rad - origin.pitch_rad),
-            roll_rad=origin.roll_rad + wrap(goal.roll_rad - origin.roll_rad),
-        )
-    return ChainLine(arm, origin, end, rotation_of(frame), turn, _widened(arm, start))
+        first = _four(quaternion_of(rotation_of(arm.chain.fk(start.angles_rad))))
+    follower = ChainFollower(arm, first, _widened(arm, start))
+    tip = origin.x_mm, origin.y_mm, origin.z_mm
+    return straight_between(follower, tip, first, goal)
+
+
+def _four(turn: Quaternion) -> Hand:
+    return turn.w, turn.x, turn.y, turn.z
+
+
+def _turned(a: Hand, b: Hand, share: float) -> Hand:
+    """Return the unit quaternion at a share of the turn about one axis (Shoemake, 1985).
+
+    The angle is that of half difference and half sum, which is exact for small turns.
+    """
+    apart = math.dist(a, b)
+    half = 2.0 * math.atan2(apart, math.hypot(*map(float.__add__, a, b)))
+    if half == 0.0:
+        return a
+    sine = math.sin(half)
+    first, second = math.sin((1.0 - share) * half) / sine, math.sin(share * half) / sine
+    return tuple(first * one + second * two for one, two in zip(a, b, strict=True))
 
 
 def _widened(arm: ChainArm, start: Joints) -> Chain:
@@ -124,7 +126,3 @@ def _reason(found: Solution) -> str:
     if found.at_limit:
         return f"the {found.at_limit[0].replace('_', ' ')} would pass its limit"
     return "no posture near the one before holds the hand there"
-
-
-def _between(a: float, b: float, fraction: float) -> float:
-    return b if fraction >= 1.0 else a + fraction * (b - a)

@@ -4,7 +4,8 @@ KinematicsError            root of the room
 +-- BadNumber              not a finite number where one belongs
 +-- JointLimit             a joint angle outside its range
 +-- Unreachable            a pose no posture can reach (see nearest.py)
-+-- PathBroken             a straight line leaves the reach, or changes posture, on its way
++-- PathBroken             a line, an arc or a route leaves the reach, or its posture, on its way
++-- NoArc                  three points that lie in a line, or are fewer than three
 +-- SingularTransmission   motors that cannot tell the joints apart
 +-- UnknownPreset          no preset arm has that key
 +-- UnknownSystem          no system of the textbook has that name
@@ -115,19 +116,64 @@ class Unreachable(KinematicsError):
 
 
 class PathBroken(KinematicsError):
-    """A straight line that cannot be followed in one posture.
+    """A line, an arc, a blend or a part of a route that cannot be followed in one posture.
 
-    `fraction` (0 to 1) says how far along the line it breaks, `point` is the line's pose there.
+    `shape` says which of them it is ("straight line", "arc", "blend", "joint motion"), `fraction`
+    (0 to 1) how far along its way it breaks, and `point` is the pose that it asks for there.
+    `part` is the number, from 1, of the part of a route; a blend has that of the part before it.
     """
 
-    def __init__(self, fraction: float, point: Pose, reason: str) -> None:
+    def __init__(
+        self,
+        fraction: float,
+        point: Pose,
+        reason: str,
+        *,
+        shape: str = "straight line",
+        part: int | None = None,
+    ) -> None:
         self.fraction = fraction
         self.point = point
         self.reason = reason
+        self.shape = shape
+        self.part = part
+        where = f" of part {part} of the route" if part is not None else ""
         super().__init__(
-            f"the straight line breaks at {fraction:.0%} of its length, at {point}: {reason}; "
-            "use a joint motion, or a line that keeps clear of this point"
+            f"the {shape}{where} breaks at {fraction:.0%} of its length, at {point}: {reason}; "
+            f"{_WAYS_ROUND[shape]}"
         )
+
+    def of_part(self, number: int) -> PathBroken:
+        """Return the same refusal with the number of the part of a route that it is about."""
+        return PathBroken(self.fraction, self.point, self.reason, shape=self.shape, part=number)
+
+
+_WAYS_ROUND = {
+    "straight line": "use a joint motion, or a line that keeps clear of this point",
+    "arc": "use a joint motion, or an arc that keeps clear of this point",
+    "blend": "use a smaller blend radius, or none",
+    "joint motion": "choose another goal for it",
+}
+
+
+class NoArc(KinematicsError):
+    """Three points through which no circle is drawn.
+
+    `off_mm` is the distance of two of them that are the same point, else how far the three are
+    from lying in a line; `part` the number, from 1, of the part of a route, or None.
+    """
+
+    def __init__(self, reason: str, remedy: str, off_mm: float, *, part: int | None = None) -> None:
+        self.reason = reason
+        self.remedy = remedy
+        self.off_mm = off_mm
+        self.part = part
+        where = f" of part {part} of the route" if part is not None else ""
+        super().__init__(f"no arc leads through the points{where}: {reason}; {remedy}")
+
+    def of_part(self, number: int) -> NoArc:
+        """Return the same refusal with the number of the part of a route that it is about."""
+        return NoArc(self.reason, self.remedy, self.off_mm, part=number)
 
 
 class SingularTransmission(KinematicsError):

@@ -36,8 +36,9 @@ from kinematics.spaces import JOINT_NAMES, Joints, Pose
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from kinematics.curves import Line
     from kinematics.frames import Transform
-    from kinematics.line import Line
+    from kinematics.rotations import Matrix3
 
 
 MOVING_POINTS = ("elbow", "wrist", "tip")
@@ -269,6 +270,11 @@ class FiveAxisArm:
         from kinematics.nearest import nearest  # only here is it needed
 
         return nearest(self, pose, seed).pose
+
+    def hand_axes(self, joints: Joints) -> Matrix3:
+        """Return the hand's up, side and along as the columns of a matrix in the base frame."""
+        (a, b, c, _), (d, e, f, _), (g, h, i, _), _ = forward_frame(_angles(joints), self.lengths)
+        return (a, b, c), (d, e, f), (g, h, i)
 
     def line(self, start: Joints, goal: Pose) -> Line:
         """Return the straight line from a posture to a pose; see `line_from`."""

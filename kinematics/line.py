@@ -1,6 +1,7 @@
-"""A straight line in x, y, z, pitch and roll, solved point by point on one branch.
+"""One posture of the five-axis build, kept along a straight line or any other curve of the tip.
 
-Units: mm and rad.
+Units: mm and rad. A hand is its pitch, seen outwards and of any turn, and the angle of the wrist
+roll.
 """
 
 from __future__ import annotations
@@ -8,8 +9,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from kinematics.arm_geometry import Hand, NotFollowed, Point
 from kinematics.closed_form import AXIS_MM, elbow_triangle, plane_tip, wrist_distance
-from kinematics.errors import PathBroken
+from kinematics.curves import Line, straight_between
 from kinematics.five_axis import FiveAxisArm
 from kinematics.limits import LIMIT_TOLERANCE_RAD, JointRange, wrap
 from kinematics.spaces import JOINT_NAMES, Joints, Pose
@@ -19,86 +21,90 @@ STRAIGHT_RAD = 1e-6
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
-    """A line from a posture to a pose, and the branch on which it is followed.
+class FiveAxisFollower:
+    """The branch on which a curve is followed.
 
-    `end` has the start's own turns of pitch and roll; `back` says that the tip is behind the
-    base axis, and `elbow_sign` whether the elbow's angle is above or below zero: the branch.
-    `ranges` are the arm's limits, widened to the start where it lies outside them.
+    `back` says that the tip is behind the base axis, and `elbow_sign` whether the elbow's angle is
+    above or below zero: the branch. `ranges` are the arm's limits, widened to the start where it
+    lies outside them. The wrist roll is the pose's roll and `roll_offset`.
     """
 
     arm: FiveAxisArm
-    start: Joints
-    origin: Pose
-    end: Pose
-    roll_change: float
+    first: Hand
     back: bool
     elbow_sign: float
+    roll_offset: float
     ranges: tuple[JointRange, ...]
 
-    def pose(self, fraction: float) -> Pose:
-        """Return the line's pose at a fraction (0 to 1) of its length."""
-        a, b = self.origin, self.end
-        return Pose(
-            _between(a.x_mm, b.x_mm, fraction),
-            _between(a.y_mm, b.y_mm, fraction),
-            _between(a.z_mm, b.z_mm, fraction),
-            _between(a.pitch_rad, b.pitch_rad, fraction),
-            _between(a.roll_rad, a.roll_rad + self.roll_change, fraction),
-        )
+    @property
+    def posture(self) -> str:
+        """The branch in words."""
+        up = (self.elbow_sign < 0.0) != self.back
+        return f"elbow {'up' if up else 'down'}, base {'back' if self.back else 'front'}"
 
-    def tip(self, fraction: float) -> tuple[float, float, float]:
-        """Return the point of the line at a fraction of its length."""
-        a, b = self.origin, self.end
-        return (
-            _between(a.x_mm, b.x_mm, fraction),
-            _between(a.y_mm, b.y_mm, fraction),
-            _between(a.z_mm, b.z_mm, fraction),
-        )
+    def hand(self, pose: Pose, near: Hand) -> Hand:
+        """Return how a pose holds the hand: pitch and roll turn the shorter way round.
 
-    def solve(self, fraction: float, before: Joints) -> Joints:
-        """Return the posture at a fraction, its base's turn nearest to the posture before.
-
-        Raises `PathBroken` where the wrist is out of reach or a joint beyond its range.
+        The roll takes the longer way where the wrist's range forbids the shorter one.
         """
-        x, y, z = self.tip(fraction)
-        pitch = _between(self.origin.pitch_rad, self.end.pitch_rad, fraction)
-        height, upper, fore, hand = self.arm.lengths
+        pitch = near[0] + wrap(pose.pitch_rad - near[0])
+        change = wrap(pose.roll_rad + self.roll_offset - near[1])
+        if not self._rolls_to(near[1] + change):
+            other = change - math.copysign(math.tau, change)
+            change = other if self._rolls_to(near[1] + other) else change
+        return pitch, near[1] + change
+
+    def between(self, a: Hand, b: Hand, share: float) -> Hand:
+        """Return the hand at a share of the turn: pitch and roll in proportion."""
+        if share >= 1.0:
+            return b
+        return a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])
+
+    def pose(self, tip: Point, hand: Hand) -> Pose:
+        """Return the pose of a tip and a hand, its pitch and roll of any turn."""
+        return Pose(*tip, hand[0], hand[1] - self.roll_offset)
+
+    def solve(self, tip: Point, hand: Hand, before: Joints) -> Joints:
+        """Return the posture, its base's turn nearest to the posture before.
+
+        Raises `NotFollowed` where the wrist is out of reach or a joint beyond its range.
+        """
+        x, y, z = tip
+        pitch, roll = hand
+        height, upper, fore, length = self.arm.lengths
+        old_base, old_shoulder, old_elbow, old_wrist, _ = before.angles_rad
         r = math.hypot(x, y)
-        base = before[0]
+        base = old_base
         if r > AXIS_MM:
             base += math.remainder(math.atan2(y, x) + math.pi * self.back - base, math.tau)
         if self.back:
             r, pitch = -r, math.pi - pitch
-        wrist_r, wrist_z = r - hand * math.cos(pitch), z - height - hand * math.sin(pitch)
-        pair = elbow_triangle(wrist_r, wrist_z, upper, fore, before[1])
+        wrist_r, wrist_z = r - length * math.cos(pitch), z - height - length * math.sin(pitch)
+        pair = elbow_triangle(wrist_r, wrist_z, upper, fore, old_shoulder)
         if pair is None:
-            raise PathBroken(fraction, self.pose(fraction), self._span(fraction))
+            raise NotFollowed(self._span(tip, hand[0]))
         shoulder, elbow = pair[self.elbow_sign > 0.0]
-        shoulder += math.tau * round((before[1] - shoulder) / math.tau)
-        elbow += math.tau * round((before[2] - elbow) / math.tau)
+        shoulder += math.tau * round((old_shoulder - shoulder) / math.tau)
+        elbow += math.tau * round((old_elbow - elbow) / math.tau)
         wrist = pitch - shoulder - elbow
-        wrist += math.tau * round((before[3] - wrist) / math.tau)
-        roll = self.start[4] + fraction * self.roll_change
-        return Joints(self._limited(fraction, (base, shoulder, elbow, wrist, roll)))
+        wrist += math.tau * round((old_wrist - wrist) / math.tau)
+        return Joints(self._limited((base, shoulder, elbow, wrist, roll)))
 
-    def _limited(self, fraction: float, angles: tuple[float, ...]) -> tuple[float, ...]:
+    def _limited(self, angles: tuple[float, ...]) -> tuple[float, ...]:
         """Return the angles, snapped to limits that rounding has passed."""
         snapped = []
         for name, angle, bounds in zip(JOINT_NAMES, angles, self.ranges, strict=True):
             inside = bounds.clamp(angle)
             if abs(angle - inside) > LIMIT_TOLERANCE_RAD:
-                reason = (
+                raise NotFollowed(
                     f"the {name.replace('_', ' ')} would pass its limit of "
                     f"{math.degrees(inside):.1f}°"
                 )
-                raise PathBroken(fraction, self.pose(fraction), reason)
             snapped.append(inside)
         return tuple(snapped)
 
-    def _span(self, fraction: float) -> str:
-        x, y, z = self.tip(fraction)
-        pitch = _between(self.origin.pitch_rad, self.end.pitch_rad, fraction)
+    def _span(self, tip: Point, pitch: float) -> str:
+        x, y, z = tip
         distance = wrist_distance(math.hypot(x, y), z, pitch, self.arm.lengths)
         longest = self.arm.upper_arm_mm + self.arm.forearm_mm
         if distance > longest:
@@ -106,24 +112,27 @@ class Line:
         shortest = abs(self.arm.upper_arm_mm - self.arm.forearm_mm)
         return f"the wrist would be nearer to the shoulder than {shortest:.1f} mm"
 
+    def _rolls_to(self, angle: float) -> bool:
+        return abs(self.ranges[4].clamp(angle) - angle) <= LIMIT_TOLERANCE_RAD
+
 
 def line_from(arm: FiveAxisArm, start: Joints, goal: Pose) -> Line:
     """Return the line from a posture to a pose, its turns of pitch and roll and branch chosen."""
     origin = arm.fk(start)
     r, _, _ = plane_tip(start[1], start[2], start[3], arm.lengths)
-    back = r < -AXIS_MM
-    ranges = tuple(
-        JointRange(min(bounds.low_rad, angle), max(bounds.high_rad, angle))
-        for bounds, angle in zip(arm.limits, start, strict=True)
+    follower = FiveAxisFollower(
+        arm,
+        (origin.pitch_rad, start[4]),
+        r < -AXIS_MM,
+        _elbow_sign(wrap(start[2]), arm.limits[2]),
+        start[4] - origin.roll_rad,
+        tuple(
+            JointRange(min(bounds.low_rad, angle), max(bounds.high_rad, angle))
+            for bounds, angle in zip(arm.limits, start, strict=True)
+        ),
     )
-    roll_change = wrap(goal.roll_rad - origin.roll_rad)
-    if not _holds(ranges[4], start[4] + roll_change):
-        other = roll_change - math.copysign(math.tau, roll_change)
-        roll_change = other if _holds(ranges[4], start[4] + other) else roll_change
-    pitch = origin.pitch_rad + wrap(goal.pitch_rad - origin.pitch_rad)
-    end = Pose(goal.x_mm, goal.y_mm, goal.z_mm, pitch, origin.roll_rad + roll_change)
-    sign = _elbow_sign(wrap(start[2]), arm.limits[2])
-    return Line(arm, start, origin, end, roll_change, back, sign, ranges)
+    tip = origin.x_mm, origin.y_mm, origin.z_mm
+    return straight_between(follower, tip, follower.first, goal)
 
 
 def _elbow_sign(elbow: float, bounds: JointRange) -> float:
@@ -131,11 +140,3 @@ def _elbow_sign(elbow: float, bounds: JointRange) -> float:
     if abs(elbow) > STRAIGHT_RAD:
         return math.copysign(1.0, elbow)
     return -1.0 if bounds.low_rad < -STRAIGHT_RAD else 1.0
-
-
-def _holds(bounds: JointRange, angle: float) -> bool:
-    return abs(bounds.clamp(angle) - angle) <= LIMIT_TOLERANCE_RAD
-
-
-def _between(a: float, b: float, fraction: float) -> float:
-    return b if fraction >= 1.0 else a + fraction * (b - a)

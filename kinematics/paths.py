@@ -1,7 +1,7 @@
 """Paths between postures: straight in the joints, or straight in x, y, z, pitch and roll.
 
 Units: mm and rad. A straight line is solved on one branch of the inverse kinematics and cut into
-joint motions short enough that the tip stays within a tolerance of the line.
+joint motions short enough that the tip stays within a tolerance of the line (chords.py).
 """
 
 from __future__ import annotations
@@ -11,27 +11,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from kinematics.arm_geometry import ArmGeometry, StraightLine
-from kinematics.errors import KinematicsError, PathBroken, finite
+from kinematics.arm_geometry import ArmGeometry
+from kinematics.chords import corners, cut, smooth
 from kinematics.spaces import Joints, Pose
 
 Point = tuple[float, ...]
 
 LINE_TOLERANCE_MM = 0.5
 """How far the tip may leave a straight line by default: less than two steps of a TeachMover."""
-
-MARGIN = 0.75
-"""Share of the tolerance allowed at the points looked at, so that it holds between them too.
-
-Between two waypoints the deviation is close to a parabola that is zero at both ends; the points
-at a quarter, a half and three quarters find its top, and the margin covers what is not parabola.
-"""
-
-LARGEST_BASE_TURN_RAD = 0.5
-"""The furthest that the base may turn between two waypoints of a line."""
-
-SHORTEST_CUT = 2.0**-16
-"""The smallest share of a line between two waypoints: where that is not enough, it breaks."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,57 +60,11 @@ def line_path(
     unless the wrist's range forbids it. All waypoints are on the start's branch. With the joints
     turning in proportion between waypoints, the tip is never further than `tolerance_mm` from
     the point of the line at the same fraction; pitch and roll, being sums of joint angles, are
-    exact. Raises `PathBroken` where the reach, a limit, or the branch ends. A joint that starts
-    beyond its limit may come back, but not go further.
+    exact. At a waypoint the direction in joint space turns by at most 15 degrees (chords.py).
+    Raises `PathBroken` where the reach, a limit, or the branch ends. A joint that starts beyond
+    its limit may come back, but not go further.
     """
-    tolerance = _positive("tolerance_mm", tolerance_mm) * MARGIN
-    line = arm.line(start, goal)
-    waypoints = [start]
-    fraction = 0.0
-    ahead = [1.0]
-    while ahead:
-        target = ahead[-1]
-        reached = _step(arm, line, fraction, waypoints[-1], target, tolerance)
-        if isinstance(reached, Joints):
-            waypoints.append(reached)
-            fraction = ahead.pop()
-        elif target - fraction <= SHORTEST_CUT:
-            raise reached
-        else:
-            ahead.append((fraction + target) / 2.0)
-    return tuple(waypoints)
-
-
-def _step(
-    arm: ArmGeometry,
-    line: StraightLine,
-    fraction: float,
-    before: Joints,
-    target: float,
-    tolerance: float,
-) -> Joints | PathBroken:
-    """Return the posture at `target` if one joint motion may lead there, else why not."""
-    try:
-        reached = line.solve(target, before)
-    except PathBroken as broken:
-        return broken
-    turn = abs(reached[0] - before[0])
-    if turn > LARGEST_BASE_TURN_RAD:
-        return PathBroken(
-            target,
-            line.pose(target),
-            f"the base would have to turn by {math.degrees(turn):.0f}° at once, because the line "
-            "meets the base axis",
-        )
-    path = JointPath(before, reached)
-    for share in (0.25, 0.5, 0.75):
-        tip = arm.points(path.at(share))[-1]
-        missed = math.dist(tip, line.tip(fraction + share * (target - fraction)))
-        if missed > tolerance:
-            return PathBroken(
-                target, line.pose(target), f"the tip would leave the line by {missed:.2f} mm"
-            )
-    return reached
+    return corners(smooth(cut(arm, arm.line(start, goal), start, tolerance_mm)))
 
 
 def deviation_mm(
@@ -153,10 +94,3 @@ def _off_segment(point: Point, start: Point, end: Point) -> float:
     share = sum(d * (p - a) for d, p, a in zip(along, point, start, strict=True)) / length
     share = min(max(share, 0.0), 1.0)
     return math.dist(point, tuple(a + share * d for a, d in zip(start, along, strict=True)))
-
-
-def _positive(name: str, value: float) -> float:
-    number = finite(name, value)
-    if number <= 0.0:
-        raise KinematicsError(f"{name} must be more than 0, not {number}")
-    return number

@@ -140,6 +140,29 @@ _MINIMOVER = replace(
     "of 193.7 mm). Steps, limits, speeds and guards are the TeachMover's, of the same mechanics.",
 )
 
+_COUNTS_PER_TURN = 16384
+"""Of the encoder on the shaft of a closed-loop drive (MKS SERVO42D, 57D)."""
+_ENCODER_COUNTS = cable_transmission(
+    base=50 * _COUNTS_PER_TURN / math.tau,
+    shoulder=50 * _COUNTS_PER_TURN / math.tau,
+    elbow=40 * _COUNTS_PER_TURN / math.tau,
+    wrist=20 * _COUNTS_PER_TURN / math.tau,
+    gripper=2400.0,
+)
+
+_MINIMOVER_MKS = replace(
+    _MINIMOVER,
+    key="minimover5-mks",
+    title="Mini-mover on MKS drives",
+    transmission=_ENCODER_COUNTS,
+    grip_steps_per_n=_GRIP_STEPS_PER_N * 2400.0 / (371 / MM_PER_INCH),
+    verified=False,
+    notes="A template: the Mini-mover's mechanics with a closed-loop drive on each motor's shaft, "
+    "its steps the counts of their encoders. Nobody sells it: gears of 50, 50, 40 and 20 to 1 and "
+    "the gripper's 2400 counts per mm stand in for those of your arm; limits, speeds and the "
+    "reference posture are the Mini-mover's.",
+)
+
 _ALPHA2 = replace(
     _TEACHMOVER,
     key="alpha2",
@@ -183,7 +206,10 @@ _ARMDROID1 = replace(
 )
 
 PRESETS: Mapping[str, ArmPreset] = MappingProxyType(
-    {preset.key: preset for preset in (_MINIMOVER, _TEACHMOVER, _ALPHA2, _ROBKO01, _ARMDROID1)}
+    {
+        preset.key: preset
+        for preset in (_MINIMOVER, _TEACHMOVER, _ALPHA2, _ROBKO01, _ARMDROID1, _MINIMOVER_MKS)
+    }
 )
 """The arms this room knows by name."""
 

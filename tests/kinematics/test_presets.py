@@ -23,7 +23,9 @@ def test_every_arm_has_its_published_lengths(key, lengths):
 
 
 def test_the_table_holds_exactly_these_arms_and_cannot_be_changed():
-    assert set(PRESETS) == {"minimover5", "teachmover", "alpha2", "robko01", "armdroid1"}
+    assert list(PRESETS) == [
+        "minimover5", "teachmover", "alpha2", "robko01", "armdroid1", "minimover5-mks",
+    ]  # fmt: skip
     with pytest.raises(TypeError):
         PRESETS["mine"] = preset("teachmover")
     with pytest.raises(dataclasses.FrozenInstanceError):
@@ -57,6 +59,21 @@ def test_an_arm_of_which_nothing_was_measured_is_a_template_with_stand_in_number
     assert "template" in armdroid.notes
     assert armdroid.transmission == teachmover.transmission
     assert armdroid.grip_steps_per_n is None
+
+
+def test_an_arm_on_closed_loop_drives_counts_its_encoders_and_is_a_template():
+    arm, minimover = preset("minimover5-mks"), preset("minimover5")
+    assert not arm.verified
+    assert "template" in arm.notes
+    turn = Joints.of(360, 0, 0, 0, 0)
+    assert arm.transmission.to_motors(turn)[0] == 50 * 0x4000
+    rad_s = minimover.joint_speeds_rad_s
+    rpm = [60 * rate / 0x4000 for rate in arm.transmission.motor_rates(rad_s, 20.0)]
+    assert max(map(abs, rpm)) < 600
+    # a newton is as many mm of the cable as on the arm whose mechanics it has
+    per_n = [each.grip_steps_per_n / each.transmission.motors[-1].steps_per_unit
+             for each in (arm, minimover)]  # fmt: skip
+    assert per_n[0] == pytest.approx(per_n[1])
 
 
 @pytest.mark.parametrize("key", PRESETS)

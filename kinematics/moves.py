@@ -1,0 +1,73 @@
+"""What a route is made of: joint motions, straight lines and arcs.
+
+Lengths in mm, angles in rad. `blend_mm` of each is how far from the end point of the part the
+path may leave it for the next one; 0 is to stop there exactly, as after the last part in any case.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from kinematics.errors import KinematicsError, finite
+from kinematics.spaces import Joints, Pose
+
+
+@dataclass(frozen=True, slots=True)
+class JointMove:
+    """Every joint turns in proportion, to a posture."""
+
+    goal: Joints
+    blend_mm: float = 0.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "blend_mm", _radius(self.blend_mm))
+
+
+@dataclass(frozen=True, slots=True)
+class PoseMove:
+    """Every joint turns in proportion, to the posture for a pose that is nearest."""
+
+    goal: Pose
+    blend_mm: float = 0.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "blend_mm", _radius(self.blend_mm))
+
+
+@dataclass(frozen=True, slots=True)
+class LineMove:
+    """Straight to a pose, in x, y, z and the turn of the hand."""
+
+    goal: Pose
+    blend_mm: float = 0.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "blend_mm", _radius(self.blend_mm))
+
+
+@dataclass(frozen=True, slots=True)
+class ArcMove:
+    """About a circle through a via point, of which only x, y and z count, to a pose.
+
+    With `sweep_rad` by that angle instead, and the goal is a third point of the circle and how
+    the hand is held in the end; 2 pi is a full circle.
+    """
+
+    via: Pose
+    goal: Pose
+    blend_mm: float = 0.0
+    sweep_rad: float | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "blend_mm", _radius(self.blend_mm))
+
+
+Move = JointMove | PoseMove | LineMove | ArcMove
+"""One part of a route."""
+
+
+def _radius(value: float) -> float:
+    radius = finite("blend_mm", value)
+    if radius < 0.0:
+        raise KinematicsError(f"blend_mm must not be less than 0, but is {radius}")
+    return radius

@@ -1,0 +1,216 @@
+"""Routes of several parts: their sections, their laws, and what breaks them."""
+
+import dataclasses
+import math
+
+import pytest
+from amounts import amount
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from kinematics_cases import TEACHMOVER, UNEVEN, same_pose
+from route_cases import START, point, pose, poses, reached, sharpest_deg, tip
+from test_arcs import PUMA, PUMA_START
+
+from kinematics import (
+    ArcMove,
+    JointMove,
+    Joints,
+    KinematicsError,
+    LineMove,
+    NoArc,
+    PathBroken,
+    PoseMove,
+    Route,
+    line_path,
+    route_sections,
+)
+
+VIA, GOAL = pose(250, 100, 120), pose(150, 100, 150, -70, 40)
+RADII = st.sampled_from((0.0, 5.0, 30.0, 1000.0))
+
+
+def sections(start, *parts, arm=TEACHMOVER, tolerance_mm=0.5):
+    return route_sections(arm, Route(start, parts), tolerance_mm)
+
+
+@given(poses, poses)
+def test_a_route_of_one_line_is_that_line(first, goal):
+    start = TEACHMOVER.solve(first)
+    assume(start is not None)
+    try:
+        expected = line_path(TEACHMOVER, start, goal)
+    except PathBroken:
+        return
+    (section,) = sections(start, LineMove(goal, blend_mm=10.0))
+    assert section.corners == expected
+    assert section.parts == (1,)
+    assert section.blends_mm == (0.0,)
+
+
+def test_a_line_to_where_the_arm_stands_is_a_section_too():
+    here = TEACHMOVER.fk(START)
+    (section,) = sections(START, LineMove(here))
+    assert section.corners == line_path(TEACHMOVER, START, here)
+
+
+def test_without_blends_every_part_is_a_section_that_ends_exactly():
+    arc = ArcMove(pose(200, 150, 120), GOAL)
+    joints = Joints.of(10, 40, -80, -30, 20)
+    found = sections(START, LineMove(VIA), arc, JointMove(joints), PoseMove(VIA))
+    assert [section.parts for section in found] == [(1,), (2,), (3,), (4,)]
+    ends = [section.corners[-1] for section in found]
+    starts = [section.corners[0] for section in found]
+    assert starts == [START, *ends[:-1]]
+    assert same_pose(TEACHMOVER.fk(ends[0]), VIA)
+    assert same_pose(TEACHMOVER.fk(ends[1]), GOAL)
+    assert ends[2] == joints
+    assert ends[3] == TEACHMOVER.ik(VIA, joints)
+    assert found[2].corners == (ends[1], joints)
+
+
+def test_a_blend_joins_parts_into_one_section_and_says_its_radius():
+    found = sections(
+        START, LineMove(VIA, 20.0), LineMove(GOAL, 400.0), JointMove(START), PoseMove(VIA, 10.0)
+    )
+    assert [section.parts for section in found] == [(1, 2, 3), (4,)]
+    used = found[0].blends_mm
+    assert used[0] == 20.0
+    assert used[1] == pytest.approx(math.dist(point(VIA), point(GOAL)) / 2.0, abs=30.0)
+    assert used[1] <= math.dist(point(VIA), point(GOAL)) / 2.0 + 1e-6
+    assert used[2] == 0.0
+    near = min(math.dist(tip(TEACHMOVER, one), point(VIA)) for one in found[0].corners)
+    assert 5.0 < near < 11.0  # the parabola passes a corner of this angle at about half the radius
+
+
+@settings(max_examples=amount(40, 1000))
+@given(poses, poses, poses, poses, RADII, RADII)
+def test_a_route_has_no_sharp_corners_and_breaks_by_name(first, one, two, three, near, far):
+    start = TEACHMOVER.solve(first)
+    assume(start is not None)
+    parts = (LineMove(one, near), ArcMove(two, three, far), PoseMove(one, near), LineMove(two))
+    refused = None
+    try:
+        found = sections(start, *parts)
+    except (PathBroken, NoArc) as broken:
+        refused = broken
+    if refused is not None:
+        assert refused.part == 2 if isinstance(refused, NoArc) else refused.part in {1, 2, 3, 4}
+        assert f"of part {refused.part} of the route" in str(refused)
+        return
+    assert found[0].corners[0] == start
+    assert same_pose(TEACHMOVER.fk(found[-1].corners[-1]), two, mm=1e-4)
+    assert [number for section in found for number in section.parts] == [1, 2, 3, 4]
+    for section in found:
+        assert sharpest_deg(section.corners) <= 15.0 + 1e-6
+        assert len(section.corners) < 100 * len(section.parts)
+
+
+@given(poses, poses, poses, RADII)
+def test_a_route_backwards_has_the_same_points(first, one, two, radius):
+    start = TEACHMOVER.solve(first)
+    assume(start is not None)
+    postures = reached(TEACHMOVER, start, (one, two))
+    assume(postures is not None)
+    last = postures[-1].replace(base=postures[-1]["base"] / 2.0, wrist_pitch=-0.5)
+    there = (LineMove(one, radius), LineMove(two, radius), JointMove(last))
+    back = (JointMove(postures[-1], radius), LineMove(one, radius), LineMove(TEACHMOVER.fk(start)))
+    try:
+        forward = sections(start, *there)
+    except PathBroken:
+        return
+    reverse = sections(last, *back)
+    assert len(forward) == len(reverse)
+    for ahead, behind in zip(forward, reversed(reverse), strict=True):
+        assert len(ahead.corners) == len(behind.corners)
+        for a, b in zip(ahead.corners, reversed(behind.corners), strict=True):
+            assert a.angles_rad == pytest.approx(b.angles_rad, abs=1e-6)
+
+
+def test_a_line_and_back_is_turned_at_a_blend_without_reaching_the_point():
+    (section,) = sections(START, LineMove(VIA, 20.0), LineMove(TEACHMOVER.fk(START)))
+    ways = [tip(TEACHMOVER, joints)[1] for joints in section.corners]
+    assert max(ways) == pytest.approx(90.0, abs=0.5)
+    assert len(section.corners) < 60
+
+
+def test_a_broken_part_is_named_with_its_point():
+    far = pose(600, 100, 120, -20)
+    with pytest.raises(PathBroken, match="straight line of part 2 of the route breaks") as broken:
+        sections(START, LineMove(VIA), LineMove(far, 10.0), LineMove(VIA))
+    assert broken.value.part == 2
+    share = broken.value.fraction
+    assert broken.value.point.x_mm == pytest.approx(250 + share * 350)
+
+
+def test_a_pose_out_of_reach_names_its_part_and_a_pose_in_reach():
+    with pytest.raises(PathBroken, match="nearest pose that can be reached") as broken:
+        sections(START, LineMove(VIA), PoseMove(pose(600, 100, 120, -20)))
+    assert broken.value.part == 2
+    assert broken.value.shape == "joint motion"
+    assert TEACHMOVER.ik(broken.value.__cause__.nearest, START)
+
+
+def test_an_arc_that_is_none_names_its_part():
+    with pytest.raises(NoArc, match=r"the points of part 2 of the route: .* lie in a line") as no:
+        sections(START, LineMove(VIA), ArcMove(pose(250, 120, 120), pose(250, 150, 120)))
+    assert no.value.part == 2
+
+
+def test_lines_of_one_route_are_in_one_posture():
+    start, other = Joints.of(0, 50, -60, -20, 0), Joints.of(20, 10, 60, -90, 0)
+    begin = UNEVEN.fk(start)
+    goal = dataclasses.replace(begin, y_mm=30.0)
+    words = r"part 3 of the route breaks at 0% .*\(elbow down, base front\) than in part 1"
+    with pytest.raises(PathBroken, match=words) as broken:
+        sections(start, LineMove(goal), JointMove(other), LineMove(begin), arm=UNEVEN)
+    assert broken.value.part == 3
+    assert same_pose(broken.value.point, UNEVEN.fk(other))
+
+
+def test_a_line_that_begins_on_the_base_axis_breaks_at_its_part():
+    over = TEACHMOVER.ik(pose(0, 0, 470, 0))
+    with pytest.raises(PathBroken, match="meets the base axis") as broken:
+        sections(over, LineMove(pose(0, 0, 490, 0)), LineMove(pose(0, 100, 480, 0)))
+    assert broken.value.part == 2
+
+
+def test_a_joint_motion_needs_as_many_joints_as_the_arm():
+    wrong = Joints.of(0, 0, names=("one", "two"))
+    with pytest.raises(KinematicsError, match="has 5 joints, not the 2"):
+        sections(START, JointMove(wrong))
+
+
+def test_no_parts_are_no_sections():
+    assert sections(START) == ()
+
+
+def test_ordinary_routes_have_modest_numbers_of_corners():
+    corners = [pose(x, y, 120) for x, y in ((250, 100), (150, 100), (150, -100), (250, -100))]
+    (square,) = sections(START, *(LineMove(corner, 20.0) for corner in corners))
+    assert len(square.corners) < 80
+    assert sharpest_deg(square.corners) <= 15.0
+
+
+def test_past_the_base_axis_corners_stand_closely():
+    """The base whirls round there: the chords show by how much the path bends."""
+    start = UNEVEN.ik(pose(100, 4, 350, 30))
+    (section,) = sections(start, LineMove(pose(-100, 4, 350, 30)), arm=UNEVEN, tolerance_mm=5.0)
+    assert sharpest_deg(section.corners) <= 15.0
+    assert 15 < len(section.corners) < 100
+
+
+@settings(max_examples=amount(3, 30))
+@given(st.floats(20.0, 60.0), st.floats(5.0, 40.0))
+def test_six_joints_follow_a_route(wide, radius):
+    here = PUMA.fk(PUMA_START)
+    via = dataclasses.replace(here, x_mm=here.x_mm - wide, yaw_rad=here.yaw_rad + 0.3)
+    goal = dataclasses.replace(via, y_mm=here.y_mm - wide, pitch_rad=here.pitch_rad - 0.3)
+    end = PUMA_START.replace(theta1=0.0)
+    (section,) = sections(
+        PUMA_START, LineMove(via, radius), LineMove(goal, 10.0), JointMove(end), arm=PUMA
+    )
+    assert section.blends_mm[0] == pytest.approx(min(radius, wide / 2.0))
+    assert section.corners[-1] == end
+    assert sharpest_deg(section.corners) <= 15.0
+    near = min(math.dist(tip(PUMA, joints), point(via)) for joints in section.corners)
+    assert near == pytest.approx(section.blends_mm[0] / math.sqrt(8.0), rel=0.1, abs=0.5)

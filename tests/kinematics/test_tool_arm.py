@@ -1,0 +1,155 @@
+"""A tool in the fingers: its point is where it is said to be, and the inverse finds it again."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from kinematics import (
+    FiveAxisArm,
+    Joints,
+    KinematicsError,
+    PathBroken,
+    Pose,
+    Unreachable,
+    line_path,
+    preset,
+)
+from kinematics.tool import Tool
+from kinematics.tool_arm import ToolArm, holding
+from kinematics.vectors import cross
+
+BARE = preset("teachmover").arm
+LENGTHS = st.floats(-80.0, 80.0)
+TOOLS = st.builds(Tool, along_mm=st.floats(0.0, 120.0), up_mm=LENGTHS, side_mm=LENGTHS)
+POSTURES = st.tuples(*(st.floats(bounds.low_rad, bounds.high_rad) for bounds in BARE.limits)).map(
+    Joints
+)
+
+
+def near(a: Pose, b: Pose) -> bool:
+    turns = (a.pitch_rad - b.pitch_rad, a.roll_rad - b.roll_rad)
+    return math.dist((a.x_mm, a.y_mm, a.z_mm), (b.x_mm, b.y_mm, b.z_mm)) < 1e-3 and all(
+        abs(math.remainder(turn, math.tau)) < 1e-6 for turn in turns
+    )
+
+
+@given(POSTURES, TOOLS)
+def test_what_the_inverse_finds_holds_the_tool_where_it_was(joints: Joints, tool: Tool) -> None:
+    arm = ToolArm(BARE, tool)
+    pose = arm.fk(joints)
+    outwards = pose.x_mm * math.cos(joints[0]) + pose.y_mm * math.sin(joints[0])
+    assume(abs(outwards) > 1.0)  # over the base axis no direction is outwards
+    found = arm.solve(pose, joints)
+    assert found is not None
+    assert near(arm.fk(found), pose)
+
+
+@given(POSTURES)
+def test_no_tool_changes_nothing(joints: Joints) -> None:
+    arm = ToolArm(BARE, Tool())
+    assert near(arm.fk(joints), BARE.fk(joints))
+
+
+@given(POSTURES, st.floats(0.0, 150.0))
+def test_a_tool_along_the_hand_is_a_longer_hand(joints: Joints, along_mm: float) -> None:
+    longer = replace(BARE, hand_mm=BARE.hand_mm + along_mm)
+    assert near(ToolArm(BARE, Tool(along_mm)).fk(joints), longer.fk(joints))
+
+
+def test_up_is_up_and_side_is_to_the_right_of_a_level_hand() -> None:
+    level = BARE.ik(Pose.of(x_mm=250, y_mm=0, z_mm=150, pitch_deg=0))
+    pose = ToolArm(BARE, Tool(along_mm=5, up_mm=20, side_mm=30)).fk(level)
+    assert (pose.x_mm, pose.y_mm, pose.z_mm) == pytest.approx((255.0, -30.0, 170.0))
+    up, side, along = zip(*BARE.hand_axes(level), strict=True)
+    assert cross(up, side) == pytest.approx(along)
+
+
+@given(POSTURES, TOOLS, st.tuples(*[st.floats(-0.2, 0.2)] * 5))
+def test_no_point_travels_further_than_the_bound(
+    joints: Joints, tool: Tool, turns: tuple[float, ...]
+) -> None:
+    arm = ToolArm(BARE, tool)
+    there = Joints(tuple(a + b for a, b in zip(joints, turns, strict=True)))
+    bound = arm.travel_bound_mm(turns)
+    for here, moved in zip(arm.points(joints), arm.points(there), strict=True):
+        assert math.dist(here, moved) <= bound + 1e-9
+
+
+@given(POSTURES, TOOLS)
+def test_levers_are_what_a_joint_moves_the_point_by(joints: Joints, tool: Tool) -> None:
+    arm = ToolArm(BARE, tool)
+    here = arm.points(joints)[-1]
+    for index, (lever, most) in enumerate(
+        zip(arm.levers_mm(joints), arm.levers_mm(None), strict=True)
+    ):
+        turned = list(joints)
+        turned[index] += 1e-6
+        moved = math.dist(arm.points(Joints(tuple(turned)))[-1], here)
+        assert moved / 1e-6 <= lever + 0.01  # the roll turns less than its lever with a long tool
+        assert lever <= most + 1e-9
+
+
+def test_a_line_of_an_offset_tool_is_straight() -> None:
+    arm = ToolArm(BARE, Tool(along_mm=40, up_mm=15, side_mm=25))
+    start = arm.ik(Pose.of(x_mm=240, y_mm=-60, z_mm=140, pitch_deg=-60, roll_deg=30))
+    goal = Pose.of(x_mm=260, y_mm=70, z_mm=100, pitch_deg=-80, roll_deg=-10)
+    first = arm.fk(start)
+    line = arm.line(start, goal)
+    for index, joints in enumerate(line_path(arm, start, goal, tolerance_mm=0.2)):
+        pose = arm.fk(joints)
+        off = (pose.x_mm - first.x_mm, pose.y_mm - first.y_mm, pose.z_mm - first.z_mm)
+        way = (goal.x_mm - first.x_mm, goal.y_mm - first.y_mm, goal.z_mm - first.z_mm)
+        across = cross(off, way)
+        assert math.hypot(*across) / math.hypot(*way) < 0.2, index
+    assert near(pose, goal)
+    assert near(line.pose(1.0), goal)
+
+
+def test_a_point_nearer_to_the_axis_than_the_tool_is_refused_with_one_in_reach() -> None:
+    arm = ToolArm(BARE, Tool(side_mm=50))
+    with pytest.raises(Unreachable, match="beside the arm's plane") as refusal:
+        arm.ik(Pose.of(x_mm=20, y_mm=0, z_mm=300, pitch_deg=0))
+    assert near(arm.fk(arm.ik(refusal.value.nearest)), refusal.value.nearest)
+
+
+def test_a_pose_out_of_reach_is_refused_with_one_in_reach() -> None:
+    arm = ToolArm(BARE, Tool(along_mm=50, up_mm=10))
+    with pytest.raises(Unreachable) as refusal:
+        arm.ik(Pose.of(x_mm=700, y_mm=0, z_mm=100, pitch_deg=0))
+    nearest = refusal.value.nearest
+    assert near(arm.fk(arm.ik(nearest)), nearest)
+
+
+@given(TOOLS, st.floats(0.0, 700.0), st.floats(-math.pi, math.pi), st.floats(-3.0, 3.0))
+def test_over_the_base_axis_a_pose_is_held_or_refused(
+    tool: Tool, z_mm: float, pitch: float, roll: float
+) -> None:
+    arm = ToolArm(BARE, tool)
+    across = abs(tool.up_mm * math.sin(roll) + tool.side_mm * math.cos(roll))
+    pose = Pose(across, 0.0, z_mm, pitch, roll)
+    try:
+        joints = arm.ik(pose)
+    except Unreachable as refusal:
+        arm.ik(refusal.nearest)
+    else:
+        assert math.dist(arm.points(joints)[-1], (across, 0.0, z_mm)) < 1e-3
+
+
+def test_a_line_out_of_reach_breaks_with_the_place() -> None:
+    arm = ToolArm(BARE, Tool(along_mm=50, up_mm=10))
+    start = arm.ik(Pose.of(x_mm=250, y_mm=0, z_mm=150, pitch_deg=-45))
+    with pytest.raises(PathBroken):
+        line_path(arm, start, Pose.of(x_mm=600, y_mm=0, z_mm=150, pitch_deg=-45))
+
+
+def test_a_tool_is_not_held_twice_and_not_a_kilometre_long() -> None:
+    with pytest.raises(KinematicsError, match="already holds"):
+        holding(ToolArm(BARE, Tool(1.0)), Tool(1.0))
+    with pytest.raises(KinematicsError, match="within 1000 mm"):
+        Tool(along_mm=1e6)
+    assert isinstance(BARE, FiveAxisArm)
