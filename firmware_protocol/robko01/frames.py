@@ -18,12 +18,14 @@ SENTINEL = 0xAA
 PAYLOAD_MAX = 26
 FRAME_MAX = 33
 """Bytes of the longest frame, an answer with a full payload. Requests end at 32."""
-FLUSH = bytes(FRAME_MAX)
+FLUSH = bytes((index // 2) ^ (index // 2 + 1) for index in range(FRAME_MAX))
 """Bytes that end whatever frame a reader believes to be in, the firmware's reader too.
 
-It knows no silence: behind a spoilt length byte it swallows the next frames. These zeros make
-a spoilt frame valid no more often than its check bytes happen to be zero: one time in 65536, or
-in 256 where only the last of them was missing.
+It knows no silence: behind a spoilt length byte it swallows the next frames. Zeros would not do:
+each check byte is the XOR of every other byte, so that a frame that lost two zeros, of which a
+motion has many, would be made whole by two others, a word along from where it was. No beginning of
+these bytes, in whole words, comes to zero, and none of them begins a frame; so a frame that lost
+bytes becomes valid by chance alone: one time in 65536, or in 256 where only its last is missing.
 """
 
 _HEADER = 3

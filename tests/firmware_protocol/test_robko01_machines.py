@@ -1,6 +1,8 @@
 """The host's and the device's machine: one request, one answer, and what does not belong."""
 
 import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
 
 from firmware_protocol.errors import LocalProtocolError
 from firmware_protocol.robko01 import (
@@ -23,6 +25,7 @@ from firmware_protocol.robko01 import (
     Stop,
     Stray,
 )
+from firmware_protocol.robko01.frames import FRAME_MAX
 from firmware_protocol.robko01.wire import encode_answer, encode_request
 
 STOPPED = encode_answer(Acknowledged(Op.STOP))
@@ -211,3 +214,26 @@ def test_both_ends_can_count_the_check_bytes_into_the_length():
         Answered(longest, Pong(longest.payload))
     ]
     assert [type(event) for event in events(Device(), host.send(Ping(b"much the same")))] == []
+
+
+@given(
+    st.lists(st.sampled_from([0, 0, 0, 1, 125, -125, 240, 700]), min_size=6, max_size=6),
+    st.lists(st.sampled_from([0, 63, 700]), min_size=6, max_size=6),
+    st.integers(1, 6),
+    st.randoms(use_true_random=False),
+)
+def test_a_motion_that_lost_zeros_is_never_made_whole_by_what_is_sent_behind_it(
+    steps, speeds, count, draw
+):
+    whole = encode_request(MoveRelative(Axes(tuple(steps), tuple(speeds))))
+    zeros = [index for index, byte in enumerate(whole) if byte == 0 and index > 2]
+    assume(len(zeros) >= 2 * count)
+    gone = set(draw.sample(zeros, 2 * count))
+    left = bytes(byte for index, byte in enumerate(whole) if index not in gone)
+    found = events(Device(), left + FLUSH)
+    assert not any(isinstance(event, MoveRelative) for event in found)
+
+
+def test_what_ends_a_frame_begins_none():
+    assert 0xAA not in FLUSH
+    assert len(FLUSH) == FRAME_MAX

@@ -1,0 +1,158 @@
+"""CAN frames of our own, and the bytes that carry them through byte links and recordings.
+
+A record is one frame:
+
+    C5 KIND ID.. DATA.. CRC CRC     KIND: bits 3-0 length, 7 extended, 6 remote
+                                    ID: 2 bytes, 4 where extended, high byte first
+                                    CRC: CRC-16 (CCITT, from FFFF) of all before it
+
+Frames are those of classic CAN. A remote frame has no data here, and the length that it asks for
+is not kept.
+"""
+
+from __future__ import annotations
+
+import re
+from binascii import crc_hqx
+from dataclasses import dataclass
+
+from firmware_protocol.errors import BadField, whole
+
+STANDARD_ID_MAX, EXTENDED_ID_MAX = 0x7FF, 0x1FFF_FFFF
+DATA_MAX = 8
+RECORD_MAX = 16
+"""Bytes of the longest record."""
+
+_SYNC = 0xC5
+_EXTENDED, _REMOTE, _UNUSED, _LENGTH = 0x80, 0x40, 0x30, 0x0F
+_HEADER, _CRC = 2, 2
+_CRC_BEGIN = 0xFFFF
+_TEXT = re.compile(r"([0-9A-F]{3}|[0-9A-F]{8})#(R[0-8]?|(?:[0-9A-F]{2}\.?){0,8})", re.IGNORECASE)
+
+
+def _flag(field: str, value: object) -> None:
+    if not isinstance(value, bool):
+        raise BadField(field, value, "True or False")
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """A frame of classic CAN. Raises `BadField` where it cannot be one."""
+
+    can_id: int
+    data: bytes = b""
+    extended: bool = False
+    remote: bool = False
+
+    def __post_init__(self) -> None:
+        _flag("extended", self.extended)
+        _flag("remote", self.remote)
+        whole("can_id", self.can_id, 0, EXTENDED_ID_MAX if self.extended else STANDARD_ID_MAX)
+        most = 0 if self.remote else DATA_MAX
+        if not isinstance(self.data, bytes) or len(self.data) > most:
+            raise BadField("data", self.data, f"at most {most} bytes")
+
+    def __str__(self) -> str:
+        """Write it as candump does: `123#01F6`, eight digits where extended, `123#R` if remote."""
+        number = f"{self.can_id:08X}" if self.extended else f"{self.can_id:03X}"
+        return f"{number}#{'R' if self.remote else self.data.hex().upper()}"
+
+    @classmethod
+    def parse(cls, text: str) -> Frame:
+        """Read what `str` writes; dots between bytes and small letters too. Raises `BadField`."""
+        found = _TEXT.fullmatch(text)
+        if found is None:
+            raise BadField("frame", text, "three or eight hex digits, a #, and R or 0 to 8 bytes")
+        number, rest = found.groups()
+        remote = rest[:1] in ("R", "r")
+        data = b"" if remote else bytes.fromhex(rest.replace(".", ""))
+        return cls(int(number, 16), data, len(number) > 3, remote)
+
+
+def pack(frame: Frame) -> bytes:
+    """Return the record of a frame."""
+    kind = len(frame.data) | frame.extended * _EXTENDED | frame.remote * _REMOTE
+    number = frame.can_id.to_bytes(4 if frame.extended else 2, "big")
+    body = bytes((_SYNC, kind)) + number + frame.data
+    return body + crc_hqx(body, _CRC_BEGIN).to_bytes(_CRC, "big")
+
+
+class Unpacker:
+    """Frames out of records, whatever the chunks they come in. Never raises.
+
+    Where a record turns out to be none, the search goes on at its second byte, so no good one is
+    lost behind bad bytes. Held is less than one record.
+    """
+
+    def __init__(self) -> None:
+        self._pending = bytearray()
+        self._skipped = 0
+
+    @property
+    def buffered(self) -> int:
+        """How many bytes are held."""
+        return len(self._pending)
+
+    @property
+    def skipped(self) -> int:
+        """How many bytes belonged to no record, so far."""
+        return self._skipped
+
+    def feed(self, data: bytes) -> list[Frame]:
+        """Take bytes, in any portions; return the frames that they complete."""
+        self._pending += data
+        frames: list[Frame] = []
+        at, kept = 0, 0
+        while at < len(self._pending):
+            size = _size(self._pending, at)
+            if size is None or at + size > len(self._pending):
+                break
+            frame = _read(bytes(self._pending[at : at + size])) if size else None
+            if frame is None:
+                following = self._pending.find(_SYNC, at + 1)
+                at = following if following > 0 else len(self._pending)
+                continue
+            frames.append(frame)
+            at += size
+            kept += size
+        del self._pending[:at]
+        self._skipped += at - kept
+        return frames
+
+    def silence(self) -> list[Frame]:
+        """Say that the record which has begun will not be finished.
+
+        Returns the frames that it had swallowed.
+        """
+        frames: list[Frame] = []
+        while self._pending:
+            del self._pending[0]
+            self._skipped += 1
+            frames += self.feed(b"")
+        return frames
+
+
+def _size(pending: bytearray, at: int) -> int | None:
+    """Return the length of the record that begins at an index: None not yet known, 0 none does."""
+    if pending[at] != _SYNC:
+        return 0
+    if len(pending) < at + _HEADER:
+        return None
+    kind = pending[at + 1]
+    length = kind & _LENGTH
+    if kind & _UNUSED or length > (0 if kind & _REMOTE else DATA_MAX):
+        return 0
+    return _HEADER + (4 if kind & _EXTENDED else 2) + length + _CRC
+
+
+def _read(record: bytes) -> Frame | None:
+    body = record[:-_CRC]
+    if crc_hqx(body, _CRC_BEGIN) != int.from_bytes(record[-_CRC:], "big"):
+        return None
+    extended = bool(body[1] & _EXTENDED)
+    begins = _HEADER + (4 if extended else 2)
+    number = int.from_bytes(body[_HEADER:begins], "big")
+    try:
+        return Frame(number, body[begins:], extended, bool(body[1] & _REMOTE))
+    except BadField:
+        return None

@@ -1,0 +1,189 @@
+"""The codes, choices and units of an MKS SERVO42D/57D on CAN.
+
+Sources: makerbase-motor/MKS-SERVO42D-57D, the CAN manuals 1.0.6 and 1.0.9 and the version notes of
+its README. Multi-byte values have the high byte first. Positive is counter-clockwise, by the
+manual's examples and its note on speed; the sentences above two of its examples say the opposite,
+so find the sign by a small move.
+"""
+
+from __future__ import annotations
+
+import math
+from enum import Enum, IntEnum
+
+from firmware_protocol.errors import BadField, whole
+
+BROADCAST = 0
+NODE_MAX = 0x7FF
+NODE_DEFAULT = 1
+"""Every drive's id as it is shipped."""
+COUNTS_PER_TURN = 0x4000
+"""Encoder counts in a turn: the unit of the axis commands, F4 and F5."""
+ANGLE_ERROR_PER_TURN = 51200
+SPEED_MAX_RPM = 3000
+HARD_STOP_MAX_RPM = 1000
+"""Above it the manual advises against stops without a ramp: F7, and an acc of 0."""
+TARGET_MAX = (1 << 23) - 1
+"""The farthest target or distance: 512 turns in counts."""
+
+
+class Code(IntEnum):
+    """The first byte of a frame's data; the answer repeats it."""
+
+    READ_SETTING = 0x00
+    REPORT = 0x01
+    ENCODER = 0x31
+    SPEED = 0x32
+    PULSES = 0x33
+    INPUTS = 0x34
+    RAW_ENCODER = 0x35
+    ANGLE_ERROR = 0x39
+    ENABLED = 0x3A
+    HOMING_STATE = 0x3B
+    CLEAR_STALL = 0x3D
+    STALL = 0x3E
+    VERSION = 0x40
+    RESTART = 0x41
+    ARM = 0x4A
+    GO = 0x4B
+    CALIBRATE = 0x80
+    MODE = 0x82
+    CURRENT = 0x83
+    MICROSTEPS = 0x84
+    DIRECTION = 0x86
+    STALL_PROTECTION = 0x88
+    BITRATE = 0x8A
+    NODE = 0x8B
+    REPLIES = 0x8C
+    GROUP = 0x8D
+    HOMING = 0x90
+    HOME = 0x91
+    ZERO = 0x92
+    ARRIVAL = 0x95
+    WATCHDOG = 0x98
+    HOLDING_CURRENT = 0x9B
+    POSITION_PROTECTION = 0x9D
+    STATE = 0xF1
+    ENABLE = 0xF3
+    RELATIVE_AXIS = 0xF4
+    ABSOLUTE_AXIS = 0xF5
+    SPEED_MODE = 0xF6
+    EMERGENCY_STOP = 0xF7
+    RELATIVE_PULSES = 0xFD
+    ABSOLUTE_PULSES = 0xFE
+
+
+class Mode(IntEnum):
+    """Who commands the motor, and how it is controlled. F1 to FE work in the bus modes alone."""
+
+    PULSE_OPEN = 0
+    PULSE_CLOSED = 1
+    PULSE_FOC = 2
+    """As shipped."""
+    BUS_OPEN = 3
+    BUS_CLOSED = 4
+    BUS_FOC = 5
+    """What an arm needs."""
+
+    @property
+    def on_bus(self) -> bool:
+        """Whether motion is commanded over the bus."""
+        return self >= Mode.BUS_OPEN
+
+    @property
+    def top_rpm(self) -> int:
+        """The highest speed that the manual gives for it."""
+        return (400, 1500, SPEED_MAX_RPM)[self % 3]
+
+
+class Bitrate(IntEnum):
+    """The bus's speed."""
+
+    K125 = 0
+    K250 = 1
+    K500 = 2
+    """As shipped."""
+    K1000 = 3
+
+    @property
+    def bits_s(self) -> int:
+        """Bits in a second."""
+        return 125_000 << self
+
+
+class ReplyMode(Enum):
+    """What a drive says of what it is told to do.
+
+    That it answers reads in each is not in the manual in so many words: a drive that replies
+    nothing is to be followed there by reading its state.
+    """
+
+    NONE = b"\0\0"
+    IMMEDIATE = b"\1\0"
+    """At once that it starts or fails, and nothing at the end of a motion."""
+    FULL = b"\1\1"
+    """At once, and at the end. As shipped."""
+
+
+class MotorState(IntEnum):
+    """What the motor does."""
+
+    UNKNOWN = 0
+    """The drive could not tell."""
+    STOPPED = 1
+    ACCELERATING = 2
+    DECELERATING = 3
+    FULL_SPEED = 4
+    HOMING = 5
+    CALIBRATING = 6
+
+
+class HomingState(IntEnum):
+    """How a return to zero stands."""
+
+    UNDER_WAY = 0
+    DONE = 1
+    FAILED = 2
+
+
+class Outcome(Enum):
+    """What a drive says of a request that is no reading."""
+
+    STARTED = "started"
+    DONE = "done"
+    FAILED = "failed"
+    LIMIT_STOP = "stopped by a limit switch"
+    STORED = "stored for the synchronous start"
+
+
+def check_byte(can_id: int, data: bytes) -> int:
+    """Return the byte that ends a frame: the sum of its id and of all bytes before, in 8 bits.
+
+    A sum does not see bytes that have changed places, nor changes that add up to nothing, nor
+    ids that differ by 256. One changed byte it always sees. The wire has the CRC of CAN itself.
+    """
+    return (can_id + sum(data)) & 0xFF
+
+
+def ramp_rpm_s(acc: int) -> float:
+    """Return the acceleration of an `acc` in rpm a second; infinity for 0, which has no ramp.
+
+    The speed changes by 1 rpm every (256 - acc) * 50 microseconds.
+    """
+    whole("acc", acc, 0, 255)
+    return 20_000 / (256 - acc) if acc else math.inf
+
+
+def acc_of(most_rpm_s: float) -> int:
+    """Return the steepest `acc` whose ramp is no steeper than so many rpm a second.
+
+    None is gentler than `acc` 1, 78 rpm a second: `ramp_rpm_s` tells what it became.
+    """
+    if not most_rpm_s > 0:
+        raise BadField("most_rpm_s", most_rpm_s, "more than 0")
+    return max(1, 256 - max(1, math.ceil(20_000 / most_rpm_s)))
+
+
+def true_rpm(speed_rpm: float, microsteps: int) -> float:
+    """Return how fast the shaft turns: a speed is one in rpm with 16, 32 or 64 microsteps alone."""
+    return speed_rpm if microsteps in (16, 32, 64) else speed_rpm * 16 / microsteps
