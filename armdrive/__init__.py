@@ -47,7 +47,8 @@ if TYPE_CHECKING:
     from armdrive.intents import Jog, Space
     from armdrive.posture import MarkRequest, PostureRequest
     from armdrive.status import Current, State, Status, Trust
-    from kinematics import Joints, KinematicsError, Motors, PathBroken, Pose, Unreachable
+    from kinematics import Joints, KinematicsError, Motors, NoArc, PathBroken, Pose, Unreachable
+    from kinematics.moves import ArcMove, JointMove, LineMove, PoseMove
 
 _HOMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
@@ -85,10 +86,12 @@ _HOMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "Joints",
             "KinematicsError",
             "Motors",
+            "NoArc",
             "PathBroken",
             "Pose",
             "Unreachable",
         ),
+        "kinematics.moves": ("ArcMove", "JointMove", "LineMove", "PoseMove"),
     }
 )
 """Where each public name lives. Names are imported when they are first used, so that the command
@@ -99,6 +102,7 @@ _MODULES: Mapping[str, str] = MappingProxyType(
 )
 
 __all__ = [
+    "ArcMove",
     "Arm",
     "ArmError",
     "ArmFileError",
@@ -111,14 +115,17 @@ __all__ = [
     "Handle",
     "Jog",
     "Jogged",
+    "JointMove",
     "Joints",
     "KinematicsError",
+    "LineMove",
     "LinkError",
     "LinkLost",
     "MarkRequest",
     "Motors",
     "Moved",
     "NoAnswer",
+    "NoArc",
     "NotReferenced",
     "OperatorNeeded",
     "OutOfBounds",
@@ -126,6 +133,7 @@ __all__ = [
     "PendantStop",
     "PortUnavailable",
     "Pose",
+    "PoseMove",
     "PositionMismatch",
     "PostureRequest",
     "RecordingError",

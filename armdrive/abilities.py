@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
+from armdrive.budget import Traffic
+
 
 class Abort(Enum):
     """How a motion that has begun can be ended from the host."""
@@ -26,8 +28,9 @@ class Abilities:
     """A row of the table of dialects (dialects.py).
 
     `jog_burst_s` and `planned_burst_s` are the longest motion sent at once, by default; an arm
-    file accepts longer planned bursts with `motion.planned_burst_s`. `register_bits` is the width
-    at which position registers wrap.
+    file accepts longer planned bursts with `motion.planned_burst_s`. `traffic` is what one of them
+    puts on the wire (budget.py). `register_bits` is the width at which position registers wrap;
+    `ramp_s` and `jerk_s` are how gently planned motion begins and ends by default.
     """
 
     motors: int
@@ -44,4 +47,7 @@ class Abilities:
     pendant: bool
     jog_burst_s: float
     planned_burst_s: float
+    traffic: Traffic
     register_bits: int
+    ramp_s: float = 0.0
+    jerk_s: float = 0.0

@@ -12,6 +12,7 @@ from typing import Any, Self
 from armdrive.calls.conducting import Conducting
 from armdrive.calls.jogging import Jogging
 from armdrive.calls.reconnecting import Reconnecting
+from armdrive.calls.routing import Routing
 from armdrive.calls.verifying import Verifying
 from armdrive.controllers.requests import Settings
 from armdrive.flows import idling, referencing
@@ -22,7 +23,7 @@ from armdrive.status import State
 
 
 @witnessed
-class Arm(Verifying, Jogging, Reconnecting, Conducting):
+class Arm(Verifying, Routing, Jogging, Reconnecting, Conducting):
     """One arm, connected. Make one with `Arm.connect`; use it in a `with` statement."""
 
     @classmethod

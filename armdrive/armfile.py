@@ -8,10 +8,9 @@ A file without corrections is two lines long. Unknown keys are refused with the 
 from __future__ import annotations
 
 import hashlib
-import math
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -20,13 +19,16 @@ from armdrive.armsections import (
     GripperSettings,
     HomingSettings,
     MotionSettings,
+    read_frames,
     read_posture,
 )
+from armdrive.armtables import read_accelerations, read_homing
+from armdrive.backlashfile import read_backlash
+from armdrive.budget import budget
 from armdrive.dialects import Dialect, dialect
 from armdrive.errors import ArmFileError, BadRequest
 from armdrive.presetarm import corrected
 from armdrive.sections import (
-    number,
     read_section,
     refuse_unknown,
     require_table,
@@ -34,11 +36,12 @@ from armdrive.sections import (
 from kinematics import (
     PRESETS,
     ArmModel,
-    Joints,
     KinematicsError,
     Pose,
     preset,
 )
+from kinematics.tool import Tool
+from kinematics.user_frames import UserFrame
 
 M = TypeVar("M", bound=ArmModel)
 
@@ -59,7 +62,8 @@ class ArmConfig:
     """One physical arm, ready to be driven: its model with every correction applied.
 
     `device` holds what the section of the dialect's own name says, as that dialect's settings.
-    `source` is no part of the arm: it lets the arm's file be written again.
+    `source` is no part of the arm: it lets the arm's file be written again. `untooled` is the model
+    with nothing in its fingers, where `model` holds a tool.
     """
 
     name: str
@@ -71,26 +75,38 @@ class ArmConfig:
     device: Any = None
     homing: HomingSettings | None = None
     park: Pose | None = None
+    tool: Tool = field(default_factory=Tool)
+    frames: Mapping[str, UserFrame] = field(default_factory=dict)
+    accelerations_rad_s2: tuple[float | None, ...] = ()
+    backlash_steps: tuple[int, ...] = ()
     source: Source | None = field(default=None, compare=False, repr=False)
+    untooled: ArmModel | None = None
 
     def __post_init__(self) -> None:
         if self.device is None:
             object.__setattr__(self, "device", dialect(self.connection.dialect).settings()())
 
     @property
+    def bare(self) -> ArmModel:
+        """The model with nothing in its fingers."""
+        return self.untooled or self.model
+
+    @property
     def calibration(self) -> str:
         """A fingerprint of the numbers that give steps their meaning.
 
-        A saved position is worth nothing under another model or transmission.
+        A saved position is worth nothing under another model or transmission, and where a motor
+        is within its backlash nothing under another backlash.
         """
-        meaning = repr((self.model.arm.meaning, self.model.transmission, self.model.reference))
+        numbers = (self.bare.arm.meaning, self.model.transmission, self.model.reference)
+        meaning = repr((*numbers, self.backlash_steps) if self.backlash_steps else numbers)
         return hashlib.sha256(meaning.encode()).hexdigest()[:16]
 
 
 def config_of_preset(key: str, *, name: str, connection: Connection) -> ArmConfig:
     """Return an arm as it leaves the factory, on the given wire."""
     model = preset(key)
-    bursts = _bursts(dialect(connection.dialect))
+    bursts = _bursts(dialect(connection.dialect), connection.baud)
     settings = MotionSettings(**bursts)
     source = Source({"model": key})
     return ArmConfig(name, model.title, model, connection, settings, source=source)
@@ -101,10 +117,19 @@ def _port_of(row: Dialect) -> dict[str, Any]:
     return {"baud": row.baud, "raise_dtr": row.raise_dtr}
 
 
-def _bursts(row: Dialect) -> dict[str, float]:
-    """Return how long a dialect's motions are unless an arm file says otherwise."""
+def _bursts(row: Dialect, baud: int) -> dict[str, float]:
+    """Return how long a dialect's motions are on this wire, unless an arm file says otherwise."""
     able = row.abilities
-    return {"jog_burst_s": able.jog_burst_s, "planned_burst_s": able.planned_burst_s}
+    found = budget(
+        able.traffic,
+        baud,
+        usual_baud=row.baud,
+        jog_burst_s=able.jog_burst_s,
+        planned_burst_s=able.planned_burst_s,
+        queued=able.queued_segments,
+    )
+    lengths = {"jog_burst_s": found.jog_burst_s, "planned_burst_s": found.planned_burst_s}
+    return lengths | {"ramp_s": able.ramp_s, "jerk_s": able.jerk_s}
 
 
 def load_arm_file(path: Path) -> ArmConfig:
@@ -142,18 +167,25 @@ def parse_arm_file(table: Mapping[str, Any], *, name: str, folder: Path = Path()
     gripper = read_section(GripperSettings, table.get("gripper", {}), "gripper")
     model = _described(table, folder) if given else corrected(preset(word), table)
     model = _with_gripper(model, gripper)
-    motion = _bursts(row) | dict(require_table(table.get("motion", {}), "motion"))
+    tool = read_section(Tool, table.get("tool", {}), "tool")
+    connection = read_section(Connection, _port_of(row) | dict(wiring), "connection")
+    motion = _bursts(row, connection.baud) | dict(require_table(table.get("motion", {}), "motion"))
     park = table.get("park")
     return ArmConfig(
         name=name,
         title=title or model.title,
-        model=model,
-        connection=read_section(Connection, _port_of(row) | dict(wiring), "connection"),
+        model=_holding(model, tool) if tool else model,
+        connection=connection,
         motion=read_section(MotionSettings, motion, "motion"),
         gripper=gripper,
         device=read_section(row.settings(), table.get(row.name, {}), row.name),
-        homing=_homing(table["homing"], model) if "homing" in table else None,
+        homing=read_homing(table["homing"], model) if "homing" in table else None,
         park=read_posture(park, "park", model.arm.has_yaw) if park is not None else None,
+        tool=tool,
+        untooled=model if tool else None,
+        frames=read_frames(table.get("frames", {})),
+        accelerations_rad_s2=read_accelerations(table, model.arm.joint_names),
+        backlash_steps=read_backlash(table, model.transmission),
         source=Source(table, folder),
     )
 
@@ -175,38 +207,18 @@ def _with_gripper(model: M, gripper: GripperSettings) -> M:
     return replace(model, transmission=model.transmission.without_gripper())
 
 
-def _homing(table: object, model: ArmModel) -> HomingSettings:
-    entries = require_table(table, "homing")
-    refuse_unknown(entries, ["joints_deg", "opening_mm", "groups"], "homing")
-    angles = require_table(entries.get("joints_deg", {}), "homing.joints_deg")
-    names = list(model.arm.joint_names)
-    refuse_unknown(angles, names, "homing.joints_deg")
-    missing = [name for name in names if name not in angles]
-    if missing:
-        raise ArmFileError(
-            f"homing.joints_deg is missing {', '.join(missing)}: where every joint stands once the "
-            "device has homed"
-        )
-    turned = tuple(math.radians(number(angles[n], f"homing.joints_deg.{n}")) for n in names)
-    opening_mm = number(entries.get("opening_mm", 0.0), "homing.opening_mm")
-    return HomingSettings(Joints(turned, tuple(names)), opening_mm, _groups(entries, model))
+def _holding(model: M, tool: Tool) -> ArmModel:
+    """Return the model with a tool in its fingers, as thick as the guards of links have to know."""
+    from kinematics.tool_arm import holding  # few arms hold a tool
 
-
-def _groups(entries: Mapping[str, Any], model: ArmModel) -> tuple[tuple[int, ...], ...]:
-    count = len(model.transmission.motors) if model.transmission is not None else 0
-    groups = entries.get("groups", [])
-    good = isinstance(groups, list) and all(
-        isinstance(group, list)
-        and group
-        and all(type(motor) is int and 1 <= motor <= count for motor in group)
-        for group in groups
+    arm = holding(model.arm, tool)
+    guards, links = model.guards, len(arm.moving_points)
+    if guards.radii_mm and len(guards.radii_mm) + 1 == links:
+        guards = replace(guards, radii_mm=(*guards.radii_mm, tool.radius_mm))
+    return ArmModel(
+        **{each.name: getattr(model, each.name) for each in fields(ArmModel)}
+        | {"arm": arm, "guards": guards}
     )
-    if not good:
-        raise ArmFileError(
-            f"homing.groups lists motors by number, 1 to {count}, in the order in which they home, "
-            "for example [[3], [2], [1, 4, 5]]"
-        )
-    return tuple(tuple(group) for group in groups)
 
 
 def _described(table: Mapping[str, Any], folder: Path) -> ArmModel:
@@ -215,12 +227,15 @@ def _described(table: Mapping[str, Any], folder: Path) -> ArmModel:
     return model_of(table, folder, read_posture)
 
 
-_COMMON_KEYS = ("model", "title", "connection", "motion", "gripper", "homing", "park")
+_COMMON_KEYS = (
+    "model", "title", "connection", "motion", "gripper", "homing", "park", "tool", "frames",
+    "accelerations_deg_s2",
+)  # fmt: skip
 _MODEL_KEYS = (
     *_COMMON_KEYS, "motors", "fingers", "speeds_deg_s", "limits_deg", "reference", "guards",
 )  # fmt: skip
 _TOP_KEYS = (
     *_COMMON_KEYS, "reference",
     "lengths", "limits_deg", "speeds_deg_s", "steps_per_turn", "steps_per_mm", "motor_signs",
-    "joint_signs", "guards",
+    "joint_signs", "backlash_deg", "backlash_mm", "guards",
 )  # fmt: skip

@@ -1,12 +1,19 @@
-"""The sections of an arm file as values: how it is wired, moved, gripped, homed and parked."""
+"""The sections of an arm file as values: its wire, motion, gripper, frames, homing and parking."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from types import MappingProxyType
 
 from armdrive.errors import ArmFileError
-from armdrive.sections import read_section, within
+from armdrive.sections import read_section, require_table, within
 from kinematics import Joints, Pose
+from kinematics.user_frames import UserFrame
+
+RESERVED_FRAMES = ("base", "tool")
+"""Names of frames that every arm has (frames.py)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,17 +44,21 @@ class MotionSettings:
 
     Bursts are the longest motions sent at once, which on a device that cannot abort are the
     stopping time; setting `planned_burst_s` accepts longer ones for planned motion, for good.
-    Between bursts, a device that does not coordinate its motors keeps within `straying_mm`.
-    `unreferenced_speed` caps jogging while the position is not known.
+    Between bursts, a device that does not coordinate its motors keeps within `straying_mm`. A
+    held jog takes `jog_ramp_s` from rest to full speed, and no more than a burst where nothing is
+    queued. `unreferenced_speed` caps jogging while the position is not known.
     """
 
     jog_burst_s: float = 0.15
+    jog_ramp_s: float = 0.2
     planned_burst_s: float = 0.15
     line_tolerance_mm: float = 0.5
     straying_mm: float = 5.0
     tip_speed_mm_s: float = 100.0
     unreferenced_speed: float = 0.25
     idle_poll_s: float = 0.8
+    ramp_s: float = 0.0
+    jerk_s: float = 0.0
 
     def __post_init__(self) -> None:
         for name, (low, high) in _MOTION_BOUNDS.items():
@@ -58,12 +69,15 @@ class MotionSettings:
 
 _MOTION_BOUNDS = {
     "jog_burst_s": (0.02, 0.5),
+    "jog_ramp_s": (0.0, 2.0),
     "planned_burst_s": (0.02, 10.0),
     "line_tolerance_mm": (0.05, 10.0),
     "straying_mm": (0.5, 100.0),
     "tip_speed_mm_s": (1.0, 1000.0),
     "unreferenced_speed": (0.01, 1.0),
     "idle_poll_s": (0.0, 60.0),
+    "ramp_s": (0.0, 10.0),
+    "jerk_s": (0.0, 2.0),
 }
 
 
@@ -116,6 +130,26 @@ class YawedPostureSettings(PostureSettings):
 
 
 @dataclass(frozen=True, slots=True)
+class FrameSettings:
+    """A frame of the user's own, as the base sees it: its origin, and how it is turned.
+
+    By yaw about z, then by pitch about its y, then by roll about its x.
+    """
+
+    x_mm: float = 0.0
+    y_mm: float = 0.0
+    z_mm: float = 0.0
+    yaw_deg: float = 0.0
+    pitch_deg: float = 0.0
+    roll_deg: float = 0.0
+
+    def frame(self) -> UserFrame:
+        """Return it as a frame."""
+        yaw, pitch, roll = map(math.radians, (self.yaw_deg, self.pitch_deg, self.roll_deg))
+        return UserFrame.turned((self.x_mm, self.y_mm, self.z_mm), yaw, pitch, roll)
+
+
+@dataclass(frozen=True, slots=True)
 class HomingSettings:
     """The device's own homing: the joints where it ends, and which motors home after which.
 
@@ -125,6 +159,23 @@ class HomingSettings:
     joints: Joints
     opening_mm: float = 0.0
     groups: tuple[tuple[int, ...], ...] = ()
+
+
+def read_frames(table: object) -> Mapping[str, UserFrame]:
+    """Read the frames of an arm file. Raises `ArmFileError` for a name that means another."""
+    rows = require_table(table, "frames")
+    for name in rows:
+        if name in RESERVED_FRAMES or not name.isidentifier():
+            raise ArmFileError(
+                f"frames.{name}: a frame's name is one word of letters and digits, and neither "
+                f"{' nor '.join(RESERVED_FRAMES)}"
+            )
+    return MappingProxyType(
+        {
+            name: read_section(FrameSettings, row, f"frames.{name}").frame()
+            for name, row in rows.items()
+        }
+    )
 
 
 def read_posture(table: object, where: str, has_yaw: bool) -> Pose:

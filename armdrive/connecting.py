@@ -22,6 +22,7 @@ from armdrive.posture import Operator
 from armdrive.record import FileRecorder, NoRecorder, Recorder
 from armdrive.recorder.files import recordings
 from armdrive.recorder.flight import FlightRecorder
+from armdrive.transports.can_address import is_can
 from armdrive.wiring import Wiring
 
 if TYPE_CHECKING:
@@ -224,7 +225,8 @@ def _arm_file(name: str) -> Path | None:
 
 
 def _looks_like_port(name: str) -> bool:
-    return "/" in name or "\\" in name or "://" in name or name.upper().startswith("COM")
+    plain = "/" in name or "\\" in name or "://" in name or name.upper().startswith("COM")
+    return plain or is_can(name)
 
 
 def _unknown(name: str) -> str:

@@ -12,6 +12,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from armdrive.abilities import Abilities, Abort, Switching
+from armdrive.budget import Traffic
 from armdrive.errors import BadRequest
 from armdrive.torque import Torque
 
@@ -91,6 +92,54 @@ def _grbl(config: ArmConfig) -> Controller:
     return GrblController(DIALECTS["grbl"].abilities, config)
 
 
+def _mks_settings() -> type[Any]:
+    from armdrive.controllers.mks_settings import MksSettings
+
+    return MksSettings
+
+
+def _mks(config: ArmConfig) -> Controller:
+    from armdrive.controllers.mks import MksController
+
+    return MksController(MKS.abilities, config)
+
+
+MKS = Dialect(
+    name="mks",
+    title="MKS servo drives",
+    preset="minimover5-mks",
+    baud=500_000,
+    raise_dtr=False,
+    quick_stop="The switch of the motors' supply is the quicker stop: the arm sags then.",
+    torque=Torque(
+        disable="sags: every drive switches its motor off",
+        estop="is held: the drives stop dead and hold; above 1000 rpm they ramp down",
+        power_loss="sags, and the drives count from zero afterwards",
+        closed_port="is held: the drives stand and hold, whoever is silent",
+    ),
+    abilities=Abilities(
+        motors=6,
+        coordinated=True,
+        abort=Abort.RAMP,
+        queued_segments=3,
+        speed_mode_with_watchdog=False,
+        reports_while_moving=True,
+        own_homing=True,
+        resets_on_open=False,
+        check_bytes=True,
+        current=Switching.BOTH,
+        grip_switch=False,
+        pendant=False,
+        jog_burst_s=0.15,
+        planned_burst_s=0.3,
+        traffic=Traffic(line_chars=78, answer_chars=60),
+        register_bits=48,
+        ramp_s=0.15,
+        jerk_s=0.05,
+    ),
+    settings=_mks_settings,
+    controller=_mks,
+)
 DIALECTS: Mapping[str, Dialect] = MappingProxyType(
     {
         "teachmover": Dialect(
@@ -121,6 +170,7 @@ DIALECTS: Mapping[str, Dialect] = MappingProxyType(
                 pendant=True,
                 jog_burst_s=0.15,
                 planned_burst_s=0.15,
+                traffic=Traffic(line_chars=36, answer_chars=2),
                 register_bits=16,
             ),
             settings=_teachmover_settings,
@@ -154,6 +204,7 @@ DIALECTS: Mapping[str, Dialect] = MappingProxyType(
                 pendant=False,
                 jog_burst_s=0.25,
                 planned_burst_s=0.5,
+                traffic=Traffic(line_chars=32, answer_chars=12),
                 register_bits=16,
             ),
             settings=_robko01_settings,
@@ -187,6 +238,7 @@ DIALECTS: Mapping[str, Dialect] = MappingProxyType(
                 pendant=False,
                 jog_burst_s=0.15,
                 planned_burst_s=0.15,
+                traffic=Traffic(line_chars=22, answer_chars=60, device_s=0.2),
                 register_bits=16,
             ),
             settings=_armdroid_settings,
@@ -201,7 +253,7 @@ DIALECTS: Mapping[str, Dialect] = MappingProxyType(
             quick_stop="The switch of the motors' supply is the quicker stop: the arm sags then.",
             torque=Torque(
                 disable="sags: `$SLP` puts the board and its motors to sleep",
-                estop="sags for half a second in motion (`ALARM:3`), then is held",
+                estop="sags for 0.5 s in motion (`ALARM:3`), then is held; grblHAL holds it",
                 power_loss="sags, and the position is zero afterwards",
                 closed_port="is held where `$1` is 255; opening the port resets most boards",
             ),
@@ -220,7 +272,10 @@ DIALECTS: Mapping[str, Dialect] = MappingProxyType(
                 pendant=False,
                 jog_burst_s=0.15,
                 planned_burst_s=0.4,
+                traffic=Traffic(line_chars=34, answer_chars=4),
                 register_bits=32,
+                ramp_s=0.15,
+                jerk_s=0.05,
             ),
             settings=_grbl_settings,
             controller=_grbl,

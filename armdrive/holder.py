@@ -86,7 +86,7 @@ class Holding:
         notice = {
             "arm": self._names[0],
             "pid": os.getpid(),
-            "program": Path(sys.argv[0]).name,
+            "program": _program(),
             "address": address,
         }
         for name in self._names:
@@ -141,6 +141,12 @@ def hold(*names: str) -> Holding:
     holding = Holding([name for name in dict.fromkeys(names) if name])
     holding.take()
     return holding
+
+
+def _program() -> str:
+    """Return what this program is called, also where Python runs a package of that name."""
+    path = Path(sys.argv[0])
+    return path.parent.name if path.name == "__main__.py" else path.name
 
 
 def ask_holder(name: str, request: str, **words: object) -> dict[str, Any]:
@@ -222,6 +228,8 @@ def _serve(neighbours: Neighbours, connection: Connection[Any, Any]) -> None:
 
 
 def _path(name: str, ending: str) -> Path:
+    """Return an arm's file; a port goes by where its name leads, so that two links are one port."""
+    name = os.path.realpath(name) if name.startswith("/") else name
     return places.states() / f"{places.file_name(name)}.{ending}"
 
 

@@ -26,6 +26,9 @@ YAW_AXIS = "yaw"
 GRIPPER_AXIS = "gripper"
 """The gripper's axis in either space, in mm of opening."""
 
+BASE_FRAME = "base"
+"""The frame in which a jog is meant unless it names another."""
+
 
 @dataclass(frozen=True, slots=True)
 class Jog:
@@ -33,10 +36,13 @@ class Jog:
 
     In an increment the amounts are distances: degrees for angles (this is an edge where a person
     types), mm for the rest. In a held jog they are directions from -1 to 1 that share the speed.
+    `frame` says whose x, y and z are meant: "base", "tool", which turns with the hand, or a frame
+    of the arm file. Pitch, roll and yaw are the same in all of them.
     """
 
     space: Space
     axes: tuple[tuple[str, float], ...]
+    frame: str = BASE_FRAME
 
     @classmethod
     def joint(cls, **axes: float) -> Jog:
@@ -44,16 +50,43 @@ class Jog:
         return cls(Space.JOINT, tuple(axes.items()))
 
     @classmethod
-    def cartesian(cls, **axes: float) -> Jog:
-        """Jog the finger tips, for example `Jog.cartesian(z=-1)`."""
-        return cls(Space.CARTESIAN, tuple(axes.items()))
+    def cartesian(cls, *, frame: str = BASE_FRAME, **axes: float) -> Jog:
+        """Jog the finger tips, for example `Jog.cartesian(z=-1)`, or `z=1` of the tool's frame."""
+        return cls(Space.CARTESIAN, tuple(axes.items()), frame)
 
     def __post_init__(self) -> None:
         if not self.axes:
             raise BadRequest("a jog needs at least one axis, for example shoulder or z")
         for name, amount in self.axes:
             finite(f"the jog of {name}", amount)
+        if self.space is Space.JOINT and self.frame != BASE_FRAME:
+            raise BadRequest(
+                f"joints turn in no frame: a jog in the frame {self.frame!r} is Cartesian (x, y, z)"
+            )
 
     def amount(self, name: str) -> float:
         """Return how much of this axis is asked for; 0 where it is not named."""
         return math.fsum(amount for axis, amount in self.axes if axis == name)
+
+
+@dataclass(frozen=True, slots=True)
+class Hold:
+    """A jog that somebody holds, until when, and how fast."""
+
+    jog: Jog
+    speed: float
+    until_s: float
+
+    def __post_init__(self) -> None:
+        for name, share in self.jog.axes:
+            if not -1.0 <= share <= 1.0:
+                raise BadRequest(f"a held jog goes in directions from -1 to 1, not {name}={share}")
+
+
+@dataclass(frozen=True, slots=True)
+class Nudge:
+    """One increment of a jog, how fast, and until when it may begin."""
+
+    jog: Jog
+    speed: float
+    until_s: float = math.inf

@@ -99,6 +99,11 @@ class Mender:
         self._failures = 0
 
     @property
+    def automatic(self) -> bool:
+        """Whether a lost wire is looked for without anybody asking."""
+        return self._rewiring.automatic
+
+    @property
     def _engine(self) -> Engine:
         return self._wire.engine
 
@@ -152,6 +157,7 @@ class Mender:
         core.controller = dialect(core.config.connection.dialect).controller(core.config)
         self._engine.take(link, core.controller)
         absent.close()
+        core.notice = f"found {link.description}: asking whether the arm answers"
         self._engine.start(self._resume())
 
     def _resume(self) -> Flow[None]:
@@ -161,8 +167,8 @@ class Mender:
         except ArmError as error:
             self._failed(error, self._wire.now_s)
             raise LinkLost(
-                f"the wire is back, but not the arm: {str(error).rstrip('.')}. Nothing moves; "
-                "connect again"
+                f"the wire is back, but not the arm: {_why(error)}. Nothing moves; look for it "
+                "again"
             ) from None
         self.tries += 1
         self._failures, self.trouble = 0, None
@@ -172,9 +178,14 @@ class Mender:
         self.tries += 1
         self._failures += 1
         self.trouble = error
-        self._wire.core.notify(f"looked for the wire in vain: {error}", error)
+        self._wire.core.notify(f"looked for the wire in vain: {_why(error)}", error)
         if self._rewiring.automatic:
             self._due_s = now_s + self._pause_s()
 
     def _pause_s(self) -> float:
         return PAUSES_S[min(self._failures, len(PAUSES_S) - 1)]
+
+
+def _why(error: ArmError) -> str:
+    """Return what an error says, without the reset that there is no arm for yet."""
+    return str(error).rstrip(".").removesuffix(", then reset")

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from armdrive.backlashfile import SLIDING, TURNING
 from armdrive.errors import ArmFileError
 from armdrive.guardfile import guards_of
 from armdrive.modelfile import read_model
@@ -64,7 +65,10 @@ class Fingers:
 
 @dataclass(frozen=True, slots=True)
 class Motor:
-    """One motor as the file has it; `sees` by joint, `follows` by the name of another motor."""
+    """One motor as the file has it; `sees` by joint, `follows` by the name of another motor.
+
+    Its backlash is read in backlashfile.py.
+    """
 
     name: str
     steps_per_turn: float | None
@@ -182,7 +186,7 @@ def _transmission(joints: tuple[str, ...], rows: object) -> Transmission:
 
 def _motor(row: object, where: str) -> Motor:
     entries = require_table(row, where)
-    refuse_unknown(entries, list(Motor.__dataclass_fields__), where)
+    refuse_unknown(entries, [*Motor.__dataclass_fields__, TURNING, SLIDING], where)
     name = entries.get("name")
     if not isinstance(name, str) or not name:
         raise ArmFileError(f'{where} needs a name, for example name = "base"')

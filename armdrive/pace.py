@@ -15,6 +15,7 @@ from typing import Protocol
 
 from armdrive.engine import Engine
 from armdrive.errors import ArmError
+from armdrive.lateness import Lateness
 from armdrive.signals import SignalsBetweenSteps
 
 LONGEST_SLEEP_S = 0.25
@@ -32,6 +33,7 @@ class Pace(Protocol):
     """Drives an engine through time. Hold `lock` while touching what the engine owns."""
 
     lock: threading.RLock
+    lateness: Lateness
 
     def now_s(self) -> float:
         """Return the arm's own time in seconds, from an arbitrary start."""
@@ -54,6 +56,7 @@ class SimulatedPace:
 
     def __init__(self) -> None:
         self.lock = threading.RLock()
+        self.lateness = Lateness()
         self._now_s = 0.0
         self._engine: Engine | None = None
 
@@ -120,6 +123,7 @@ class RealPace:
     def __init__(self, *, speed: float = 1.0) -> None:
         """`speed` makes an in-process simulated arm's clock run that much faster than real."""
         self.lock = threading.RLock()
+        self.lateness = Lateness()
         self._speed = speed
         self._start_s = time.monotonic()
         self._turn = threading.Condition(self.lock)
@@ -191,8 +195,16 @@ class RealPace:
                 if self._asleep_s():
                     pause_s = 0.0  # it was suspended in this very round: look at once
                 if pause_s > 0.0:
-                    engine.link.wait(pause_s)
+                    self._rest(engine, pause_s)
         except BaseException as failure:
             with self._turn:
                 self._failure = failure
                 self._turn.notify_all()
+
+    def _rest(self, engine: Engine, pause_s: float) -> None:
+        """Sleep on the wire; where only the deadline ended that, count how late it was."""
+        due_s = time.monotonic() + pause_s
+        engine.link.wait(pause_s)
+        late_s = time.monotonic() - due_s
+        if 0.0 <= late_s <= ABSENT_S:  # earlier, the wire had something; later, it was suspended
+            self.lateness.add(late_s)

@@ -1,4 +1,4 @@
-"""From a goal to a plan: corner points in joint space, how long each leg takes, and its audit.
+"""From a goal to a plan: corner points in joint space, their audit, and the legs between them.
 
 A plan is audited whole before its first byte is sent: every joint limit at every corner (a leg is
 straight in joint space, so its ends are its worst points) and every guard along the way
@@ -9,12 +9,15 @@ long as the plan never goes further beyond it: there must be a way out.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from armdrive.core import Coordinates
+from armdrive.budget import ramp_piece_s
+from armdrive.dialects import dialect
 from armdrive.errors import BadRequest, OutOfBounds
+from armdrive.legs import Leg, Speeds, fewer, legs_along
+from armdrive.whereabouts import Coordinates
 from kinematics import (
     GuardViolation,
     Joints,
@@ -26,22 +29,18 @@ from kinematics import (
     nearest_allowed,
 )
 from kinematics.errors import finite
+from kinematics.moves import LineMove, Move, PoseMove
+from kinematics.routes import PathSection, Route, route_sections
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from armdrive.armfile import ArmConfig
-    from kinematics import Transmission
     from kinematics.guards import Violation
 
 
-@dataclass(frozen=True, slots=True)
-class Leg:
-    """A motion that is straight in joint space, and how long it takes at the speed asked for."""
-
-    start: Coordinates
-    end: Coordinates
-    duration_s: float
+NEARLY = 0.999
+"""A blend may be so much smaller than asked for without a word."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +49,7 @@ class Plan:
 
     start: Coordinates
     legs: tuple[Leg, ...]
+    note: str = ""
 
     @property
     def end(self) -> Coordinates:
@@ -60,28 +60,6 @@ class Plan:
     def duration_s(self) -> float:
         """How long it takes, without the time that the wire needs between bursts."""
         return math.fsum(leg.duration_s for leg in self.legs)
-
-
-@dataclass(frozen=True, slots=True)
-class Speeds:
-    """The limits that time is computed from: joints in rad/s, gripper in mm/s, motors in Hz."""
-
-    joints_rad_s: tuple[float, ...]
-    gripper_mm_s: float
-    motor_hz: float
-    transmission: Transmission
-
-    def duration_s(self, start: Coordinates, end: Coordinates, fraction: float) -> float:
-        """Return the least time in which no joint and no motor is faster than its limit."""
-        turns = [
-            abs(b - a) / limit
-            for a, b, limit in zip(start.joints, end.joints, self.joints_rad_s, strict=True)
-        ]
-        slide = abs(end.opening_mm - start.opening_mm) / self.gripper_mm_s
-        before = self.transmission.to_exact(start.joints, start.opening_mm)
-        behind = self.transmission.to_exact(end.joints, end.opening_mm)
-        busiest = max(abs(b - a) for a, b in zip(before, behind, strict=True))
-        return max(*turns, slide, busiest / self.motor_hz) / fraction
 
 
 def speed_fraction(speed: float) -> float:
@@ -107,7 +85,7 @@ def plan_joints(
     config: ArmConfig, speeds: Speeds, start: Coordinates, end: Coordinates, fraction: float
 ) -> Plan:
     """Plan a motion straight in joint space, and audit it."""
-    return _plan(config, speeds, start, [start, end], fraction)
+    return _plan(config, speeds, start, [[start, end]], fraction)
 
 
 def plan_line(
@@ -122,22 +100,63 @@ def plan_line(
         config.model.arm, start.joints, goal, tolerance_mm=config.motion.line_tolerance_mm
     )
     corners = [start, *(Coordinates(each, start.opening_mm) for each in joints[1:])]
-    return _plan(config, speeds, start, corners, fraction)
+    return _plan(config, speeds, start, [corners], fraction)
+
+
+def plan_route(
+    config: ArmConfig, speeds: Speeds, start: Coordinates, moves: Sequence[Move], fraction: float
+) -> Plan:
+    """Plan joint motions, lines and arcs one after another, with their blends, and audit it all."""
+    for move in moves:
+        if isinstance(move, LineMove | PoseMove):
+            posture_for(config, move.goal, start.joints)
+    route = Route(start.joints, tuple(moves))
+    sections = route_sections(config.model.arm, route, tolerance_mm=config.motion.line_tolerance_mm)
+    ways = [
+        [Coordinates(each, start.opening_mm) for each in section.corners] for section in sections
+    ]
+    made = _plan(config, speeds, start, ways, fraction)
+    return replace(made, note=_smaller_blends(moves, sections))
+
+
+def _smaller_blends(moves: Sequence[Move], sections: Sequence[PathSection]) -> str:
+    """Say which blends are smaller than asked for; at the end of the last part there is none."""
+    found = {
+        part: radius_mm
+        for section in sections
+        for part, radius_mm in zip(section.parts, section.blends_mm, strict=True)
+    }
+    said = [
+        f"the blend behind part {part} has {found.get(part, 0.0):.1f} mm instead of "
+        f"{move.blend_mm:.1f}, since a neighbouring part is too short for more"
+        for part, move in enumerate(moves[:-1], 1)
+        if found.get(part, 0.0) < move.blend_mm * NEARLY
+    ]
+    return "; ".join(said)
 
 
 def _plan(
     config: ArmConfig,
     speeds: Speeds,
     start: Coordinates,
-    corners: list[Coordinates],
+    ways: list[list[Coordinates]],
     fraction: float,
 ) -> Plan:
-    audit(config, [corner.joints for corner in corners])
-    _audit_opening(config, start.opening_mm, corners[-1].opening_mm)
-    legs = tuple(
-        Leg(a, b, speeds.duration_s(a, b, fraction)) for a, b in pairwise(corners) if a != b
-    )
-    return Plan(start, legs)
+    """Audit the corners of ways that end at rest, and time them."""
+    audit(config, [start.joints, *(corner.joints for way in ways for corner in way)])
+    _audit_opening(config, start.opening_mm, ways[-1][-1].opening_mm if ways else start.opening_mm)
+    motion, wire = config.motion, config.connection
+    able = dialect(wire.dialect).abilities
+    longest_s = joined_s = motion.planned_burst_s
+    if able.queued_segments:
+        joined_s = able.traffic.shortest_segment_s(wire.baud)
+        longest_s = ramp_piece_s(longest_s, joined_s)
+    legs: list[Leg] = []
+    for way in ways:
+        moving = [a for a, b in pairwise(way) if a != b]
+        made = legs_along(speeds, [*moving, way[-1]], fraction, longest_s) if moving else ()
+        legs += fewer(config.model.arm, made, joined_s, motion.line_tolerance_mm)
+    return Plan(start, tuple(legs))
 
 
 def audit(config: ArmConfig, corners: list[Joints], further: float = 0.0) -> None:

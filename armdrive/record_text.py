@@ -31,11 +31,16 @@ RESTORING = frozenset({Trust.REFERENCED.value, Trust.RESTORED.value})
 """The next program takes up a position that was recorded with one of these."""
 
 _CHECK = "check"
+_OPTIONAL = ("taken", "unsure")
 
 
 @dataclass(frozen=True, slots=True)
 class Record:
-    """The last known position of one arm: registers plus reference offset, and how trusted."""
+    """The last known position of one arm: registers plus reference offset, and how trusted.
+
+    Of an arm with backlash, `taken` says where each motor is within it, but assumes that of the
+    motors `unsure`, counted from 0. Of others both are empty, and not written.
+    """
 
     arm: str
     calibration: str
@@ -45,6 +50,8 @@ class Record:
     trust: str
     reason: str
     in_motion: bool = False
+    taken: tuple[int, ...] = ()
+    unsure: tuple[int, ...] = ()
 
     @property
     def would_restore(self) -> bool:
@@ -64,6 +71,9 @@ class Record:
 def to_text(record: Record) -> bytes:
     """Return the text of a record."""
     entries = {"format": FORMAT, **asdict(record)}
+    for name in _OPTIONAL:
+        if not entries[name]:
+            del entries[name]
     return json.dumps({**entries, _CHECK: _check(entries)}, indent=1).encode() + b"\n"
 
 
@@ -106,11 +116,14 @@ def _checked(entries: dict[str, Any]) -> Record:
         trust=Trust(entries.pop("trust")).value,
         reason=_text(entries.pop("reason")),
         in_motion=_flag(entries.pop("in_motion")),
+        **{name: _steps(entries.pop(name)) for name in _OPTIONAL if name in entries},
     )
     if entries:
         raise ValueError(f"nobody knows its entry {min(entries)!r:.40}")
     if len(record.offset) != len(record.registers):
         raise ValueError("it has more registers than offsets, or fewer")
+    if not set(record.unsure) <= set(range(len(record.taken))):
+        raise ValueError("it doubts motors that it says nothing of")
     return record
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
+from armdrive.lateness import NEVER_WOKEN, Wakes
 from armdrive.torque import Torque
 from kinematics.spaces import Joints, Motors, Pose
 
@@ -52,6 +53,8 @@ class Status:
     `silent_distance_mm` the same if this program dies now, or the cable is pulled. The codes are
     rows of the catalogue of errors. `torque` says what holds the arm, and what lets it sag.
     `paused` says that somebody wants the arm to wait, `speed_override` to go slower than asked.
+    `wakes` is how late the thread woke that drives the arm; on simulated time it never does.
+    `underruns` counts how often a device that queues stood still while more was to come.
     """
 
     arm: str
@@ -87,6 +90,18 @@ class Status:
     trust_since_s: float = 0.0
     paused: bool = False
     speed_override: float = 1.0
+    wakes: Wakes = NEVER_WOKEN
+    underruns: int = 0
+
+    @property
+    def pause_time_s(self) -> float:
+        """How long the arm goes on when it is paused now: as when nothing more comes at all."""
+        return self.silent_time_s
+
+    @property
+    def pause_distance_mm(self) -> float:
+        """How far the tip goes on when the arm is paused now, at most."""
+        return self.silent_distance_mm
 
     @property
     def trust_code(self) -> str:
@@ -131,6 +146,10 @@ class Status:
                 f"; if this program dies, {self.silent_time_s:.2f} s and "
                 f"{self.silent_distance_mm:.0f} mm"
             )
+        if self.wakes.count:
+            lines.append(f"punctuality: {self.wakes}")
+        if self.underruns:
+            lines.append(f"underruns: {self.underruns}, the queue ran empty in mid-motion")
         if self.torque is not None:
             lines.append(f"after disable the arm {self.torque.disable}")
             lines.append(f"after estop the arm {self.torque.estop}")

@@ -26,12 +26,25 @@ FASTER = 1.5
 
 @dataclass(frozen=True, slots=True)
 class StopBound:
-    """The worst case at this moment: of a stop that is asked for, and of a host that dies."""
+    """The worst case at this moment: of a stop that is asked for, and of a host that dies.
+
+    A pause is to the arm what that death is: what the device was handed runs out, no more comes.
+    """
 
     time_s: float
     distance_mm: float
     silent_time_s: float
     silent_distance_mm: float
+
+    @property
+    def pause_time_s(self) -> float:
+        """How long the arm goes on when it is paused now."""
+        return self.silent_time_s
+
+    @property
+    def pause_distance_mm(self) -> float:
+        """How far the tip goes on when the arm is paused now."""
+        return self.silent_distance_mm
 
 
 def stop_bound(

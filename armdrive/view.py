@@ -68,6 +68,13 @@ def status_view(status: Status) -> dict[str, Any]:
         "stop_distance_mm": round(status.stop_distance_mm, 1),
         "silent_time_s": round(status.silent_time_s, 3),
         "silent_distance_mm": round(status.silent_distance_mm, 1),
+        "wakes": {
+            "deadlines": status.wakes.count,
+            "median_ms": round(status.wakes.median_s * 1e3, 3),
+            "p99_ms": round(status.wakes.p99_s * 1e3, 3),
+            "worst_ms": round(status.wakes.worst_s * 1e3, 3),
+        },
+        "underruns": status.underruns,
         "torque": None if status.torque is None else asdict(status.torque),
         "notice": status.notice,
         "error": status.error,

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class DeskArm(Protocol):
-    """One connected arm. Only `reset`, `home`, `confirm_...` and `close` may take a moment."""
+    """One connected arm. `hold` to `estop` return at once; the other calls may take a moment."""
 
     @property
     def status(self) -> Status:
@@ -23,8 +23,19 @@ class DeskArm(Protocol):
         """Geometry, limits and gripper range."""
 
     @property
+    def frames(self) -> tuple[str, ...]:
+        """The frames in which the tip can be jogged, the base first."""
+
+    @property
     def homes_by_switches(self) -> bool:
         """Whether `home` has the controller seek its switches, which moves the arm."""
+
+    @property
+    def reconnects(self) -> bool:
+        """Whether a lost link is looked for without anybody asking."""
+
+    def reconnect(self) -> None:
+        """Look for a lost link once. Moves nothing; raises `ArmError` while it is not there."""
 
     def reference_request(self) -> PostureRequest:
         """Return the reference posture, with the sentence that describes it; raises `Refused`."""

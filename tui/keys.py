@@ -86,6 +86,21 @@ KEYS = (
         "motors",
         "Switch the motor current on; or off, after a question, since the arm sags then.",
     ),
+    DeskKey(
+        "reconnect",
+        ("L",),
+        "reconnect",
+        "link",
+        "Look for a lost link once, now. Moves nothing; what was under way is not taken up again.",
+    ),
+    DeskKey(
+        "frame",
+        ("F",),
+        "frame",
+        "frame",
+        "In Cartesian mode, whose x, y and z are meant: the base's, the tool's, or those of a "
+        "frame of the arm file.",
+    ),
     DeskKey("reset", ("R",), "reset", "reset", "Leave error-stop. Moves nothing."),
     DeskKey(
         "estop",

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from itertools import zip_longest
 from typing import TYPE_CHECKING
 
+from armdrive.frames import BASE
 from armdrive.status import State, Status, Trust, coded
 from tui.keys import JogPair, label, words
 from tui.settings import Settings
@@ -21,6 +22,7 @@ SHORTEST_BAR, LONGEST_BAR = 7, 20
 
 UNKNOWN = "?"
 DISARMED = "DISARMED (enter arms)"
+LOOK_FOR_IT = "L looks for it, q leaves"
 
 _OUTSIDE = 0.002  # share of a range: less than any printed digit of it
 
@@ -31,15 +33,19 @@ def title(status: Status, width: int) -> str:
     return f"{kind}: {status.arm} ({status.title}) on {status.link}"[:width]
 
 
-def banner(status: Status) -> str:
-    """Say what forbids all motion, and what to do; nothing while nothing does."""
+def banner(status: Status, *, looked_for: bool = False) -> str:
+    """Say what forbids all motion, and what to do; nothing while nothing does.
+
+    `looked_for` says that a lost link is looked for without anybody asking.
+    """
     reason = (
         coded(status.error, status.error_code)
         or coded(status.notice, status.notice_code)
         or coded(status.trust_reason, status.trust_code)
     )
     if status.state is State.DISCONNECTED:
-        return f"LINK LOST: {reason}. q leaves."
+        way = "It is being looked for: L looks at once, q leaves" if looked_for else LOOK_FOR_IT
+        return f"LINK LOST: {reason.rstrip('.')}. {way}."
     if status.state is State.ERROR_STOP:
         return f"ERROR-STOP: {reason}. R resets, and moves nothing."
     if status.paused:
@@ -49,9 +55,27 @@ def banner(status: Status) -> str:
     return ""
 
 
+def link_back(status: Status) -> str:
+    """Say what a link that came back has ended in: what is trusted, why, and what to do next."""
+    first = {State.ERROR_STOP: "R resets, then ", State.DISABLED: "P switches the motors on, then "}
+    then = "C compares it" if status.trust is Trust.RESTORED else "H references it"
+    return (
+        f"the link is back, and nothing was moved. The position is {status.trust.value}: "
+        f"{status.trust_reason}. Look at the arm: {first.get(status.state, '')}{then}"
+    )
+
+
+def after_reset(status: Status) -> str:
+    """Say what a reset has led to."""
+    off = status.state is State.DISABLED
+    return "reset: nothing was moved" + ("; P switches the motors on" if off else "")
+
+
 def conduct(status: Status, settings: Settings, *, armed: bool) -> str:
     """Say what state the arm and the keys are in."""
     mode = f"mode {settings.space.value.upper()}"
+    if settings.cartesian and settings.frame != BASE:
+        mode += f" of {settings.frame}"
     step = f"step {settings.increment:g}\N{DEGREE SIGN}/mm"
     return "\n".join(
         (
@@ -162,6 +186,8 @@ def _if_silent(status: Status) -> str:
 
 def remarks(status: Status, message: str) -> str:
     """Say what the desk and the arm have to say, each remark once."""
+    if message and message in status.notice:
+        message = ""  # what the desk was told is what the arm noticed
     said = (message, status.notice, "" if banner(status) else status.error)
     return "\n".join(f"! {remark}" for remark in dict.fromkeys(said) if remark)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from armdrive.errors import BadRequest
+from armdrive.frames import BASE
 from armdrive.intents import Jog, Space
 from tui.keys import JOG_PAIRS, JogPair
 
@@ -19,13 +20,15 @@ SPEEDS = (0.05, 0.1, 0.25, 0.5, 1.0)
 class Settings:
     """Mode, increment and speed. Every change gives new settings; the ends of a row hold.
 
-    `pairs` are the jog keys of the arm.
+    `pairs` are the jog keys of the arm, `frames` the frames it knows.
     """
 
     space: Space = Space.JOINT
     increment_index: int = INCREMENTS.index(2.0)
     speed_index: int = SPEEDS.index(0.25)
     pairs: tuple[JogPair, ...] = JOG_PAIRS
+    frames: tuple[str, ...] = (BASE,)
+    frame: str = BASE
 
     @property
     def cartesian(self) -> bool:
@@ -45,6 +48,11 @@ class Settings:
     def other_mode(self) -> Settings:
         """Switch between joint and Cartesian mode."""
         return replace(self, space=Space.JOINT if self.cartesian else Space.CARTESIAN)
+
+    def with_next_frame(self) -> Settings:
+        """Go on to the next frame, from the last one to the first."""
+        place = self.frames.index(self.frame) + 1
+        return replace(self, frame=self.frames[place % len(self.frames)])
 
     def with_increment(self, steps: int) -> Settings:
         """Go along the row of increments."""
@@ -77,4 +85,5 @@ class Settings:
         if pair is None:
             raise BadRequest(f"no axis of this arm is moved by the key {key}")
         sign = 1.0 if key == pair.plus else -1.0
-        return Jog(self.space, ((pair.axis(cartesian=self.cartesian), sign * amount),))
+        frame = self.frame if self.cartesian else BASE
+        return Jog(self.space, ((pair.axis(cartesian=self.cartesian), sign * amount),), frame)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -16,9 +17,10 @@ from armdrive.errors import ArmError, LinkLost, NoAnswer
 from armdrive.flows import idling, referencing
 from armdrive.flows.alerts import alerted
 from armdrive.flows.exchange import Wire
+from armdrive.frames import frame_names, pose_in_frame
+from armdrive.legs import Speeds
 from armdrive.mending import Mender
 from armdrive.pace import RealPace
-from armdrive.planning import Speeds
 from armdrive.recorder.witness import NO_WITNESS, Witness
 from armdrive.remarks import EMERGENCY_STOP
 from armdrive.states import Event, after
@@ -105,13 +107,15 @@ class Connected:
     def status(self) -> Status:
         """A frozen picture of this moment."""
         with self.pace.lock:
-            return self.core.status(
+            status = self.core.status(
                 link=self.engine.link.description,
                 simulated=self.simulated,
                 now_s=self.engine.now_s,
                 last_sent=self.engine.last_sent,
                 last_answer=self.engine.last_answer,
             )
+        wakes = self.pace.lateness.view()
+        return replace(status, wakes=wakes) if wakes.count else status
 
     @property
     def speeds(self) -> Speeds:
@@ -121,6 +125,9 @@ class Connected:
             self.config.model.gripper_speed_mm_s,
             self.core.controller.usable_rate_hz(math.inf),
             self.core.transmission,
+            self.config.motion.ramp_s,
+            self.config.motion.jerk_s,
+            self.config.accelerations_rad_s2,
         )
 
     @property
@@ -142,6 +149,15 @@ class Connected:
     def pose(self) -> Pose:
         """The acknowledged pose. Raises `NotReferenced` while the position is unknown."""
         return self.known(self.status.pose)
+
+    @property
+    def frames(self) -> tuple[str, ...]:
+        """The frames that goals and jogs can be meant in: base, tool, and the arm file's."""
+        return frame_names(self.config)
+
+    def pose_in(self, frame: str) -> Pose:
+        """The acknowledged pose as the base or a frame of the arm file sees it."""
+        return pose_in_frame(self.config, self.pose, frame)
 
     def known(self, value: T | None) -> T:
         """Return what a status tells, or raise `NotReferenced` where it tells nothing."""

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from armdrive.calls.connected import PATIENCE_S, Connected
-from armdrive.core import Hold
 from armdrive.engine import Task
-from armdrive.errors import BadRequest, Refused
+from armdrive.errors import BadRequest, Refused, WrongState
 from armdrive.flows.jog_aims import check_jog
 from armdrive.flows.jogging import Jogged, jog_session
-from armdrive.intents import GRIPPER_AXIS, Jog, Space
+from armdrive.intents import BASE_FRAME, GRIPPER_AXIS, Hold, Jog, Nudge, Space
 from armdrive.planning import speed_fraction
 from armdrive.states import Event, after
 from armdrive.status import State
@@ -16,6 +15,9 @@ from kinematics.errors import finite
 
 LONGEST_HOLD_S = 1.0
 """A held jog is renewed at least this often, or it ends."""
+
+LONGEST_WAIT_S = 1.0
+"""An increment that could not begin within this time is one that nobody expects any more."""
 
 
 class Jogging(Connected):
@@ -32,13 +34,24 @@ class Jogging(Connected):
         speed. Limits are met by stopping at them; `note` of the result says so. Allowed without
         a reference, then slow and without limits.
         """
-        return self._jog(Space.JOINT, axes, speed, duration_s)
+        in_steps = duration_s is None
+        return self._jog(Jog(Space.JOINT, _axes(axes, in_steps)), speed, duration_s)
 
     def jog_l(
-        self, *, speed: float = 0.25, duration_s: float | None = None, **axes: float
+        self,
+        *,
+        speed: float = 0.25,
+        duration_s: float | None = None,
+        frame: str = BASE_FRAME,
+        **axes: float,
     ) -> Jogged:
-        """Jog the tip: by increments, `x_mm=5, pitch_deg=-2`, or for a time, `x=1`."""
-        return self._jog(Space.CARTESIAN, axes, speed, duration_s)
+        """Jog the tip: by increments, `x_mm=5, pitch_deg=-2`, or for a time, `x=1`.
+
+        x, y and z are those of the `frame`: "base", "tool", which goes with the hand, or a frame
+        of the arm file. `jog_l(frame="tool", z=1, duration_s=1)` goes where the hand points.
+        """
+        in_steps = duration_s is None
+        return self._jog(Jog(Space.CARTESIAN, _axes(axes, in_steps), frame), speed, duration_s)
 
     def hold(self, jog: Jog, *, speed: float, for_s: float) -> None:
         """Jog for `for_s` seconds and no longer unless called again; never waits.
@@ -50,12 +63,16 @@ class Jogging(Connected):
             hold = Hold(jog, speed_fraction(speed), until_s)
             if self._may_jog(jog):
                 self.core.hold = hold
+                self.core.holds += 1
         self.pace.wake()
 
     def nudge(self, jog: Jog, *, speed: float) -> None:
-        """Jog by one increment; at most one more waits behind the one under way. Never waits."""
+        """Jog by one increment; at most one more waits behind the one under way. Never waits.
+
+        One that has not begun within a second is dropped.
+        """
         with self.pace.lock:
-            nudge = (jog, speed_fraction(speed))
+            nudge = Nudge(jog, speed_fraction(speed), self.pace.now_s() + LONGEST_WAIT_S)
             if not self.core.nudges and self._may_jog(jog):
                 self.core.nudges.append(nudge)
         self.pace.wake()
@@ -65,25 +82,24 @@ class Jogging(Connected):
         self.core.hold = None
         self.pace.wake()
 
-    def _jog(
-        self, space: Space, axes: dict[str, float], speed: float, duration_s: float | None
-    ) -> Jogged:
+    def _jog(self, jog: Jog, speed: float, duration_s: float | None) -> Jogged:
         fraction = speed_fraction(speed)
-        in_steps = duration_s is None
-        jog = Jog(space, tuple((_axis(word, in_steps), value) for word, value in axes.items()))
         with self.pace.lock:
             check_jog(self.core, jog)
             if self.core.state is not State.HOMING:
                 after(self.core.state, Event.MOVE)
             if duration_s is None:
+                if self.core.nudges:
+                    raise WrongState("an increment is waiting already: wait for its end")
                 task = self._join_session()
-                self.core.nudges.append((jog, fraction))
+                self.core.nudges.append(Nudge(jog, fraction))
             else:
                 if not finite("duration_s", duration_s) > 0.0:
                     raise BadRequest(f"duration_s must be above 0, not {duration_s!r}")
                 hold = Hold(jog, fraction, self.pace.now_s() + duration_s)
                 task = self._join_session()
                 self.core.hold = hold
+                self.core.holds += 1
         return self.finish(task, (duration_s or 0.0) + PATIENCE_S * 10)
 
     def _may_jog(self, jog: Jog) -> bool:
@@ -104,6 +120,10 @@ class Jogging(Connected):
         if self._session is None or self._session.done:
             self._session = self.submit(jog_session(self.wire, self.speeds), alone=True)
         return self._session
+
+
+def _axes(words: dict[str, float], in_steps: bool) -> tuple[tuple[str, float], ...]:
+    return tuple((_axis(word, in_steps), value) for word, value in words.items())
 
 
 def _axis(word: str, in_steps: bool) -> str:

@@ -7,11 +7,11 @@ from dataclasses import replace
 from typing import Literal, overload
 
 from armdrive.calls.connected import PATIENCE_S, Connected
-from armdrive.core import Coordinates
 from armdrive.errors import BadRequest, OutOfBounds, Refused
 from armdrive.flows import motion
 from armdrive.flows.gripping import require_gripper, set_gripper
 from armdrive.flows.motion import Moved
+from armdrive.frames import BASE, goal_in_base
 from armdrive.handle import Handle
 from armdrive.planning import (
     Plan,
@@ -23,6 +23,7 @@ from armdrive.planning import (
 )
 from armdrive.states import Event, after
 from armdrive.status import State
+from armdrive.whereabouts import Coordinates
 from kinematics import Motors, Pose
 
 PATIENCE = 4.0
@@ -67,14 +68,20 @@ class Moving(Connected):
         return handle.wait() if wait else handle
 
     @overload
-    def move_to(self, goal: Pose, *, speed: float = 1.0, wait: Literal[True] = True) -> Moved: ...
-    @overload
-    def move_to(self, goal: Pose, *, speed: float = 1.0, wait: Literal[False]) -> Handle[Moved]: ...
     def move_to(
-        self, goal: Pose, *, speed: float = 1.0, wait: bool = True
+        self, goal: Pose, *, speed: float = 1.0, frame: str = BASE, wait: Literal[True] = True
+    ) -> Moved: ...
+    @overload
+    def move_to(
+        self, goal: Pose, *, speed: float = 1.0, frame: str = BASE, wait: Literal[False]
+    ) -> Handle[Moved]: ...
+    def move_to(
+        self, goal: Pose, *, speed: float = 1.0, frame: str = BASE, wait: bool = True
     ) -> Moved | Handle[Moved]:
         """Move the tip to a pose by a joint motion, to the posture nearest to the present one.
 
+        The pose is one of `frame`: the base, a frame of the arm file, or the tool, in which it is
+        a change from where the tool is (frames.py).
         Raises `kinematics.Unreachable` or `OutOfBounds` with the nearest pose that is allowed.
         """
         self.core.require_geometry()
@@ -84,25 +91,48 @@ class Moving(Connected):
                 self.config,
                 self.speeds,
                 here,
-                Coordinates(posture_for(self.config, goal, here.joints), here.opening_mm),
+                Coordinates(
+                    posture_for(
+                        self.config,
+                        goal_in_base(self.config, here.joints, goal, frame),
+                        here.joints,
+                    ),
+                    here.opening_mm,
+                ),
                 fraction,
             )
         )
         return handle.wait() if wait else handle
 
     @overload
-    def move_l(self, goal: Pose, *, speed: float = 1.0, wait: Literal[True] = True) -> Moved: ...
+    def move_l(
+        self, goal: Pose, *, speed: float = 1.0, frame: str = BASE, wait: Literal[True] = True
+    ) -> Moved: ...
     @overload
-    def move_l(self, goal: Pose, *, speed: float = 1.0, wait: Literal[False]) -> Handle[Moved]: ...
-    def move_l(self, goal: Pose, *, speed: float = 1.0, wait: bool = True) -> Moved | Handle[Moved]:
+    def move_l(
+        self, goal: Pose, *, speed: float = 1.0, frame: str = BASE, wait: Literal[False]
+    ) -> Handle[Moved]: ...
+    def move_l(
+        self, goal: Pose, *, speed: float = 1.0, frame: str = BASE, wait: bool = True
+    ) -> Moved | Handle[Moved]:
         """Move the tip to a pose along a straight line in x, y, z, pitch and roll.
 
+        `frame` is as of `move_to`: `move_l(Pose.of(x_mm=0, y_mm=0, z_mm=-30, pitch_deg=0),
+        frame="tool")` draws the hand 30 mm back.
         The tip leaves the line by at most `motion.line_tolerance_mm` of the arm file and what one
         motor step is worth. Raises `kinematics.PathBroken` where the line leaves the reach.
         """
         self.core.require_geometry()
         fraction = speed_fraction(speed)
-        handle = self._start(lambda here: plan_line(self.config, self.speeds, here, goal, fraction))
+        handle = self._start(
+            lambda here: plan_line(
+                self.config,
+                self.speeds,
+                here,
+                goal_in_base(self.config, here.joints, goal, frame),
+                fraction,
+            )
+        )
         return handle.wait() if wait else handle
 
     def move_gripper(self, opening_mm: float, speed: float) -> Moved:

@@ -10,6 +10,11 @@ from armdrive.status import State
 class Reconnecting(Connected):
     """The call that looks for a lost wire."""
 
+    @property
+    def reconnects(self) -> bool:
+        """Whether a lost wire is looked for without anybody asking, until it is back."""
+        return self.mender is not None and self.mender.automatic
+
     def reconnect(self) -> None:
         """Look for the lost wire once, by its USB serial number where it had one. Moves nothing.
 

@@ -6,13 +6,14 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, cast
 
 from armdrive.calls.connected import Connected
-from armdrive.core import Coordinates
 from armdrive.errors import OperatorNeeded, Refused, Stopped
 from armdrive.flows import referencing
+from armdrive.flows.vouching import take_reference, vouched
 from armdrive.posture import Operator, PostureRequest
 from armdrive.states import Event, after
 from armdrive.status import State, Trust
 from armdrive.trust import Evidence
+from armdrive.whereabouts import Coordinates
 from kinematics import Joints, Pose
 from kinematics.errors import finite
 
@@ -140,5 +141,7 @@ class Referencing(Connected):
         return PostureRequest(cast("Arm", self), reference.pose, joints, reference.opening_mm)
 
     def _vouch(self, joints: Joints, opening_mm: float, evidence: Evidence) -> None:
-        there, seen = Coordinates(joints, opening_mm), self.core.belief
-        self.perform(referencing.take_reference(self.wire, there, evidence, seen))
+        there = Coordinates(joints, opening_mm)
+        with self.pace.lock:
+            word = vouched(self.core, there, evidence, self.pace.now_s())
+        self.perform(take_reference(self.wire, word))

@@ -30,10 +30,10 @@ MATHEMATICS = (
         "Take the nearest pose, which the sentence names, or another pitch.",
     ),
     Entry(
-        "E605", "PathBroken", "a straight line that cannot be followed",
-        "On its way the line leaves the reach, or the arm would have to change its posture.",
+        "E605", "PathBroken", "a line, an arc or a route that cannot be followed",
+        "On its way it leaves the reach, or the arm would have to change its posture.",
         NOTHING_SENT,
-        "Use a joint motion, or a line that keeps clear of the point that the sentence names.",
+        "Use a joint motion, or a way that keeps clear of the point that the sentence names.",
     ),
     Entry(
         "E606", "SingularTransmission", "motors that do not tell the joints apart",
@@ -106,5 +106,11 @@ MATHEMATICS = (
         "Two ways between the same frames give different transforms.",
         NO_ARM,
         "Correct one of them, or widen the tolerances where they were measured.",
+    ),
+    Entry(
+        "E618", "NoArc", "no arc leads through these points",
+        "Two of the three points are the same one, or all of them lie in a line.",
+        NOTHING_SENT,
+        "Use a straight line, or choose a via point well beside the line from start to goal.",
     ),
 )  # fmt: skip

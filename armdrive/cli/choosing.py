@@ -76,8 +76,12 @@ def connect_chosen(
     *,
     pace: str | float | None = None,
     allow_restored: bool = False,
+    reconnect: bool | None = None,
 ) -> Arm:
-    """Connect to the arm that the options name. A simulated one takes up its remembered world."""
+    """Connect to the arm that the options name. A simulated one takes up its remembered world.
+
+    With `reconnect` a real one's lost wire is looked for; None leaves that to its arm file.
+    """
     from armdrive.connecting import connect_real
 
     target = chosen_target(options)
@@ -87,4 +91,4 @@ def connect_chosen(
         return connect_remembered(
             target.config, fresh=options.fresh, pace=pace, allow_restored=allow_restored
         )
-    return connect_real(target.config, allow_restored=allow_restored)
+    return connect_real(target.config, allow_restored=allow_restored, reconnect=reconnect)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from armdrive.armfile import parse_arm_file
@@ -76,9 +77,12 @@ def arm_view(config: ArmConfig) -> dict[str, Any]:
         "homes_by_itself": config.homing is not None,
         "reference": None if model.reference is None else pose_view(model.reference.pose),
         "park": pose_view(config.park),
+        "tool": asdict(config.tool) if config.tool else None,
+        "frames": list(config.frames),
         "jog_burst_s": config.motion.jog_burst_s,
         "planned_burst_s": config.motion.planned_burst_s,
         "stopping": _stopping(config),
+        "wire": _wire(config),
         "notes": model.notes,
     } | _lengths(config)
 
@@ -87,9 +91,9 @@ def _lengths(config: ArmConfig) -> dict[str, Any]:
     from armdrive.interview.rows_arm import LENGTHS
     from kinematics import ArmPreset
 
-    if not isinstance(config.model, ArmPreset):
+    if not isinstance(config.bare, ArmPreset):
         return {}
-    return {"lengths": {key: getattr(config.model.arm, key) for key in LENGTHS}}
+    return {"lengths": {key: getattr(config.bare.arm, key) for key in LENGTHS}}
 
 
 def _motors(transmission: Transmission) -> list[dict[str, Any]]:
@@ -108,6 +112,20 @@ def _motor(motor: MotorSpec, seen: list[str], transmission: Transmission) -> dic
         key: round(abs(motor.steps_per_unit) * scale, 6),
         "counts_up_for": shares,
         "follows": others,
+    }
+
+
+def _wire(config: ArmConfig) -> dict[str, float]:
+    """Return what a piece of motion costs on this wire, and what share of the time is left."""
+    from armdrive.budget import Budget
+    from armdrive.dialects import dialect
+
+    able, baud = dialect(config.connection.dialect).abilities, config.connection.baud
+    lengths = Budget(config.motion.jog_burst_s, config.motion.planned_burst_s)
+    share = lengths.moving_share(able.traffic, baud, able.queued_segments)
+    return {
+        "exchange_s": round(able.traffic.exchange_s(baud), 4),
+        "moving_share": round(share, 3),
     }
 
 

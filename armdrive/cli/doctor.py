@@ -9,6 +9,7 @@ right one, and compares the controller's settings; --mend asks, and writes the l
   armdrive doctor /dev/ttyUSB0
   armdrive doctor --arm bench --mend
   armdrive doctor socket://192.168.4.1:23 --yes --json
+  armdrive doctor --keyboard            will holding a key jog the arm here? touches no port
 
 It ends with 0 where nothing has to be mended, 1 where something has to be, 3 where nobody agreed
 to the opening, 4 where the port cannot be opened, and 6 where no arm was recognised.
@@ -19,19 +20,19 @@ from __future__ import annotations
 import argparse
 import sys
 from contextlib import closing
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from armdrive.cli.choosing import add_json_option
+from armdrive.cli.doctor_report import Report
 from armdrive.cli.numbers import count
-from armdrive.cli.output import emit, say
+from armdrive.cli.output import say
 from armdrive.dialects import DIALECTS
 from armdrive.errors import ArmError, BadRequest, OperatorNeeded, PortUnavailable
 
 if TYPE_CHECKING:
     from armdrive.armfile import ArmConfig
     from armdrive.controllers.requests import Settings
-    from armdrive.doctor.findings import Finding
+    from armdrive.doctor.before import Before
     from armdrive.doctor.probing import Examination
 
 DONE, MENDING, CLOSED, NOBODY = 0, 1, 4, 6
@@ -48,61 +49,56 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--arm", metavar="NAME", help="instead: the port of an arm file")
     parser.add_argument("--dialect", choices=list(DIALECTS), help="what PORT should speak")
     parser.add_argument("--baud", type=count, help="try this baud rate alone")
+    parser.add_argument(
+        "--keyboard", action="store_true", help="instead: examine the keyboard of this terminal"
+    )
     parser.add_argument("--mend", action="store_true", help="write the settings that differ")
     parser.add_argument("--yes", action="store_true", help="open the port (and mend) unasked")
     add_json_option(parser)
 
 
-@dataclass(slots=True)
-class Report:
-    """What is found, printed as it comes, or all at once as JSON."""
-
-    port: str
-    json: bool
-    findings: list[Finding] = field(default_factory=list)
-    more: dict[str, Any] = field(default_factory=dict)
-
-    def add(self, found: list[Finding]) -> None:
-        """Take findings."""
-        self.findings += found
-        for each in () if self.json else found:
-            say(f"{each.grade.value:<8} {each.what}")
-            if each.mend:
-                say(f"{'':<8}   {each.mend}")
-
-    def end(self, code: int) -> int:
-        """Print what is left to be printed, and return the exit code."""
-        if self.json:
-            emit(
-                {
-                    "port": self.port,
-                    **self.more,
-                    "findings": [each.view() for each in self.findings],
-                }
-            )
-            return code
-        for title, key in (("Next:", "next"), ("Or as an arm file:", "arm_file")):
-            if self.more.get(key):
-                say(title)
-                for line in self.more[key]:
-                    say(f"  {line}".rstrip())
-        return code
-
-
 def run(options: argparse.Namespace) -> int:
     """Examine the port, and say what was found."""
-    from armdrive.doctor.before import look_at
+    from armdrive.doctor.timing import finding, measure
 
+    if options.keyboard:
+        return _keyboard(options)
     config = _config(options)
-    port = config.connection.port if config is not None else str(options.port)
+    port, before = _before(options, config)
     report = Report(port, options.json)
-    before = look_at(port)
+    report.more = {"arm_files": list(before.owners)}
     report.add(list(before.findings))
     if not before.openable:
         return report.end(CLOSED)
+    report.add([finding(measure())])
     _agree(port, options)
     found = _examined(port, options, config)
-    return report.end(_weigh(found, report, options, config))
+    return report.end(_weigh(found, before, report, options, config))
+
+
+def _keyboard(options: argparse.Namespace) -> int:
+    from armdrive.cli.doctor_keyboard import run as examine_keyboard
+
+    if options.port or options.arm:
+        raise BadRequest("--keyboard looks at this terminal, and at no port: leave the port out")
+    return examine_keyboard(options.json)
+
+
+def _before(options: argparse.Namespace, config: ArmConfig | None) -> tuple[str, Before]:
+    """Return the port's present name, and what can be said of it while it is closed."""
+    from armdrive.doctor.before import look_at, unfound
+    from armdrive.doctor.owners import Naming, arm_files
+    from armdrive.wiring import Wiring
+
+    if config is None or not options.arm:
+        return str(options.port), look_at(str(options.port), arm_files())
+    try:
+        port = Wiring(config).find()
+    except PortUnavailable as error:
+        return "", unfound(error)
+    wire = config.connection
+    own = Naming(config.name, wire.port, wire.usb_serial)  # its file may lie elsewhere
+    return port, look_at(port, (own, *(each for each in arm_files() if each.arm != own.arm)))
 
 
 def _config(options: argparse.Namespace) -> ArmConfig | None:
@@ -126,9 +122,11 @@ def _config(options: argparse.Namespace) -> ArmConfig | None:
     target = find(options.arm or options.port, dialect_name=options.dialect, baud=options.baud)
     if target.simulated:
         raise BadRequest(f"{options.arm} is simulated: there is no port to look at")
-    if not target.config.connection.port:
+    wire = target.config.connection
+    if not (wire.port or wire.usb_serial):
         raise PortUnavailable(
-            f"the arm file of {options.arm} names no port: `armdrive ports` lists those there are"
+            f"the arm file of {options.arm} names no port: write port or usb_serial under "
+            "[connection]; `armdrive ports` lists those there are"
         )
     return target.config
 
@@ -166,7 +164,11 @@ def _baud(options: argparse.Namespace, config: ArmConfig | None) -> int | None:
 
 
 def _weigh(
-    found: Examination, report: Report, options: argparse.Namespace, config: ArmConfig | None
+    found: Examination,
+    before: Before,
+    report: Report,
+    options: argparse.Namespace,
+    config: ArmConfig | None,
 ) -> int:
     from armdrive.doctor import after
     from armdrive.doctor.findings import any_problem
@@ -178,15 +180,17 @@ def _weigh(
         expected = after.Expected(wire.dialect, expected.baud, spared)
     report.add(after.findings(found, expected))
     identity = found.identity
-    report.more = {
+    arm, port = options.arm or "", report.port
+    known = bool(arm or before.owners)
+    report.more |= {
         "dialect": identity.dialect if identity else "",
         "firmware": identity.firmware if identity else "",
         "baud": found.baud if identity else None,
         "restarted": found.restarted,
         "next": after.next_steps(
-            report.port, found, arm=options.arm or "", compared=config is not None
+            port, found, arm=arm, owners=before.owners, compared=config is not None
         ),
-        "arm_file": [] if options.arm else after.arm_file_lines(report.port, found),
+        "arm_file": [] if known else after.arm_file_lines(port, found, before.usb_serial),
     }
     if identity is None or not identity.dialect:
         return NOBODY

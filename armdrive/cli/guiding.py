@@ -15,7 +15,7 @@ from armdrive.cli.output import say
 from armdrive.draw.armview import side_view, top_view
 from armdrive.draw.terminal import can_braille
 from armdrive.errors import ArmError, BadRequest
-from armdrive.intents import GRIPPER_AXIS
+from armdrive.intents import BASE_FRAME, GRIPPER_AXIS
 from armdrive.status import Trust
 from kinematics import KinematicsError
 
@@ -172,7 +172,7 @@ def _amount(word: str) -> float:
 def jogged(arm: Arm, name: str, amount: float) -> str:
     """Jog, and say what came of it."""
     if name in TIP_AXES:
-        done = arm.jog_l(speed=SPEED, **{f"{name}_mm": amount})
+        done = arm.jog_l(speed=SPEED, frame=BASE_FRAME, **{f"{name}_mm": amount})
     else:
         unit = "mm" if name == GRIPPER_AXIS else "deg"
         done = arm.jog_j(speed=SPEED, **{f"{name}_{unit}": amount})

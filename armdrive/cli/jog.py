@@ -1,6 +1,7 @@
 """Drive an arm from the keyboard, joint by joint or in Cartesian space.
 
-Holding a key jogs, releasing it stops; space always stops. The screen shows its keys.
+Holding a key jogs, releasing it stops; space always stops. The screen shows its keys. A link that
+was lost is looked for by L, or by itself with --reconnect; the arm then stands in error-stop.
 """
 
 from __future__ import annotations
@@ -10,12 +11,20 @@ import sys
 
 from armdrive.cli.choosing import add_arm_options, connect_chosen
 from armdrive.cli.confirming import confirm_simulated
+from armdrive.cli.output import say
 from armdrive.errors import BadRequest
+from armdrive.status import State, coded
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     parser.add_argument("--ascii", action="store_true", help="draw without braille characters")
+    parser.add_argument(
+        "--reconnect",
+        action="store_true",
+        default=None,
+        help="look for a lost link until it is back, as `reconnect = true` in the arm file does",
+    )
     add_arm_options(parser)
 
 
@@ -25,6 +34,11 @@ def run(options: argparse.Namespace) -> int:
         raise BadRequest("jogging needs a terminal; scripts use jog_j() and jog_l()")
     from tui import run_desk
 
-    with connect_chosen(options, pace="real") as arm:  # the simulated twin of a port's arm, too
+    # in real time also the simulated twin of a port's arm
+    with connect_chosen(options, pace="real", reconnect=options.reconnect) as arm:
         confirm_simulated(arm)
-        return run_desk(arm, ascii_only=options.ascii)
+        code = run_desk(arm, ascii_only=options.ascii)
+        last = arm.status
+    if last.error and last.state is State.DISCONNECTED and not code:
+        say(f"left while the link was lost: {coded(last.error, last.error_code)}")
+    return code

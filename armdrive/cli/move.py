@@ -3,6 +3,8 @@
 Examples:
   armdrive move --x 250 --z 120 --pitch -90           to a pose, by a joint motion
   armdrive move --y 80 --line                         along a straight line
+  armdrive move --y 80 --via 270,0,120                along an arc through that point
+  armdrive move --frame tool --z -30 --line           30 mm back, as the hand points
   armdrive move --shoulder 40 --elbow -60 --speed 0.5
   armdrive move --gripper 40
   armdrive move --park
@@ -12,6 +14,7 @@ Examples:
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from armdrive.cli.choosing import add_allow_restored, add_arm_options, connect_chosen
@@ -19,6 +22,7 @@ from armdrive.cli.confirming import settle_trust
 from armdrive.cli.numbers import fraction, number
 from armdrive.cli.output import emit, say, say_which
 from armdrive.errors import BadRequest
+from armdrive.frames import BASE, TOOL
 from armdrive.view import status_view
 from kinematics import JOINT_NAMES, Pose
 
@@ -36,6 +40,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     for axis, unit in COORDINATES:
         goal.add_argument(f"--{axis}", type=number, metavar=unit.upper())
     goal.add_argument("--line", action="store_true", help="along a straight line")
+    goal.add_argument(
+        "--via", type=_point, metavar="X,Y,Z", help="along the arc of a circle through this point"
+    )
+    goal.add_argument(
+        "--frame",
+        default=BASE,
+        metavar="NAME",
+        help="the pose is one of a frame of the arm file; of tool: a change from where it is",
+    )
     turn = parser.add_argument_group("or to joint angles (what is not named stays)")
     for name in JOINT_NAMES:
         turn.add_argument(f"--{name.replace('_', '-')}", type=number, metavar="DEG")
@@ -79,6 +92,10 @@ def _check(options: argparse.Namespace) -> None:
         )
     if pose + joints + options.park > 1:
         raise BadRequest("give a pose or joint angles or --park, not two of them")
+    if options.frame != BASE and not pose:
+        raise BadRequest("--frame needs a pose, for example --frame tool --z -30 --line")
+    if options.via is not None and (options.line or not pose):
+        raise BadRequest("--via needs a pose to lead to and no --line, for example --via 250,0,120")
     if options.line and not pose:
         raise BadRequest("--line needs a pose to lead to, for example --y 80 --line")
 
@@ -91,9 +108,12 @@ def _moves(arm: Arm, options: argparse.Namespace) -> list[object]:
     elif named:
         done.append(arm.move_j(speed=options.speed, **named))
     elif any(getattr(options, axis) is not None for axis, _ in COORDINATES):
-        goal = _goal(arm.pose, options)
-        move = arm.move_l if options.line else arm.move_to
-        done.append(move(goal, speed=options.speed))
+        goal = _goal(_here(arm, options.frame), options)
+        how = {"speed": options.speed, "frame": options.frame}
+        if options.via is not None:
+            done.append(arm.move_c(_placed(goal, options.via), goal, **how))
+        else:
+            done.append((arm.move_l if options.line else arm.move_to)(goal, **how))
     if options.gripper is not None:
         done.append(arm.gripper.move(options.gripper, speed=options.speed))
     return done
@@ -111,6 +131,25 @@ def _named_angle(word: str) -> tuple[str, float]:
     if not (name and equals):
         raise argparse.ArgumentTypeError(f"write it like shoulder=40, not {word!r}")
     return name, number(angle)
+
+
+def _point(word: str) -> tuple[float, ...]:
+    found = tuple(map(number, word.split(",")))
+    if len(found) != len("xyz"):
+        raise argparse.ArgumentTypeError(f"write it like 250,0,120, not {word!r}")
+    return found
+
+
+def _placed(pose: Pose, point: tuple[float, ...]) -> Pose:
+    x, y, z = point
+    return replace(pose, x_mm=x, y_mm=y, z_mm=z)
+
+
+def _here(arm: Arm, frame: str) -> Pose:
+    """Return what coordinates are that nobody names: in the tool's frame, no change."""
+    if frame != TOOL:
+        return arm.pose_in(frame)
+    return Pose(0.0, 0.0, 0.0, 0.0, 0.0, 0.0 if arm.model.arm.has_yaw else None)
 
 
 def _goal(here: Pose, options: argparse.Namespace) -> Pose:

@@ -1,4 +1,4 @@
-"""The serial ports of this computer, who has them, and which arm files name them.
+"""The serial ports and CAN adapters of this computer, who has them, and whose arm files name them.
 
 Nothing is opened to find that out: `armdrive doctor PORT` does that, and asks first.
 """
@@ -6,6 +6,8 @@ Nothing is opened to find that out: `armdrive doctor PORT` does that, and asks f
 from __future__ import annotations
 
 import argparse
+from dataclasses import asdict, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from armdrive.cli.choosing import add_json_option
@@ -19,27 +21,38 @@ if TYPE_CHECKING:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     add_json_option(parser)
+    parser.add_argument(
+        "--can", action="store_true", help="ask every CAN driver of python-can too: takes seconds"
+    )
 
 
 def run(options: argparse.Namespace) -> int:
     """List the ports."""
     from armdrive.doctor.owners import arm_files
+    from armdrive.transports.can_ports import ask_drivers, list_can_ports
     from armdrive.transports.ports import list_ports
 
-    files = arm_files()
+    files = tuple(map(_by_device, arm_files()))
     ports = list_ports()
     views = [_view(info, files) for info in ports]
     absent = _absent(ports, files)
+    adapters = [*list_can_ports(ports), *(ask_drivers() if options.can else ())]
+    buses = [asdict(each) for each in {each.port: each for each in reversed(adapters)}.values()]
     unusable = [{"arm": each.arm, "error": each.error} for each in files if each.error]
     if options.json:
-        emit({"ports": views, "absent": absent, "unusable_arm_files": unusable})
+        told = {"ports": views, "can": buses, "absent": absent, "unusable_arm_files": unusable}
+        emit(told)
         return 0
     for view in views:
         _show(view)
+    for bus in buses:
+        say(f"{bus['port']}  {bus['description']}")
+        if bus["todo"]:
+            say(f"    {bus['todo']}")
     if not views:
         say("no serial port is there: plug the adapter in, or look at its driver")
     for each in absent:
-        say(f"the arm file {each['arm']} names {each['port']}, which is not there")
+        say(f"the arm file {each['arm']}: {each['why']}")
     for each in unusable:
         say(f"the arm file {each['arm']} cannot be used: {each['error']}")
     if views:
@@ -47,11 +60,20 @@ def run(options: argparse.Namespace) -> int:
     return 0
 
 
+def _by_device(naming: Naming) -> Naming:
+    """Return an arm file's naming with the serial port of its CAN adapter, where that is one."""
+    from armdrive.transports.can_address import CanAddress, is_can
+
+    address = CanAddress.parse(naming.port) if is_can(naming.port) else CanAddress()
+    return replace(naming, port=address.device) if address.device else naming
+
+
 def _view(info: PortInfo, files: tuple[Naming, ...]) -> dict[str, Any]:
     from armdrive.doctor.before import forbidden
-    from armdrive.doctor.owners import held_by_armdrive, naming
+    from armdrive.doctor.owners import held_by_armdrive, owners_of, strangers_to
 
-    arms = naming(info.device, files)
+    owners = owners_of(info.device, files)
+    arms = [each.arm for each in owners]
     holder = None
     if info.holder is not None:
         arm = held_by_armdrive(info.device, arms)
@@ -63,7 +85,9 @@ def _view(info: PortInfo, files: tuple[Naming, ...]) -> dict[str, Any]:
         "manufacturer": info.manufacturer,
         "serial_number": info.serial_number,
         "stable_name": info.stable_name,
-        "arm_files": list(arms),
+        "arm_files": arms,
+        "belongs_to": [str(each) for each in owners],
+        "named_for_another_adapter": [each.arm for each in strangers_to(info.device, files)],
         "holder": holder,
         "allowed": info.readable,
         "mend": "" if info.readable else forbidden(info.device).mend,
@@ -71,22 +95,33 @@ def _view(info: PortInfo, files: tuple[Naming, ...]) -> dict[str, Any]:
 
 
 def _absent(ports: tuple[PortInfo, ...], files: tuple[Naming, ...]) -> list[dict[str, str]]:
-    from armdrive.doctor.owners import same_port
-
+    """Return the arm files whose port is not to be found, and why."""
+    found = [(each, _missing(each, ports)) for each in files]
     return [
-        {"arm": each.arm, "port": each.port}
-        for each in files
-        if each.port
-        and "://" not in each.port
-        and not _is_there(each.port)
-        and not any(same_port(each.port, info.device) for info in ports)
+        {"arm": each.arm, "port": each.port, "usb_serial": each.usb_serial, "why": why}
+        for each, why in found
+        if why
     ]
 
 
-def _is_there(port: str) -> bool:
-    from pathlib import Path
+def _missing(naming: Naming, ports: tuple[PortInfo, ...]) -> str:
+    """Say why the port of an arm file is not to be found; nothing where it is."""
+    from armdrive.doctor.owners import same_port
+    from armdrive.transports.can_address import is_can
+    from armdrive.transports.refusals import NoSuchPort
 
-    return Path(port).exists()
+    try:
+        port = naming.find()
+    except NoSuchPort as error:
+        return str(error)
+    there = (
+        not port
+        or "://" in port
+        or is_can(port)
+        or Path(port).exists()
+        or any(same_port(port, info.device) for info in ports)
+    )
+    return "" if there else f"it names {port}, which is not there: check the cable and the name"
 
 
 def _show(view: dict[str, Any]) -> None:
@@ -103,8 +138,10 @@ def _show(view: dict[str, Any]) -> None:
     say(f"{view['port']}  {what}".rstrip())
     if view["stable_name"]:
         say(f"    the name that stays: {view['stable_name']}")
-    if view["arm_files"]:
-        say(f"    named by the arm file {', '.join(view['arm_files'])}")
+    for owner in view["belongs_to"]:
+        say(f"    belongs to the arm file {owner}")
+    for arm in view["named_for_another_adapter"]:
+        say(f"    not the adapter of the arm file {arm}, which names this port")
     if view["holder"]:
         drives = f", which drives {view['holder']['arm']}" if view["holder"]["arm"] else ""
         say(f"    held by {view['holder']['program']} (pid {view['holder']['pid']}){drives}")

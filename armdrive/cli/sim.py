@@ -4,6 +4,7 @@ Examples:
   armdrive sim teachmover --pty /tmp/arm          then: armdrive jog --port /tmp/arm
   armdrive sim teachmover --tcp 127.0.0.1:4001    then: armdrive jog --port socket://127.0.0.1:4001
   armdrive sim teachmover --pty /tmp/arm --fault drop:0.01,from=host --fault unplug@20
+  armdrive sim mks --slcan /tmp/can0              then: armdrive jog --port 'can:slcan:/tmp/can0'
   armdrive sim --list                             every dialect, its settings and its faults
 
 One-line commands on standard input steer it (`help` lists them); the end of input does not end
@@ -28,6 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("dialect", nargs="?", choices=list(TWINS), help="what it speaks")
     where = parser.add_mutually_exclusive_group()
     where.add_argument("--pty", metavar="PATH", help="a new serial port, linked from PATH")
+    where.add_argument("--slcan", metavar="PATH", help="a new CAN adapter on a serial port")
     where.add_argument("--tcp", metavar="HOST:PORT", help="a TCP port (the way on Windows)")
     where.add_argument("--udp", metavar="HOST:PORT", help="a UDP port, unpaced")
     where.add_argument("--list", action="store_true", help="list settings and faults, and end")
@@ -44,6 +46,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=number,
         metavar="FRACTION",
         help="0.2: motors a fifth slower than the driver's table says",
+    )
+    parser.add_argument(
+        "--play",
+        type=count,
+        metavar="STEPS",
+        help="lost motion of every motor's train: so many steps turn nothing after a reversal",
     )
     parser.add_argument(
         "--fault",
@@ -65,20 +73,37 @@ def run(options: argparse.Namespace) -> int:
         return 0
     if options.dialect is None:
         raise BadRequest(f"a dialect is required, one of {', '.join(TWINS)}")
-    if not (options.pty or options.tcp or options.udp):
-        raise BadRequest("one of --pty PATH, --tcp HOST:PORT, --udp HOST:PORT is required")
+    _check_door(options)
     return _serve(options)
+
+
+def _check_door(options: argparse.Namespace) -> None:
+    """Raise `BadRequest` unless the device is offered over a wire of its kind."""
+    from armdrive.errors import BadRequest
+    from armdrive.sim.drives import DrivesOnBus
+    from armdrive.sim.twins import twin_kind
+
+    on_bus = issubclass(twin_kind(options.dialect).device, DrivesOnBus)
+    if on_bus and not options.slcan:
+        raise BadRequest(f"{options.dialect} is spoken on a CAN bus: --slcan PATH is required")
+    if options.slcan and not on_bus:
+        raise BadRequest(f"{options.dialect} is not spoken on a CAN bus: --pty PATH offers it")
+    if not (on_bus or options.pty or options.tcp or options.udp):
+        raise BadRequest("one of --pty PATH, --tcp HOST:PORT, --udp HOST:PORT is required")
 
 
 def _serve(options: argparse.Namespace) -> int:
     from armdrive.connecting import simulated_config
+    from armdrive.sim.drives import DrivesOnBus
     from armdrive.sim.fault_request import parse_option
     from armdrive.sim.faults import check_faults
     from armdrive.sim.options import Options
     from armdrive.sim.run import make_server, run_device
     from armdrive.sim.twin import make_device
     from armdrive.sim.twins import twin_kind
+    from armdrive.transports.can_memory import BITRATE
     from armdrive.transports.exposure import beyond_this_computer
+    from armdrive.transports.serve_can import SlcanServer
 
     config = simulated_config(options.dialect)
     if options.baud is not None:
@@ -86,13 +111,19 @@ def _serve(options: argparse.Namespace) -> int:
     settings = Options.parse(twin_kind(options.dialect).options, options.set)
     if options.speed_error is not None:
         settings["speed_error"] = options.speed_error
-    device = make_device(config, settings=settings)
+    device = make_device(config, play=options.play, settings=settings)
     faults = [parse_option(text) for text in options.fault]
     check_faults(device, faults)
-    pty = Path(options.pty) if options.pty else None
-    server = make_server(pty=pty, tcp=options.tcp, udp=options.udp)
+    server = make_server(
+        pty=Path(options.pty) if options.pty else None,
+        tcp=options.tcp,
+        udp=options.udp,
+        slcan=Path(options.slcan) if options.slcan else None,
+        bits_s=device.bits_s() if isinstance(device, DrivesOnBus) else BITRATE,
+    )
+    where = server.can_address if isinstance(server, SlcanServer) else server.address
     say(
-        f"a simulated {config.title} speaks {options.dialect} at {server.address}; "
+        f"a simulated {config.title} speaks {options.dialect} at {where}; "
         "Ctrl-C ends it, help lists commands"
     )
     warning = beyond_this_computer(options.tcp or options.udp or ":0")

@@ -35,6 +35,10 @@ class Controller(Protocol):
     def last_said(self) -> str:
         """The text of the message sent last, for people."""
 
+    @property
+    def underruns(self) -> int:
+        """How often a device that queues ran out of motion while more of it was to come."""
+
     def begin(self, request: Request, now_s: float) -> None:
         """Take up a request; raises `ValueError` where the dialect cannot express it."""
 

@@ -17,7 +17,7 @@ from armdrive.controllers.grbl_contact import GrblContact
 from armdrive.controllers.grbl_motion import GrblMotion
 from armdrive.controllers.grbl_plan import Way, trapezoid_s
 from armdrive.controllers.grbl_settings import GrblSettings
-from armdrive.controllers.grbl_stops import HELD
+from armdrive.controllers.grbl_stops import AGAIN_S, HELD
 from armdrive.controllers.grbl_talk import Answering, refusal
 from armdrive.controllers.requests import (
     ClearFault,
@@ -63,6 +63,8 @@ KILLED_S = 0.3
 TRIES = 3
 """How often the settings are read, where what came was incomplete."""
 SLOWEST_HZ = 0.01
+TOLD = {"M3", "flood", "mist"}
+"""The outputs of which a status report says that they are on (gnea/grbl grbl/report.c)."""
 EEPROM_S = 2.0
 
 
@@ -76,6 +78,9 @@ class GrblController(GrblMotion, GrblContact):
         super().__init__(motors, settings, axes, config.connection.baud)
         self._kind = config.gripper.kind
         self.reset_lets_go = self._kind in ("servo", "output")
+        outputs = settings.outputs[settings.gripper_output :][:1]
+        hangs_on = (settings.servo,) if self._kind == "servo" else outputs
+        self.outputs_told = set(hangs_on) <= TOLD
 
     def script(self, request: Request) -> Answering:
         """Carry out a request; the first one makes contact with the board before it."""
@@ -123,7 +128,8 @@ class GrblController(GrblMotion, GrblContact):
 
     def _read(self) -> Answering:
         began_s = self.now_s
-        if (yield from self.look_position()):
+        share = 4.0 if self.polls.since_s < self.now_s else 2.0  # the driver asks three times
+        if (yield from self.look_position(self.settings.mute_s / share)):
             return self.registers()
         if self.alarm is not None:
             return Denied(self.alarm_words(), moved=False)
@@ -178,6 +184,7 @@ class GrblController(GrblMotion, GrblContact):
         yield from self.look(self.settings.answer_s)
         if self.state in HELD:
             return Denied(f"the board's state is {self.state}; `reset` leaves it", moved=False)
+        yield from self.clean_line()
         for command in self._homings(groups):
             self.speak(command)
             end_s = self.now_s + self.settings.homing_s
@@ -185,7 +192,7 @@ class GrblController(GrblMotion, GrblContact):
             while self.now_s < end_s and not self.stop_asked and not answered(heard):
                 heard = yield from self.listen(end_s)
             if not answered(heard):
-                yield from self.soft_reset()  # homing obeys nothing else
+                yield from self.end_homing()
                 if not self.stop_hard:
                     yield from self.clear()  # the driver knows that nothing is referenced
                 return Halted(kept=False)
@@ -216,11 +223,14 @@ class GrblController(GrblMotion, GrblContact):
         return trapezoid_s(Way(max(steps, 1e-6), (1.0,), slowest, least), 0.0, 0.0)
 
     def stopping(self, burst_s: float) -> Stopping:
-        """Return a ramp, and what passes before it; without a host, what was sent ahead as well."""
+        """Return a ramp and what passes before it; without a host, what was sent ahead as well.
+
+        A byte that is lost on the wire, and has to be said again, is reckoned with.
+        """
         wire_s = LATENCY_S + LONGEST_LINE * self.byte_s
-        begun_s = wire_s + self.reaction_s
+        begun_s = wire_s + AGAIN_S + self.reaction_s
         return Stopping(
-            max(begun_s + self.ramp_s + CONFIRMED_S, wire_s + KILLED_S),
+            max(begun_s + self.ramp_s + CONFIRMED_S, wire_s + AGAIN_S + KILLED_S),
             begun_s + self.ramp_s / 2.0,
             burst_s + self.ramp_s + wire_s,
             burst_s + wire_s,

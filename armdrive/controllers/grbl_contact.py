@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Generator
 
-from armdrive.controllers.grbl_stops import DEAF, TURNING, GrblStopping
-from armdrive.controllers.grbl_talk import Answering, Asking, refusal
+from armdrive.controllers.grbl_hearing import TURNING
+from armdrive.controllers.grbl_stops import DEAF, GrblStopping
+from armdrive.controllers.grbl_talk import REPORTS_TO_OFFSET, Answering, Asking, refusal
 from armdrive.controllers.requests import Denied, Done, Silence
 from firmware_protocol.grbl import (
     Acknowledged,
-    Line,
     QueryBuildInfo,
     Realtime,
     Restarted,
@@ -21,23 +21,19 @@ from firmware_protocol.grbl.events import Event as HostEvent
 
 TRIES = 3
 """How often the board's build is asked for."""
+REPORTS_ALIKE = 2
+"""A report has no check bytes: that an output is off is believed when it is told so often."""
 CALM_S = 1.0
 """A motion that a program before this one left behind is waited for so long."""
-
-
-SPOILER = "))GG"
-"""Ends a half line that another program left behind, so that no board carries it out.
-
-The first bracket ends a comment. The second is no letter, which GRBL and grblHAL refuse; FluidNC
-drops it, and all refuse a letter without a number (gnea/grbl grbl/protocol.c and gcode.c).
-"""
 
 
 class GrblContact(GrblStopping):
     """The way to a board that stands and listens."""
 
     reset_lets_go = False
-    """A reset switches off what the gripper hangs on: contact is made without one, then."""
+    """A reset can switch off what the gripper hangs on."""
+    outputs_told = True
+    """Whether a report tells that what the gripper hangs on is switched on."""
 
     def contact(self) -> Generator[float, HostEvent | None, Silence | Denied | None]:
         """Find the board, whether opening its port has reset it or not. Moves nothing.
@@ -50,7 +46,7 @@ class GrblContact(GrblStopping):
             return self.silence(began_s)
         if not (yield from self._calm_down()):
             return self.silence(began_s)
-        yield from self._spoil()
+        yield from self.spoil()  # a reset may have been lost, or not been made
         yield from self._recognise()
         yield from self.look(self.settings.answer_s)  # which counts its axes, where they are untold
         if self.lacking:
@@ -102,15 +98,29 @@ class GrblContact(GrblStopping):
             yield from self.look(self.settings.answer_s)
         if self.state in TURNING or (self.state is State.HOLD and self.sub_state):
             yield from self.hold()
-        elif self.state in DEAF or not self.reset_lets_go:
+        elif self.state in DEAF or not (yield from self._may_let_go()):
             return (yield from self.soft_reset())
         return True
 
-    def _spoil(self) -> Generator[float, HostEvent | None, None]:
-        """Make sure that no half line is left: a reset may have been lost, or not been made."""
-        for _ in range(TRIES):
-            if (yield from self.ask(Line(SPOILER), self.settings.answer_s)) is not None:
+    def _may_let_go(self) -> Asking:
+        """Tell whether a reset may open the gripper.
+
+        It does not where reports say, twice, that all that it would switch off is off already.
+        They say so with the overrides, every tenth time or twentieth.
+        """
+        if not (self.reset_lets_go and self.outputs_told):
+            return self.reset_lets_go
+        told = 0
+        for _ in range(REPORTS_TO_OFFSET):
+            if not (yield from self.look(self.settings.answer_s)) or self.reported is None:
                 break
+            report = self.reported.report
+            told += report.overrides is not None
+            if report.accessories or report.speed:
+                break
+            if told == REPORTS_ALIKE:
+                return False
+        return True
 
     def clear(self) -> Answering:
         """Leave alarm, hold, sleep or muteness; the board's position is as good as it was."""

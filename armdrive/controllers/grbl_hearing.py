@@ -9,6 +9,8 @@ from dataclasses import replace
 
 from armdrive.abilities import Abilities
 from armdrive.controllers.grbl_axes import PINS, Axes
+from armdrive.controllers.grbl_greeting import Greeting
+from armdrive.controllers.grbl_polls import Polls
 from armdrive.controllers.grbl_settings import REACTIONS_S, GrblSettings
 from armdrive.controllers.requests import (
     Alert,
@@ -43,6 +45,7 @@ COORDINATES = re.compile(rb"<[A-Za-z:0-9]+\|[MW]Pos:([-0-9.,]+)[|>]")
 """How a report begins."""
 LEAST_RING = 128
 """What the smallest board has, in bytes: a board that tells of less gets one line at a time."""
+TURNING = (State.RUN, State.JOG, State.HOME)
 ABORTED = (3, 6)
 """Alarms that our own reset raises where it ends a motion: of a motion, and of homing."""
 
@@ -67,6 +70,7 @@ class GrblHearing(Scripted[HostEvent]):
         self.position: Motors | None = None
         self.inputs = 0
         self.most_free = 0
+        self._free: int | None = None
         self.alarm: AlarmRaised | None = None
         self.firmware = ""
         self.told: dict[int | str, str] = {}
@@ -76,7 +80,8 @@ class GrblHearing(Scripted[HostEvent]):
         self.blocks = settings.max_segments
         self.lacking = ""
         self.garbled = 0
-        self._resetting = False
+        self.polls = Polls()
+        self.greeting = Greeting()
 
     # -- saying -------------------------------------------------------------------------------
 
@@ -91,14 +96,17 @@ class GrblHearing(Scripted[HostEvent]):
 
     def press(self, command: Realtime) -> None:
         """Say a real-time command."""
-        shown = "" if command is Realtime.STATUS else command.name.lower().replace("_", " ")
+        shown = command.name.lower().replace("_", " ")
+        if command is Realtime.STATUS:
+            shown = ""
+            self.polls.ask(self.now_s)
         self.say(self._host.send_realtime(command), shown)
 
     def give_up(self) -> None:
         """Forget unanswered lines and half a message."""
         self._host.forget_outstanding()
         self._host.discard()
-        self._resetting = False
+        self.greeting.give_up()
 
     # -- hearing ------------------------------------------------------------------------------
 
@@ -155,11 +163,14 @@ class GrblHearing(Scripted[HostEvent]):
     def _learn_status(self, heard: StatusReported) -> None:
         report = heard.report
         self.reported = heard
+        self.polls.answered()
         self.state, self.sub_state = report.state, report.sub_state
         if self.state is not State.ALARM:
             self.alarm = None
-        if report.free_blocks is not None:
-            self.most_free = max(self.most_free, report.free_blocks)
+        free = report.free_blocks
+        if free is not None and free == self._free:  # a report has no check bytes
+            self.most_free = max(self.most_free, free)
+        self._free = free
         pins = report.pins or ""
         self.inputs = sum(1 << bit for bit, pin in enumerate(PINS) if pin in pins)
         if heard.machine_position is not None and not self.lacking:
@@ -167,15 +178,18 @@ class GrblHearing(Scripted[HostEvent]):
 
     def _learn_alarm(self, heard: AlarmRaised) -> None:
         self.alarm, self.state = heard, State.ALARM
-        if self._resetting and heard.code in ABORTED:
+        if self.greeting.awaited and heard.code in ABORTED:
             self.aborted = True  # we have asked for it
+            self.greeting.await_late()
             return
         kind = AlertKind.ALARM if heard.position_kept else AlertKind.ALARM_LOST
         if self.contacted:
             self.tell(Alert(kind, self.alarm_words()))
 
     def _learn_restart(self, heard: Restarted) -> None:
-        own, self._resetting = self._resetting, False
+        own = self.greeting.answers(self.now_s)
+        self.aborted |= not own
+        self.polls.begin_anew()
         self.modes_set = False
         self.alarm = self.state = None
         if heard.banner.firmware:
@@ -219,6 +233,11 @@ class GrblHearing(Scripted[HostEvent]):
     def registers(self) -> Registers:
         """Return the position as it was reported last."""
         return Registers(self.position or Motors((0,) * len(self.axes.letters)), self.inputs)
+
+    @property
+    def in_motion(self) -> bool:
+        """Tell whether the board moved when it was heard of last."""
+        return self.state in TURNING or (self.state is State.HOLD and bool(self.sub_state))
 
     def planner_empty(self) -> bool:
         """Tell whether the last report has no motion in the planner; Idle alone may precede it."""

@@ -42,6 +42,7 @@ from kinematics.spaces import Motors
 
 STALLED_S = 2.0
 """A motion that does not go on for so long, beyond what it should take, is given up."""
+FEW_STEPS = 2
 SLOWEST = 12.0
 """The lowest feed override makes a motion ten times longer."""
 
@@ -70,12 +71,15 @@ class GrblMotion(GrblStopping):
         start = self.position or self.registers().positions
         road = Road(start, self.limits, self.settings.corridor_steps)
         trip = Trip(request.segments, road, request.ahead_s, request.jog)
-        trip.reported_s = trip.changed_s = self.now_s
+        trip.changed_s = self.now_s
         self.brake_s = 2.0 * self.ramp_s + self.reaction_s
         while True:
             if self.stop_asked or request.let_go():
                 return (yield from self._halt(trip))
-            self._send(trip)
+            if not request.held_back():
+                self._send(trip)
+            elif trip.road.empty:
+                return Done(unsent=int(trip.drawn is not None))
             if trip.finished:
                 return Done()
             self._poll(trip)
@@ -92,6 +96,8 @@ class GrblMotion(GrblStopping):
         if trip.drawn is None and not trip.exhausted and self._has_room(trip):
             trip.drawn = next(trip.segments, None)
             trip.exhausted = trip.drawn is None
+            self.underruns += trip.starved and not trip.exhausted
+            trip.starved = False
         if trip.drawn is None:
             return
         lasts_s = trip.drawn.duration_s
@@ -105,20 +111,20 @@ class GrblMotion(GrblStopping):
             return
         self.speak(line)
         trip.road.send(trip.drawn.steps, ahead, self.now_s)
-        trip.guess_s, trip.drawn = driven_s, None
+        trip.guess_s, trip.steps, trip.drawn = driven_s, trip.drawn.steps.largest, None
         trip.changed_s = self.now_s
         if lasts_s > driven_s:
             trip.not_before_s = self.now_s + lasts_s - driven_s
 
     def _has_room(self, trip: Trip) -> bool:
         """Tell whether one more segment like the last would fit: it is drawn no earlier."""
-        if trip.jog and trip.road.unanswered:
+        if trip.waits_for_ok:
             return False
         left_s = sum(each.nominal_s for each in trip.road.rest())
         return trip.road.empty or left_s + trip.guess_s <= trip.ahead_s + 1e-6
 
     def _may_say(self, trip: Trip, line: Line) -> bool:
-        if trip.jog and trip.road.unanswered:
+        if trip.waits_for_ok:
             return False
         return trip.road.waiting < self.blocks and self._host.room_for(line)
 
@@ -134,7 +140,7 @@ class GrblMotion(GrblStopping):
 
     def _wake_s(self, trip: Trip) -> float:
         every_s = LATE_REPORT_S if trip.awaiting else self.settings.poll_s
-        wake_s = trip.polled_s + every_s
+        wake_s = min(trip.polled_s + every_s, self.mute_at_s)
         for later_s in (self.wire_free_s, trip.not_before_s):
             if self.now_s < later_s:
                 wake_s = min(wake_s, later_s)
@@ -157,12 +163,10 @@ class GrblMotion(GrblStopping):
                 return Denied("the board was reset, or lost its power, while it moved")
             case StatusReported():
                 return self._reported(trip)
-        if self.now_s >= trip.reported_s + self.settings.answer_s:
-            return Silence("?", self.now_s - trip.reported_s)
-        return self._overdue(trip)
+        return self.silence_of_mute() if self.mute else self._overdue(trip)
 
     def _reported(self, trip: Trip) -> Reply | None:
-        trip.awaiting, trip.reported_s = False, self.now_s
+        trip.awaiting = False
         if self.state is State.ALARM:
             return Denied(self.alarm_words())
         if self.state in HELD:
@@ -176,12 +180,23 @@ class GrblMotion(GrblStopping):
         left = trip.road.waiting, trip.road.start
         idle = self.state is State.IDLE and self.planner_empty()
         on_it = trip.road.report(position, idle=idle, planned=self.planner_holds())
+        self._note_standing(trip, idle)
         if left != (trip.road.waiting, trip.road.start):
             trip.changed_s = self.now_s
         trip.off = 0 if on_it else trip.off + 1
         if trip.off == 1:
             trip.polled_s = -math.inf  # a report has no check bytes either: look again, at once
         return self._astray(trip) if trip.off > 1 else None
+
+    def _note_standing(self, trip: Trip, idle: bool) -> None:
+        """Count a standstill in mid-motion; between single steps an arm stands anyway."""
+        stands = idle and trip.road.oks > 1 and trip.steps > FEW_STEPS
+        if stands and not trip.stood:
+            if trip.road.empty:
+                trip.starved = True  # whether more was to come, the next draw will tell
+            else:
+                self.underruns += 1  # it is on the wire still
+        trip.stood = stands
 
     def _astray(self, trip: Trip) -> Reply:
         text = (
@@ -213,21 +228,18 @@ class GrblMotion(GrblStopping):
     def _halt(self, trip: Trip) -> Answering:
         """End a motion that somebody stopped, or a jog that was let go."""
         if self.stop_asked and self.stop_hard:
-            standing = trip.road.empty
-            return Halted((yield from self.kill()) and standing)
+            kept = yield from self.kill(trip.road)
+            return self.silence_of_mute() if self.mute else Halted(kept)
         if not self.stop_asked and trip.road.empty and trip.drawn is None:
             return Done()
         stop = self.cancel_jog(trip.road) if trip.jog else self.hold()
-        return Halted((yield from stop))
+        kept = yield from stop
+        return self.silence_of_mute() if self.mute else Halted(kept)
 
     def _break_off(self, end: Reply) -> Answering:
         """Bring a motion to an end that went wrong, and return what went wrong."""
         if isinstance(end, Silence):
-            self.press(Realtime.FEED_HOLD)  # whatever still hears it
-            if (yield from self.soft_reset()):
-                text = "the board fell silent in motion and has begun anew: reset, or without power"
-                self.tell(Alert(AlertKind.RESTARTED, text))
-                return Denied(text)
+            self.press(Realtime.FEED_HOLD)  # it may hear us still; a reset could make the arm sag
             return end
         if self.alarm is None and self.state is not None and self.state is not State.ALARM:
             yield from self.hold()

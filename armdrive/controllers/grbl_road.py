@@ -156,12 +156,22 @@ class Trip:
     not_before_s: float = -math.inf
     polled_s: float = -math.inf
     awaiting: bool = False
-    reported_s: float = 0.0
     changed_s: float = 0.0
     off: int = 0
+    steps: int = 0
+    stood: bool = False
+    starved: bool = False
     guess_s: float = 0.0
 
     @property
     def finished(self) -> bool:
         """Tell whether there is nothing more to send, and all that was sent is done."""
         return self.exhausted and self.drawn is None and self.road.empty
+
+    @property
+    def waits_for_ok(self) -> bool:
+        """Whether a line has to be answered before the next: in a jog, and the first of all.
+
+        A stray character spoils the first one: it is refused, and nothing has moved.
+        """
+        return self.road.unanswered > 0 and (self.jog or not self.road.oks)

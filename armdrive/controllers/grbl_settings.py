@@ -41,8 +41,9 @@ class GrblSettings:
     is told `servo` with a number between `servo_closed` and `servo_open`; a gripper on an output
     has it on bit `gripper_output`, which closes it when on, or opens it.
 
-    Times: a report is asked for every `poll_s` in motion, an answer is waited for `answer_s`, a
-    board that was reset by opening its port `boot_s`, homing `homing_s`. `reaction_s` is how long
+    Times: a report is asked for every `poll_s` in motion, and a board that gives none for `mute_s`
+    is mute; an answer is waited for `answer_s`, a board that was reset by opening its port
+    `boot_s`, homing `homing_s`. `reaction_s` is how long
     the board takes before it begins to brake; left out, as its firmware does (`REACTIONS_S`). A
     motor may be `corridor_steps` off the path sent.
     """
@@ -67,6 +68,7 @@ class GrblSettings:
     corridor_steps: float = 2.0
     max_segments: int = 15
     poll_s: float = 0.05
+    mute_s: float = 1.0
     answer_s: float = 1.0
     boot_s: float = 4.0
     homing_s: float = 120.0
@@ -104,6 +106,7 @@ _BOUNDS = {
     "corridor_steps": (1.0, 1000.0),
     "max_segments": (1, 1000),
     "poll_s": (0.01, 0.2),
+    "mute_s": (0.5, 10.0),
     "answer_s": (0.2, 30.0),
     "boot_s": (0.5, 30.0),
     "homing_s": (1.0, 290.0),

@@ -9,9 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Generator
 
+from armdrive.controllers.grbl_hearing import TURNING
 from armdrive.controllers.grbl_road import Road
-from armdrive.controllers.grbl_talk import Asking, GrblTalk, refusal
-from armdrive.controllers.requests import Denied
+from armdrive.controllers.grbl_talk import RESET_POLL_S, Asking, GrblTalk, refusal
+from armdrive.controllers.requests import Denied, Silence
 from firmware_protocol.grbl import (
     Acknowledged,
     Coolant,
@@ -26,13 +27,12 @@ from firmware_protocol.grbl.events import Event as HostEvent
 
 STOP_POLL_S = 0.02
 """How often a board that brakes is looked at."""
-PRESS_AGAIN_S = 0.15
-"""A feed hold without effect by then was lost."""
+AGAIN_S = 0.04
+"""What ends a motion and is lost on the wire, or a report with it, is said again within this."""
 SETTLE_S = 0.06
 """An Idle that lasts this long is no pause between two lines."""
 IDLE_LOOKS = 10
 TRIES = 3
-TURNING = (State.RUN, State.JOG, State.HOME)
 HELD = (State.HOLD, State.DOOR, State.TOOL)
 DEAF = (*HELD, State.SLEEP, State.CHECK)
 """States in which lines are not carried out, and which a reset leaves."""
@@ -60,15 +60,14 @@ class GrblStopping(GrblTalk):
         """Brake, wait until the board stands, and reset it; False where steps may be lost.
 
         The reset is what empties ring and planner: a hold alone would go on at the next resume.
-        A board that was never seen to stand may have been reset by somebody else meanwhile.
+        A board that was never seen to stand may have been reset by somebody else meanwhile. One
+        that is mute is left in its hold: nobody sees whether a reset would kill a motion.
         """
         end_s = self.now_s + self.brake_s + self.settings.answer_s
-        pressed_s = -PRESS_AGAIN_S
         idle, stood = 0, False
-        while self.now_s < end_s and not self.stop_hard:
-            if self.state not in HELD and self.now_s >= pressed_s + PRESS_AGAIN_S:
+        while self.now_s < end_s and not self.stop_hard and not self.mute:
+            if self.state not in HELD:  # one too many has no effect, one that is lost has none
                 self.press(Realtime.FEED_HOLD)
-                pressed_s = self.now_s
             seen = yield from self.watch(STOP_POLL_S)
             if seen is None:
                 continue
@@ -81,20 +80,29 @@ class GrblStopping(GrblTalk):
             )
             if stood:
                 break
-        return (yield from self.reset_and_restore()) and stood
+        if self.mute and not self.stop_hard:
+            return False
+        return (yield from self.reset_and_restore(moving=not stood)) and stood
 
-    def kill(self) -> Asking:
+    def kill(self, road: Road) -> Asking:
         """Stop dead; False where that ended a motion, as the board says or was seen to be in.
 
         Its words may be lost, or those of a board that somebody else has just reset.
         """
-        turned = self.state in TURNING
-        return (yield from self.reset_and_restore()) and not turned
+        moving = self.state in TURNING or not road.empty
+        return (yield from self.reset_and_restore(moving=moving)) and not moving
 
-    def reset_and_restore(self) -> Asking:
+    def end_homing(self) -> Generator[float, HostEvent | None, None]:
+        """Reset a board that homes, which obeys nothing else. No report tells of a lost byte."""
+        self.greeting.await_late()
+        self.press(Realtime.SOFT_RESET)
+        yield from self.pause(self.now_s + RESET_POLL_S)
+        yield from self.soft_reset(moving=True)  # within the same reset, it has no effect
+
+    def reset_and_restore(self, *, moving: bool) -> Asking:
         """Reset the board, and have its outputs and gripper as they were; tell what it kept."""
         alarmed = self.alarm is not None and not self.alarm.position_kept
-        answered = yield from self.soft_reset()
+        answered = yield from self.soft_reset(patient=False, moving=moving)
         kept = answered and not self.aborted and not alarmed
         if kept:
             yield from self.restore()
@@ -121,7 +129,7 @@ class GrblStopping(GrblTalk):
                 break
         end_s = self.now_s + self.brake_s + self.settings.answer_s
         idle_s: float | None = None
-        while self.now_s < end_s and not self.stop_hard:
+        while self.now_s < end_s and not self.stop_hard and not self.mute:
             self.press(Realtime.JOG_CANCEL)
             seen = yield from self.watch(STOP_POLL_S)
             if seen is None or self.state is not State.IDLE or not self.planner_empty():
@@ -134,9 +142,12 @@ class GrblStopping(GrblTalk):
                 self._host.forget_outstanding()
                 return True
         if self.stop_hard:
-            standing = road.empty
-            return (yield from self.kill()) and standing
+            return (yield from self.kill(road))
         return (yield from self.hold())
+
+    def silence_of_mute(self) -> Silence:
+        """Return the reply to a motion whose board gives no report any more."""
+        return Silence("? (mute in motion; a feed hold was sent)", self.settings.mute_s)
 
     # -- lines that move nothing --------------------------------------------------------------
 
@@ -147,7 +158,7 @@ class GrblStopping(GrblTalk):
         """
         seen: object = State.IDLE, self.position
         for _ in range(TRIES):
-            if not (yield from self.look_position()):
+            if not (yield from self.look_position(self.settings.answer_s)):
                 words = self.alarm_words() if self.alarm else "the board tells no position"
                 return Denied(words, moved=False)
             if seen == (self.state, self.position):
@@ -157,6 +168,7 @@ class GrblStopping(GrblTalk):
             return Denied(f"{self.alarm_words()}. `reset` unlocks it", moved=False)
         if self.state is not State.IDLE:
             return Denied(f"the board's state is {self.state}; `reset` leaves it", moved=False)
+        yield from self.clean_line()
         return (yield from self.set_modes())
 
     def set_modes(self) -> Generator[float, HostEvent | None, Denied | None]:

@@ -44,6 +44,8 @@ class MoveAlong:
 
     `segments` is drawn from only when there is room for one more, so that what a jog does next is
     decided at the last moment. As soon as `let_go()` is true, what is queued is given up as well.
+    While `held_back()` is true, nothing is drawn, and what was drawn is not sent any more; where it
+    is so until all that was sent is driven, the answer is `Done` and tells what is `unsent`.
     For a jog, the device's own way of jogging is used where it has one. The answer is `Done` when
     everything has been driven, `Halted` when some of it was given up.
     """
@@ -52,6 +54,7 @@ class MoveAlong:
     ahead_s: float
     jog: bool = False
     let_go: Callable[[], bool] = _never
+    held_back: Callable[[], bool] = _never
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,10 +124,11 @@ class Done:
 
     `timely` is False where the answer's time is hard to believe: one far too early may belong to
     another request, one far too late may be that of another motion. The registers are to be
-    looked at then.
+    looked at then. `unsent` is how many segments were drawn last and held back, 0 or 1.
     """
 
     timely: bool = True
+    unsent: int = 0
 
     def __str__(self) -> str:
         return "done"

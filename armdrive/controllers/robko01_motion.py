@@ -105,7 +105,7 @@ class RobkoMotion(RobkoExchange, ABC):
             if self.stop_asked or let_go():
                 return Halted()
             way = _Way(start, steps, expected_s, self.now_s)
-            refusal = yield from self._send_move(message, way)
+            refusal = yield from self._send_move(message, way, let_go)
             if refusal is not None:
                 return refusal
             if self.stop_asked:
@@ -120,9 +120,9 @@ class RobkoMotion(RobkoExchange, ABC):
         return self.silence(began_s)
 
     def _send_move(
-        self, message: MoveRelative, way: _Way
+        self, message: MoveRelative, way: _Way, let_go: Callable[[], bool]
     ) -> Generator[float, HostEvent | None, Reply | None]:
-        """Send it, again while the board is busy; return a refusal, or None where there is none."""
+        """Send it, again while the board is busy; return why not, or None where it was sent."""
         text = f"MOVE {' '.join(map(str, way.steps))} at {max(message.axes.speeds_steps_s)}"
         until_s = self.now_s + BUSY_S
         while True:
@@ -130,12 +130,13 @@ class RobkoMotion(RobkoExchange, ABC):
             answer = yield from self._ask(message, tries=1, text=text, may_break=True)
             if isinstance(answer, Busy) and self.now_s < until_s and not self.stop_asked:
                 yield from self.pause(self.now_s + POLL_S)
+                if let_go():
+                    return Halted()
                 continue
             if isinstance(answer, Busy) and not self.stop_asked:
                 return Denied("it is still moving", moved=False)
-            if isinstance(answer, Acknowledged) and answer.status is not Status.OK:
-                return self._disabled()
-            return None
+            refused = isinstance(answer, Acknowledged) and answer.status is not Status.OK
+            return self._disabled() if refused else None
 
     def _disabled(self) -> Reply:
         words = "its motors are disabled: call enable()"
@@ -178,19 +179,19 @@ class RobkoMotion(RobkoExchange, ABC):
             if not way.holds(seen):  # believed when it is seen twice: an answer may be a late one
                 astray += 1
                 if astray > 1:
-                    return self._astray(seen)
+                    return (yield from self._astray(way, seen))
                 yield from self.pause(self.now_s + POLL_S)
                 continue
             astray, going_s = 0, self.now_s
             self.tell(Progress(Registers(seen)))
             if self.now_s > way.began_s + way.expected_s and seen == last:
-                mask = yield from self._mask()
-                still = still + 1 if mask == 0 else 0
+                still = still + 1 if (yield from self._mask()) == 0 else 0
             if still >= STILL_LOOKS:
                 left = tuple(way.left(seen))
                 return Denied(f"the motion has ended {left} steps short of its target")
             last = seen
-            yield from self.pause(self._next_look_s(way, asked_s))
+            if not self.stop_asked:  # one that came during the look would not end this pause
+                yield from self.pause(self._next_look_s(way, asked_s))
             if self.stop_asked:
                 return (yield from self._halt(way))
         yield from self._halt(way)
@@ -222,8 +223,7 @@ class RobkoMotion(RobkoExchange, ABC):
             asked_s = self.now_s
             if asked_s > given_up_s:
                 return Denied("the motors were told to stop, and do not come to rest")
-            seen = yield from self._look()
-            mask = yield from self._mask()
+            seen, mask = (yield from self._look()), (yield from self._mask())
             if seen is None or mask is None:
                 return self.silence(began_s)
             self.tell(Progress(Registers(seen)))
@@ -234,12 +234,13 @@ class RobkoMotion(RobkoExchange, ABC):
         arrived = last is not None and not way.left(last).largest
         return Done() if arrived else Halted()
 
-    def _astray(self, seen: Motors) -> Reply:
-        """Say what positions mean to which the motion does not lead."""
+    def _astray(self, way: _Way, seen: Motors) -> Script:
+        """End a motion that leads elsewhere, and say what positions mean to which it leads."""
         if not seen.largest:
             words = "the controller was reset or lost its power in mid-motion"
             self.restarted(words)
             return Denied(words)
+        yield from self._halt(way)
         words = f"the controller reports {tuple(seen)}, which is not on the way that was sent"
         self.tell(Alert(AlertKind.ASTRAY, words))
         return Denied(words)

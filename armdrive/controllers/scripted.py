@@ -50,6 +50,8 @@ class Scripted(ABC, Generic[H]):
         self.abilities = abilities
         self.last_said = ""
         self.now_s = 0.0
+        self.underruns = 0
+        """How often a device that queues stood still although more of its motion was to come."""
         self.stop_asked = False
         self.stop_hard = False
         self.overdue = False

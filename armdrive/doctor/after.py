@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from armdrive.dialects import DIALECTS
 from armdrive.doctor.findings import Finding, note, ok, problem
 from armdrive.doctor.probing import Examination
 from armdrive.doctor.signs import Identity, says_something_readable, shown
+from armdrive.interview.toml_text import value as toml
 
 CHECK_WIRING = (
     "check that the arm is switched on, that the cable carries data, and that transmit and "
@@ -110,17 +112,25 @@ def _unrecognised(found: Examination, expected: Expected) -> list[Finding]:
 
 
 def next_steps(
-    port: str, found: Examination, *, arm: str = "", compared: bool = False
+    port: str,
+    found: Examination,
+    *,
+    arm: str = "",
+    owners: Sequence[str] = (),
+    compared: bool = False,
 ) -> list[str]:
     """Return the lines to type next; none where no arm was found.
 
-    `arm` is the arm file's, and `compared` says that settings have been looked at already.
+    `arm` is the arm file's that was looked at, `owners` are those that the port belongs to, and
+    `compared` says that settings have been looked at already.
     """
     identity = found.identity
     if identity is None or identity.dialect not in DIALECTS:
         return []
     if arm:
         return [f"armdrive status --arm {arm}"]
+    if owners and not compared:
+        return [f"armdrive doctor --arm {each}" for each in owners]
     row = DIALECTS[identity.dialect]
     baud = "" if found.baud in (None, row.baud) else f" --baud {found.baud}"
     status = f"armdrive status --port {quoted(port)} --dialect {row.name}{baud}"
@@ -128,14 +138,19 @@ def next_steps(
     return [status] if compared else [settings, status]
 
 
-def arm_file_lines(port: str, found: Examination) -> list[str]:
-    """Return an arm file's lines for what was found; none where no arm was found."""
+def arm_file_lines(port: str, found: Examination, usb_serial: str = "") -> list[str]:
+    """Return an arm file's lines for what was found; none where no arm was found.
+
+    The adapter's number, where it has one, finds the arm under any name of its port.
+    """
     identity = found.identity
     if identity is None or identity.dialect not in DIALECTS:
         return []
     row = DIALECTS[identity.dialect]
     lines = [f'model = "{row.preset}"', "", "[connection]"]
-    lines += [f'dialect = "{row.name}"', f'port = "{port}"']
+    lines += [f'dialect = "{row.name}"', f"port = {toml(port)}"]
+    if usb_serial:
+        lines.append(f"usb_serial = {toml(usb_serial)}")
     if found.baud not in (None, row.baud):
         lines.append(f"baud = {found.baud}")
     if found.restarted and found.baud is not None:

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import errno
 import os
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 from armdrive.doctor.findings import Finding, note, ok, problem
-from armdrive.doctor.owners import held_by_armdrive
+from armdrive.doctor.owners import Naming, held_by_armdrive, owners_of, strangers_to
+from armdrive.errors import ArmError
+from armdrive.interview.toml_text import value as toml
 from armdrive.transports.holders import holder
 from armdrive.transports.ports import PortInfo, list_ports
 from armdrive.transports.refusals import owning_group, refusal
@@ -22,16 +25,23 @@ LATENCY_MS = 1
 
 @dataclass(frozen=True, slots=True)
 class Before:
-    """The findings, and whether there is any use in opening the port."""
+    """The findings, and whether there is any use in opening the port.
+
+    `owners` are the arms whose files the port belongs to, and `usb_serial` its adapter's number.
+    """
 
     findings: tuple[Finding, ...]
     openable: bool
+    owners: tuple[str, ...] = ()
+    usb_serial: str = ""
 
 
-def look_at(port: str) -> Before:
-    """Look at a port without opening it; of a network address nothing can be said."""
+def look_at(port: str, files: Iterable[Naming] = ()) -> Before:
+    """Look at a port without opening it; of a network address only its arm files are known."""
+    files = tuple(files)
+    belongs, owners = _belongs(port, files)
     if scheme(port):
-        return Before((), openable=True)
+        return Before(tuple(belongs), True, owners)
     if not Path(port).exists() and os.name == "posix":
         absent = FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT))
         return Before((_sentence(port, absent),), openable=False)
@@ -39,19 +49,48 @@ def look_at(port: str) -> Before:
     if not info.readable:
         return Before((forbidden(port),), openable=False)
     if info.holder is not None:
-        return Before((in_use(port),), openable=False)
+        return Before((in_use(port, owners), *belongs), openable=False)
     made_here = os.path.realpath(port).startswith(PSEUDO)
     free = "" if made_here else " nobody has it open,"
     found = [ok(f"{port} is there{_described(info)},{free} and you may open it")]
-    if info.stable_name and info.stable_name != port:
-        found.append(
-            note(
-                f"{port} may have another name when it is next plugged in",
-                f'in an arm file write port = "{info.stable_name}"',
-            )
-        )
+    found += belongs
+    by_number = any(each.arm in owners and each.usb_serial for each in files)
+    if not by_number:
+        found += _name_that_stays(port, info)
     found += latency(port)
-    return Before(tuple(found), openable=True)
+    return Before(tuple(found), True, owners, info.serial_number or "")
+
+
+def unfound(error: ArmError) -> Before:
+    """Return what is to be said where the port of an arm file is not to be found."""
+    what, _, mend = str(error).partition(": ")
+    return Before((problem(what, mend),), openable=False)
+
+
+def _belongs(port: str, files: tuple[Naming, ...]) -> tuple[list[Finding], tuple[str, ...]]:
+    """Say which arm files a port belongs to, and which only name it."""
+    owners = owners_of(port, files)
+    found = [ok(f"it belongs to the arm file {each}") for each in owners]
+    found += [
+        note(
+            f"the arm file {each.arm} names {port}, but wants the adapter with the USB serial "
+            f"number {each.usb_serial}, which this is not",
+            f"`armdrive doctor --arm {each.arm}` looks for that adapter",
+        )
+        for each in strangers_to(port, files)
+    ]
+    return found, tuple(each.arm for each in owners)
+
+
+def _name_that_stays(port: str, info: PortInfo) -> list[Finding]:
+    """Say how an arm file finds the port again, where that is surer than by its name."""
+    if info.serial_number:
+        mend = f"in an arm file write usb_serial = {toml(info.serial_number)}"
+    elif info.stable_name and info.stable_name != port:
+        mend = f"in an arm file write port = {toml(info.stable_name)}"
+    else:
+        return []
+    return [note(f"{port} may have another name when it is next plugged in", mend)]
 
 
 def info_of(port: str) -> PortInfo:
@@ -74,9 +113,9 @@ def forbidden(port: str) -> Finding:
     return _sentence(port, PermissionError(errno.EACCES, os.strerror(errno.EACCES)))
 
 
-def in_use(port: str) -> Finding:
-    """Return the finding of a port that a program has open."""
-    arm = held_by_armdrive(port)
+def in_use(port: str, owners: Iterable[str] = ()) -> Finding:
+    """Return the finding of a port that a program has open, perhaps for one of these arms."""
+    arm = held_by_armdrive(port, owners)
     if arm:
         return problem(
             f"{port} is in use: an armdrive program drives {arm} on it",

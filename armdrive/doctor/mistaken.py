@@ -92,4 +92,5 @@ def _instead(heard: bytes, dialect: str) -> str:
 
 
 def _doctor(port: str) -> str:
-    return f"`armdrive doctor {port}` finds out who is there, and moves nothing." if port else ""
+    where, which = (port, "") if port else ("PORT", ", for the port that `armdrive ports` shows,")
+    return f"`armdrive doctor {where}`{which} finds out who is there, and moves nothing."

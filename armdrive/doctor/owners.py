@@ -1,4 +1,4 @@
-"""Who has a port, and which arm files name it: asked of files and local sockets alone."""
+"""Who has a port, and which arm files it belongs to: asked of files and local sockets alone."""
 
 from __future__ import annotations
 
@@ -11,15 +11,37 @@ from pathlib import Path
 from armdrive import places
 from armdrive.errors import ArmError
 from armdrive.holder import ask_holder
+from armdrive.transports.ports import device_of
+from armdrive.transports.refusals import NoSuchPort
 
 
 @dataclass(frozen=True, slots=True)
 class Naming:
-    """An arm file that names a port; `error` says why one cannot be used."""
+    """Which port an arm file names, by a USB serial number if it gives one, else by its name.
+
+    `error` says why a file cannot be used.
+    """
 
     arm: str
-    port: str
+    port: str = ""
+    usb_serial: str = ""
     error: str = ""
+
+    def find(self) -> str:
+        """Return the present name of the arm's port. Raises `NoSuchPort` as connecting would."""
+        return device_of(self.usb_serial, self.port) if self.usb_serial else self.port
+
+
+@dataclass(frozen=True, slots=True)
+class Owner:
+    """An arm file that a port belongs to, and by what: a name, or the number of its adapter."""
+
+    arm: str
+    usb_serial: str = ""
+
+    def __str__(self) -> str:
+        by = f" (by the USB serial number {self.usb_serial})" if self.usb_serial else ""
+        return f"{self.arm}{by}"
 
 
 def arm_files() -> tuple[Naming, ...]:
@@ -31,14 +53,28 @@ def _naming(path: Path) -> Naming:
     from armdrive.armfile import load_arm_file
 
     try:
-        return Naming(path.stem, load_arm_file(path).connection.port)
+        wire = load_arm_file(path).connection
     except ArmError as error:
-        return Naming(path.stem, "", str(error))
+        return Naming(path.stem, error=str(error))
+    return Naming(path.stem, wire.port, wire.usb_serial)
 
 
-def naming(port: str, namings: Iterable[Naming]) -> tuple[str, ...]:
-    """Return the arms whose files name a port, by whichever of its names."""
-    return tuple(each.arm for each in namings if each.port and same_port(each.port, port))
+def owners_of(port: str, namings: Iterable[Naming]) -> tuple[Owner, ...]:
+    """Return the arm files that a port belongs to, under whichever of its names."""
+    found = []
+    for each in namings:
+        with contextlib.suppress(NoSuchPort):
+            name = each.find()
+            if name and same_port(name, port):
+                found.append(Owner(each.arm, each.usb_serial))
+    return tuple(found)
+
+
+def strangers_to(port: str, namings: Iterable[Naming]) -> tuple[Naming, ...]:
+    """Return the arm files that have a port's name, but want an adapter that it is not."""
+    namings = [each for each in namings if each.usb_serial and each.port]
+    owners = [owner.arm for owner in owners_of(port, namings)]
+    return tuple(each for each in namings if same_port(each.port, port) and each.arm not in owners)
 
 
 def same_port(one: str, other: str) -> bool:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from armdrive.controllers.requests import (
@@ -18,7 +19,7 @@ from armdrive.controllers.requests import (
     Reply,
     Request,
 )
-from armdrive.core import Coordinates, Core
+from armdrive.core import Core
 from armdrive.engine import Ask, Flow, Until
 from armdrive.errors import (
     DeviceFault,
@@ -29,9 +30,12 @@ from armdrive.errors import (
     Stopped,
 )
 from armdrive.flows.remembering import leave_standstill
+from armdrive.flows.straying import strays_steps
+from armdrive.flows.taking_up import pieces
 from armdrive.status import Current, State, Trust
 from armdrive.stopping import straying_mm
 from armdrive.trust import Evidence
+from armdrive.whereabouts import Coordinates
 
 if TYPE_CHECKING:
     from armdrive.engine import Engine
@@ -46,6 +50,8 @@ TRIES = 3
 
 FRESH_S = 0.05
 """A look at the registers this long ago still tells where a motion starts from."""
+
+TURNING_ROUND = "it stopped as it turned round, with the backlash taken up or not yet"
 
 BLIND_S = 2.0
 """A motion is compared with the registers at least this often."""
@@ -89,15 +95,19 @@ class Wire:
 
         After a disturbance an answer counts only if the line falls silent behind it: else it
         may be the late one of the try before, and the next answer would be taken for another's.
+        After a silence, counts of zero may be those of a controller that has begun anew; an answer
+        that came, and that nobody could read, is none.
         """
         silence: NoAnswer | None = None
+        mute = False
         for attempt in range(TRIES):
             if attempt:
                 yield from self.quiet()
+            asked_s = self.now_s
             try:
                 reply: Reply = yield Ask(ReadPosition())
             except NoAnswer as error:
-                silence = error
+                silence, mute = error, mute or self.engine.heard_s < asked_s
                 continue
             if isinstance(reply, Denied) and reply.reason:  # it is there, and says why not
                 raise DeviceFault(reply.reason)
@@ -106,6 +116,8 @@ class Wire:
                 yield from self.quiet()
             if isinstance(reply, Registers) and heard_s == self.engine.heard_s:
                 self._looked_s = self.now_s
+                if mute and not reply.positions.largest:
+                    self.core.learn(Evidence.SILENT, self.now_s)  # it may have begun anew
                 return reply
         raise silence or DeviceFault(
             f"whatever is on {self.engine.link.description} does not answer as this arm does: "
@@ -122,7 +134,7 @@ class Wire:
         self.engine.controller.forget()
 
     def read(self) -> Flow[Motors]:
-        """Read the registers; return how far they are from the acknowledged position.
+        """Read the registers; return how far they are from the acknowledged ones.
 
         A difference is believed when it is read twice: the line has no check bytes.
         """
@@ -176,24 +188,41 @@ class Wire:
             return
         if not (yield from self._may_begin(let_go)):
             return
-        core.goes_to(target)
-        here, _ = core.transmission.to_joints(core.acknowledged)
-        strays = core.controller.strays_steps(steps, rate_hz)
-        self.straying_mm = max(self.straying_mm, straying_mm(core.config, here, strays))
+        core.stands()
+        *first, last = pieces(core, steps, rate_hz, core.burst_s, core.controller.duration_s)
+        for piece in first:  # these move nothing but motors
+            arrived = yield from self._burst(replace(piece, let_go=let_go), core.coordinates)
+            if not arrived or self.stopping or let_go():
+                return
+            if not (yield from self._may_begin(let_go)):
+                return
+        self.note_straying(strays_steps(core, steps, rate_hz))
+        yield from self._burst(replace(last, let_go=let_go), there)
+
+    def _burst(self, burst: MoveBy, there: Coordinates | None) -> Flow[bool]:
+        """Send one burst and wait until it has ended; False where a stop ended it early."""
+        core = self.core
+        core.sends(burst.steps)
         try:
-            reply = yield from self.request(MoveBy(steps, rate_hz, let_go), Evidence.ANSWER_LOST)
+            reply = yield from self.request(burst, Evidence.ANSWER_LOST)
         except LinkLost:
-            core.learn(Evidence.LOST_IN_MOTION, self.now_s)
+            core.lost_in_motion(self.now_s)
             raise
         if isinstance(reply, Halted | Interrupted):
-            yield from self._ended(reply, _way_between(core.acknowledged, core.commanded))
-            return
+            yield from self._ended(reply, way_between(core.acknowledged, core.commanded))
+            return False
         if isinstance(reply, Denied):
             yield from self._refusal(reply)
         core.arrived(there)
         timely = isinstance(reply, Done) and reply.timely
         if not timely or self.now_s > self._looked_s + BLIND_S:
             yield from self.verify()
+        return True
+
+    def note_straying(self, steps: Sequence[float]) -> None:
+        """Note that each motor may stray from its way by so many steps."""
+        here, _ = self.core.transmission.to_joints(self.core.acknowledged)
+        self.straying_mm = max(self.straying_mm, straying_mm(self.core.config, here, steps))
 
     def _may_begin(self, let_go: Callable[[], bool]) -> Flow[bool]:
         """Tell whether a motion may be sent now; raises where what happened meanwhile forbids it.
@@ -228,16 +257,19 @@ class Wire:
         core = self.core
         if not (yield from self._may_begin(request.let_go)):
             return False
+        core.stands()
         try:
             reply = yield from self.request(request, Evidence.ANSWER_LOST)
         except LinkLost:
-            core.learn(Evidence.LOST_IN_MOTION, self.now_s)
+            core.lost_in_motion(self.now_s)
             raise
+        self.straying_mm = max(self.straying_mm, course.straying_mm)
         if isinstance(reply, Halted | Interrupted):
             yield from self._ended(reply, course.passes)
             return False
         if isinstance(reply, Denied):
             yield from self._refusal(reply)
+        course.give_back(reply.unsent if isinstance(reply, Done) else 0)
         core.arrived(course.end)
         return True
 
@@ -247,8 +279,12 @@ class Wire:
         core = self.core
         if isinstance(reply, Halted) and not reply.kept:
             core.learn(Evidence.STOPPED_DEAD, self.now_s)
+        elif core.fell:
+            core.learn(Evidence.CONTROLLER_RESTARTED, self.now_s)
         elif core.read_back is None or not passes(core.read_back):
             core.learn(Evidence.READ_BACK_DIFFERS, self.now_s)
+        elif core.slack.vague:
+            core.learn(Evidence.READ_BACK_DIFFERS, self.now_s, TURNING_ROUND)
         core.believe_registers()
         core.commanded = core.acknowledged  # also where nothing had moved yet
         if isinstance(reply, Interrupted):
@@ -297,7 +333,7 @@ def weigh_difference(wire: Wire, difference: Motors) -> None:
 
 def take_difference(core: Core) -> bool:
     """Take the registers for where the arm is; True where they were zeroed, which moves nothing."""
-    registers = (core.read_back or core.acknowledged) - core.offset
+    registers = core.counts
     zeroed = not registers.largest
     if zeroed and core.belief.trust is not Trust.UNKNOWN:
         core.count_anew(registers)
@@ -307,7 +343,7 @@ def take_difference(core: Core) -> bool:
     return zeroed
 
 
-def _way_between(start: Motors, end: Motors) -> Callable[[Motors], bool]:
+def way_between(start: Motors, end: Motors) -> Callable[[Motors], bool]:
     """Return what tells whether every motor stands between where it started and was sent."""
     spans = [(min(pair), max(pair)) for pair in zip(start, end, strict=True)]
     return lambda at: all(

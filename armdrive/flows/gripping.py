@@ -12,16 +12,16 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from armdrive.controllers.requests import Done, SetGripper
-from armdrive.core import Coordinates
 from armdrive.engine import Flow, Until
 from armdrive.errors import BadRequest, DeviceFault, OutOfBounds, Refused
 from armdrive.flows.motion import Moved, begin, drive_legs, report
-from armdrive.planning import Leg
+from armdrive.legs import Leg
+from armdrive.whereabouts import Coordinates
 
 if TYPE_CHECKING:
     from armdrive.core import Core
     from armdrive.flows.exchange import Wire
-    from armdrive.planning import Speeds
+    from armdrive.legs import Speeds
 
 FINE_STEPS = 2
 

@@ -1,29 +1,28 @@
-"""A held jog: the next leg of it, decided at the last moment, for as long as somebody holds it."""
+"""A held jog: the next leg of its course, decided at the last moment, while it is held."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from armdrive.core import Coordinates
+from armdrive.budget import segment_s
 from armdrive.engine import Flow
-from armdrive.errors import ArmError, Refused
-from armdrive.flows.jog_aims import allowed, capped, check_jog, displaced, rates_of, runs_on_s
+from armdrive.errors import ArmError
+from armdrive.flows.jog_aims import require_audit, wish_of
 from armdrive.flows.motion import next_share, paced_move
-from armdrive.flows.streaming import SEGMENTS_AHEAD, Way, stream_held
-from armdrive.planning import Leg
+from armdrive.flows.streaming import Way, stream_held
+from armdrive.intents import Space
+from armdrive.jog_bounds import Ended
 from kinematics import KinematicsError
 
 if TYPE_CHECKING:
-    from armdrive.core import Hold
     from armdrive.flows.exchange import Wire
-    from armdrive.planning import Speeds
+    from armdrive.intents import Hold
+    from armdrive.jog_course import JogCourse, Proposal
+    from armdrive.whereabouts import Coordinates
 
-NEARLY = 1e-3
-"""So much longer than it should be a leg may last before it is solved anew."""
-
-SHORTER_TRIES = 8
-"""How often a held burst is made shorter before it is given up."""
+SHORTER_TRIES = 3
+"""How often a line's burst is solved anew: by then a share of its joint motion is as straight."""
 
 
 def is_held(wire: Wire) -> bool:
@@ -32,99 +31,109 @@ def is_held(wire: Wire) -> bool:
     return hold is not None and hold.until_s > wire.now_s and not wire.core.tempo.paused
 
 
-def held_burst(wire: Wire, speeds: Speeds) -> Flow[bool]:
+def held_burst(wire: Wire, course: JogCourse) -> Flow[bool]:
     """Go on with the held jog for a burst; False where a bound leaves nowhere to go.
 
     A device that queues segments is driven for as long as the jog is held.
     """
     core = wire.core
     if core.controller.abilities.queued_segments:
-        ways = _held_ways(wire, speeds)
+        held = _Held(wire, course)
         ahead_s = core.config.motion.jog_burst_s
-        yield from stream_held(wire, ways, ahead_s, lambda: not is_held(wire) or bool(core.nudges))
+        let_go = lambda: not is_held(wire) or bool(core.nudges)  # noqa: E731
+        yield from stream_held(wire, held.ways(), ahead_s, let_go)
+        held.end()
         return is_held(wire)
-    leg = _next_held(wire, speeds, core.coordinates, core.config.motion.jog_burst_s, _fitting)
-    if leg is None:
+    hold = core.hold
+    found = None if hold is None else _fitting(wire, course, hold)
+    if found is None:
         return False
+    course.take(found, wire.now_s)
+    leg = found.leg
     yield from paced_move(wire, leg.end, leg.duration_s, lambda: not is_held(wire))
     return True
 
 
-def _held_ways(wire: Wire, speeds: Speeds) -> Iterator[Way]:
-    """Give the points of a held jog, each from where the one before has led."""
+class _Held:
+    """The points of a held jog that is queued, and the hold that has led to a bound.
+
+    What leads to the bound is driven to its end, so that the hold is given up only behind it.
+    """
+
+    def __init__(self, wire: Wire, course: JogCourse) -> None:
+        self._wire = wire
+        self._course = course
+        self._ended: Hold | None = None
+
+    def ways(self) -> Iterator[Way]:
+        """Give points, each from where the one before has led."""
+        wire, core = self._wire, self._wire.core
+        here = core.coordinates
+        part_s = segment_s(core.config.motion.jog_burst_s)
+        while not wire.stopping and is_held(wire) and core.hold is not None:
+            hold = core.hold
+            found = _proposed(wire, self._course, hold, here, part_s)
+            if found is None:
+                self._ended = hold
+                return
+            self._course.take(found, wire.now_s)
+            here = found.leg.end
+            yield here, found.leg.duration_s
+
+    def end(self) -> None:
+        """Give up the hold that led to a bound, unless somebody holds another by now."""
+        self._course.stand()
+        if self._ended is not None:
+            _give_up(self._wire, self._ended)
+
+
+def _fitting(wire: Wire, course: JogCourse, hold: Hold) -> Proposal | None:
+    """Return a leg that this device ends within a burst; None where the jog ends here.
+
+    A long line that takes too long is asked for anew, for a shorter time: a share of its joint
+    motion would not be straight.
+    """
+    core, tries = wire.core, SHORTER_TRIES
+    longest_s = time_s = core.config.motion.jog_burst_s
+    while (found := _proposed(wire, course, hold, core.coordinates, time_s)) is not None:
+        share, tries = next_share(wire, found.leg, longest_s, 0.0), tries - 1
+        if share >= 1.0 or not tries or hold.jog.space is Space.JOINT:
+            return found.shortened(share)
+        time_s *= share
+    _give_up(wire, hold)
+    return None
+
+
+def _proposed(
+    wire: Wire, course: JogCourse, hold: Hold, start: Coordinates, time_s: float
+) -> Proposal | None:
+    """Return the next leg of the held jog; None where it ends, with the reason as the notice."""
     core = wire.core
-    here = core.coordinates
-    part_s = core.config.motion.jog_burst_s / SEGMENTS_AHEAD
-    while not wire.stopping and is_held(wire):
-        leg = _next_held(wire, speeds, here, part_s, _in_time)
-        if leg is None:
-            return
-        here = leg.end
-        yield leg.end, leg.duration_s
-
-
-Share = Callable[["Wire", Leg, float], float]
-"""How much of a leg fits into a burst of so many seconds."""
-
-
-def _fitting(wire: Wire, leg: Leg, longest_s: float) -> float:
-    return next_share(wire, leg, longest_s, 0.0)
-
-
-def _in_time(_wire: Wire, leg: Leg, longest_s: float) -> float:
-    """Of a device that keeps its own time: only the joints' speeds make a leg last longer."""
-    return 1.0 if leg.duration_s <= longest_s * (1.0 + NEARLY) else longest_s / leg.duration_s
-
-
-def _next_held(
-    wire: Wire, speeds: Speeds, start: Coordinates, longest_s: float, share_of: Share
-) -> Leg | None:
-    """Return the next leg of the held jog, None where it ends: let go, or at a bound."""
-    core = wire.core
-    hold = core.hold
-    if hold is None:
-        return None
     try:
-        check_jog(core, hold.jog)
-        leg = _held_leg(wire, speeds, hold, start, longest_s, share_of)
+        found = course.propose(wish_of(core, hold), start, time_s, wire.now_s)
+        if isinstance(found, Ended):
+            tell(wire, found)
+            course.note = found.note
+            return None
+        require_audit(core, found.leg)
     except (ArmError, KinematicsError) as refusal:
         core.notify(str(refusal), refusal)
-        core.hold = None
         return None
-    if leg.start == leg.end:
-        core.hold = None
-        return None
-    return leg
+    if found.note != course.note:  # also of nothing any more, as when it leads back
+        core.notice = course.note = found.note
+    return found
 
 
-def _held_leg(
-    wire: Wire, speeds: Speeds, hold: Hold, start: Coordinates, longest_s: float, share_of: Share
-) -> Leg:
-    """Return what one burst covers; near a guard or the edge of the reach, as much as there is.
+def tell(wire: Wire, ended: Ended) -> None:
+    """Have the status say why a jog has ended, where there is a reason."""
+    if ended.cause is not None:
+        wire.core.notify(ended.note, ended.cause)
+    elif ended.note:
+        wire.core.notice = ended.note
 
-    A leg that is too long for a burst on this device is solved anew for a shorter time: a share
-    of its joint motion would leave the straight line of a Cartesian jog. An arm that runs on
-    while it stops goes slower, so that it would stop before a guard.
-    """
-    core = wire.core
-    speed = capped(core, hold.speed) * core.tempo.override
-    rates = rates_of(core, hold.jog, speeds)
-    burst_s, further_s = longest_s, runs_on_s(core)
-    refused: ArmError | KinematicsError | None = None
-    for _ in range(SHORTER_TRIES):
-        try:
-            there = displaced(core, start, rates, speed * burst_s)
-            goal = allowed(core, start, there, further_s / burst_s)
-        except (ArmError, KinematicsError) as refusal:
-            refused = refused or refusal
-            if further_s > 0.0:
-                speed /= 2.0
-            else:
-                burst_s /= 2.0
-            continue
-        leg = Leg(start, goal, max(speeds.duration_s(start, goal, speed), burst_s))
-        share = share_of(wire, leg, longest_s)
-        if share >= 1.0:
-            return leg
-        burst_s *= share
-    raise refused or Refused("no burst is short enough for this device: see motion.jog_burst_s")
+
+def _give_up(wire: Wire, hold: Hold) -> None:
+    """Forget a hold and its renewals, but not another that somebody has begun meanwhile."""
+    now = wire.core.hold
+    if now is not None and now.jog == hold.jog:
+        wire.core.hold = None

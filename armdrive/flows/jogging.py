@@ -1,32 +1,35 @@
 """Jogging: short bursts while somebody holds a jog, single increments, and where both end.
 
-A held jog expires by itself: its owner renews it, and the last burst begins before it expires.
-Limits and guards are met by stopping at them, not by an error; moving away from one that is
-already passed is always allowed. While the position is unknown, joints may be jogged slowly and
-without limits, since nothing is known that they could be compared with.
+A held jog expires by itself: its owner renews it, and the last burst begins before it expires. An
+increment expires as well where something keeps it from beginning. Limits and guards are met by
+stopping at them, not by an error; moving away from one that is already passed is always allowed.
+While the position is unknown, joints may be jogged slowly and without limits, since nothing is
+known that they could be compared with.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from armdrive.engine import Flow
 from armdrive.errors import ArmError
-from armdrive.flows.held import held_burst, is_held
-from armdrive.flows.jog_aims import allowed, capped, check_jog, displaced
+from armdrive.flows.held import held_burst, is_held, tell
+from armdrive.flows.jog_aims import capped, check_jog, course_of, require_audit
 from armdrive.flows.motion import begin, drive_legs
-from armdrive.intents import Jog
-from armdrive.planning import Leg
+from armdrive.jog_strides import stride
 from armdrive.status import State
 from kinematics import Joints, KinematicsError, Pose
 
 if TYPE_CHECKING:
     from armdrive.core import Core
     from armdrive.flows.exchange import Wire
-    from armdrive.planning import Speeds
+    from armdrive.intents import Nudge
+    from armdrive.legs import Speeds
 
 PAUSED = "the jog was ended: the arm is paused"
+TOO_LATE = "an increment of the jog had to wait for too long and was dropped"
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,14 +65,14 @@ def jog_session(wire: Wire, speeds: Speeds) -> Flow[Jogged]:
 
 
 def _serve(wire: Wire, speeds: Speeds) -> Flow[None]:
-    core = wire.core
+    core, course = wire.core, course_of(wire.core, speeds)
     while not wire.stopping:
         if core.tempo.paused:
             _give_up(core)
         if core.nudges:
-            jog, speed = core.nudges.pop(0)
-            yield from _increment(wire, speeds, jog, speed)
-        elif not (is_held(wire) and (yield from held_burst(wire, speeds))):
+            course.stand()
+            yield from _increment(wire, speeds, core.nudges.pop(0))
+        elif not (is_held(wire) and (yield from held_burst(wire, course))):
             yield from wire.verify()  # more may be asked for while this is on the wire
             if not core.nudges and not is_held(wire):
                 return
@@ -83,18 +86,37 @@ def _give_up(core: Core) -> None:
     core.nudges.clear()
 
 
-def _increment(wire: Wire, speeds: Speeds, jog: Jog, speed: float) -> Flow[None]:
-    """Move by fixed distances, in bursts of jogging length, as far as the bounds allow."""
+def _increment(wire: Wire, speeds: Speeds, nudge: Nudge) -> Flow[None]:
+    """Move by fixed distances, in bursts of jogging length, as far as the bounds allow.
+
+    A hold that comes meanwhile is what is meant from then on, and letting go of it ends both.
+    """
     core = wire.core
-    start = core.coordinates
+    if wire.now_s > nudge.until_s:
+        core.notice = TOO_LATE
+        return
+    speed, known = capped(core, nudge.speed), core.position_known
     try:
-        check_jog(core, jog)
-        goal = allowed(core, start, displaced(core, start, jog, 1.0))
+        check_jog(core, nudge.jog)
+        found = stride(core.config, speeds, nudge.jog, speed, core.coordinates, known=known)
+        require_audit(core, *found.legs)
     except (ArmError, KinematicsError) as refusal:
         core.notify(str(refusal), refusal)
         return
-    leg = Leg(start, goal, speeds.duration_s(start, goal, capped(core, speed)))
-    if start != goal:
-        yield from drive_legs(wire, (leg,), core.config.motion.jog_burst_s, jog=True)
-        if core.tempo.paused and core.coordinates != goal:
+    tell(wire, found.ended)
+    if found.legs:
+        over = _overtaken(wire, core.holds)
+        yield from drive_legs(wire, found.legs, core.config.motion.jog_burst_s, let_go=over)
+        if core.tempo.paused and core.coordinates != found.legs[-1].end:
             core.notice = PAUSED
+
+
+def _overtaken(wire: Wire, holds: int) -> Callable[[], bool]:
+    """Return what tells that an increment's rest is given up, for a hold that came meanwhile.
+
+    A device that stands between bursts goes over to the hold at once. One that queues drives the
+    increment meanwhile, unless that hold is let go before: then the rest of it goes with it.
+    """
+    core = wire.core
+    queued = bool(core.controller.abilities.queued_segments)
+    return lambda: core.holds != holds and not (queued and is_held(wire))

@@ -9,18 +9,24 @@ from typing import TYPE_CHECKING
 
 from armdrive.engine import Flow, Until
 from armdrive.errors import WrongState
-from armdrive.flows.pausing import wait_out_pause
-from armdrive.flows.straying import has_room
+from armdrive.flows.exchange import way_between
+from armdrive.flows.pausing import NOT_THERE, wait_out_pause
+from armdrive.flows.straying import has_room, in_turn
 from armdrive.flows.streaming import stream_legs
-from armdrive.planning import Leg
+from armdrive.legs import Leg
 from armdrive.states import Event
 from armdrive.status import State
 
 if TYPE_CHECKING:
-    from armdrive.core import Coordinates, Core
+    from armdrive.core import Core
     from armdrive.flows.exchange import Wire
-    from armdrive.planning import Plan, Speeds
+    from armdrive.legs import Speeds
+    from armdrive.planning import Plan
+    from armdrive.whereabouts import Coordinates
     from kinematics import Joints, Motors, Pose
+
+MOST_BURSTS = 10_000_000
+"""No leg needs more of them, however short they are made."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,7 +35,7 @@ class Moved:
 
     `rounding_mm` is how far the tip is from the goal because motors stand on whole steps.
     `straying_mm` bounds how far it left the planned way between bursts because the device does
-    not coordinate its motors; 0 where it does.
+    not coordinate its motors, or a motor took up backlash meanwhile; 0 where neither is so.
     """
 
     joints: Joints
@@ -44,8 +50,8 @@ class Moved:
         took = f"{self.duration_s:.1f} s, {self.bursts} exchanges"
         rounding = f"{self.rounding_mm:.2f} mm from the goal by rounding to steps"
         straying = (
-            f"on the way at most {self.straying_mm:.1f} mm beside it, since its motors are not "
-            "coordinated"
+            f"on the way at most {self.straying_mm:.1f} mm beside it, since its motors did not "
+            "turn in proportion"
         )
         parts = [f"tip {self.pose}", f"{took}, {rounding}"]
         parts += [straying] * (self.straying_mm > 0.0) + [self.note] * bool(self.note)
@@ -70,7 +76,7 @@ def follow(wire: Wire, plan: Plan) -> Flow[Moved]:
         core.still_since_s = wire.now_s
     if wire.stopping and core.coordinates != plan.end:
         raise wire.stopped("the motion was stopped before its goal")
-    return report(wire, plan.end, began_s, bursts_before)
+    return replace(report(wire, plan.end, began_s, bursts_before), note=plan.note)
 
 
 def begin(wire: Wire) -> None:
@@ -97,25 +103,35 @@ def report(wire: Wire, goal: Coordinates, began_s: float, requests_before: int) 
 
 
 def drive_legs(
-    wire: Wire, legs: tuple[Leg, ...], burst_s: float, *, jog: bool = False
+    wire: Wire, legs: tuple[Leg, ...], burst_s: float, *, let_go: Callable[[], bool] | None = None
 ) -> Flow[None]:
-    """Go along legs as the device best can, queued or in bursts, until a stop."""
+    """Go along legs as the device best can, queued or in bursts, until a stop.
+
+    `let_go` makes it a jog, and tells when the rest of it is given up.
+    """
     if not legs or wire.stopping:
         return
     if wire.core.controller.abilities.queued_segments:
-        yield from stream_legs(wire, legs, burst_s, jog=jog)
+        yield from stream_legs(wire, legs, burst_s, let_go)
         return
     for leg in legs:
-        yield from follow_leg(wire, leg, burst_s, jog=jog)
+        yield from follow_leg(wire, leg, burst_s, let_go)
 
 
-def follow_leg(wire: Wire, leg: Leg, burst_s: float, *, jog: bool = False) -> Flow[None]:
+def follow_leg(
+    wire: Wire, leg: Leg, burst_s: float, let_go: Callable[[], bool] | None = None
+) -> Flow[None]:
     """Go along a leg in bursts, each of which lasts `burst_s` at most, until a stop.
 
     A pause is waited out between two of them; of a jog, it ends the rest.
     """
-    done, tempo = 0.0, wire.core.tempo
-    while done < 1.0 and not wire.stopping:
+    core, done, tempo = wire.core, 0.0, wire.core.tempo
+    jog = let_go is not None
+
+    def given_up() -> bool:
+        return tempo.paused or (let_go is not None and let_go())
+
+    while done < 1.0 and not (wire.stopping or (let_go is not None and let_go())):
         if tempo.paused:
             if jog:
                 return
@@ -124,9 +140,14 @@ def follow_leg(wire: Wire, leg: Leg, burst_s: float, *, jog: bool = False) -> Fl
         slowed = replace(leg, duration_s=tempo.slowed_s(leg.duration_s))
         share = next_share(wire, slowed, burst_s, done)
         tempo.note_slowed(leg.duration_s * share)
-        done = 1.0 if share >= 1.0 - done - 1e-9 else done + share
-        there = leg.start.towards(leg.end, done)
-        yield from paced_move(wire, there, slowed.duration_s * share)
+        further = 1.0 if share >= 1.0 - done - 1e-9 else done + share
+        there = leg.start.towards(leg.end, further)
+        on_the_way, believed = way_between(core.acknowledged, _motors(core, there)), core.belief
+        yield from paced_move(wire, there, slowed.duration_s * share, given_up)
+        if core.coordinates == there:
+            done = further
+        elif not wire.stopping and not (core.belief is believed and on_the_way(core.acknowledged)):
+            raise WrongState(NOT_THERE.format(core.belief.reason))  # a pause came before it began
 
 
 def next_share(wire: Wire, leg: Leg, burst_s: float, done: float) -> float:
@@ -138,7 +159,7 @@ def next_share(wire: Wire, leg: Leg, burst_s: float, done: float) -> float:
     """
     left = 1.0 - done
     count = max(math.ceil(_leg_takes_s(wire, leg) * left / burst_s - 1e-9), 1)
-    while True:
+    while count < MOST_BURSTS:
         share = left / count
         target = _motors(wire.core, leg.start.towards(leg.end, done + share))
         steps = (target - wire.core.acknowledged).largest
@@ -147,6 +168,7 @@ def next_share(wire: Wire, leg: Leg, burst_s: float, done: float) -> float:
         if short and has_room(wire.core, target, _rate_hz(steps, duration_s)):
             return share
         count += 1 + count // (10 if short else 50)
+    raise WrongState(NOT_THERE.format("it is beside the way"))
 
 
 def _leg_takes_s(wire: Wire, leg: Leg) -> float:
@@ -170,8 +192,14 @@ def paced_move(
     """
     target = _motors(wire.core, there)
     steps = (target - wire.core.acknowledged).largest
-    until_s = wire.now_s + duration_s
-    yield from wire.move(target, _rate_hz(steps, duration_s), there, let_go)
+    rate_hz, until_s = _rate_hz(steps, duration_s), wire.now_s + duration_s
+    *first, last = in_turn(wire.core, target, rate_hz) or (target,)
+    for corner in first:
+        wire.note_straying(target - wire.core.acknowledged)
+        yield from wire.move(corner, rate_hz, None, let_go)
+        if wire.stopping or let_go():
+            return
+    yield from wire.move(last, rate_hz, there, let_go)
     slowest_hz = wire.core.controller.usable_rate_hz(0.0)
     if steps / slowest_hz < duration_s:
         yield Until(until_s)

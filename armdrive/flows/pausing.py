@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 LOOK_S = 0.05
 """How often a paused motion asks whether it may go on."""
+NOT_THERE = "the arm is no longer where it was paused ({}): the motion does not go on, plan anew"
 
 
 def wait_out_pause(wire: Wire) -> Flow[None]:
@@ -45,10 +46,7 @@ def wait_out_pause(wire: Wire) -> Flow[None]:
     yield from wire.look()  # however fresh the last one is: somebody may be about at the arm
     _require_no_fault(wire)
     if core.acknowledged != stood or core.belief is not believed:
-        raise WrongState(
-            f"the arm is no longer where it was paused ({core.belief.reason}): the motion does not "
-            "go on, plan anew"
-        )
+        raise WrongState(NOT_THERE.format(core.belief.reason))
 
 
 def _require_no_fault(wire: Wire) -> None:

@@ -1,8 +1,7 @@
-"""How an arm gets its position: from a posture that somebody vouches for, or from the record.
+"""How an arm gets its position: from its record, or from its own switches; and its current.
 
-A reference is the controller's registers plus an offset that is kept here. Nothing in this file
-moves the arm, and nothing asks the controller to zero its registers, which would drop its
-motor current.
+A posture that somebody vouches for is taken in flows/vouching.py. A reference is the controller's
+registers plus an offset that is kept here.
 """
 
 from __future__ import annotations
@@ -22,14 +21,14 @@ from armdrive.controllers.requests import (
     Settings,
     SwitchOn,
 )
-from armdrive.core import Coordinates
 from armdrive.engine import Flow
 from armdrive.errors import DeviceFault, LinkLost, NotReferenced, SettingsDiffer, StateFileError
-from armdrive.flows.exchange import weigh_difference
+from armdrive.flows.exchange import TRIES, weigh_difference
 from armdrive.flows.remembering import be_remembered, leave_standstill
 from armdrive.states import Event, after
-from armdrive.status import Current, State, Trust
+from armdrive.status import Current, Trust
 from armdrive.trust import Belief, Evidence
+from armdrive.whereabouts import Coordinates
 
 if TYPE_CHECKING:
     from armdrive.armsections import HomingSettings
@@ -74,15 +73,27 @@ def _take_up_record(wire: Wire, registers: Registers) -> None:
 
 
 def compare_settings(wire: Wire) -> Flow[Settings]:
-    """Read the device's settings; what differs from the arm file keeps the arm from moving."""
+    """Read the device's settings; what differs from the arm file keeps the arm from moving.
+
+    A difference is believed when it is read twice: the line has no check bytes.
+    """
     core = wire.core
-    reply = yield from wire.request(ReadSettings())
-    if not isinstance(reply, Settings):
-        core.fault(f"the controller did not tell its settings ({reply}): look at the wire")
-        raise DeviceFault(core.error)
+    reply, seen = (yield from _ask_settings(wire)), None
+    for _ in range(TRIES):
+        if not reply.differences or reply == seen:
+            break
+        seen, reply = reply, (yield from _ask_settings(wire))
     core.differences = reply.differences
     if reply.differences:
         core.notify(str(reply), SettingsDiffer(str(reply)))
+    return reply
+
+
+def _ask_settings(wire: Wire) -> Flow[Settings]:
+    reply = yield from wire.request(ReadSettings())
+    if not isinstance(reply, Settings):
+        wire.core.fault(f"the controller did not tell its settings ({reply}): look at the wire")
+        raise DeviceFault(wire.core.error)
     return reply
 
 
@@ -101,37 +112,6 @@ def begin_home(wire: Wire) -> Flow[None]:
     """Enter the state in which an operator brings the arm to its posture."""
     wire.core.happen(Event.HOME)
     yield from ()
-
-
-def take_reference(
-    wire: Wire, there: Coordinates, evidence: Evidence, seen: Belief | None = None
-) -> Flow[None]:
-    """Let the present registers mean a posture that somebody vouches for.
-
-    `seen` is what was believed when he vouched for it. Raises `DeviceFault` where there is worse
-    news since, or the registers have fallen to zero: the controller was restarted, and the arm may
-    have sagged from the posture that was meant.
-    """
-    core = wire.core
-    difference = yield from wire.read()
-    if wire.stopping or core.state not in (State.STANDBY, State.HOMING):
-        raise wire.stopped("a stop came between: nothing was referenced")
-    registers = (core.read_back or core.acknowledged) - core.offset
-    fell = bool(difference.largest) and not registers.largest
-    if fell:
-        weigh_difference(wire, difference)
-    doubted = seen is not None and core.belief is not seen and core.belief.trust is Trust.SUSPECT
-    if fell or doubted:
-        raise DeviceFault(
-            f"nothing was referenced, because of what was seen a moment ago: {core.belief.reason}. "
-            "Look at the arm, and vouch for its posture again"
-        )
-    core.refer(registers, there)
-    core.learn(evidence, wire.now_s)
-    core.error = core.notice = ""
-    core.settle()
-    core.mark_still()
-    yield from be_remembered(wire)
 
 
 def home_device(
@@ -158,9 +138,10 @@ def home_device(
         core.learn(Evidence.LOST_IN_MOTION, wire.now_s)
         raise
     registers = yield from wire.ask_registers()
+    core.slack.doubt()  # the device does not tell which way it came off its switches
     core.refer(registers.positions, Coordinates(homing.joints, homing.opening_mm))
     core.learn(Evidence.HOMED_BY_SWITCHES, wire.now_s)
-    core.error = core.notice = ""
+    core.clear_remarks()
     core.settle()
     core.mark_still()
     core.still_since_s = wire.now_s

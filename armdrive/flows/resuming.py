@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from armdrive.core import Core
     from armdrive.flows.exchange import Wire
 
+MEANWHILE = ". Meanwhile "
 BACK = "the wire was lost and is back, now {link}: look at the arm, then reset"
 
 
@@ -31,6 +32,7 @@ def resume(wire: Wire, lost_s: float) -> Flow[None]:
     while wire.now_s < stands_s and not wire.stopping:  # what was sent before runs on for so long
         yield Until(stands_s)
     registers = yield from wire.ask_registers()
+    core.cut_off_s = 0.0
     was = core.before_loss
     _weigh(core, registers, wire.now_s)
     if was is not State.DISABLED or core.current is not Current.OFF:
@@ -59,8 +61,9 @@ def _weigh(core: Core, registers: Registers, now_s: float) -> None:
 
 def _latch(core: Core, was: State, back: str) -> None:
     earlier, code = core.latched
-    if earlier:
-        core.fault(f"{earlier}. Meanwhile {back}", code)
+    if earlier and code != RECONNECTED:
+        earlier = earlier.partition(MEANWHILE)[0]  # of a wire that is lost often, the last time
+        core.fault(f"{earlier}{MEANWHILE}{back}", code)
     elif was is State.DISABLED:
         core.error = ""
     else:

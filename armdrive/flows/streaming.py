@@ -7,35 +7,45 @@ the announced time. What was drawn is remembered, so that a halt can be told fro
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from itertools import chain
 from typing import TYPE_CHECKING
 
+from armdrive.budget import segment_s
 from armdrive.controllers.requests import MoveAlong, MoveBy
 from armdrive.flows.pausing import wait_out_pause
+from armdrive.flows.straying import lags
+from armdrive.flows.taking_up import pieces
+from armdrive.stopping import straying_mm
 from kinematics import Motors
 
 if TYPE_CHECKING:
-    from armdrive.core import Coordinates, Core
+    from armdrive.core import Core
     from armdrive.engine import Flow
     from armdrive.flows.exchange import Wire
-    from armdrive.planning import Leg
+    from armdrive.legs import Leg
     from armdrive.tempo import Tempo
-
-SEGMENTS_AHEAD = 3
-"""A segment is this share of the time that is sent ahead: a device slows where it sees no next."""
+    from armdrive.whereabouts import Coordinates
 
 Way = tuple["Coordinates", float]
 """An unrounded point, and how long the way there takes or longer."""
 
 
 class Course:
-    """The segments of one motion: absolute targets, rounded once, and what was drawn of them."""
+    """The segments of one motion: absolute targets, rounded once, and what was drawn of them.
+
+    `left` is the rest of a way that was begun and, for a pause, not sent to its end.
+    """
 
     def __init__(self, core: Core, ways: Iterator[Way]) -> None:
-        self.end = core.coordinates
+        self.end: Coordinates | None = core.coordinates
+        self.left: Way | None = None
+        self.straying_mm = 0.0
         self._core = core
         self._ways = ways
         self._low = self._high = self._at = core.acknowledged
+        self._before = core.commanded
+        self._pending: Sequence[MoveBy] = ()
 
     def segments(self) -> Iterator[MoveBy]:
         """Give one segment after the other; its target is the commanded position from then on.
@@ -53,8 +63,31 @@ class Course:
             self._at = target
             self._low = Motors(map(min, self._low, target))
             self._high = Motors(map(max, self._high, target))
-            self._core.goes_to(target)
-            yield MoveBy(steps, steps.largest / duration_s)
+            yield from self._drawn(steps, steps.largest / duration_s)
+
+    def _drawn(self, steps: Motors, rate_hz: float) -> Iterator[MoveBy]:
+        """Give the segment of some steps, with the backlash of motors that reverse in it."""
+        core = self._core
+        longest_s = segment_s(core.burst_s)
+        found = pieces(core, steps, rate_hz, longest_s, lambda count, rate: count / rate)
+        if len(found) == 1:
+            here, _ = core.transmission.to_joints(core.commanded)
+            beside_mm = straying_mm(core.config, here, lags(steps, found[0].steps))
+            self.straying_mm = max(self.straying_mm, beside_mm)
+        for index, piece in enumerate(found):
+            self._before, self._pending = core.commanded, found[index:]
+            core.sends(piece.steps)
+            yield piece
+
+    def give_back(self, unsent: int) -> None:
+        """Take in that so many segments that were drawn last were not sent, one at most."""
+        pending = self._pending if unsent else self._pending[1:]
+        if not pending or self.end is None:
+            return
+        if unsent:
+            self._core.takes_back(self._before)
+        self.left = self.end, math.fsum(piece.duration_s for piece in pending)
+        self.end = None
 
     def passes(self, position: Motors) -> bool:
         """Tell whether a position is within what has been drawn so far."""
@@ -63,18 +96,36 @@ class Course:
         )
 
 
-def stream_legs(wire: Wire, legs: tuple[Leg, ...], ahead_s: float, *, jog: bool) -> Flow[bool]:
-    """Drive audited legs; True when all of it was driven, False when a stop ended it early."""
-    ways = _slices(wire, legs, ahead_s / SEGMENTS_AHEAD)
+def stream_legs(
+    wire: Wire, legs: tuple[Leg, ...], ahead_s: float, let_go: Callable[[], bool] | None
+) -> Flow[bool]:
+    """Drive audited legs; True when all of it was driven, False when something ended it early.
+
+    `let_go` makes it a jog, and tells when what is queued of it is given up.
+    """
+    jog = let_go is not None
+    ways, tempo = _slices(wire, legs, segment_s(ahead_s)), wire.core.tempo
     while True:
-        stretch = _Stretch(ways, wire.core.tempo)
+        stretch = _Stretch(ways, tempo)
         course = Course(wire.core, stretch.ways())
-        driven = yield from wire.stream(MoveAlong(course.segments(), ahead_s, jog), course)
-        if stretch.exhausted or jog or not driven:
+        segments = course.segments()
+        request = MoveAlong(
+            segments, ahead_s, jog, let_go or _never, held_back=lambda: tempo.paused
+        )
+        driven = yield from wire.stream(request, course)
+        if course.left is not None:
+            ways = chain((course.left,), ways)
+        elif stretch.exhausted:
+            return driven
+        if jog or not driven:
             return driven
         yield from wait_out_pause(wire)
         if wire.stopping:
             return False
+
+
+def _never() -> bool:
+    return False
 
 
 class _Stretch:

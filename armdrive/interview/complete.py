@@ -11,9 +11,11 @@ from dataclasses import fields
 from typing import Any
 
 from armdrive.armfile import ArmConfig
+from armdrive.backlashfile import SLIDING, TURNING, Keyed, backlash_keys
 from armdrive.guardfile import guard_table
 from armdrive.interview.rows_arm import LENGTHS
 from armdrive.interview.toml_text import Entry, Section, document
+from armdrive.sections import require_table
 from kinematics import ArmPreset, MotorSpec, Pose, Transmission
 
 _MOST_DIGITS = 17
@@ -30,22 +32,32 @@ def _sections(config: ArmConfig, table: Mapping[str, Any]) -> Iterator[Section]:
     yield _settings("motion", config.motion)
     yield _settings("gripper", config.gripper)
     yield _settings(config.connection.dialect, config.device)
-    model = config.model
+    model = config.bare
     if model.reference is not None:
         yield _posture("reference", model.reference.pose)
     if config.park is not None:
         yield _posture("park", config.park)
+    if config.tool:
+        yield _settings("tool", config.tool)
+    for name, frame in require_table(table.get("frames", {}), "frames").items():
+        yield Section(f"frames.{name}", tuple(Entry(key, value) for key, value in frame.items()))
     yield from _homing(config)
     if isinstance(model, ArmPreset):
         yield Section("lengths", tuple(Entry(key, getattr(model.arm, key)) for key in LENGTHS))
         yield from _preset_motors(model, table)
+        turning = [(name, deg) for name, key, deg in _backlash(config) if key == TURNING]
+        yield Section(TURNING, tuple(Entry(name, deg) for name, deg in turning))
     elif model.transmission is not None:
-        yield from _motors(model.transmission)
+        yield from _motors(model.transmission, _backlash(config))
         yield from _fingers(config)
     names = model.arm.joint_names
     limits = [[_deg(each.low_rad), _deg(each.high_rad)] for each in model.arm.limits]
     yield Section("limits_deg", tuple(map(Entry, names, limits)))
     yield Section("speeds_deg_s", tuple(map(Entry, names, map(_deg, model.joint_speeds_rad_s))))
+    if any(config.accelerations_rad_s2):
+        given = zip(names, config.accelerations_rad_s2, strict=True)
+        own = tuple(Entry(name, _deg(slope)) for name, slope in given if slope is not None)
+        yield Section("accelerations_deg_s2", own)
     guards = guard_table(model.guards, _deg)
     yield Section("guards", tuple(Entry(key, value) for key, value in guards.items()))
 
@@ -53,9 +65,15 @@ def _sections(config: ArmConfig, table: Mapping[str, Any]) -> Iterator[Section]:
 def _top(config: ArmConfig, table: Mapping[str, Any]) -> Section:
     entries = [Entry("model", table["model"]), Entry("title", config.title)]
     transmission = config.model.transmission
-    if isinstance(config.model, ArmPreset) and transmission and transmission.has_gripper:
+    if isinstance(config.bare, ArmPreset) and transmission and transmission.has_gripper:
         entries.append(Entry("steps_per_mm", abs(transmission.motors[-1].steps_per_unit)))
+        entries += [Entry(key, mm) for _, key, mm in _backlash(config) if key == SLIDING]
     return Section("", tuple(entries))
+
+
+def _backlash(config: ArmConfig) -> tuple[Keyed, ...]:
+    transmission = config.model.transmission
+    return () if transmission is None else (*backlash_keys(config.backlash_steps, transmission),)
 
 
 def _settings(name: str, values: Any) -> Section:
@@ -95,7 +113,7 @@ def _preset_motors(model: ArmPreset, table: Mapping[str, Any]) -> Iterator[Secti
         yield Section(section, tuple(map(Entry, signs, signs.values())))
 
 
-def _motors(transmission: Transmission) -> Iterator[Section]:
+def _motors(transmission: Transmission, backlash: Sequence[Keyed]) -> Iterator[Section]:
     seen = [*transmission.joint_names, "opening"][: len(transmission.motors)]
     for index, motor in enumerate(transmission.motors):
         slides = index >= len(transmission.joint_names)
@@ -106,6 +124,7 @@ def _motors(transmission: Transmission) -> Iterator[Section]:
             names = [each.name for each in transmission.motors]
             follows = {names[earlier]: ratio for earlier, ratio in motor.follows}
             entries.append(Entry("follows", follows))
+        entries += [Entry(key, size) for name, key, size in backlash if name == motor.name]
         yield Section("motors", tuple(entries), array=True)
 
 

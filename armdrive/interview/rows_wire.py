@@ -9,6 +9,7 @@ from armdrive.interview.readers import Reader, WrongAnswer
 from armdrive.interview.rows import Row, fixed, plain
 from armdrive.interview.templates import available
 from armdrive.places import file_name
+from armdrive.transports.can_address import is_can
 
 
 def _name(line: str) -> str:
@@ -29,7 +30,8 @@ def _port(draft: Draft) -> Reader:
             return ""
         if line.isdecimal():
             return ports[int(readers.number(1, len(ports))(line)) - 1] if ports else _no_port(line)
-        if not any(mark in line for mark in ("/", "\\", "://")) and line.upper()[:3] != "COM":
+        written = any(mark in line for mark in ("/", "\\", "://")) or line.upper()[:3] == "COM"
+        if not (written or is_can(line)):
             return _no_port(line)
         return line
 

@@ -101,7 +101,7 @@ class FlightRecorder:
         core = self._core
         if core is None:
             return
-        seen = (core.offset, core.state, core.belief, core.current, core.notice, core.error)
+        seen = (core.shift, core.state, core.belief, core.current, core.notice, core.error)
         before = self._seen
         if seen == before:
             return

@@ -9,9 +9,13 @@ from armdrive.errors import BadRequest
 from kinematics.arm_geometry import ArmGeometry
 from kinematics.limits import JointRange
 from kinematics.presets import POUND_FORCE_N, ArmModel, Reference
-from kinematics.transmission import Transmission
+from kinematics.transmission import MotorSpec, Transmission
 
 _BEYOND_RANGE_RAD = math.radians(3.0)
+SAMPLE_STEPS = 72
+"""A motion is looked at whenever a motor has made this many steps: some 30 mm at full reach."""
+_SAMPLES_PER_RAD = 17
+"""Looks for each rad of a motor whose steps are finer than those of such an arm."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,7 +26,8 @@ class ArmBody:
     `opening_stop_mm` how wide the fingers can be pulled. The grip switch trips at
     `switch_force_n` (the arm's papers do not state it: a setting), and beyond `most_force_n` the
     gripper's motor loses steps. `stalls` names, for each joint, the motors that lose steps when
-    it is at its stop. `reference` is where the arm counts its steps from, if that is known.
+    it is at its stop. `reference` is where the arm counts its steps from, if that is known. `play`
+    is the lost motion of each motor's train in steps, none where it is empty.
     """
 
     key: str
@@ -35,6 +40,7 @@ class ArmBody:
     stop_margin_rad: float = _BEYOND_RANGE_RAD
     stalls: tuple[tuple[int, ...], ...] = ((0,), (1,), (2,), (3, 4), (3, 4))
     reference: Reference | None = None
+    play: tuple[int, ...] = ()
 
     @classmethod
     def of_preset(cls, preset: ArmModel) -> ArmBody:
@@ -61,6 +67,16 @@ class ArmBody:
         return tuple(
             JointRange(limit.low_rad - margin, limit.high_rad + margin) for limit in self.arm.limits
         )
+
+    @property
+    def sample_steps(self) -> int:
+        """Return after how many steps of a motor a motion is looked at."""
+        finest = max(abs(motor.steps_per_unit) for motor in self._turning)
+        return max(SAMPLE_STEPS, int(finest / _SAMPLES_PER_RAD))
+
+    @property
+    def _turning(self) -> tuple[MotorSpec, ...]:
+        return self.transmission.motors[: len(self.transmission.joint_names)]
 
     @property
     def grip_steps_per_mm(self) -> float:

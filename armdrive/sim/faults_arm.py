@@ -35,7 +35,7 @@ def reset(bench: Bench, _: FaultRequest) -> Begin:
 
 def lose_steps(bench: Bench, request: FaultRequest) -> Begin:
     """Have a motor lose steps."""
-    motor, count = _motor(bench, request.words[0]), whole(request.words[1])
+    motor, count = motor_of(bench, request.words[0]), whole(request.words[1])
     if count < 1:
         raise BadRequest(f"1 step or more can be lost, not {count}")
     return lambda: bench.device.world.lose(motor, count)
@@ -43,7 +43,7 @@ def lose_steps(bench: Bench, request: FaultRequest) -> Begin:
 
 def stall(bench: Bench, request: FaultRequest) -> Begin:
     """Have a motor no longer follow."""
-    motor, stalled = _motor(bench, request.words[0]), bench.device.world.stalled
+    motor, stalled = motor_of(bench, request.words[0]), bench.device.world.stalled
 
     def begin() -> Running:
         stalled.add(motor)
@@ -57,7 +57,7 @@ def switch(bench: Bench, request: FaultRequest) -> Begin:
     device = bench.device
     if not isinstance(device, HasSwitches):
         raise lacks(device, "limit switches")
-    axis, state = _motor(bench, request.words[0]), request.words[1].lower()
+    axis, state = motor_of(bench, request.words[0]), request.words[1].lower()
     states = {each.value: each for each in SwitchState}
     if state not in states:
         raise BadRequest(f"a switch is {', '.join(states)}, not {request.words[1]!r}")
@@ -71,7 +71,7 @@ def switch(bench: Bench, request: FaultRequest) -> Begin:
     return begin
 
 
-def _motor(bench: Bench, word: str) -> int:
+def motor_of(bench: Bench, word: str) -> int:
     """Return a motor's index, given as its number from 1 or as its name."""
     names = [motor.name for motor in bench.device.world.body.transmission.motors]
     if word in names:

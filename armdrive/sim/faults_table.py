@@ -7,17 +7,67 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Mapping
+from dataclasses import replace
 from types import MappingProxyType
 
 from armdrive.errors import BadRequest
 from armdrive.sim.device import HasSwitches, Resettable, SimDevice
+from armdrive.sim.drives import DrivesOnBus
 from armdrive.sim.fault_kind import FaultKind
 from armdrive.sim.faults_arm import BROWN_OUT_S, brown_out, lose_steps, reset, stall, switch
-from armdrive.sim.faults_wire import delaying, draw, garbage, mute, on_wire, replug, unplug
+from armdrive.sim.faults_wire import (
+    delaying,
+    draw,
+    garbage,
+    mute,
+    on_wire,
+    replug,
+    ruling,
+    unplug,
+)
+from armdrive.sim.mks_faults import (
+    alone,
+    bus_off,
+    dead_drive,
+    frame_doubled,
+    mute_drive,
+    other_id,
+    other_mode,
+    reset_drive,
+    without_done,
+)
 from armdrive.sim.wire_faults import changed, lost, repeated
+from armdrive.transports.can_faults import frame_lost, overtaken
 
+_FRAMES = "P|#N|next"
+"""How many: each frame with a probability, the one with the n-th byte from now, or the next."""
 AMOUNT = "P|#N|next"
 """How much: each byte with a probability, the n-th byte from now, or all of the next message."""
+_ON_BUS = tuple(
+    replace(kind, needs=DrivesOnBus)
+    for kind in (
+        FaultKind("lose-frame", _FRAMES, "frames are lost", on_wire(lambda _: frame_lost), (1, 1)),
+        FaultKind(
+            "double-frame", _FRAMES, "frames come twice", on_wire(lambda _: frame_doubled), (1, 1)
+        ),
+        FaultKind(
+            "overtake",
+            _FRAMES,
+            "frames come after the next one",
+            ruling(lambda _, amount: overtaken(amount)),
+            (1, 1),
+        ),
+        FaultKind("bus-off", "", "the host's adapter leaves the bus", bus_off),
+        FaultKind("alone", "", "nobody acknowledges what the adapter sends", alone),
+        FaultKind("drive-mute", "MOTOR", "a drive says nothing, but obeys", mute_drive, (1, 1)),
+        FaultKind("drive-dead", "MOTOR", "a drive has no supply", dead_drive, (1, 1)),
+        FaultKind("drive-reset", "MOTOR", "a drive begins anew", reset_drive, (1, 1)),
+        FaultKind("drive-mode", "MOTOR MODE", "a drive has another mode", other_mode, (2, 2)),
+        FaultKind("drive-id", "MOTOR ID", "a drive has another id", other_id, (2, 2)),
+        FaultKind("no-done", "MOTOR", "a drive says no motion done", without_done, (1, 1)),
+    )
+)
+"""What befalls drives on a CAN bus alone."""
 FAULTS: Mapping[str, FaultKind] = MappingProxyType(
     {
         kind.name: kind
@@ -66,6 +116,7 @@ FAULTS: Mapping[str, FaultKind] = MappingProxyType(
                 (2, 2),
                 needs=HasSwitches,
             ),
+            *_ON_BUS,
         )
     }
 )

@@ -16,11 +16,18 @@ NOISE_MOST = 4096
 
 def on_wire(effect: Callable[[FaultRequest], Effect], first: int = 0, default: str = "") -> Prepare:
     """Return a row's `prepare` that puts an effect on the lanes of the sides that speak."""
+    return ruling(lambda request, amount: Rule(effect(request), amount), first, default)
+
+
+def ruling(
+    make: Callable[[FaultRequest, Amount], Rule], first: int = 0, default: str = ""
+) -> Prepare:
+    """Return a row's `prepare` that puts a rule on the lanes of the sides that speak."""
 
     def prepare(bench: Bench, request: FaultRequest) -> Begin:
         words = request.words[first:] or ((default,) if default else ())
         rules = [
-            (lane, Rule(effect(request), _amount(words[0] if words else "", request, lane_number)))
+            (lane, make(request, _amount(words[0] if words else "", request, lane_number)))
             for lane_number, lane in enumerate(_lanes(bench, request.side))
         ]
 
@@ -75,12 +82,18 @@ def delaying(request: FaultRequest) -> Effect:
 
 def mute(bench: Bench, _: FaultRequest) -> Begin:
     """Have the device say nothing."""
-    lane = bench.line.faults.device
-    rule = Rule(lost, Share(1.1, random.Random(0)))  # noqa: S311 - every byte, nothing is drawn
+    return silencing(bench, "device")
+
+
+def silencing(bench: Bench, side: str) -> Callable[[], Running]:
+    """Return what has nothing pass that a side says, or both."""
+    every = Share(1.1, random.Random(0))  # noqa: S311 - every byte, nothing is drawn
+    rules = [(lane, Rule(lost, every)) for lane in _lanes(bench, side)]
 
     def begin() -> Running:
-        lane.rules.append(rule)
-        return Running(lambda: _withdraw([(lane, rule)]))
+        for lane, rule in rules:
+            lane.rules.append(rule)
+        return Running(lambda: _withdraw(rules))
 
     return begin
 

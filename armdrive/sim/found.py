@@ -7,6 +7,7 @@ import random
 from kinematics.arm_geometry import ArmGeometry
 from kinematics.five_axis import FiveAxisArm
 from kinematics.spaces import Joints
+from kinematics.tool_arm import ToolArm
 
 FOUND_POSTURE = Joints.of(0.0, 70.0, -95.0, -35.0, 0.0)
 """The posture of an arm of the Mini-mover's build."""
@@ -23,7 +24,7 @@ def found_posture(arm: ArmGeometry) -> Joints:
     there, or else the first clear one of random postures in the middle half of the ranges; where
     none of those is clear, the highest.
     """
-    if isinstance(arm, FiveAxisArm):
+    if isinstance(arm, FiveAxisArm | ToolArm):
         return FOUND_POSTURE
     draw = random.Random(1)  # noqa: S311 - any posture will do
     best, height_mm = _between(arm, [0.5] * len(arm.limits)), float("-inf")

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from enum import Enum
 from types import MappingProxyType
 
 from firmware_protocol.grbl import (
@@ -22,6 +23,18 @@ from firmware_protocol.grbl import (
 )
 
 
+class Killed(Enum):
+    """What a reset that ends a motion does to the motors' current, even where $1 is 255.
+
+    Sources: st_go_idle and mc_reset of gnea/grbl grbl/stepper.c and motion_control.c, and of
+    grblHAL/core; protocol_disable_steppers of bdring/FluidNC Protocol.cpp.
+    """
+
+    LATE = "it is held for $1 with the interrupts off, and is without until it has started anew"
+    AT_ONCE = "it is without at once, until it has started anew"
+    NEVER = "it has started anew before $1 is over, and keeps it"
+
+
 @dataclass(frozen=True, slots=True)
 class Firmware:
     """One firmware on its usual board.
@@ -33,8 +46,9 @@ class Firmware:
 
     A line takes `parse_s`, and `plan_s` more where it is a motion. A change of settings takes
     `eeprom_s`, in which bytes that arrive are lost where it is `deaf_in_eeprom`. An alarm is
-    followed by `alarm_s` without motor current before the board starts anew, which takes
-    `start_s`; from a reset of the board itself it takes `boot_s`, without current as well.
+    followed by `alarm_s` in which its words are sent, before the board starts anew, which takes
+    `start_s`; what becomes of the motors meanwhile says `killed`. From a reset of the board itself
+    it takes `boot_s`, without current.
     `mute_in_critical`: after a limit alarm `?` is not answered until the reset.
     `silent_in_homing`: nor during homing. `cancel_clears_ring`: a jog cancel does. `tells_axes`:
     `$I` names the axes (fra589/grbl-Mega-5X grbl/report.c; grblHAL).
@@ -53,6 +67,7 @@ class Firmware:
     plan_s: float
     eeprom_s: float
     deaf_in_eeprom: bool
+    killed: Killed
     alarm_s: float
     start_s: float
     boot_s: float
@@ -120,6 +135,7 @@ _GRBL = Firmware(
     plan_s=3.75e-3,
     eeprom_s=17e-3,
     deaf_in_eeprom=True,
+    killed=Killed.LATE,
     alarm_s=0.5,
     start_s=5e-3,
     boot_s=1.5,
@@ -157,6 +173,7 @@ _GRBLHAL = Firmware(
     plan_s=0.1e-3,
     eeprom_s=5e-3,
     deaf_in_eeprom=False,
+    killed=Killed.NEVER,
     alarm_s=0.1,
     start_s=5e-3,
     boot_s=0.5,
@@ -182,7 +199,8 @@ _FLUIDNC = Firmware(
     plan_s=0.2e-3,
     eeprom_s=5e-3,
     deaf_in_eeprom=False,
-    alarm_s=0.1,
+    killed=Killed.AT_ONCE,
+    alarm_s=0.5,
     start_s=5e-3,
     boot_s=1.0,
     mute_in_critical=False,

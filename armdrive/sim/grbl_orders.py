@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
 from armdrive.sim.grbl_board import Board
+from armdrive.sim.grbl_firmware import Killed
 from armdrive.sim.grbl_lines import run_startup
 from armdrive.sim.grbl_script import Boot
 from armdrive.sim.grbl_settings import HOMING, IDLE_MS
@@ -62,7 +63,7 @@ def soft_reset(board: Board) -> None:
         code = _HOMING_ABORTED
     elif board.drive.moving:
         code = _ABORTED
-        board.let_motors_go()
+        _lose_current(board, anew=True)
     board.kill()
     board.boot.begin(_started_anew(board, code), board.now_s)
 
@@ -72,7 +73,7 @@ def raise_critical(board: Board, code: int) -> None:
     _outputs_off(board)
     if board.drive.moving:
         board.kill()
-        board.let_motors_go()
+        _lose_current(board, anew=False)
     board.state, board.critical = State.ALARM, True
     board.say(Alarm(code))
     board.say(Feedback("Reset to continue"))
@@ -94,7 +95,7 @@ def switched_on(board: Board, wait_s: float) -> Boot:
 
 def _started_anew(board: Board, code: int) -> Boot:
     if code:
-        if code == _ABORTED:  # the interrupt waits out the idle delay before it is over
+        if code == _ABORTED and board.firmware.killed is Killed.LATE:
             yield board.now_s + board.settings[IDLE_MS] / 1000
         board.state = State.ALARM
         board.say(Alarm(code))
@@ -102,6 +103,14 @@ def _started_anew(board: Board, code: int) -> Boot:
     board.drop_line()
     yield board.now_s + board.firmware.start_s
     _start(board)
+
+
+def _lose_current(board: Board, *, anew: bool) -> None:
+    """Let go of motors that were killed; `anew` where the board starts anew by itself."""
+    if board.firmware.killed is Killed.AT_ONCE:
+        board.idle_off_s = board.now_s
+    elif not anew or board.firmware.killed is Killed.LATE:
+        board.let_motors_go()
 
 
 def _outputs_off(board: Board) -> None:

@@ -10,6 +10,14 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from armdrive.errors import BadRequest
+from armdrive.sim.grbl_checks import (
+    check_gripper,
+    check_lists,
+    check_ranges,
+    check_settings,
+    check_switch,
+    check_unit,
+)
 from armdrive.sim.grbl_outputs import Wiring
 from armdrive.sim.grbl_settings import (
     ACCELERATION,
@@ -60,9 +68,14 @@ def board_axes(letters: str, built: str) -> str:
 
 
 def well_set_up(config: ArmConfig, letters: str, axes: str) -> dict[int, float]:
-    """Return the settings that somebody has given a board who knows this arm."""
+    """Return the settings that somebody has given a board who knows this arm.
+
+    Raises `ArmFileError` for an arm that no board can be set up for.
+    """
     device: Any = config.device
     turning = _transmission(config)
+    check_ranges(config)
+    check_lists(config, len(turning.motors))
     per_unit = _steps_per_unit(config, turning)
     rates = _given(device, "rates") or _rates_hz(config, turning)
     ramp_s = float(getattr(device, "ramp_s", 0.1))
@@ -89,6 +102,7 @@ def well_set_up(config: ArmConfig, letters: str, axes: str) -> dict[int, float]:
     values[HOMING_SEEK] = _up(slowest * SEEK_SHARE)
     values[HOMING_FEED] = _up(slowest * FEED_SHARE)
     values[PULL_OFF] = _up(min(travels) * PULL_OFF_SHARE)
+    check_settings(values, letters, axes)
     return values
 
 
@@ -108,6 +122,7 @@ def switches(
         else:
             turning = _transmission(config)
             home = turning.to_motors(config.homing.joints, config.homing.opening_mm)[motor] + back
+        check_switch(motor, home)
         found[axis] = Switch(motor, home, 1)
     return Switches(world, found)
 
@@ -115,6 +130,7 @@ def switches(
 def gripper_wiring(config: ArmConfig) -> Wiring:
     """Return which output moves the fingers, where no motor does."""
     device: Any = config.device
+    check_gripper(config)
     if config.gripper.kind == "servo":
         word = str(getattr(device, "servo", "M3"))
         shut = float(getattr(device, "servo_closed", 0.0))
@@ -148,7 +164,9 @@ def _steps_per_unit(config: ArmConfig, turning: Transmission) -> tuple[float, ..
         return (1.0,) * len(turning.motors)
     joints = len(turning.joint_names)
     return tuple(
-        round(abs(one.steps_per_unit) * (math.pi / 180 if motor < joints else 1.0), 3)
+        check_unit(
+            motor, round(abs(one.steps_per_unit) * (math.pi / 180 if motor < joints else 1.0), 3)
+        )
         for motor, one in enumerate(turning.motors)
     )
 

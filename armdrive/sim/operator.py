@@ -1,7 +1,8 @@
 """The simulated operator: somebody who sees the simulated arm and jogs it to where it is asked.
 
 He does what a person would: looks at the physical posture, which no register knows, first lifts
-the hand over the mark, then lowers it, in steps of the arm's own motors through the driver.
+the hand over the mark, then lowers it, in steps of the arm's own motors through the driver. Motors
+with backlash he brings there from one side.
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
 
 LIFT_MM = 60.0
 LOOKS = 4
+SIDE = 2
+"""How many times its backlash he turns a motor away, and back again."""
 SEEN_RAD = math.radians(1.0)
 """How well he can see whether an arm stands as it is drawn."""
 
@@ -35,6 +38,9 @@ class SimulatedOperator:
         pose = request.pose
         above = replace(pose, z_mm=pose.z_mm + LIFT_MM)
         self._bring(request, arm.ik(above))
+        if widths := request.arm.config.backlash_steps:
+            request.arm.move_motors(*(-SIDE * width for width in widths), speed=self.speed)
+            request.arm.move_motors(*(SIDE * width for width in widths), speed=self.speed)
         return any(not self._bring(request, request.joints).largest for _ in range(LOOKS))
 
     def stands_at(self, joints: Joints) -> bool:

@@ -16,9 +16,15 @@ from typing import TextIO
 from armdrive.sim.console import Console
 from armdrive.sim.device import SimDevice
 from armdrive.sim.fault_request import FaultRequest
+from armdrive.sim.mks_serve import AdapterBus
 from armdrive.sim.pacing import PacedDevice
 from armdrive.transports.bell import Bell
-from armdrive.transports.serve import PtyServer, Server, TcpServer, split_address
+from armdrive.transports.can_adapter import Adapter
+from armdrive.transports.can_memory import BITRATE
+from armdrive.transports.serve import PtyServer, Server
+from armdrive.transports.serve_can import SlcanServer
+from armdrive.transports.serve_network import split_address
+from armdrive.transports.serve_tcp import TcpServer
 from armdrive.transports.serve_udp import UdpServer
 
 LONGEST_SLEEP_S = 0.25
@@ -29,12 +35,20 @@ _CHUNK = 4096
 
 
 def make_server(
-    *, pty: Path | None = None, tcp: str | None = None, udp: str | None = None
+    *,
+    pty: Path | None = None,
+    tcp: str | None = None,
+    udp: str | None = None,
+    slcan: Path | None = None,
+    bits_s: int = BITRATE,
 ) -> Server:
     """Offer a pty (linked at a path), or a TCP or UDP port (`HOST:PORT`, `:PORT` or `PORT`).
 
-    With none of them, a pty without a link. Raises `PortUnavailable`.
+    With none of them, a pty without a link; `slcan` is one behind which a CAN adapter stands, on a
+    bus of so many bits a second. Raises `PortUnavailable`.
     """
+    if slcan is not None:
+        return SlcanServer(slcan, Adapter(bits_s))
     if tcp is not None:
         return TcpServer(*split_address(tcp))
     return PtyServer(pty) if udp is None else UdpServer(*split_address(udp))
@@ -84,7 +98,7 @@ class _Loop:
         clock: Callable[[], float],
     ) -> None:
         self.lines: deque[str] = deque()
-        self._line = PacedDevice(device, device.baud if server.paced else None)
+        self._line = _line_to(device, server)
         self._console = Console(device, server, self._line)
         self._server = server
         self._out = out
@@ -134,6 +148,13 @@ class _Loop:
         with contextlib.suppress(OSError, ValueError):  # nobody reads the answers any more
             self._out.write(line + "\n")
             self._out.flush()
+
+
+def _line_to(device: SimDevice, server: Server) -> PacedDevice:
+    """Return what carries the bytes: a serial line at its pace, or the bus behind an adapter."""
+    if isinstance(server, SlcanServer):
+        return AdapterBus(device, server.adapter)
+    return PacedDevice(device, device.baud if server.paced else None)
 
 
 def _hear(fileno: int, lines: deque[str], bell: Bell) -> None:

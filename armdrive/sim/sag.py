@@ -8,6 +8,7 @@ from collections.abc import Callable
 from kinematics.arm_geometry import ArmGeometry
 from kinematics.five_axis import FiveAxisArm
 from kinematics.spaces import Joints
+from kinematics.tool_arm import ToolArm
 
 SAG_RAD = (math.radians(3.0), math.radians(5.2), math.radians(4.7))
 """How far upper arm, forearm and hand come down: about 60, 60 and 20 half-steps.
@@ -23,7 +24,8 @@ def sagged(arm: ArmGeometry, joints: Joints) -> Joints:
     """Return the posture that the arm comes to rest in; what lowers nothing keeps its angle."""
     if arm.fk(joints).z_mm <= 0.0:
         return joints
-    lowered = _links_lowered if isinstance(arm, FiveAxisArm) else _tip_lowered(arm, joints)
+    linked = isinstance(arm, FiveAxisArm | ToolArm)
+    lowered = _links_lowered if linked else _tip_lowered(arm, joints)
     if arm.fk(lowered(joints, 1.0)).z_mm >= 0.0:
         return lowered(joints, 1.0)
     free, blocked = 0.0, 1.0

@@ -80,6 +80,10 @@ class Saved:
         """Return a table within this one."""
         return Saved(self._take(key), f"{self._where}.{key}")
 
+    def has(self, key: str) -> bool:
+        """Tell whether there is something of that name that nobody has asked for."""
+        return key in self._data
+
     def end(self) -> None:
         """Refuse what nobody asked for."""
         if self._data:

@@ -164,7 +164,7 @@ class SimBase(abc.ABC):
     def bring_to(self, joints: Joints, opening_mm: float) -> None:
         """Jog to a physical posture, as an operator does who looks at the arm."""
         goal = self.world.body.transmission.to_motors(joints, opening_mm)
-        self.jog(goal - self.world.motors)
+        self.jog(self.world.play.turns_for(goal - self.world.motors))
 
     def push(self, steps: Sequence[int]) -> None:
         """Turn motors by force: the registers know nothing of it."""

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from armdrive.errors import StateFileError
 from armdrive.sim.blocks import Block
 from armdrive.sim.body import ArmBody
 from armdrive.sim.device import SimDevice
+from armdrive.sim.drives import DrivesOnBus
 from armdrive.sim.faults import Faults, LinkCable
 from armdrive.sim.operator import SimulatedOperator
 from armdrive.sim.options import Options, Value
+from armdrive.sim.play import play_of
 from armdrive.sim.recalling import recalled
 from armdrive.sim.saved import MEND, Json
 from armdrive.sim.twins import twin_kind
@@ -55,17 +57,29 @@ def make_twin(
     saved: object = None,
     *,
     blocks: Iterable[Block] = (),
+    play: int | Sequence[int] | None = None,
     **options: Value,
 ) -> Twin:
     """Build the twin of an arm: as it was saved, or as one finds it in the morning.
 
-    `options` are settings of the dialect's device (`twins.py`), `speed_error=0.2` say. Raises
-    `StateFileError` where what was saved fits no such arm, and `BadRequest` for the rest.
+    `play` is the lost motion of every motor's train, or of each, in steps: without it, the
+    backlash of the arm file, which is what the driver takes up. `options` are settings of the
+    dialect's device (`twins.py`), `speed_error=0.2` say. Raises `StateFileError` where what was
+    saved fits no such arm, and `BadRequest` for the rest.
     """
-    device = make_device(config, saved, blocks=blocks, settings=options)
-    link = MemoryLink(device, device.baud)
+    device = make_device(config, saved, blocks=blocks, play=play, settings=options)
+    link = link_to(device)
     operator, faults = SimulatedOperator(device.world), Faults(device, link.line, LinkCable(link))
     return Twin(config.connection.dialect, device, link, operator, faults)
+
+
+def link_to(device: SimDevice) -> MemoryLink:
+    """Return a wire within this process to a device: a serial line, or the bus of its drives."""
+    if not isinstance(device, DrivesOnBus):
+        return MemoryLink(device, device.baud)
+    from armdrive.transports.can_memory import CanMemoryLink
+
+    return CanMemoryLink(device, device.bits_s())
 
 
 def make_device(
@@ -73,12 +87,15 @@ def make_device(
     saved: object = None,
     *,
     blocks: Iterable[Block] = (),
+    play: int | Sequence[int] | None = None,
     settings: Mapping[str, Value] | None = None,
 ) -> SimDevice:
     """Build the simulated device alone, for a process of its own."""
     dialect = config.connection.dialect
     kind = twin_kind(dialect)
     body = ArmBody.of_preset(config.model)
+    widths = config.backlash_steps if play is None else play_of(play, len(body.transmission.motors))
+    body = replace(body, play=widths)
     chosen = Options(kind.options, settings)
     if saved is None:
         return kind.make(config, World(body, blocks=blocks), chosen)

@@ -59,12 +59,19 @@ def _grbl() -> TwinKind:
     return KIND
 
 
+def _mks() -> TwinKind:
+    from armdrive.sim.mks_twin import KIND
+
+    return KIND
+
+
 TWINS: Mapping[str, Callable[[], TwinKind]] = MappingProxyType(
     {
         "teachmover": _teachmover,
         "robko01": _robko01,
         "armdroid": _armdroid,
         "grbl": _grbl,
+        "mks": _mks,
     }
 )
 """Every dialect that has a simulated device, by its name; the device is imported when asked for."""

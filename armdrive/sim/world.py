@@ -12,14 +12,13 @@ from collections.abc import Iterable, Sequence
 from armdrive.sim.blocks import Block, Point
 from armdrive.sim.body import ArmBody
 from armdrive.sim.found import found_posture
+from armdrive.sim.play import Play
 from armdrive.sim.sag import sagged
 from armdrive.sim.scene import TABLE_TOLERANCE_MM, Incident, IncidentKind, Scene
 from kinematics.presets import preset
 from kinematics.spaces import Joints, Motors, Pose
 
 FOUND_OPENING_MM = 20.0
-SAMPLE_STEPS = 72
-"""A motion is looked at whenever a motor has made this many steps: some 30 mm at full reach."""
 _ROUNDING = 1e-6
 
 
@@ -40,11 +39,13 @@ class World:
         self.incidents: list[Incident] = []
         self.scene = Scene()
         self.stalled: set[int] = set()
+        self.play = Play(self.body.play)
         self._to_lose: dict[int, int] = {}
         self._fingers_mm = FOUND_OPENING_MM
         found = self.body.transmission.to_motors(found_posture(self.body.arm), FOUND_OPENING_MM)
         self._motors = found if motors is None else Motors(motors)
         self._stops = self.body.stops
+        self._sample_steps = self.body.sample_steps
         self._blocked: set[str] = set()
         self._observe()
         for block in blocks:
@@ -52,7 +53,7 @@ class World:
 
     @property
     def motors(self) -> Motors:
-        """Where the motors are, physically."""
+        """Where the motors have what they drive, physically."""
         return self._motors
 
     @property
@@ -115,7 +116,7 @@ class World:
         """Have the controller turn all motors in proportion, as far as they follow it."""
         if self.stalled or self._to_lose:
             steps = [self._followed(motor, count) for motor, count in enumerate(steps)]
-        self.force(steps, time_s)
+        self.force(self.play.drive(steps), time_s)
 
     def lose(self, motor: int, steps: int) -> None:
         """Have a motor lose the next steps that it is told to make, whichever way they lead."""
@@ -124,7 +125,7 @@ class World:
     def force(self, steps: Sequence[int], time_s: float = 0.0) -> None:
         """Turn motors by these steps, by whatever force it may be, and let the world answer."""
         last = len(steps) - self.body.transmission.has_gripper
-        pieces = 1 + max(map(abs, steps[:last]), default=0) // SAMPLE_STEPS
+        pieces = 1 + max(map(abs, steps[:last]), default=0) // self._sample_steps
         made = Motors((0,) * len(steps))
         for piece in range(1, pieces + 1):
             share = Motors(count * piece // pieces for count in steps)

@@ -21,6 +21,7 @@ def world_to_json(world: World) -> dict[str, Json]:
         "arm": world.body.key,
         "motors": list(world.motors),
         "energised": world.energised,
+        **({"play_taken": list(world.play.ahead)} if world.play.any else {}),
         **({} if has_gripper else {"fingers_mm": world.fingers_mm}),
         "blocks": [block_to_json(block) for block in world.scene.blocks.values()],
         "held": world.scene.held,
@@ -39,6 +40,9 @@ def world_from_json(data: object, body: ArmBody | None = None) -> World:
     count = len(world.body.transmission.motors)
     world = World(body, saved.wholes("motors", count, -STEPS_MOST, STEPS_MOST))
     world.energised = saved.flag("energised")
+    if saved.has("play_taken"):
+        taken = saved.wholes("play_taken", count, 0, STEPS_MOST)
+        world.play.stand(taken)
     if not world.body.transmission.has_gripper:
         world.move_fingers(saved.number("fingers_mm"))
     blocks = [_block(item) for item in saved.items("blocks")]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ipaddress
 
-from armdrive.transports.serve import LOOPBACK, split_address
+from armdrive.transports.serve_network import LOOPBACK, split_address
 
 
 def beyond_this_computer(address: str) -> str:

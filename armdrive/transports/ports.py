@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from armdrive.transports.can_address import CanAddress, is_can
 from armdrive.transports.holders import Holder, holders
 from armdrive.transports.refusals import NoSuchPort, owning_group
 
@@ -54,7 +55,14 @@ def device_names() -> tuple[str, ...]:
 
 
 def serial_number_of(device: str) -> str:
-    """Return the USB serial number behind a port's name; empty where there is none."""
+    """Return the USB serial number behind a port's name; empty where there is none.
+
+    Of a CAN bus it is that of an adapter which is a serial port.
+    """
+    if is_can(device):
+        device = CanAddress.parse(device).device
+    if not device:
+        return ""
     real = os.path.realpath(device)
     names = (info.serial_number for info in _found() if os.path.realpath(info.device) == real)
     return next(names, None) or ""
@@ -64,7 +72,11 @@ def device_of(serial_number: str, before: str = "") -> str:
     """Return the port that has a USB serial number, under whatever name. Raises `NoSuchPort`.
 
     Adapters that are sold with one number for all of them are told apart by the name `before`.
+    Where that is a CAN bus, it is returned with its adapter wherever that is now.
     """
+    if is_can(before):
+        address = CanAddress.parse(before)
+        return str(address.at(device_of(serial_number, address.device)))
     found = _found()
     devices = [info.device for info in found if info.serial_number == serial_number]
     if before and any(os.path.realpath(each) == os.path.realpath(before) for each in devices):

@@ -1,4 +1,4 @@
-"""The device's end of a wire for other programs: a pseudo-terminal or a TCP port.
+"""The device's end of a wire for other programs, and the pseudo-terminal among them.
 
 A server never blocks: bytes that nobody takes are dropped, as on a real line without a listener.
 """
@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import socket
 import sys
 from pathlib import Path
 from typing import Protocol
@@ -15,7 +14,6 @@ from typing import Protocol
 from armdrive.errors import PortUnavailable
 
 CHUNK = 4096
-LOOPBACK = "127.0.0.1"
 _PTY_FOLDERS = ("/dev/pts/", "/dev/ttys")
 
 
@@ -48,14 +46,6 @@ class Server(Protocol):
 
     def close(self) -> None:
         """Withdraw the wire: its other end breaks, as by a pulled cable. Twice is no error."""
-
-
-def split_address(address: str) -> tuple[str, int]:
-    """Split `HOST:PORT`, `:PORT` or `PORT`. Raises `PortUnavailable`."""
-    host, _, port = address.rpartition(":")
-    if not (port.isascii() and port.isdecimal()):
-        raise PortUnavailable(f"{address!r} is no address: write HOST:PORT, for example :7410")
-    return host or LOOPBACK, int(port)
 
 
 class PtyServer:
@@ -155,110 +145,3 @@ class PtyServer:
         target = str(path.readlink())
         is_pty = target.startswith(_PTY_FOLDERS)
         return is_pty and (target == self._target or not path.exists())
-
-
-class TcpServer:
-    """A TCP port for one client at a time; a second one is turned away. Port 0 lets one be found.
-
-    Anybody who reaches the port can move the simulated arm, so it is offered to this computer
-    alone unless another host is named.
-    """
-
-    paced = True
-
-    def __init__(self, host: str = LOOPBACK, port: int = 0) -> None:
-        self._host = host
-        self._port = port
-        self._listener: socket.socket | None = None
-        self._client: socket.socket | None = None
-        self.open()
-
-    @property
-    def address(self) -> str:
-        """Host and port, as `socket://` URLs take them."""
-        return f"{self._host}:{self._port}"
-
-    @property
-    def port(self) -> int:
-        """The port number, found by the system where 0 was asked for."""
-        return self._port
-
-    @property
-    def is_open(self) -> bool:
-        """Whether clients can connect."""
-        return self._listener is not None
-
-    def open(self, address: str | None = None) -> None:
-        """Listen. Raises `PortUnavailable`."""
-        if self._listener is not None:
-            return
-        if address is not None:
-            self._host, self._port = split_address(address)
-        try:
-            self._listener = socket.create_server((self._host, self._port), backlog=1)
-        except (OSError, OverflowError) as error:
-            raise PortUnavailable(
-                f"cannot listen on {self.address} ({error}): choose another port"
-            ) from None
-        self._listener.setblocking(False)
-        self._port = self._listener.getsockname()[1]
-
-    def filenos(self) -> tuple[int, ...]:
-        """What to select on for reading."""
-        return tuple(end.fileno() for end in (self._listener, self._client) if end is not None)
-
-    def read(self) -> bytes:
-        """Return all that the client has sent, and let the next one in when it has left."""
-        heard = self._hear()
-        self._admit()
-        return heard + self._hear()
-
-    def write(self, data: bytes) -> None:
-        """Send to the client, if there is one."""
-        if self._client is not None:
-            try:
-                self._client.send(data)
-            except BlockingIOError:
-                pass
-            except OSError:
-                self._hang_up()
-
-    def close(self) -> None:
-        """Hang up and listen no more."""
-        self._hang_up()
-        if self._listener is not None:
-            self._listener.close()
-            self._listener = None
-
-    def _hear(self) -> bytes:
-        heard = b""
-        while self._client is not None and len(heard) < CHUNK:
-            try:
-                data = self._client.recv(CHUNK)
-            except BlockingIOError:
-                break
-            except OSError:
-                data = b""
-            heard += data
-            if not data:
-                self._hang_up()
-        return heard
-
-    def _admit(self) -> None:
-        if self._listener is None:
-            return
-        try:
-            client, _ = self._listener.accept()
-        except OSError:
-            return
-        if self._client is not None:
-            client.close()
-            return
-        client.setblocking(False)
-        client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self._client = client
-
-    def _hang_up(self) -> None:
-        if self._client is not None:
-            self._client.close()
-            self._client = None

@@ -5,6 +5,7 @@ spy://PORT?file=NAME          a serial port, whose traffic is written to a file
 socket://HOST:PORT            raw bytes over TCP
 rfc2217://HOST:PORT           a serial port at another computer, with its baud rate
 udp://HOST:PORT               one datagram a write
+can:INTERFACE:CHANNEL?...     a CAN bus by python-can, in packed frames
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
 from armdrive.errors import BadRequest
+from armdrive.transports.can_address import is_can
 
 if TYPE_CHECKING:
     from armdrive.transports.link import Link
@@ -28,6 +30,10 @@ def open_link(
 
     The handshake lines are for serial ports and ignored elsewhere. Sends nothing.
     """
+    if is_can(port):
+        from armdrive.transports.can_link import open_can_link
+
+        return open_can_link(port)
     if scheme(port) == "udp":
         from armdrive.transports.udp import UdpLink
 
@@ -38,7 +44,9 @@ def open_link(
 
 
 def scheme(port: str) -> str:
-    """Return what stands before `://`, in small letters; empty for a port's plain name."""
+    """Return what stands before `://`, in small letters; empty for a plain name or a CAN bus."""
+    if is_can(port):
+        return ""
     before, found, _ = port.partition("://")
     return before.lower() if found else ""
 

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from pathlib import Path
+from types import SimpleNamespace
 
+from serial.tools import list_ports as pyserial
 from uart import Receiver
 
 from armdrive.connecting import simulated_config
@@ -89,6 +92,27 @@ class SimPort:
             self.receiver.by_level,
         )
         return Receiver(heard_baud, error, validates, by_level).hear(data, said_baud)
+
+
+BANNER = b"\r\nGrbl 1.1h ['$' for help]\r\n"
+"""What a GRBL board says when it has started."""
+
+NUMBER = "A50285BI"
+"""An adapter's USB serial number."""
+
+
+def plug(monkeypatch, adapters: dict[Path, str | None]) -> None:
+    """Pretend that these USB adapters are plugged in; files stand in for their devices."""
+    for device in adapters:
+        device.touch()
+    usb = {"vid": 0x0403, "pid": 0x6001, "manufacturer": "FTDI"}
+    found = [
+        SimpleNamespace(
+            device=str(device), description="FT232R USB UART", serial_number=number, **usb
+        )
+        for device, number in adapters.items()
+    ]
+    monkeypatch.setattr(pyserial, "comports", lambda: found)
 
 
 def lead(monkeypatch, port: object, device) -> list[int]:

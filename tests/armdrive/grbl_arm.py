@@ -119,6 +119,11 @@ def stands(arm: Arm, quiet_s: float = 0.4, look_s: float = 0.008) -> float:
     return since_s
 
 
+def standing_as_said(arm: Arm) -> bool:
+    """Tell whether the arm stands where it is said to stand."""
+    return arm.twin.world.motors == arm.status.acknowledged
+
+
 def killed(arm: Arm, look_s: float = 0.004) -> float:
     """Let the device live on without its driver; return for how long its motors turned."""
     start_s = now_s = since_s = arm.status.time_s

@@ -4,38 +4,14 @@ from __future__ import annotations
 
 import os
 import sys
-from functools import partial
 
 import pytest
-from cli_calls import Caller, write_arm_file
-from doctor_bench import Deaf, SimPort, lead, made
-from serial.tools import list_ports as pyserial
+from cli_calls import write_arm_file
+from doctor_bench import BANNER, NUMBER, Deaf, SimPort, made, plug
 
 from armdrive import connecting
 from armdrive.doctor import carrying
 from armdrive.errors import PortUnavailable
-
-BANNER = b"\r\nGrbl 1.1h ['$' for help]\r\n"
-
-
-@pytest.fixture
-def call(capsys):
-    return Caller(capsys)
-
-
-@pytest.fixture
-def port(tmp_path, monkeypatch):
-    """A port that is there; `lead_to` says what it leads to."""
-    device = tmp_path / "ttyUSB0"
-    device.touch()
-    monkeypatch.setattr(pyserial, "comports", list)
-    return device
-
-
-@pytest.fixture
-def lead_to(port, monkeypatch):
-    return partial(lead, monkeypatch, port)
-
 
 # Before anything is opened.
 
@@ -121,6 +97,53 @@ def test_a_port_that_another_armdrive_program_holds_is_not_opened(call, port, le
     finally:
         holding.release()
     assert opened == []
+
+
+# Which arm file the port belongs to.
+
+
+def arm_file(usb_serial: str, port: object = "", name: str = "bench") -> None:
+    lines = f'port = "{port}"\nusb_serial = "{usb_serial}"\n'
+    write_arm_file(name, f'model = "teachmover"\n[connection]\n{lines}')
+
+
+def test_an_adapter_is_looked_at_by_the_number_in_the_arm_file(call, port, lead_to, monkeypatch):
+    plug(monkeypatch, {port: NUMBER})
+    arm_file(NUMBER, "/dev/ttyUSB9")
+    monkeypatch.setattr(connecting, "connect_real", connecting.connect_simulated)
+    opened = lead_to(made("teachmover"))
+    called = call("doctor", "--arm", "bench", "--yes", code=0)
+    assert opened
+    assert f"it belongs to the arm file bench (by the USB serial number {NUMBER})" in called.out
+    assert "may have another name" not in called.out
+
+
+@pytest.mark.parametrize("words", [(), ("--json",)])
+def test_an_adapter_that_is_not_plugged_in_is_a_problem_with_its_mend(call, port, words):
+    arm_file("OTHER", port)
+    said = call("doctor", "--arm", "bench", "--yes", *words, code=4).out
+    assert "no port has the USB serial number OTHER" in said
+    assert "plug the adapter in" in said
+
+
+def test_a_port_alone_leads_to_its_arm_file(call, port, lead_to, monkeypatch):
+    plug(monkeypatch, {port: NUMBER})
+    arm_file(NUMBER)
+    lead_to(made("teachmover"))
+    called = call("doctor", str(port), "--yes", code=0)
+    assert "it belongs to the arm file bench" in called.out
+    assert "armdrive doctor --arm bench" in called.out
+    assert "Or as an arm file" not in called.out
+    assert call("doctor", str(port), "--yes", "--json", code=0).json["arm_files"] == ["bench"]
+
+
+def test_a_port_that_has_only_the_name_of_an_arm_file_is_not_its(call, port, lead_to, monkeypatch):
+    plug(monkeypatch, {port: NUMBER})
+    arm_file("OTHER", port)
+    lead_to(made("teachmover"))
+    said = call("doctor", str(port), "--yes", code=0).out
+    assert "wants the adapter with the USB serial number OTHER, which this is not" in said
+    assert f'usb_serial = "{NUMBER}"' in said
 
 
 # What is found.

@@ -6,13 +6,11 @@ import socket
 import sys
 import threading
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import pytest
-from cli_calls import Caller, write_arm_file
-from doctor_bench import lead, made
-from serial.tools import list_ports as pyserial
+from cli_calls import write_arm_file
+from doctor_bench import made
 
 from armdrive import connecting
 from armdrive.controllers.requests import Difference, Settings
@@ -23,25 +21,6 @@ from firmware_protocol.robko01 import Device
 if sys.platform != "win32":
     sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
     from sim_process import SimProcess
-
-
-@pytest.fixture
-def call(capsys):
-    return Caller(capsys)
-
-
-@pytest.fixture
-def port(tmp_path, monkeypatch):
-    """A port that is there; `lead_to` says what it leads to."""
-    device = tmp_path / "ttyUSB0"
-    device.touch()
-    monkeypatch.setattr(pyserial, "comports", list)
-    return device
-
-
-@pytest.fixture
-def lead_to(port, monkeypatch):
-    return partial(lead, monkeypatch, port)
 
 
 @pytest.fixture

@@ -4,38 +4,30 @@ from __future__ import annotations
 
 import os
 import sys
-from types import SimpleNamespace
 
 import pytest
 import serial
-from cli_calls import Caller, write_arm_file
+from cli_calls import write_arm_file
+from doctor_bench import NUMBER, plug
 from serial.tools import list_ports as pyserial
 
 from armdrive.cli.worlds import connect_remembered
 from armdrive.connecting import simulated_config
 from armdrive.transports import ports
 
-USB = {"vid": 0x0403, "pid": 0x6001, "serial_number": "A50285BI", "manufacturer": "FTDI"}
-
-
-@pytest.fixture
-def call(capsys):
-    return Caller(capsys)
-
 
 @pytest.fixture
 def adapter(tmp_path, monkeypatch):
     """Pretend that there is one port; a file stands in for its device."""
     device = tmp_path / "ttyUSB0"
-    device.touch()
-    found = SimpleNamespace(device=str(device), description="FT232R USB UART", **USB)
-    monkeypatch.setattr(pyserial, "comports", lambda: [found])
+    plug(monkeypatch, {device: NUMBER})
     monkeypatch.setattr(ports, "BY_ID", tmp_path / "by-id")
     return device
 
 
-def arm_file(port: object, name: str = "bench") -> None:
-    write_arm_file(name, f'model = "teachmover"\n[connection]\nport = "{port}"\n')
+def arm_file(port: object, name: str = "bench", usb_serial: str = "") -> None:
+    lines = f'port = "{port}"\nusb_serial = "{usb_serial}"\n'
+    write_arm_file(name, f'model = "teachmover"\n[connection]\n{lines}')
 
 
 def test_a_port_is_listed_with_all_that_is_known(call, adapter, tmp_path):
@@ -99,11 +91,51 @@ def test_arm_files_without_their_port_and_broken_ones_are_told(call, adapter):
     arm_file("socket://127.0.0.1:4001", "network")
     write_arm_file("broken", "model = 7\n")
     seen = call("ports", "--json", code=0).json
-    assert seen["absent"] == [{"arm": "bench", "port": "/dev/ttyNOWHERE"}]
+    assert [(each["arm"], each["port"]) for each in seen["absent"]] == [
+        ("bench", "/dev/ttyNOWHERE")
+    ]
     assert [each["arm"] for each in seen["unusable_arm_files"]] == ["broken"]
     said = call("ports", code=0).out
-    assert "bench names /dev/ttyNOWHERE, which is not there" in said
+    assert "bench: it names /dev/ttyNOWHERE, which is not there" in said
     assert "broken cannot be used" in said
+
+
+@pytest.mark.parametrize("named", ["", "/dev/ttyUSB9"], ids=["no name", "its name of yesterday"])
+def test_an_arm_file_with_a_usb_number_has_the_port_of_that_adapter(call, adapter, named):
+    arm_file(named, usb_serial=NUMBER)
+    seen = call("ports", "--json", code=0).json
+    assert seen["ports"][0]["arm_files"] == ["bench"]
+    assert seen["absent"] == []
+    said = call("ports", code=0).out
+    assert f"belongs to the arm file bench (by the USB serial number {NUMBER})" in said
+    assert "not there" not in said
+
+
+def test_a_port_with_the_name_and_another_number_is_not_the_arms(call, adapter):
+    arm_file(adapter, usb_serial="OTHER")
+    seen = call("ports", "--json", code=0).json
+    (there,) = seen["ports"]
+    assert (there["arm_files"], there["named_for_another_adapter"]) == ([], ["bench"])
+    (absent,) = seen["absent"]
+    assert (absent["arm"], absent["usb_serial"]) == ("bench", "OTHER")
+    said = call("ports", code=0).out
+    assert "not the adapter of the arm file bench, which names this port" in said
+    assert "the arm file bench: no port has the USB serial number OTHER" in said
+    assert "plug the adapter in" in said
+
+
+def test_two_adapters_of_one_number_are_told_apart_by_the_name_or_not_at_all(
+    call, adapter, tmp_path, monkeypatch
+):
+    other = tmp_path / "ttyUSB1"
+    plug(monkeypatch, {adapter: NUMBER, other: NUMBER})
+    arm_file(other, usb_serial=NUMBER)
+    arm_file("", "vague", usb_serial=NUMBER)
+    seen = call("ports", "--json", code=0).json
+    assert [each["arm_files"] for each in seen["ports"]] == [[], ["bench"]]
+    (absent,) = seen["absent"]
+    assert absent["arm"] == "vague"
+    assert "give the port" in absent["why"]
 
 
 def test_a_computer_without_ports_says_so(call, monkeypatch):

@@ -54,6 +54,29 @@ def test_coordinates_and_joints_that_are_not_named_stay(referenced):
         assert turned["joints"][name] == pytest.approx(line["joints"][name], abs=1e-9)
 
 
+def test_an_arc_and_a_goal_seen_from_the_tool(referenced):
+    referenced("move", "--x", "220", "--y", "-60", "--z", "120", "--pitch", "-90", code=0)
+    arc = referenced("move", "--y", "60", "--via", "270,0,120", "--json", code=0).json
+    assert arc["pose"]["y_mm"] == pytest.approx(60, abs=0.5)
+    back = referenced("move", "--frame", "tool", "--z", "-30", "--line", "--json", code=0).json
+    assert back["pose"]["z_mm"] == pytest.approx(150, abs=0.8)
+    assert back["pose"]["x_mm"] == pytest.approx(220, abs=0.8)
+
+
+@pytest.mark.parametrize(
+    ("goal", "said"),
+    [
+        (["--via", "270,0,120"], "where to"),
+        (["--y", "60", "--line", "--via", "270,0,120"], "no --line"),
+        (["--y", "60", "--via", "270,0"], "write it like"),
+        (["--shoulder", "40", "--frame", "tool"], "--frame needs a pose"),
+        (["--y", "60", "--frame", "board"], "no frame is called"),
+    ],
+)
+def test_ways_that_mean_nothing_are_refused_with_the_way_to_write_them(referenced, goal, said):
+    assert said in referenced("move", *goal).err
+
+
 def test_the_fingers_and_the_park_posture(referenced):
     parked = referenced("move", "--park", "--json", code=0).json
     assert parked["pose"]["z_mm"] == pytest.approx(30, abs=0.5)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from doctor_bench import SPOKEN, Deaf, Echo, SimPort, made
+from doctor_bench import BANNER, SPOKEN, Deaf, Echo, SimPort, made
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -17,8 +17,6 @@ from armdrive.doctor.probes import PROBES
 from armdrive.doctor.probing import Examination
 from armdrive.doctor.settings import settings_findings
 from armdrive.doctor.signs import Identity, recognise, shown
-
-BANNER = b"\r\nGrbl 1.1h ['$' for help]\r\n"
 
 
 @pytest.mark.parametrize(

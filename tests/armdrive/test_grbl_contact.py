@@ -116,6 +116,40 @@ def test_contact_does_not_let_go_of_what_a_gripper_on_an_output_holds(kind, devi
     assert before[1] == pytest.approx(76.0, abs=1.0)
 
 
+TOLD = [each for each in GRIPPERS if each[2].startswith(("M3", "M7", "M8"))]
+WITH_COMMENTS = [IN_A_COMMENT, "$J=G91X10F300;a", "M3S700;a", "M8;", "$H;"]
+
+
+@pytest.mark.parametrize("firmware", FIRMWARES)
+@pytest.mark.parametrize("half", WITH_COMMENTS)
+@pytest.mark.parametrize(("kind", "device", "opens"), TOLD)
+def test_where_the_gripper_is_told_to_be_off_no_half_line_is_carried_out(
+    kind, device, opens, half, firmware
+):
+    said = [opens + "\n", "M5\nM9\nG1G91X7F600\n", half]
+    arm, before = left(config(gripper=kind, device=device), said, firmware=firmware)
+    arm.sleep(3.0)
+    assert now(arm) == before
+    assert before[2][0] == 7
+    outputs = arm.twin.device.details()["outputs"]
+    assert (outputs["spindle"], outputs["flood"], outputs["mist"]) == ("M5", False, False)
+
+
+def test_one_false_report_of_outputs_that_are_off_lets_go_of_nothing():
+    made = config(gripper="servo")
+    twin = make_twin(made)
+    twin.link.write(b"M3S1000\n", 0.1)
+    twin.link.read(9.0)
+    link = Disturbed(twin.link)
+    link.back.append(rule(rb"<.*\|A:S", lambda line: line.replace(b"|A:S", b"|C:S")))
+    pace = SimulatedPace()
+    pace._now_s = 9.0
+    Arm(made, link, pace, simulated=True)
+    assert not link.back[0][3]
+    assert not link.pressed(b"\x18")
+    assert twin.device.details()["outputs"]["spindle"] == "M3"
+
+
 # How soon the board brakes.
 
 

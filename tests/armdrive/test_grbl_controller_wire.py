@@ -1,11 +1,12 @@
 """A disturbed wire between a GRBL board and its driver: nothing false is trusted."""
 
 import re
+from dataclasses import replace
 
 import pytest
-from grbl_arm import config, found, lost, ready, rule, stands, without
+from grbl_arm import OVER, config, found, lost, ready, rule, stands, without
 
-from armdrive import Jog
+from armdrive import Jog, Pose
 from armdrive.errors import DeviceFault, NoAnswer
 from armdrive.status import State, Trust
 
@@ -100,7 +101,7 @@ def test_a_banner_that_is_garbled_does_not_lock_the_driver_out():
 
 def test_an_arm_that_leaves_the_path_is_stopped_on_its_way():
     arm = ready()
-    arm.twin.link.to.append(rule(rb"G91G1", lambda line: line.replace(b"X+", b"X-"), 3))
+    arm.twin.link.to.append(rule(rb"G91G1", lambda line: line.replace(b"X+", b"X-"), 8))
     handle = arm.move_j(base_deg=80, wait=False)
     with pytest.raises(DeviceFault, match="off the path"):
         handle.wait(10.0)
@@ -211,3 +212,35 @@ def test_an_emergency_stop_before_the_first_report_is_no_kept_position():
     arm.estop()
     arm.sleep(4.0)
     assert arm.status.trust is Trust.SUSPECT
+
+
+def test_a_number_of_free_lines_that_is_garbled_keeps_no_motion_from_its_end():
+    arm = ready()
+    arm.twin.link.back.append(rule(b"<", lambda told: told.replace(b"Bf:3", b"Bf:7")))
+    arm.move_j(base_deg=5)
+    arm.move_j(base_deg=10)
+    assert honest(arm)
+
+
+def line_at(baud, ahead_s):
+    made = config(planned_burst_s=ahead_s)
+    arm = ready(replace(made, connection=replace(made.connection, baud=baud)))
+    arm.move_to(Pose.of(x_mm=220, y_mm=-60, z_mm=120, pitch_deg=-60))
+    before = arm.status.underruns
+    moved = arm.move_l(Pose.of(x_mm=220, y_mm=60, z_mm=120, pitch_deg=-60))
+    return arm.status.underruns - before, moved.duration_s
+
+
+def test_a_queue_that_runs_empty_in_mid_motion_is_counted_and_shown():
+    none, quick_s = line_at(115_200, 0.4)
+    assert none == 0
+    many, slow_s = line_at(9600, 0.1)  # a line takes 35 ms there, and a segment 33
+    assert many > 5
+    assert slow_s > 1.5 * quick_s
+
+
+def test_a_motion_that_waits_between_single_steps_is_no_underrun():
+    arm = ready()
+    before = arm.status.underruns
+    arm.move_j(base_deg=OVER.deg["base"] + 0.3, speed=0.01)
+    assert arm.status.underruns == before

@@ -51,6 +51,18 @@ def test_a_refused_holder_leaves_none_of_the_names_locked(holding):
     hold("another").release()
 
 
+def test_two_names_of_one_port_are_one_port(tmp_path):
+    port, link = tmp_path / "ttyUSB0", tmp_path / "by-id"
+    port.touch()
+    link.symlink_to(port)
+    first = hold("bench", str(port))
+    try:
+        with pytest.raises(ArmInUse):
+            hold("other", str(link))
+    finally:
+        first.release()
+
+
 def test_an_arm_that_was_given_back_can_be_taken_again(holding):
     holding.release()
     hold("bench").release()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import random
 import threading
 
@@ -71,14 +72,53 @@ def test_a_paused_motion_stands_and_goes_on_to_the_same_step(dialect):
 
 
 @pytest.mark.parametrize("dialect", DIALECTS)
-def test_a_pause_ends_the_way_within_the_time_that_was_announced(dialect):
+def test_a_pause_ends_the_way_within_the_time_and_way_that_were_announced(dialect):
     arm = raised(dialect)
-    moving(arm)
-    bound_s = arm.status.silent_time_s
+    world, handle = arm.twin.world, arm.move_j(base_deg=80.0, speed=0.7, wait=False)
+    for after_s in (0.4, 0.02, 0.05, 0.09, 0.13, 0.21, 0.3):
+        arm.sleep(after_s)
+        status, tip = arm.status, world.tip
+        assert status.state is State.MOVING
+        arm.pause()
+        arm.sleep(status.pause_time_s)
+        stood = world.motors
+        arm.sleep(0.6)
+        assert world.motors == stood
+        assert math.dist(world.tip, tip) <= status.pause_distance_mm
+        arm.resume()
+    handle.wait()
+    assert arm.joints.deg["base"] == pytest.approx(80.0, abs=0.1)
+
+
+def test_a_burst_that_is_still_being_prepared_when_it_is_paused_is_not_made():
+    arm = raised("armdroid")  # its board repeats the numbers before it is told to go
+    world = arm.twin.world
+    stood, handle = world.motors, arm.move_j(base_deg=WAY_DEG, wait=False)
+    arm.sleep(0.1)
+    assert arm.engine.busy
     arm.pause()
-    arm.sleep(bound_s)
-    stood = arm.twin.world.motors
     arm.sleep(1.0)
+    assert world.motors == stood
+    arm.resume()
+    handle.wait()
+    assert arm.joints.deg["base"] == pytest.approx(WAY_DEG, abs=0.1)
+    assert arm.status.trust is Trust.REFERENCED
+
+
+@pytest.mark.parametrize("pause_first", [True, False])
+def test_a_board_that_begins_anew_under_a_burst_that_is_not_made_ends_the_motion(pause_first):
+    arm = raised("armdroid")
+    handle = arm.move_j(base_deg=WAY_DEG, wait=False)
+    arm.sleep(0.05)
+    for act in (arm.pause, arm.twin.device.reset)[:: 1 if pause_first else -1]:
+        act()
+        arm.sleep(0.02)
+    arm.sleep(4.0)
+    stood = arm.twin.world.motors
+    arm.resume()
+    with pytest.raises(ArmError):
+        handle.wait()
+    assert arm.status.trust is not Trust.REFERENCED
     assert arm.twin.world.motors == stood
 
 

@@ -9,9 +9,9 @@ from recorder_bench import of_kind, recorded_arm, saved, written
 
 from armdrive import Jog, LinkLost, OutOfBounds, Space
 from armdrive.connecting import connect_simulated, simulated_config
-from armdrive.core import Hold
 from armdrive.dialects import DIALECTS
 from armdrive.errors import StateFileError, WrongState
+from armdrive.intents import Hold
 from armdrive.recorder import files
 from armdrive.recorder.entries import Kind
 from armdrive.recorder.flight import FlightRecorder

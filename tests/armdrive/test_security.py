@@ -19,15 +19,16 @@ from armdrive.connecting import connect_simulated, simulated_config
 from armdrive.errors import ArmError, PortUnavailable
 from armdrive.holder import ask_holder, hold
 from armdrive.transports.exposure import beyond_this_computer
-from armdrive.transports.serve import TcpServer
+from armdrive.transports.serve_tcp import TcpServer
 from armdrive.transports.serve_udp import UdpServer
 
 ROOTS = [Path(armdrive.__file__).parent, Path(armdrive.__file__).parents[1] / "tui"]
 SOURCES = sorted(path for root in ROOTS for path in root.rglob("*.py"))
 PICKLES = {"pickle", "cPickle", "marshal", "shelve", "dill", "cloudpickle", "joblib"}
 EXECUTE = {"subprocess", "pty", "runpy", "code", "codeop", "imp", "commands", "popen2"}
-ALLOWED = {("transports/serve.py", "pty")}
-"""`pty.openpty` starts nothing; `pty.spawn` would."""
+ALLOWED = {("transports/serve.py", "pty"), ("transports/can_ports.py", "subprocess")}
+"""`pty.openpty` starts nothing; `pty.spawn` would. Drivers of CAN adapters are asked by a program
+that is written out in the source, whole, and takes no name from any file."""
 EVALUATE = {"eval", "exec", "compile", "__import__", "execfile"}
 SYSTEM = {"system", "popen", "execv", "execve", "execvp", "execl", "spawnv", "spawnl", "startfile"}
 UNPICKLING = {"recv", "send"}

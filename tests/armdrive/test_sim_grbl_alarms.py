@@ -53,6 +53,32 @@ def test_an_alarm_in_motion_switches_the_motors_off_until_the_board_has_started(
     assert shoulder < Bench().device.world.joints["shoulder"]  # it has sagged
 
 
+@pytest.mark.parametrize(
+    ("firmware", "off"),
+    [
+        ("grbl", (0.255, 0.755)),
+        ("mega5x", (0.255, 0.755)),
+        ("fluidnc", (0.0, 0.5)),
+        ("grblhal", None),
+    ],
+)
+def test_when_a_reset_in_motion_takes_the_current_away_is_that_of_the_firmware(firmware, off):
+    bench = Bench({**MACHINE, 1: 255}, firmware=firmware)
+    bench.say("G1X100F1500", 1.0)
+    bench.put(RESET)
+    began_s, seen = bench.now_s, []
+    for _ in range(200):
+        bench.wait(0.005)
+        if not bench.device.world.energised:
+            seen.append(bench.now_s - began_s)
+    assert bench.heard.count("ALARM:3") == 1
+    assert bench.device.world.energised
+    if off is None:
+        assert not seen
+    else:
+        assert (seen[0], seen[-1]) == pytest.approx(off, abs=0.015)
+
+
 def test_a_reset_while_it_brakes_is_an_alarm_too():
     bench = Bench()
     bench.say("G1X100F1500", 1.0)

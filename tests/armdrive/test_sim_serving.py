@@ -20,7 +20,8 @@ from armdrive.errors import PortUnavailable
 from armdrive.sim.fault_request import parse_option
 from armdrive.sim.run import make_server, run_device
 from armdrive.sim.teachmover import SimTeachMover
-from armdrive.transports.serve import PtyServer, TcpServer
+from armdrive.transports.serve import PtyServer
+from armdrive.transports.serve_tcp import TcpServer
 from armdrive.transports.serve_udp import UdpServer
 
 needs_pty = pytest.mark.skipif(

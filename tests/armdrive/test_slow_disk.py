@@ -11,7 +11,6 @@ from faults import OVER_THE_TABLE, sim_config
 
 from armdrive.calls import connected
 from armdrive.connecting import connect_simulated
-from armdrive.core import Coordinates
 from armdrive.durable import Files
 from armdrive.errors import ArmError, StateFileError, Stopped
 from armdrive.flows import idling
@@ -19,6 +18,7 @@ from armdrive.intents import Jog, Space
 from armdrive.record import FileRecorder
 from armdrive.sim.twin import make_twin
 from armdrive.status import State
+from armdrive.whereabouts import Coordinates
 
 FASTER = 20.0
 PATIENCE_S = 10.0
@@ -188,7 +188,8 @@ def test_of_many_beliefs_a_slow_disk_writes_the_newest(bench, monkeypatch):
         assert bench.disk.is_waited_for()
     bench.disk.free.set()
     bench.arm.close()
-    assert [round(math.degrees(each.coordinates[0])) for each in writes[1:]] == [10, 30]
+    written = [round(math.degrees(each.coordinates[0])) for each in writes[1:]]
+    assert list(dict.fromkeys(written)) == [10, 30]  # closing may write the newest once more
 
 
 def test_a_disk_that_fills_up_refuses_motion_in_real_time_too(bench):

@@ -4,10 +4,14 @@ import math
 from dataclasses import replace
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from armdrive.connecting import connect_simulated, simulated_config
-from armdrive.dialects import DIALECTS
+from armdrive.core import Core
+from armdrive.dialects import DIALECTS, dialect
 from armdrive.flows.straying import SMALL_STEPS, has_room
+from armdrive.flows.turns import Corridor, turns
 from armdrive.sim.twin import make_twin
 from kinematics import Joints, Motors, Pose
 
@@ -83,3 +87,92 @@ def test_a_way_just_above_the_table_never_goes_into_it(name):
     arm.move_to(Pose.of(x_mm=220, y_mm=-60, z_mm=2.0, pitch_deg=-70))
     arm.move_to(Pose.of(x_mm=260, y_mm=70, z_mm=2.0, pitch_deg=-50))
     assert arm.twin.world.incidents == []
+
+
+def limits_of(arm):
+    return dict(zip(arm.joints.names, arm.model.arm.limits, strict=True))
+
+
+def beyond_deg(arm, joints):
+    """How far a posture is beyond the limits."""
+    return max(
+        (math.degrees(each.excess_rad) for each in arm.model.arm.violations(joints)), default=0
+    )
+
+
+A_STEP_DEG = 0.5
+"""A step of each motor that a joint depends on, and rounding."""
+
+BESIDE_A_LIMIT = [
+    ("elbow", Joints.of(0.0, 60.0, 0.0, -40.0, 0.0), {"shoulder_deg": 48.0}),
+    ("elbow", Joints.of(0.0, 60.0, -149.0, 60.0, 0.0), {"shoulder_deg": 72.0}),
+    ("wrist_pitch", Joints.of(0.0, 60.0, -60.0, -90.0, 0.0), {"wrist_roll_deg": 25.0}),
+    ("wrist_pitch", Joints.of(0.0, 60.0, -80.0, 90.0, 0.0), {"elbow_deg": -66.0, "base_deg": 8.0}),
+    (
+        "shoulder",
+        Joints.of(0.0, 144.0, -100.0, 0.0, 0.0),
+        {"elbow_deg": -85.0, "wrist_roll_deg": 15},
+    ),
+]
+
+
+@pytest.mark.parametrize("name", UNCOORDINATED)
+@pytest.mark.parametrize(("joint", "start", "goal"), BESIDE_A_LIMIT)
+def test_no_joint_passes_the_limit_that_it_moves_beside(name, joint, start, goal):
+    arm = standing(name, start)
+    low, high = limits_of(arm)[joint].low_rad, limits_of(arm)[joint].high_rad
+    here = dict(zip(start.names, start, strict=True))[joint]
+    assert min(here - low, high - here) < 1e-9, "the row is about a limit"
+    seen = []
+    drive = arm.twin.world.drive
+    arm.twin.world.drive = lambda *args: (drive(*args), seen.append(arm.twin.world.joints))[0]
+    there = arm.move_j(**goal)
+    assert max(beyond_deg(arm, joints) for joints in seen) <= A_STEP_DEG
+    assert there.rounding_mm < 1.0
+    busiest = max(
+        abs(b - a)
+        for a, b in zip(*map(arm.core.transmission.to_motors, (start, there.joints)), strict=True)
+    )
+    assert there.bursts <= 40 + busiest
+    back = {f"{name}_deg": turn for name, turn in start.deg.items()}
+    arm.move_j(**back)
+    assert max(beyond_deg(arm, joints) for joints in seen) <= A_STEP_DEG
+
+
+@pytest.mark.parametrize("name", UNCOORDINATED)
+def test_a_limit_is_reached_and_jogged_along(name):
+    arm = standing(name, Joints.of(0.0, 60.0, -60.0, -70.0, 0.0))
+    seen = []
+    drive = arm.twin.world.drive
+    arm.twin.world.drive = lambda *args: (drive(*args), seen.append(arm.twin.world.joints))[0]
+    arm.move_j(wrist_pitch_deg=-90.0, wrist_roll_deg=30.0, shoulder_deg=70.0)
+    assert arm.joints.deg["wrist_pitch"] == pytest.approx(-90.0, abs=A_STEP_DEG)
+    arm.jog_j(wrist_roll=1.0, shoulder=-1.0, duration_s=0.5)
+    arm.jog_j(wrist_roll_deg=-5.0, wrist_pitch_deg=-5.0)
+    assert arm.joints.deg["wrist_pitch"] == pytest.approx(-90.0, abs=A_STEP_DEG)
+    assert arm.joints.deg["wrist_roll"] != pytest.approx(30.0, abs=1.0)
+    assert max(beyond_deg(arm, joints) for joints in seen) <= A_STEP_DEG
+
+
+ONE = simulated_config("robko01")
+
+
+@given(
+    start=st.tuples(*[st.integers(-600, 600)] * 5, st.just(0)),
+    steps=st.tuples(*[st.integers(-SMALL_STEPS, SMALL_STEPS)] * 5, st.just(0)),
+)
+def test_turns_lead_to_the_target_and_stay_in_the_corridor(start, steps):
+    core = Core(ONE, dialect("robko01").controller(ONE))
+    start, target = Motors(start), Motors(start) + Motors(steps)
+    corridor = Corridor(core, start, target)
+    ends = turns(corridor, start, target)
+    if not any(steps):
+        assert ends == ()
+        return
+    assert ends, "motors that take turns find a way between two postures"
+    assert ends[-1] == target
+    at = start
+    for end in ends:
+        assert corridor.holds(at, end)
+        assert all(b in (a, c) for a, b, c in zip(at, end, target, strict=True))
+        at = end

@@ -1,13 +1,16 @@
 """Trust in the position: its table, what planned motion needs, and what lowers it on a wire."""
 
 import pytest
-from faults import OVER_THE_TABLE, Rule, lost, ready_arm, sim_arm
+from faults import OVER_THE_TABLE, Rule, late_by, lost, ready_arm, sim_arm
 from hypothesis import given
 from hypothesis import strategies as st
 
 from armdrive.errors import ArmError, DeviceFault, NotReferenced, PositionMismatch, Refused
+from armdrive.flows.referencing import poll
+from armdrive.flows.vouching import take_reference, vouched
 from armdrive.status import Current, State, Trust
 from armdrive.trust import FIRST_BELIEF, RESULTS, Belief, Evidence, require_reference
+from armdrive.whereabouts import Coordinates
 from kinematics import Pose
 
 RAISING = {Evidence.HOMED, Evidence.DECLARED, Evidence.CONFIRMED, Evidence.HOMED_BY_SWITCHES}
@@ -201,3 +204,54 @@ def test_a_posture_is_not_taken_from_a_controller_that_was_restarted_meanwhile()
     assert arm.status.trust is Trust.SUSPECT
     arm.declare_posture(arm.twin.world.joints, opening_mm=20.0)
     assert arm.status.trust is Trust.REFERENCED
+
+
+@pytest.mark.parametrize(("counts", "trust"), [(0, Trust.SUSPECT), (40, Trust.REFERENCED)])
+def test_counts_of_zero_after_a_silence_may_be_those_of_a_controller_that_began_anew(counts, trust):
+    arm = sim_arm()
+    arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
+    arm.move_motors(counts, 0, 0, 0, 0, 0)
+    arm.twin.link.to.append(Rule(b"@READ", lost))
+    arm.sleep(3.0)
+    assert arm.twin.link.to[0].times == 0, "the rule has been used"
+    assert arm.status.trust is trust
+
+
+DISTURBED = {"lost": lost, "late": late_by(1.2)}
+
+
+@pytest.mark.parametrize("how", DISTURBED)
+def test_a_posture_is_not_taken_of_an_arm_that_moved_while_the_wire_was_disturbed(how):
+    arm = ready_arm()
+    here, device = arm.joints, arm.twin.device
+    arm.twin.link.to.append(Rule(b"@READ", DISTURBED[how]))
+    device.at(device.now_s + 0.4, lambda: device.pendant_move((0, 0, 0, 25, 0, 0)))
+    with pytest.raises(DeviceFault, match="vouch for its posture again"):
+        arm.declare_posture(here, opening_mm=20.0)
+    assert arm.status.trust is not Trust.REFERENCED
+    arm.declare_posture(arm.twin.world.joints, opening_mm=20.0)
+    assert arm.status.acknowledged == arm.twin.world.motors
+
+
+def test_a_posture_that_the_pendant_has_just_brought_about_is_taken():
+    arm = ready_arm()
+    arm.twin.device.pendant_move((0, 0, 0, 25, 0, 0))
+    arm.declare_posture(arm.twin.world.joints, opening_mm=20.0)
+    assert arm.status.trust is Trust.REFERENCED
+    assert arm.status.acknowledged == arm.twin.world.motors
+
+
+def test_a_posture_is_not_taken_when_the_look_before_has_seen_the_registers_fall():
+    arm = ready_arm()
+    arm.move_j(base_deg=20)
+    arm.twin.device.pendant_move((0, 0, 0, 25, 0, 0))
+    arm.sleep(3.0)
+    here, device = arm.twin.world.joints, arm.twin.device
+    assert arm.status.trust is Trust.SUSPECT
+    word = vouched(arm.core, Coordinates(here, 20.0), Evidence.DECLARED, arm.pace.now_s())
+    device.power_off()
+    device.power_on()
+    arm.perform(poll(arm.wire))
+    with pytest.raises(DeviceFault, match="vouch for its posture again"):
+        arm.perform(take_reference(arm.wire, word))
+    assert arm.status.trust is Trust.SUSPECT

@@ -10,9 +10,10 @@ from doctor_bench import SPOKEN, Deaf, SimPort
 from test_doctor_harmless import LINE_ENDS_ACT, PREPARED, check_unmoved, prepared
 
 from armdrive.arm import Arm
+from armdrive.armsections import Connection
 from armdrive.connecting import simulated_config
 from armdrive.dialects import DIALECTS
-from armdrive.doctor.mistaken import overheard
+from armdrive.doctor.mistaken import explained, overheard
 from armdrive.errors import DeviceFault
 from armdrive.pace import SimulatedPace
 
@@ -93,3 +94,11 @@ def test_a_banner_in_mid_stream_does_no_harm(asked):
     connected(asked, port).close()
     port.pass_time(20.0)
     assert port.device.world.motors == before
+
+
+@pytest.mark.parametrize(
+    ("port", "named"), [(PORT, f"`armdrive doctor {PORT}` finds"), ("", "`armdrive ports` shows")]
+)
+def test_an_arm_that_is_found_by_its_number_alone_has_no_port_to_name(port, named):
+    wire = Connection("teachmover", port, usb_serial="A50285BI")
+    assert named in str(explained(DeviceFault("no answer"), b"", wire))

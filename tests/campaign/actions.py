@@ -12,8 +12,7 @@ from armdrive.calls.moving import PATIENCE
 from armdrive.flows.motion import Moved
 from armdrive.handle import Handle
 from armdrive.intents import Jog
-from armdrive.status import State
-from armdrive.stopping import stop_bound
+from armdrive.status import State, Status
 
 from .goals import arm_of, command_of, joint_goal, pose_beside, span_to, speed_of
 from .laws import Typed, call
@@ -93,10 +92,21 @@ def hold_and_release(stage: Stage) -> Typed | None:
     return call(stage, act, command, ANSWERS_S)
 
 
+def _stop_bound(status: Status) -> tuple[float, float]:
+    return status.stop_time_s, status.stop_distance_mm
+
+
+def _pause_bound(status: Status) -> tuple[float, float]:
+    return status.pause_time_s, status.pause_distance_mm
+
+
 def _sweep(
-    stage: Stage, what: str, then: Callable[[Arm, Handle[Moved]], Any], bounds: int = 1
+    stage: Stage,
+    what: str,
+    then: Callable[[Arm, Handle[Moved]], Any],
+    bound: Callable[[Status], tuple[float, float]] = _stop_bound,
 ) -> Typed | None:
-    """Begin a motion, and do something to it in mid-way: it stands within so many stop bounds."""
+    """Begin a motion, and do something to it in mid-way: it stands within what was announced."""
     goal, takes_s = joint_goal(stage, 40.0)
     command = command_of(stage, f"{what} in move_j({goal})", span_to(stage, goal))
     command.verified = False
@@ -107,10 +117,7 @@ def _sweep(
         arm.sleep(after_s)
         status = arm.status
         if status.state is State.MOVING:
-            bound = stop_bound(
-                arm.config, arm.core.controller, arm.core.coordinates.joints, arm.core.burst_s
-            )
-            stage.promise(what, bounds * bound.time_s, bounds * bound.distance_mm)
+            stage.promise(what, *bound(status))
         then(arm, handle)
 
     return call(stage, act, command, takes_s * PATIENCE + ANSWERS_S)
@@ -137,7 +144,7 @@ def estop(stage: Stage) -> Typed | None:
 
 
 def pause(stage: Stage) -> Typed | None:
-    """Pause in motion, slow down, and go on: what has been begun is still made, and one more."""
+    """Pause in motion, slow down, and go on."""
     share = stage.draw.choice((0.4, 1.0))
 
     def then(arm: Arm, handle: Handle[Moved]) -> None:
@@ -151,7 +158,7 @@ def pause(stage: Stage) -> Typed | None:
         finally:
             arm.speed_override = 1.0
 
-    return _sweep(stage, "pause", then, bounds=4)
+    return _sweep(stage, "pause", then, _pause_bound)
 
 
 def gripper(stage: Stage) -> Typed | None:

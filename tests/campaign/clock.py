@@ -84,6 +84,11 @@ class CampaignPace(SimulatedPace):
             self.meanwhile(now_s)
         return min(self._driven.advance(now_s), self._agenda.next_s)
 
+    def close(self) -> None:
+        """Let go of the engine, and with it of all that the program had in memory."""
+        super().close()
+        self._driven = None
+
     def die(self) -> None:
         """End the program, whatever it is at; it goes as soon as it takes its next step."""
         if not self.dead:

@@ -11,15 +11,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from armdrive.errors import ArmError, BadRequest
+from armdrive.flows.vouching import PROMPT_S
 from armdrive.sim.device import HasPendant, HasSwitches, Resettable, SimDevice
 from armdrive.sim.fault_request import parse_words
 from kinematics import Motors
 
 from .stage import STATE, Stage
+from .untold import fail_power, seen_by_s
 
+OF_THE_ARM = ("brown-out", "reset", "lose-steps", "stall", "switch")
 HOST, DEVICE = "--from host", "--from device"
-SEEN_S = 4.0
-"""An idle program looks every second, twice where something is odd, and waits for late answers."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,6 +39,8 @@ class Fault:
 def _ask(stage: Stage, words: str, *, strays: bool = False) -> str:
     if strays:
         stage.watch.stray = True
+    if not words.startswith(OF_THE_ARM):  # what a restart has to tell may be lost
+        stage.watch.untold(stage.now_s)
     seed = stage.draw.randrange(1 << 30)
     stage.look()
     try:
@@ -104,20 +107,15 @@ def _unplug(stage: Stage) -> str:
     return _ask(stage, f"unplug --for {stage.draw.choice((0.05, 0.5, 2.0, 6.0))}")
 
 
-def _power(stage: Stage, words: str) -> str:
-    stage.look()
-    if not stage.twin.device.registers.largest:
-        stage.watch.slips |= set(range(len(stage.world.motors)))  # zeros stay zeros: no evidence
-    stage.watch.change(stage.now_s, stage.now_s + SEEN_S)
-    return _ask(stage, words)
-
-
 def _brown_out(stage: Stage) -> str:
-    return _power(stage, f"brown-out --for {stage.draw.choice((0.1, 0.5, 2.0))}")
+    for_s = stage.draw.choice((0.1, 0.5, 2.0))
+    fail_power(stage, for_s)
+    return _ask(stage, f"brown-out --for {for_s}")
 
 
 def _reset(stage: Stage) -> str:
-    return _power(stage, "reset")
+    fail_power(stage)
+    return _ask(stage, "reset")
 
 
 def _lose_steps(stage: Stage) -> str:
@@ -146,11 +144,13 @@ def _pendant(stage: Stage) -> str:
         return "the pendant's STOP"
     steps = [0] * len(stage.world.motors)
     steps[_motor(stage) - 1] = stage.draw.choice((-60, -7, 3, 25))
-    stage.watch.change(stage.now_s, stage.now_s + SEEN_S)
+    stage.watch.change(stage.now_s, seen_by_s(stage))
     try:
         done = stage.turn_by_hand(Motors(steps))
     except ArmError as error:
         return f"nobody could turn it: {error}"
+    if done and stage.now_s <= stage.vouched_s + PROMPT_S:
+        stage.watch.slips |= {motor for motor, each in enumerate(steps) if each}
     return f"turned by hand: {steps}" if done else "nobody could turn it"
 
 
@@ -179,8 +179,9 @@ def _power_cut(stage: Stage) -> str:
 
 def _jump(stage: Stage) -> str:
     by_s = stage.draw.choice((0.3, 1.5, 20.0, 4000.0))
-    if stage.told_zeros:  # a power failure that nobody was awake for may leave what was told last
-        stage.watch.slips |= set(range(len(stage.world.motors)))
+    if stage.told_zeros and not stage.hears_greetings:
+        stage.watch.untold()  # a power failure that nobody was awake for may leave what was told
+    stage.watch.asleep(stage.now_s, by_s)
     stage.promise_silence("the program stood still", by_s)
     stage.pace.jump(by_s)
     stage.jumped_s += by_s

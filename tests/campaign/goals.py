@@ -7,7 +7,7 @@ import random
 from collections.abc import Mapping
 
 from armdrive.arm import Arm
-from armdrive.core import Coordinates
+from armdrive.whereabouts import Coordinates
 from kinematics import Motors, Pose
 from tests.conformance.going import beside
 
@@ -16,6 +16,29 @@ from .stage import Stage
 
 LONGEST_S = 0.8
 """An action's motion is made so short where the arm is slow."""
+
+
+BESIDE_DEG = (0.2, 0.6)
+"""Nearer than this, an arm that stands on whole steps could be beyond its limit."""
+COUPLED = (1, 2, 3)
+"""Joints that other joints' motors move as well, or the other way round."""
+TRIES = 8
+
+
+def stand_beside_limits(stage: Stage) -> None:
+    """Have an arm that is switched on stand where joints are beside their limits, out of guards."""
+    draw, arm, body = stage.draw, stage.config.model.arm, stage.world.body
+    for _ in range(TRIES):
+        joints, opening_mm = body.transmission.to_joints(stage.world.motors)
+        for index in draw.sample(COUPLED, draw.randint(1, 2)):
+            bounds, inside_rad = arm.limits[index], math.radians(draw.uniform(*BESIDE_DEG))
+            angle = draw.choice((bounds.low_rad + inside_rad, bounds.high_rad - inside_rad))
+            joints = joints.replace(**{joints.names[index]: angle})
+        if not stage.watch.inside_mm(joints):
+            stage.world.by_person = True
+            stage.world.drive_to(body.transmission.to_motors(joints, opening_mm))
+            stage.world.by_person = False
+            return
 
 
 def speed_of(draw: random.Random) -> float:
@@ -40,6 +63,11 @@ def joint_goal(stage: Stage, most_deg: float = 15.0) -> tuple[dict[str, float], 
     chosen = draw.sample(start.joints.names, draw.randint(1, 3))
     turns = {name: math.radians(draw.uniform(-most_deg, most_deg)) for name in chosen}
     here = dict(zip(start.joints.names, start.joints, strict=True))
+    if draw.random() < 0.8:  # up to the limit, and not beyond it
+        limits = dict(zip(start.joints.names, arm.model.arm.limits, strict=True))
+        for name, turn in turns.items():
+            low, high = limits[name].low_rad, limits[name].high_rad
+            turns[name] = min(max(here[name] + turn, low), high) - here[name]
     whole = Coordinates(
         start.joints.replace(**{name: here[name] + turn for name, turn in turns.items()}),
         start.opening_mm,

@@ -14,6 +14,7 @@ from kinematics import KinematicsError, Motors
 from .actions import ACTIONS, connect, home, move_j
 from .clock import Killed
 from .faults import FAULTS, NONE, Fault
+from .goals import stand_beside_limits
 from .laws import Broken, Typed, call, honest, kept
 from .outcome import Outcome, Result
 from .stage import Stage
@@ -57,6 +58,8 @@ class Mission:
         stage, draw = self.stage, self.draw
         if draw.random() < 0.7:  # somebody has used it since it was switched on
             stage.turn_by_hand(Motors(draw.randint(-40, 40) for _ in stage.world.motors))
+        if draw.random() < 0.4:
+            stand_beside_limits(stage)
         self._act("connect", connect)
         self._mend()
         count = draw.randint(2, 4)
@@ -173,16 +176,18 @@ class Mission:
         if stage.arm is None:
             return
         joints, opening_mm = stage.posture()
+        if stage.arm.model.arm.violations(joints):  # it has sagged or slipped beyond its limits
+            self._act("home", home)
+            return
         if not stage.twin.faults.active and stage.link.line.faults.next_s > 1e9:
             stage.watch.referred()
-        error = self._act(
+        stage.vouched_s = stage.now_s
+        self._act(
             "declare",
             lambda stage: call(
                 stage, lambda: stage.arm.declare_posture(joints, opening_mm=opening_mm)
             ),
         )
-        if isinstance(error, KinematicsError):  # it has sagged beyond its limits
-            self._act("home", home)
 
     def _stands(self) -> None:
         """Wait until the arm has been seen to stand."""
@@ -197,6 +202,7 @@ class Mission:
     def _finale(self) -> None:
         """End every fault: then the arm comes back, and works as before."""
         stage = self.stage
+        stage.watch.untold(stage.now_s)
         stage.agenda.clear()
         stage.twin.faults.end()
         stage.disk.full = False

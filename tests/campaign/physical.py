@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 from armdrive.sim.body import ArmBody
 from armdrive.sim.world import World
-from kinematics import Motors
+from kinematics import Joints, Motors
 from kinematics.guards import GuardedArm
 from tests.conformance.seen import ON_THE_STEP, Point
 
@@ -18,8 +18,6 @@ NOISE_S = 0.03
 """What lies between an event and the next look at it."""
 ROUNDING_RAD = math.radians(0.5)
 """Motors stand on whole steps: a joint may be beyond a limit by so much."""
-SHORTEST_LEVER_MM = 90.0
-"""What the tip strays on the way of uncoordinated motors, a joint turns by at this distance."""
 
 
 class WatchedWorld(World):
@@ -42,6 +40,9 @@ class WatchedWorld(World):
     def drive(self, steps: Motors, time_s: float = 0.0) -> None:  # type: ignore[override]
         """Turn the motors, and note which of them did not follow."""
         before = self._motors
+        failing = {i for i, one in enumerate(steps) if one and self.fails(i)}
+        if failing and self.watch is not None:
+            self.watch.slipped(failing)  # before the way is judged that the others make without it
         super().drive(steps, time_s)
         if self.watch is not None:
             meant = before + Motors(steps)
@@ -49,6 +50,10 @@ class WatchedWorld(World):
                 self.watch.slipped(
                     {i for i, (a, b) in enumerate(zip(meant, self._motors, strict=True)) if a != b}
                 )
+
+    def fails(self, motor: int) -> bool:
+        """Tell whether a motor does not follow now, by a fault."""
+        return motor in self.stalled or bool(self._to_lose.get(motor))
 
     def _shift(self, steps: Motors, time_s: float) -> None:
         before = self._motors
@@ -98,6 +103,8 @@ class Watch:
         """Motors that have slipped since the last reference; no stepper notices."""
         self.changed_s = self.evidence_by_s = -math.inf
         """When something last changed that no command made, and until when nobody can know."""
+        self.told_by_s = -math.inf
+        """Until when a restart is told that left the registers as they were, at zero."""
         self._guarded = guarded
         self._step_mm = step_mm
         self._command: Command | None = None
@@ -113,7 +120,7 @@ class Watch:
         """Hear that a call may move the arm from now on."""
         arm, joints = self._guarded.arm, self.world.joints
         command.joints_beyond = {each.joint: each.excess_rad for each in arm.violations(joints)}
-        command.depth_mm = self._depth_mm()
+        command.depth_mm = self.inside_mm(joints)
         self._command, self._until_s = command, math.inf
         self._disturbed = False
         self._last_what = command.what
@@ -136,11 +143,24 @@ class Watch:
         self.stray = self.sagged = False
         self.late_s = 0.0
         self.slips.clear()
-        self.changed_s = self.evidence_by_s = -math.inf
+        self.changed_s = self.evidence_by_s = self.told_by_s = -math.inf
 
     def change(self, now_s: float, known_by_s: float) -> None:
         """Hear of a change that no command made, and when it can be known at the latest."""
         self.changed_s, self.evidence_by_s = now_s, max(self.evidence_by_s, known_by_s)
+
+    def asleep(self, now_s: float, for_s: float) -> None:
+        """Hear that the program is suspended for so long: it cannot look meanwhile."""
+        self.evidence_by_s += for_s if now_s < self.evidence_by_s else 0.0
+        self.told_by_s += for_s if now_s < self.told_by_s else 0.0
+
+    def untold(self, now_s: float | None = None) -> None:
+        """Hear that nobody can know of a restart at zeros, or not if it has not been told by now.
+
+        The position is nobody's promise then until the next reference.
+        """
+        if now_s is None or now_s < self.told_by_s:
+            self.slips |= set(range(len(self.world.motors)))
 
     # -- what is seen ---------------------------------------------------------------------------
 
@@ -199,18 +219,18 @@ class Watch:
                 if not min(a, b) - ON_THE_STEP <= here <= max(a, b) + ON_THE_STEP:
                     self._break(f"a motor was at {here}, commanded from {a} to {b}")
         for each in self._guarded.arm.violations(self.world.joints):
-            allowed_rad = ROUNDING_RAD + command.slack_mm / SHORTEST_LEVER_MM
-            if each.excess_rad > command.joints_beyond.get(each.joint, 0.0) + allowed_rad:
+            if each.excess_rad > command.joints_beyond.get(each.joint, 0.0) + ROUNDING_RAD:
                 beyond = math.degrees(each.excess_rad)
                 self._break(f"the {each.joint} was {beyond:.2f} degrees beyond its limit")
-        depth_mm = self._depth_mm()
+        depth_mm = self.inside_mm(self.world.joints)
         if depth_mm > command.depth_mm + command.slack_mm + self._step_mm:
             self._break(
                 f"it was {depth_mm:.1f} mm inside a guard, and began {command.depth_mm:.1f}"
             )
 
-    def _depth_mm(self) -> float:
-        broken = self._guarded.violations(self.world.joints)
+    def inside_mm(self, joints: Joints) -> float:
+        """Return how deep a posture is inside a guard."""
+        broken = self._guarded.violations(joints)
         return max((each.excess_mm for each in broken), default=0.0)
 
     def _break(self, sentence: str) -> None:

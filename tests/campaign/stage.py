@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import random
 from dataclasses import replace
 from functools import cache
@@ -13,6 +14,7 @@ from armdrive.armfile import ArmConfig
 from armdrive.connecting import simulated_config
 from armdrive.dialects import dialect
 from armdrive.mending import Rewiring
+from armdrive.posture import PostureRequest
 from armdrive.record import FileRecorder
 from armdrive.recorder.flight import FlightRecorder
 from armdrive.recorder.witness import NO_WITNESS
@@ -52,6 +54,10 @@ def config_of(name: str, variant: int) -> ArmConfig:
 
 
 VARIANTS = 8
+
+GREETING = ("grbl",)
+"""Dialects whose boards greet whenever they begin anew."""
+LOOKING = (State.STANDBY, State.HOMING, State.MOVING, State.STOPPING)
 
 
 class CampaignLink(MemoryLink):
@@ -98,6 +104,8 @@ class Stage:
         self.pace = CampaignPace(0.0, self.agenda)
         self.jumped_s = 0.0
         """How long programs have been suspended, since this was last set to 0."""
+        self.vouched_s = -math.inf
+        """When somebody last said where the arm stands."""
         self._now_s = 0.0
         guarded = self.config.model.guards.over(self.config.model.arm)
         self.watch = Watch(self.world, guarded, self._step_mm())
@@ -119,6 +127,7 @@ class Stage:
         if opened is not None:
             opened()
         self.arm = None
+        self.watch.untold(self.now_s)
         self.arm = arm = Arm(
             self.config,
             self.link,
@@ -126,7 +135,7 @@ class Stage:
             simulated=True,
             recorder=FileRecorder(STATE, self.disk),
             allow_restored=allow_restored,
-            operator=self.twin.operator,
+            operator=self._look_and_vouch,
             witness=FlightRecorder() if recorded else NO_WITNESS,
             rewiring=Rewiring(self.link.reopen, automatic=automatic),
         )
@@ -164,6 +173,24 @@ class Stage:
 
     # -- the person beside the arm ----------------------------------------------------------------
 
+    def _look_and_vouch(self, request: PostureRequest) -> bool:
+        """Bring the arm to a posture, and say so."""
+        confirmed = self.twin.operator(request)
+        self.vouched_s = self.now_s
+        return confirmed
+
+    @property
+    def hears_greetings(self) -> bool:
+        """Whether the board says by itself that it begins anew, and a program hears it."""
+        alive = self.arm is not None and not self.pace.dead
+        there = alive and self.arm.core.state is not State.DISCONNECTED
+        return there and self.config.connection.dialect in GREETING
+
+    @property
+    def looks(self) -> bool:
+        """Whether a program is there that looks at the arm by and by, or moves it."""
+        return self.arm is not None and not self.pace.dead and self.arm.core.state in LOOKING
+
     @property
     def told_zeros(self) -> bool:
         """Whether all that the program has been told of the registers last is that they are 0."""
@@ -195,9 +222,10 @@ class Stage:
 
     def promise_silence(self, what: str, more_s: float = 0.0) -> None:
         """Note what the status announces of a program that falls silent now."""
-        if self.arm is not None and self.arm.core.state is not State.DISCONNECTED:
+        if self.arm is not None:
             bound = self.arm.core.stop_bound()
-            self.watch.let_go_on()  # a stop that was about to be asked for will not be
+            if self.arm.core.state is not State.DISCONNECTED:
+                self.watch.let_go_on()  # a stop that was about to be asked for will not be
             self.promise(what, bound.silent_time_s + more_s, bound.silent_distance_mm)
 
     def _promise_silence(self) -> None:

@@ -7,6 +7,7 @@ import pytest
 from armdrive import planning
 from armdrive.dialects import DIALECTS
 from armdrive.flows import jog_aims, motion
+from armdrive.flows.turns import Corridor
 from armdrive.trust import Belief, Evidence
 
 from .faults import FAULTS
@@ -34,8 +35,8 @@ def test_a_mission_comes_again_by_its_seed(dialect):
     assert first.log
 
 
-def found_by_the_campaign():
-    return any(run_mission("teachmover", seed).broken for seed in range(ENOUGH))
+def found_by_the_campaign(dialect="teachmover", first=0):
+    return any(run_mission(dialect, seed).broken for seed in range(first, first + ENOUGH))
 
 
 def test_a_driver_without_an_audit_is_found_out(monkeypatch):
@@ -58,6 +59,11 @@ def test_a_driver_that_trusts_on_is_found_out(monkeypatch):
 
     monkeypatch.setattr(Belief, "after", trusting)
     assert found_by_the_campaign()
+
+
+def test_a_driver_whose_joints_pass_their_limits_within_a_burst_is_found_out(monkeypatch):
+    monkeypatch.setattr(Corridor, "holds", lambda *_: True)
+    assert found_by_the_campaign("armdroid", first=30)
 
 
 def test_a_traceback_is_found_out(monkeypatch):

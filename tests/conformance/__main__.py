@@ -48,7 +48,7 @@ def tasks(chosen: argparse.Namespace) -> list[Task]:
         (row.name, dialect, transport)
         for transport in chosen.transport or BENCHES
         for row in BEHAVIOURS
-        if chosen.only in row.name
+        if chosen.only in row.name and row.meant_for(transport)
         for dialect in chosen.dialect or DIALECTS
     ]
 
@@ -81,7 +81,8 @@ def main(words: Sequence[str] | None = None) -> int:
     chosen = options(words)
     began_s = time.monotonic()
     found = list(results(tasks(chosen), max(chosen.jobs, 1)))
-    shown = [row for row in BEHAVIOURS if chosen.only in row.name]
+    run = {each.behaviour for each in found}
+    shown = [row for row in BEHAVIOURS if row.name in run]
     sys.stdout.write(f"{text(shown, found)} in {time.monotonic() - began_s:.0f} s\n")
     if chosen.write is not None:
         chosen.write.write_text(page(shown, found, COMMAND), encoding="utf-8")

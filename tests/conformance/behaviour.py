@@ -16,13 +16,16 @@ from .bench import Bench
 
 Rule = Callable[[Bench], str]
 
+EVERYWHERE = ("memory", "pty", "tcp", "port")
+"""The transports of a row that names none; others are only for the rows that name them."""
+
 
 @dataclass(frozen=True, slots=True)
 class Behaviour:
     """What an arm shall do, as a function that raises `Broken` where it does not.
 
     `watched` rows are safe on a real arm beside which a person stands with a hand on its switch.
-    `smoke` rows are run over a pty every day. `transports` is empty for rows that run on all.
+    `smoke` rows are run over a pty every day.
     """
 
     name: str
@@ -31,11 +34,11 @@ class Behaviour:
     needs: tuple[Rule, ...] = ()
     watched: bool = False
     smoke: bool = False
-    transports: tuple[str, ...] = ()
+    transports: tuple[str, ...] = EVERYWHERE
 
     def meant_for(self, transport: str) -> bool:
         """Tell whether this row is one for a transport at all."""
-        return not self.transports or transport in self.transports
+        return transport in self.transports
 
     def lacking(self, bench: Bench) -> str:
         """Return why this row is not applicable to the arm on a bench; empty where it is."""
@@ -79,6 +82,26 @@ def starts_disabled(bench: Bench) -> str:
 def board_reset(bench: Bench) -> str:
     """A board that begins anew without losing its power."""
     return "" if _is(bench, Resettable) else "its board has no reset of its own"
+
+
+def own_homing(bench: Bench) -> str:
+    """A controller that homes by switches."""
+    return "" if bench.abilities.own_homing else "its controller does not home by switches"
+
+
+def servo(bench: Bench) -> str:
+    """A controller that can be told where a servo goes."""
+    return "" if hasattr(bench.config.device, "servo") else "no servo on its controller"
+
+
+def no_servo(bench: Bench) -> str:
+    """A controller whose motors are all that moves the arm."""
+    return "" if servo(bench) else "its controller can move one"
+
+
+def valve(bench: Bench) -> str:
+    """A controller with an output that can be wired to a gripper."""
+    return "" if hasattr(bench.config.device, "gripper_output") else "no output for a gripper"
 
 
 def limit_switches(bench: Bench) -> str:

@@ -73,6 +73,14 @@ class Bench(abc.ABC):
     def fault(self, words: str) -> None:
         """Have a fault of the simulator's table happen."""
 
+    def fit(self, lines: str) -> None:
+        """Put an arm on the bench whose file says more than its preset: `lines` of TOML."""
+        raise NotImplementedError
+
+    def later(self, time_s: float, call: Callable[[], object]) -> None:
+        """Have something done by somebody else while a call waits."""
+        raise NotImplementedError
+
     def replug_elsewhere(self) -> None:
         """Have the cable put back, and the port be called by another name from then on."""
         raise NotImplementedError
@@ -99,9 +107,9 @@ class Bench(abc.ABC):
         self.arm = self._open(**options)
         return self.arm
 
-    def ready(self) -> Arm:
+    def ready(self, **options: Any) -> Arm:
         """Connect, switch the motors on and say where the arm is, as a person sees it."""
-        arm = self.connect()
+        arm = self.connect(**options)
         self.refer(arm)
         return arm
 

@@ -7,8 +7,8 @@ from types import MappingProxyType
 
 from .bench import Bench
 from .memory_bench import ThoroughMemoryBench
-from .process_bench import PtyBench, TcpBench
+from .process_bench import PtyBench, TcpBench, UdpBench
 
 BENCHES: Mapping[str, Callable[[str], Bench]] = MappingProxyType(
-    {bench.transport: bench for bench in (ThoroughMemoryBench, PtyBench, TcpBench)}
+    {bench.transport: bench for bench in (ThoroughMemoryBench, PtyBench, TcpBench, UdpBench)}
 )

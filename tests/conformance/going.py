@@ -6,12 +6,12 @@ import math
 from collections.abc import Callable
 
 from armdrive.arm import Arm
-from armdrive.core import Coordinates
 from armdrive.errors import ArmError
 from armdrive.flows.motion import Moved
 from armdrive.handle import Handle
 from armdrive.intents import Jog
-from kinematics import Pose
+from armdrive.whereabouts import Coordinates
+from kinematics import Motors, Pose
 
 from .seen import Broken
 
@@ -45,10 +45,33 @@ def begin_joints(arm: Arm) -> Handle[Moved]:
     return arm.move_j(wait=False, **joints_from(arm))
 
 
-def begin_sweep(arm: Arm, turn_deg: float = 60.0) -> Handle[Moved]:
+def motors_at_end(arm: Arm) -> Motors:
+    """Return where the motors shall be at the end of what `begin_joints` begins."""
+    turned = {
+        name.removesuffix("_deg"): math.radians(angle) for name, angle in joints_from(arm).items()
+    }
+    transmission = arm.model.transmission
+    assert transmission is not None
+    return transmission.to_motors(arm.joints.replace(**turned), arm.core.coordinates.opening_mm)
+
+
+def begin_sweep(arm: Arm, turn_deg: float = 60.0, speed: float = 1.0) -> Handle[Moved]:
     """Begin a motion of the first joint that is long enough to be stopped, whatever the arm."""
     first = arm.model.arm.joint_names[0]
-    return arm.move_j(wait=False, **{f"{first}_deg": arm.joints.deg[first] + turn_deg})
+    goal = {f"{first}_deg": arm.joints.deg[first] + turn_deg}
+    return arm.move_j(wait=False, speed=speed, **goal)
+
+
+def sweep_plan(arm: Arm, turn_deg: float = 60.0) -> tuple[Motors, Motors, float]:
+    """Return where such a sweep begins and ends, and how long it takes at full speed."""
+    first = arm.model.arm.joint_names[0]
+    start = arm.core.coordinates
+    angle_rad = math.radians(arm.joints.deg[first] + turn_deg)
+    end = Coordinates(start.joints.replace(**{first: angle_rad}), start.opening_mm)
+    transmission = arm.model.transmission
+    assert transmission is not None
+    ends = (transmission.to_motors(each.joints, each.opening_mm) for each in (start, end))
+    return *ends, arm.speeds.duration_s(start, end, 1.0)
 
 
 def beside(pose: Pose, x_mm: float = 0.0, y_mm: float = 0.0, z_mm: float = 0.0) -> Pose:

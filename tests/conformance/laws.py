@@ -7,8 +7,6 @@ connecting again) and a reference make the arm work as before, and they move not
 
 from __future__ import annotations
 
-import math
-
 from armdrive.arm import Arm
 from armdrive.errors import ArmError
 from armdrive.status import State, Trust
@@ -16,7 +14,7 @@ from kinematics import Motors
 
 from .bench import Bench
 from .faults import Fault
-from .going import begin_joints, joints_from
+from .going import begin_joints, joints_from, motors_at_end
 from .rows_moving import arrived
 from .seen import ON_THE_STEP, Seen, check
 
@@ -72,7 +70,7 @@ def _disturbed(bench: Bench, arm: Arm, fault: Fault, moment_s: float) -> bool:
     """Move, and be disturbed; tell whether the motors were without current at any time."""
     start = bench.look()
     cause(bench, fault, moment_s)
-    goal = _goal(arm)
+    goal = motors_at_end(arm)
     handle = begin_joints(arm)
     seen, silent_s = [], 0.0
     for each in bench.watch(lambda: handle.done, ENDS_S):
@@ -89,21 +87,11 @@ def _disturbed(bench: Bench, arm: Arm, fault: Fault, moment_s: float) -> bool:
             f"the call had ended, and the arm moved on for {rest.after_s:.2f} s",
         )
         for each in seen:
-            _between(each, start.motors, goal)
+            between(each, start.motors, goal)
     return sagged
 
 
-def _goal(arm: Arm) -> Motors:
-    """Return where the motors shall be at the end of what `begin_joints` begins."""
-    turned = {
-        name.removesuffix("_deg"): math.radians(angle) for name, angle in joints_from(arm).items()
-    }
-    transmission = arm.model.transmission
-    assert transmission is not None
-    return transmission.to_motors(arm.joints.replace(**turned), arm.core.coordinates.opening_mm)
-
-
-def _between(seen: Seen, start: Motors, goal: Motors) -> None:
+def between(seen: Seen, start: Motors, goal: Motors) -> None:
     for here, a, b in zip(seen.motors, start, goal, strict=True):
         inside = min(a, b) - ON_THE_STEP <= here <= max(a, b) + ON_THE_STEP
         check(inside, f"a motor was at {here}, and was commanded from {a} to {b}")

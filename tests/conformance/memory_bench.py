@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar
@@ -10,6 +11,7 @@ from typing import Any, ClassVar
 from armdrive.arm import Arm
 from armdrive.armfile import ArmConfig
 from armdrive.connecting import simulated_config
+from armdrive.mending import Rewiring
 from armdrive.pace import SimulatedPace
 from armdrive.posture import Operator
 from armdrive.record import FileRecorder
@@ -19,7 +21,10 @@ from armdrive.sim.twin import Twin, make_twin
 from armdrive.transports.memory import MemoryLink
 
 from .bench import Bench
+from .fitted import fitted_config
 from .seen import Seen
+
+WAKES_S = 0.001
 
 
 class LaterPace(SimulatedPace):
@@ -61,7 +66,7 @@ class MemoryBench(Bench):
         """Return the twin's operator."""
         return self.twin.operator
 
-    def _open(self, **options: Any) -> Arm:
+    def _open(self, *, reconnect: bool = False, **options: Any) -> Arm:
         # by the constructor, since a later driver has to go on in the device's own time
         arm = Arm(
             self._config,
@@ -70,6 +75,7 @@ class MemoryBench(Bench):
             simulated=True,
             recorder=FileRecorder(self._record_file),
             operator=self.twin.operator,
+            rewiring=Rewiring(self.twin.link.reopen, reconnect),
             **options,
         )
         arm.twin = self.twin
@@ -91,7 +97,7 @@ class MemoryBench(Bench):
     def sleep(self, time_s: float) -> None:
         """Let the driver's time pass, and the device's own where no driver keeps it."""
         until_s = self._now_s + time_s
-        if self.arm is not None and self.arm.engine.broken is None:
+        if self.arm is not None:
             self.arm.sleep(time_s)
         self._now_s = max(self._now_s, until_s)
         self._keep_time()
@@ -104,6 +110,17 @@ class MemoryBench(Bench):
         self._record_file.unlink(missing_ok=True)
         self._now_s = 0.0
         self.twin: Twin = make_twin(self._config)
+
+    def fit(self, lines: str) -> None:
+        """Put the twin of an arm file on the bench."""
+        self._config = fitted_config(self.row, lines, self._config.name)
+        self.begin_anew()
+
+    def later(self, time_s: float, call: Callable[[], object]) -> None:
+        """Have it done on the device's clock; the driver wakes a moment later, as in real time."""
+        self._keep_time()
+        self.twin.device.at(self._now_s + time_s, call)
+        self.twin.device.at(self._now_s + time_s + WAKES_S, lambda: None)
 
     def leave(self) -> None:
         """Close the driver, and put a new wire in its place."""

@@ -1,10 +1,11 @@
-"""Benches in real time: the simulated device in another process, over a pty or over TCP."""
+"""Benches in real time: the simulated device in another process, over a pty, TCP or UDP."""
 
 from __future__ import annotations
 
-import sys
 import tempfile
+import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, ClassVar, cast
 
@@ -20,10 +21,9 @@ from armdrive.sim.world import World
 from kinematics import Joints, Motors
 
 from .bench import Bench
+from .device_process import DeviceProcess
+from .fitted import arm_file
 from .seen import Seen
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
-from sim_process import SimProcess
 
 
 class SeenWorld:
@@ -55,13 +55,33 @@ class ProcessBench(Bench):
         super().__init__(dialect_name)
         self._folder = tempfile.TemporaryDirectory(prefix="conformance-")
         self._home = Path(self._folder.name)
-        self._sim = SimProcess(self._path(), dialect_name)
+        self._sim = self._start("armdrive", "sim", dialect_name)
         self.port = self._sim.port
         self._config = find(self.port, dialect_name=dialect_name).config
 
-    def _path(self) -> Path | None:
-        """Return where the pty is linked from; None for TCP."""
-        return None
+    def _door(self) -> tuple[str, str]:
+        """Return the option of `armdrive sim` that offers the device, and its address."""
+        raise NotImplementedError
+
+    def _start(self, *program: str) -> DeviceProcess:
+        return DeviceProcess(program, self._door(), self.row.name)
+
+    def fit(self, lines: str) -> None:
+        """End the device, and begin one of an arm file, by whose path the driver connects."""
+        self.leave()
+        self._sim.__exit__()
+        path = self._home / "bench.toml"
+        path.write_text(arm_file(self.row, lines, "/dev/null"), encoding="utf-8")
+        self._sim = self._start("tests.conformance.fitted", str(path))
+        path.write_text(arm_file(self.row, lines, self._sim.port), encoding="utf-8")
+        self.port = str(path)
+        self._config = find(self.port).config
+
+    def later(self, time_s: float, call: Callable[[], object]) -> None:
+        """Have a thread do it."""
+        timer = threading.Timer(time_s, call)
+        timer.daemon = True
+        timer.start()
 
     @property
     def config(self) -> ArmConfig:
@@ -131,11 +151,23 @@ class PtyBench(ProcessBench):
 
     transport: ClassVar[str] = "pty"
 
-    def _path(self) -> Path | None:
-        return self._home / "arm"
+    def _door(self) -> tuple[str, str]:
+        return "--pty", str(self._home / "arm")
 
 
 class TcpBench(ProcessBench):
     """Over TCP."""
 
     transport: ClassVar[str] = "tcp"
+
+    def _door(self) -> tuple[str, str]:
+        return "--tcp", "127.0.0.1:0"
+
+
+class UdpBench(ProcessBench):
+    """Over UDP: datagrams that nobody paces, and that nobody knows to have arrived."""
+
+    transport: ClassVar[str] = "udp"
+
+    def _door(self) -> tuple[str, str]:
+        return "--udp", "127.0.0.1:0"

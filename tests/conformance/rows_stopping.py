@@ -1,8 +1,7 @@
-"""Behaviours of jogging, stopping, the emergency stop, and switching the motors off."""
+"""Behaviours of stopping, the emergency stop, and switching the motors off."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 
 from armdrive.arm import Arm
@@ -11,13 +10,12 @@ from armdrive.status import Current, State, Status, Trust
 
 from .behaviour import Behaviour, cartesian, switches_current
 from .bench import Bench
-from .going import begin_sweep, beside, first_jog, joints_from, planned, refused
+from .going import begin_sweep, beside, joints_from, planned, refused
 from .rows_moving import arrived
 from .seen import ON_THE_STEP, Rest, check
 
 MOMENTS_S = (0.03, 0.2, 0.55)
 """How long a motion has been seen before it is stopped."""
-HOLD_S = 0.4
 PATIENCE_S = 60.0
 MOVES_S = 10.0
 
@@ -35,65 +33,6 @@ def within_bound(bench: Bench, status: Status, rest: Rest, what: str) -> None:
     check(rest.after_s <= time_s, f"{what}: it went on for {rest.after_s:.3f} s, not {time_s:.3f}")
     most_mm = status.stop_distance_mm + bench.step_mm(rest.end.motors)
     check(rest.way_mm <= most_mm, f"{what}: it went on for {rest.way_mm:.1f} mm, not {most_mm:.1f}")
-
-
-def increments_add_up(bench: Bench) -> None:
-    arm = bench.ready()
-    first = arm.model.arm.joint_names[0]
-    before_deg = arm.joints.deg[first]
-    for _ in range(3):
-        arm.jog_j(**{f"{first}_deg": 1.0})
-    made_deg = bench.posture(bench.look().motors)[0].deg[first] - before_deg
-    check(abs(made_deg - 3.0) <= 0.3, f"three jogs of 1 degree made {made_deg:.2f}")
-    arrived(bench, arm)
-
-
-def unreferenced_jogs_are_slow(bench: Bench) -> None:
-    arm = bench.connect()
-    bench.switch_on(arm)
-    first = arm.model.arm.joint_names[0]
-    limit_rad_s = arm.model.joint_speeds_rad_s[0] * bench.config.motion.unreferenced_speed
-    before = bench.posture(bench.look().motors)[0].deg[first]
-    arm.jog_j(**{first: 1.0}, speed=1.0, duration_s=HOLD_S)
-    made_rad = math.radians(abs(bench.posture(bench.look().motors)[0].deg[first] - before))
-    check(made_rad > 0.0, "an unreferenced arm could not be jogged")
-    most_rad = limit_rad_s * (HOLD_S + bench.config.motion.jog_burst_s) * 1.1 + 0.01
-    check(made_rad <= most_rad, "an unreferenced arm was jogged faster than announced")
-
-
-def a_released_jog_stops_within_its_bound(bench: Bench) -> None:
-    arm = bench.ready()
-    for after_s in MOMENTS_S[:2]:
-        arm.hold(first_jog(arm), speed=1.0, for_s=1.0)
-        under_way(bench)
-        bench.sleep(after_s)
-        status, seen = arm.status, bench.look()
-        arm.release()
-        within_bound(bench, status, bench.rest(seen), "released")
-        settled(bench, arm)
-        arm.move_j(**{f"{name}_deg": 0.0 for name in arm.model.arm.joint_names[:1]})
-
-
-def a_held_jog_expires_by_itself(bench: Bench) -> None:
-    arm = bench.ready()
-    arm.hold(first_jog(arm), speed=0.5, for_s=HOLD_S)
-    under_way(bench)
-    status = arm.status
-    rest = bench.rest()
-    time_s = HOLD_S + status.stop_time_s + bench.noise_s
-    check(rest.after_s <= time_s, f"held for {HOLD_S} s, it went on for {rest.after_s:.2f} s")
-    settled(bench, arm)
-
-
-def a_cartesian_jog_goes_straight(bench: Bench) -> None:
-    arm = bench.ready()
-    start = bench.look().tip
-    arm.jog_l(z_mm=-12.0)
-    arrived(bench, arm)
-    end = bench.look()
-    off = math.dist(end.tip, (start[0], start[1], start[2] - 12.0))
-    allowed = 2.0 * bench.step_mm(end.motors)
-    check(off <= allowed, f"12 mm down, and {off:.2f} mm beside it")
 
 
 def settled(bench: Bench, arm: Arm) -> None:
@@ -202,13 +141,6 @@ def disabling_lets_go_and_says_so(bench: Bench) -> None:
 
 
 ROWS = (
-    Behaviour("increments of a jog add up", "jog", increments_add_up, watched=True),
-    Behaviour("an unreferenced arm jogs slowly", "jog", unreferenced_jogs_are_slow, watched=True),
-    Behaviour("a released jog stops within its bound", "jog",
-              a_released_jog_stops_within_its_bound, smoke=True),
-    Behaviour("a held jog expires by itself", "jog", a_held_jog_expires_by_itself, watched=True),
-    Behaviour("a Cartesian jog goes straight", "jog", a_cartesian_jog_goes_straight,
-              needs=(cartesian,), watched=True),
     Behaviour("a joint motion stops within its bound", "stop",
               a_joint_motion_stops_within_its_bound),
     Behaviour("a line stops within its bound", "stop", a_line_stops_within_its_bound,

@@ -21,10 +21,7 @@ class Verdict(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """One row on one bench; `words` say why where it is not kept.
-
-    `elsewhere` is true of a row that is only for other transports than this one.
-    """
+    """One row on one bench; `words` say why where it is not kept."""
 
     behaviour: str
     dialect: str
@@ -32,7 +29,6 @@ class Result:
     verdict: Verdict
     words: str = ""
     took_s: float = 0.0
-    elsewhere: bool = False
 
 
 def run_row(
@@ -40,8 +36,6 @@ def run_row(
 ) -> Result:
     """Run a row on a fresh bench. Whatever it raises is told in the result."""
     began_s = time.monotonic()
-    if not behaviour.meant_for(transport):
-        return Result(behaviour.name, dialect, transport, Verdict.NOT_APPLICABLE, elsewhere=True)
     try:
         with make(dialect) as bench:
             why = behaviour.lacking(bench)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from itertools import groupby
 
-from .behaviour import Behaviour
+from .behaviour import EVERYWHERE, Behaviour
 from .running import Result, Verdict
 
 NOT_RUN = "–"
@@ -13,6 +13,7 @@ WORDS = {
     "memory": "in process, on simulated time",
     "pty": "another process, over a pseudo-terminal",
     "tcp": "another process, over TCP",
+    "udp": "another process, over UDP, in rows of its own",
     "port": "a real arm",
 }
 PAGE_INTRO = """# Conformance
@@ -35,6 +36,17 @@ a switch give no sign at all: there, it is only asked that the arm works once it
 What is left of a disturbed line in the ear of a device without check bytes may spoil the first
 motion after the fault: that is an error, and after one more reset and reference the arm works. On
 simulated time each fault comes at seven moments of a motion, in real time at one.
+
+A pause is asked of every motion as a stop is, within what the status announces for a program that
+falls silent ([several-programs.md](several-programs.md)); what other programs may ask is asked by
+the commands of the command line, each in a process of its own. Homing by switches and grippers on
+a servo or an output are tried on arms of a file of their own, since no preset has them: switches
+that stick, that never close, and a stop on the way. A simulated servo that is told nothing stays
+where it is, so that only an output shows what connecting would let go. Of a wire that was lost
+([reconnecting.md](reconnecting.md)) the same connection is asked once it is back. A jog that is
+held expires counted from the call that held it: on a slow wire, or a busy computer, it may have
+expired before its first burst could begin, and then nothing moves. These rows renew it until the
+arm is seen to move, as a keyboard does.
 
 A word alone holds for every transport; where they differ there is one for each, in this order:
 """
@@ -82,7 +94,7 @@ def notes(results: Sequence[Result], verdict: Verdict) -> list[str]:
             for each in results
             if each.verdict is verdict
         ]
-    chosen = [each for each in results if each.verdict is verdict and not each.elsewhere]
+    chosen = [each for each in results if each.verdict is verdict]
     reasons: dict[tuple[str, str], list[str]] = {}
     for each in chosen:
         reasons.setdefault((each.words, each.behaviour), []).append(each.dialect)
@@ -104,12 +116,11 @@ def _markdown(behaviours: Sequence[Behaviour], results: Sequence[Result]) -> Ite
 
 def _rows(behaviours: Sequence[Behaviour], results: Sequence[Result]) -> list[tuple[str, ...]]:
     known = {(each.behaviour, each.dialect, each.transport): each for each in results}
-    transports = _transports(results)
     return [
         (
             row.name,
             *(
-                _cell([known.get((row.name, dialect, each)) for each in transports])
+                _cell([known.get((row.name, dialect, each)) for each in _columns(row, results)])
                 for dialect in _dialects(results)
             ),
         )
@@ -117,9 +128,19 @@ def _rows(behaviours: Sequence[Behaviour], results: Sequence[Result]) -> list[tu
     ]
 
 
+def _columns(row: Behaviour, results: Sequence[Result]) -> tuple[str, ...]:
+    """Return the transports that a row's cells tell of: those of most rows, or its own alone."""
+    everywhere = any(row.meant_for(each) for each in EVERYWHERE)
+    return tuple(
+        each
+        for each in _transports(results)
+        if (each in EVERYWHERE if everywhere else row.meant_for(each))
+    )
+
+
 def _cell(results: Sequence[Result | None]) -> str:
     """Return one word where all transports agree, else one for each."""
-    words = [NOT_RUN if each is None or each.elsewhere else each.verdict.value for each in results]
+    words = [NOT_RUN if each is None else each.verdict.value for each in results]
     return words[0] if len(set(words)) == 1 else " · ".join(words)
 
 

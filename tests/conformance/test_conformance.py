@@ -21,6 +21,9 @@ from .process_bench import PtyBench
 SIMULATED = [name for name in DIALECTS if name in TWINS]
 needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 of_all = pytest.mark.parametrize("behaviour", BEHAVIOURS, ids=lambda row: row.name)
+in_process = pytest.mark.parametrize(
+    "behaviour", [row for row in BEHAVIOURS if row.meant_for("memory")], ids=lambda row: row.name
+)
 of_dialects = pytest.mark.parametrize("dialect", SIMULATED)
 
 
@@ -33,7 +36,7 @@ def run(behaviour: Behaviour, bench: Bench) -> None:
 
 
 @of_dialects
-@of_all
+@in_process
 def test_on_simulated_time(behaviour, dialect):
     """A fault comes at one moment, in turn, so that it meets two dialects at each.
 

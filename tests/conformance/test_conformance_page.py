@@ -6,7 +6,9 @@ from pathlib import Path
 
 from armdrive.dialects import DIALECTS
 
+from .behaviour import EVERYWHERE
 from .behaviours import BEHAVIOURS
+from .benches import BENCHES
 from .running import Result, Verdict
 from .table import page, text
 
@@ -28,6 +30,20 @@ def test_a_word_alone_holds_for_all_transports():
     found = [result(), result(transport="pty"), result(row=SOME[1]), result(Verdict.BROKEN, "pty")]
     assert f"| {SOME[0].name} | yes |" in page(SOME, found[:3], "make it")
     assert f"| {SOME[0].name} | yes · NO |" in page(SOME, [found[0], found[3]], "make it")
+
+
+def test_a_row_for_one_transport_alone_tells_of_that_one():
+    own = next(row for row in BEHAVIOURS if row.transports == ("udp",))
+    found = [result(transport=each) for each in ("memory", "pty")]
+    found.append(result(transport="udp", row=own))
+    shown = page((SOME[0], own), found, "make it")
+    assert f"| {SOME[0].name} | yes |" in shown
+    assert f"| {own.name} | yes |" in shown
+
+
+def test_every_row_is_run_somewhere():
+    assert set(BENCHES) | {"port"} >= set(EVERYWHERE)
+    assert not [row.name for row in BEHAVIOURS if not set(row.transports) & set(BENCHES)]
 
 
 def test_what_is_broken_is_told_with_its_row():

@@ -60,6 +60,8 @@ class FakeArm:
         return PostureRequest(self, pose, MODEL.arm.ik(pose), 0.0)
 
     homes_by_switches = False
+    frames = ("base", "tool", "board")
+    reconnects = False
 
     def enable(self):
         self.calls.append(("enable",))
@@ -88,6 +90,23 @@ class FakeArm:
     def reset(self):
         self.calls.append(("reset",))
         self.set(state=State.STANDBY, error="")
+
+    def reconnect(self):
+        self.calls.append(("reconnect",))
+        self.come_back()
+
+    def come_back(self, **more):
+        """Have the link back, as an arm does that stood when it was lost."""
+        error = "the wire was lost and is back, now COM7: look at the arm, then reset"
+        reason = "the wire was lost and is back, and the registers still agree"
+        back = {
+            "state": State.ERROR_STOP,
+            "error": error,
+            "error_code": "E409",
+            "trust": Trust.RESTORED,
+            "trust_reason": reason,
+        }
+        self.set(**(back | more))
 
     def home(self):
         self.calls.append(("home",))

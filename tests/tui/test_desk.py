@@ -1,11 +1,12 @@
-"""The desk with a fake arm: every binding, arming and disarming, stopping, lost links."""
+"""The desk with a fake arm: every binding, arming and disarming, stopping."""
 
 import asyncio
 import signal
 from dataclasses import replace
 
 import pytest
-from desk_fake import MODEL, Clock, FakeArm, StubbornArm, UnplaceableArm, unknown_position
+from desk_fake import MODEL, FakeArm, StubbornArm, UnplaceableArm, unknown_position
+from desk_session import Session
 from textual import events
 
 from armdrive.intents import Jog, Space
@@ -13,60 +14,8 @@ from armdrive.status import State, Trust
 from kinematics import Joints, system
 from kinematics.chain_arm import ChainArm
 from tui.desk import IDLE_DISARMS_S, Desk
-from tui.framework import ENDING_SIGNALS, PlainText
+from tui.framework import ENDING_SIGNALS
 from tui.keys import JOG_PAIRS, KEYS
-
-
-class Session:
-    """A desk on a headless terminal, a fake arm and a clock that the test sets."""
-
-    def __init__(self, arm=None, *, size=(80, 24), **more):
-        self.arm = arm or FakeArm()
-        self.clock = Clock()
-        self.desk = Desk(self.arm, braille=True, clock=self.clock, **more)
-        self._running = self.desk.run_test(size=size)
-
-    async def __aenter__(self):
-        self.pilot = await self._running.__aenter__()
-        await self.pilot.pause()  # paints, and the desk looks at the arm after that
-        await self.pilot.pause()
-        return self
-
-    async def __aexit__(self, *error):
-        await self._running.__aexit__(*error)
-
-    async def press(self, *keys, after_s=0.0):
-        """Press keys, each so long after the one before on the desk's clock."""
-        for key in keys:
-            self.clock.now_s += after_s
-            await self.pilot.press(key)
-
-    async def arm_keys(self):
-        self.clock.now_s += 10.0
-        await self.press("enter")
-        assert self.desk.armed
-        self.clock.now_s += 10.0
-
-    async def send(self, event):
-        self.desk.post_message(event)
-        await self.pilot.pause()
-
-    async def settle(self):
-        """Wait for calls that the desk makes in a thread, and have it see what came of them."""
-        await self.desk.workers.wait_for_complete()
-        await self.poll()
-
-    async def poll(self):
-        self.desk.poll()
-        await self.pilot.pause()
-
-    def text(self, name):
-        return self.desk.screen_stack[0].query_one(f"#{name}", PlainText).shown
-
-    @property
-    def everything(self):
-        names = ("title", "banner", "conduct", "joints", "tip", "bottom", "remarks", "footer")
-        return "\n".join(self.text(name) for name in names)
 
 
 async def test_the_screen_says_which_arm_this_is_and_starts_disarmed():
@@ -101,6 +50,21 @@ async def test_every_jog_key_is_one_increment_of_its_axis(cartesian):
         assert session.arm.asked("nudge") == expected
 
 
+async def test_the_tip_is_jogged_in_the_frame_that_its_key_chooses():
+    async with Session() as session:
+        await session.press("F")
+        assert "press m first" in session.text("remarks")
+        await session.press("m", "F")
+        assert "mode CARTESIAN of tool" in session.text("conduct")
+        await session.arm_keys()
+        await session.press("w", after_s=3.0)
+        await session.press("F", "F")
+        assert "mode CARTESIAN  step" in session.text("conduct")
+        axis = JOG_PAIRS[1].cartesian
+        wanted = Jog(Space.CARTESIAN, ((axis, 2.0),), "tool")
+        assert session.arm.asked("nudge") == [("nudge", wanted, 0.25)]
+
+
 async def test_mode_increment_and_speed_follow_their_keys():
     async with Session() as session:
         await session.press("m", "right_square_bracket", "right_square_bracket", "minus")
@@ -114,7 +78,7 @@ async def test_every_other_key_of_the_table_does_what_it_says():
     deeds = {}
     arm = FakeArm(state=State.ERROR_STOP, trust=Trust.RESTORED, simulated=False)
     async with Session(arm) as session:
-        for key in ("space", "R", "X", "H", "C", "P"):
+        for key in ("space", "R", "X", "H", "C", "P", "L"):
             session.arm.calls.clear()
             await session.press(key)
             await session.desk.workers.wait_for_complete()
@@ -133,12 +97,13 @@ async def test_every_other_key_of_the_table_does_what_it_says():
         "H": [2],
         "C": [2],
         "P": [2],
+        "L": [("reconnect",)],
         "question_mark": 2,
     }
     assert session.desk.return_value == 0
     assert session.arm.calls[0] == ("stop",)
     tested = {*deeds, "ctrl+q", "enter", "m", "left_square_bracket", "right_square_bracket"}
-    assert {entry.keys[0] for entry in KEYS} == tested | {"minus", "plus"}
+    assert {entry.keys[0] for entry in KEYS} == tested | {"minus", "plus", "F"}
 
 
 @pytest.mark.parametrize("key", ["space", "escape", "ctrl+c"])
@@ -269,20 +234,6 @@ async def test_changing_the_mode_ends_what_is_held():
         session.desk.tick()
         await session.press("m")
         assert session.arm.calls[-1] == ("release",)
-
-
-async def test_a_lost_link_shows_a_banner_and_q_leaves():
-    async with Session() as session:
-        await session.arm_keys()
-        session.arm.set(state=State.DISCONNECTED, error="the cable was pulled")
-        await session.poll()
-        assert "LINK LOST: the cable was pulled" in session.text("banner")
-        assert not session.desk.armed
-        await session.press("enter", after_s=5.0)
-        assert not session.desk.armed
-        await session.press("q")
-    assert session.desk.return_value == 0
-    assert session.desk.return_code == 0
 
 
 async def test_what_somebody_asked_from_outside_is_shown():

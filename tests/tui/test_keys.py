@@ -2,8 +2,8 @@
 
 import pytest
 
-from tui.desk import bindings
 from tui.keys import ALL_JOG_KEYS, JOG_PAIRS, KEYS, footer, help_lines, label
+from tui.layout import bindings
 
 
 def test_no_key_does_two_things():

@@ -21,3 +21,11 @@ def test_a_tap_is_a_distance_and_a_hold_a_direction():
     assert coarse.increment_of("a") == Jog.joint(base=-5.0)
     assert coarse.direction_of("a") == Jog.joint(base=-1.0)
     assert coarse.other_mode().increment_of("up") == Jog(Space.CARTESIAN, (("z", 5.0),))
+
+
+def test_frames_go_round_and_count_only_where_the_tip_is_jogged():
+    settings = Settings(frames=("base", "tool"))
+    assert settings.with_next_frame().with_next_frame() == settings
+    tool = settings.with_next_frame()
+    assert tool.increment_of("up").frame == "base"  # a joint turns in no frame
+    assert tool.other_mode().increment_of("up") == Jog(Space.CARTESIAN, (("z", 2.0),), "tool")

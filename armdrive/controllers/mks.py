@@ -1,0 +1,202 @@
+"""The driver's end of MKS SERVO42D/57D drives on a CAN bus: neutral requests to frames and back.
+
+Position is what the drives' encoders tell. Sources: makerbase-motor/MKS-SERVO42D-57D, the CAN
+manuals 1.0.6 and 1.0.9.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from armdrive.abilities import Abilities
+from armdrive.controllers.controller import Stopping
+from armdrive.controllers.mks_bursts import MksBursts, trapezoid_s
+from armdrive.controllers.mks_compare import MksComparing
+from armdrive.controllers.mks_drive import COUNTS_S_PER_RPM, slope_of
+from armdrive.controllers.mks_homing import MksHoming
+from armdrive.controllers.mks_stops import STOP_POLL_S
+from armdrive.controllers.mks_talk import Script
+from armdrive.controllers.requests import (
+    ClearFault,
+    Denied,
+    DropCurrent,
+    HomeDevice,
+    MendSetting,
+    MoveAlong,
+    MoveBy,
+    ReadPosition,
+    ReadSettings,
+    Request,
+    SwitchOn,
+)
+from armdrive.errors import ArmFileError, Refused
+from armdrive.transports.can_address import is_can
+from firmware_protocol.mks import SPEED_MAX_RPM, Ability
+from kinematics.spaces import Motors
+
+if TYPE_CHECKING:
+    from armdrive.armfile import ArmConfig
+    from armdrive.controllers.mks_settings import MksSettings
+
+HOST_S = 0.03
+"""What an operating system, an adapter and a bus with other traffic may add to a frame's way."""
+STEERED = 3
+"""So many segments are known ahead: the drives hold the last order alone."""
+
+
+class MksController(MksBursts, MksHoming, MksComparing):
+    """The drives of one arm, seen from the driver."""
+
+    def __init__(self, abilities: Abilities, config: ArmConfig) -> None:
+        settings: MksSettings = config.device
+        transmission = config.model.transmission
+        port = config.connection.port
+        if port and not is_can(port):
+            raise Refused(
+                f"{port} is no CAN adapter, and these drives are on a CAN bus: write the port as "
+                "can:slcan:/dev/ttyACM0?bitrate=500000, or see `armdrive ports`"
+            )
+        if config.gripper.kind in ("servo", "output"):
+            raise Refused(
+                f'gripper.kind is "{config.gripper.kind}", which no drive commands: let a '
+                'drive move the fingers ("stepper"), or nothing ("none")'
+            )
+        if transmission is None:
+            raise ArmFileError("no motor steps are known of this arm: give steps_per_turn")
+        count = len(transmission.motors)
+        if len(settings.ids) < count:
+            raise ArmFileError(
+                f"mks.ids names {len(settings.ids)} drives, but the arm has {count} motors"
+            )
+        settings = replace(settings, ids=settings.ids[:count])
+        names = (motor.name for motor in transmission.motors)
+        super().__init__(replace(abilities, motors=count), settings, names)
+        speeds = (*config.model.joint_speeds_rad_s, config.model.gripper_speed_mm_s)
+        self._fastest_hz = max(
+            math.fsum(abs(share * speed) for share, speed in zip(row, speeds, strict=False))
+            for row in transmission.matrix
+        )
+        spans = [(one.low_rad, one.high_rad) for one in config.model.arm.limits]
+        spans.append(config.model.gripper_range_mm)
+        self.ranges = tuple(
+            math.fsum(abs(a) * (high - low) for a, (low, high) in zip(row, spans, strict=False))
+            for row in transmission.matrix
+        )
+        self._slope = slope_of(settings.acceleration)
+        self.ramp_s = min(self._fastest_hz, _TOP_HZ) / self._slope
+        if settings.version is None and not settings.segment_s:
+            self.choose()
+
+    def choose(self) -> None:
+        """Steer where the firmware and the arm file let us, else send bursts."""
+        steered = bool(self.settings.segment_s) and (not self.able or Ability.RETARGET in self.able)
+        self.abilities = replace(
+            self.abilities, coordinated=steered, queued_segments=STEERED if steered else 0
+        )
+
+    def script(self, request: Request) -> Script:
+        """Carry out a request; the first one makes contact with the drives before it."""
+        if not isinstance(request, _KNOWN):
+            raise Refused(f"MKS drives know no {type(request).__name__}")
+        return self._script_of(request)
+
+    def _script_of(self, request: Request) -> Script:
+        if not self.contacted and (hindrance := (yield from self.contact())) is not None:
+            return hindrance
+        match request:
+            case MoveBy(steps, rate_hz, let_go) if not self.abilities.queued_segments:
+                return (yield from self.burst(steps, rate_hz, let_go))
+            case MoveBy(let_go=let_go):
+                along = MoveAlong(iter((request,)), request.duration_s + 1.0, let_go=let_go)
+                return (yield from self.drive_along(along))
+            case MoveAlong():
+                return (yield from self.drive_along(request))
+            case ReadPosition():
+                return (yield from self._read())
+            case ReadSettings():
+                return (yield from self.compare())
+            case MendSetting(line):
+                return (yield from self.mend(line))
+            case SwitchOn():
+                return (yield from self.switch_on())
+            case DropCurrent():
+                return (yield from self.switch_off())
+            case HomeDevice(groups):
+                return (yield from self.home(groups))
+            case _:
+                return (yield from self.clear())
+
+    def _read(self) -> Script:
+        """Read every encoder; a drive that holds, and is not where it should be, is looked into."""
+        began_s = self.now_s
+        if missing := (yield from self.look()):
+            absence = self.absence(missing, began_s)
+            return replace(absence, moved=True) if isinstance(absence, Denied) else absence
+        for drive in self.drives:
+            off = abs((drive.seen or 0) - drive.target)
+            if not self.on or drive.moving or off <= self.reach:
+                continue
+            self.tell((yield from self.found_at(drive.node)))
+            drive.rest_at(drive.seen or 0, self.now_s)
+        return self.registers()
+
+    # -- what the engine calls ----------------------------------------------------------------
+
+    def begin(self, request: Request, now_s: float) -> None:
+        """Take up a request; nothing that was asked before is waited for any more."""
+        if not self.busy:
+            self.give_up()
+        super().begin(request, now_s)
+
+    # -- numbers ------------------------------------------------------------------------------
+
+    def usable_rate_hz(self, rate_hz: float) -> float:
+        """Return the rate in whole rpm in bursts; steered, any rate up to the fastest."""
+        if self.abilities.queued_segments:
+            return max(min(rate_hz, _TOP_HZ), COUNTS_S_PER_RPM / 100.0)
+        rpm = SPEED_MAX_RPM if math.isinf(rate_hz) else math.floor(rate_hz / COUNTS_S_PER_RPM)
+        return min(max(rpm, 1), SPEED_MAX_RPM) * COUNTS_S_PER_RPM
+
+    def duration_s(self, steps: float, rate_hz: float) -> float:
+        """Return how long so many steps take from rest to rest."""
+        return trapezoid_s(steps, self.usable_rate_hz(rate_hz), self._slope)
+
+    def stopping(self, burst_s: float) -> Stopping:
+        """Return a ramp and what passes before it; without a host, what was sent ahead as well."""
+        begun_s = HOST_S + 2.0 * STOP_POLL_S
+        seen_s = 3.0 * STOP_POLL_S + 2.0 * self.settings.answer_s
+        silent_s = burst_s + self.settings.segment_s
+        if self.watched:
+            silent_s = min(silent_s, self.settings.watchdog_s)
+        return Stopping(
+            begun_s + self.ramp_s + seen_s,
+            begun_s + self.ramp_s / 2.0,
+            silent_s + self.ramp_s + HOST_S,
+            silent_s + self.ramp_s / 2.0 + HOST_S,
+        )
+
+    def strays_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:
+        """Bound how far a drive is beside the straight way: of a burst, by rpm, ramps, starts."""
+        if self.abilities.queued_segments:
+            return (0.0,) * len(steps)
+        return self.strays_of(steps, rate_hz)
+
+    def unwrap(self, registers: Motors, near: Motors) -> Motors:
+        """Take a drive that was found within reach of where it was left for being there still.
+
+        An encoder trembles by a few counts, and a closed loop holds within some. The count that is
+        expected of it is its own from then on. Nothing wraps: the encoder counts 48 bits.
+        """
+        return Motors(
+            drive.found_near(there, self.reach) if count == drive.target else count
+            for drive, count, there in zip(self.drives, registers, near, strict=True)
+        )
+
+
+_TOP_HZ = SPEED_MAX_RPM * COUNTS_S_PER_RPM
+_KNOWN = (
+    MoveBy, MoveAlong, ReadPosition, ReadSettings, MendSetting, SwitchOn, DropCurrent, HomeDevice,
+    ClearFault,
+)  # fmt: skip

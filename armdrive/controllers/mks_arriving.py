@@ -1,0 +1,158 @@
+"""The end of a motion of MKS drives: that they stand at their targets, whatever they say of it.
+
+"Done" may never come. A drive has arrived when it stands and its encoder is at its target; one
+that stands elsewhere has lost its last order, which is said again, or cannot go on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Generator, Mapping
+
+from armdrive.controllers.mks_contact import MksContact
+from armdrive.controllers.mks_drive import COUNTS_S_PER_RPM
+from armdrive.controllers.mks_stops import MUTE_LOOKS
+from armdrive.controllers.mks_talk import TRIES
+from armdrive.controllers.requests import (
+    Alert,
+    Denied,
+    Done,
+    Halted,
+    Progress,
+    Reply,
+    Silence,
+)
+from firmware_protocol.mks import TARGET_MAX, Event, MotorState, MoveAbsoluteAxis
+
+ARRIVE_POLL_S = 0.015
+"""How often drives that should arrive are looked at."""
+PATIENCE_S = 1.0
+SILENT_S = 0.1
+SHORT_LOOKS = 3
+"""A drive that stands short of its target at so many looks will not go on by itself."""
+
+Ending = Generator[float, Event | None, Reply]
+
+
+class MksArriving(MksContact):
+    """Sends drives somewhere, and sees to it that they get there."""
+
+    def send(self, node: int, target: int, rpm: int, acc: int) -> None:
+        """Send a drive to a count, at a speed and by a ramp."""
+        self.put_motion(node, MoveAbsoluteAxis(target, rpm, acc))
+        self.drive(node).send_to(target, rpm, acc, self.now_s)
+
+    def put_motion(self, node: int, message: MoveAbsoluteAxis) -> None:
+        """Say a motion; what the host still waits for of older ones is not waited for."""
+        for earlier in self._host.unanswered(node):
+            if isinstance(earlier, MoveAbsoluteAxis):
+                self._host.forget(node, earlier)
+        self.put(node, message)
+
+    def arrive(self, expected_s: float, let_go: Callable[[], bool]) -> Ending:
+        """Wait until every drive that was sent somewhere stands there."""
+        began_s = self.now_s
+        given_up_s = began_s + 2.0 * expected_s + self.ramp_s + PATIENCE_S
+        short: dict[int, int] = {}
+        mute: dict[int, int] = {}
+        while left := self.under_way:
+            if self.stop_asked or let_go():
+                return (yield from self.halted())
+            asked_s = self.now_s
+            states = yield from self._look_at(left, mute)
+            for node in left:
+                self._weigh(node, states.get(node), short)
+            if any(count >= MUTE_LOOKS for count in mute.values()):
+                return (yield from self.lose(began_s))
+            stuck = [node for node in self.under_way if short.get(node, 0) >= SHORT_LOOKS * TRIES]
+            if stuck or self.now_s >= given_up_s:
+                return (yield from self.break_off((stuck or self.under_way)[0]))
+            yield from self.pause(asked_s + ARRIVE_POLL_S)
+        return Done()
+
+    @property
+    def under_way(self) -> tuple[int, ...]:
+        """The ids of the drives that were sent somewhere and not seen to stand since."""
+        return tuple(drive.node for drive in self.drives if drive.moving)
+
+    def _look_at(
+        self, nodes: Collection[int], mute: dict[int, int]
+    ) -> Generator[float, Event | None, Mapping[int, MotorState]]:
+        """Read positions and states once; a drive that tells neither is noted."""
+        missing = yield from self.look_once(nodes)
+        states = yield from self.states_once(nodes)
+        for node in nodes:
+            mute[node] = mute.get(node, 0) + 1 if node in missing else 0
+        self.tell(Progress(self.registers()))
+        return states
+
+    def _near(self, node: int) -> bool:
+        drive = self.drive(node)
+        return drive.seen is not None and abs(drive.seen - drive.target) <= self.reach
+
+    @property
+    def reach(self) -> int:
+        """How far from its target a drive stands that has arrived."""
+        return self.settings.rest_counts
+
+    def _weigh(self, node: int, state: MotorState | None, short: dict[int, int]) -> None:
+        drive = self.drive(node)
+        if state is not MotorState.STOPPED or drive.seen_s < self.now_s - 2 * ARRIVE_POLL_S:
+            return
+        if self._near(node):
+            self._host.settle(node)
+            drive.rest_at(drive.target, self.now_s)
+            return
+        short[node] = short.get(node, 0) + 1
+        if short[node] % SHORT_LOOKS == 0:  # its order may have been lost
+            rpm = max(1, round(drive.told / COUNTS_S_PER_RPM))
+            self.send(node, drive.target, rpm, drive.acc)
+
+    # -- what ends it early -------------------------------------------------------------------
+
+    def halted(self) -> Ending:
+        """End a motion that somebody stopped, or a jog that was let go of."""
+        nodes = self.under_way
+        if not nodes:
+            return Halted()
+        return (yield from self.halt(nodes, hard=self.stop_hard)) or Halted()
+
+    def lose(self, since_s: float) -> Ending:
+        """End a motion in which drives fell silent; the others are stopped."""
+        nodes = self.under_way
+        silent = [each for each in self.drives if each.heard_s < self.now_s - SILENT_S]
+        self._say_stop(nodes, hard=False)  # those that are silent may hear us still
+        missing = yield from self.look()
+        back = [each for each in silent if each.node not in missing]
+        astray = [each for each in back if each.off_by(each.seen or 0, self.now_s) > self.reach]
+        if astray and not missing:  # it was reset, most likely
+            return (yield from self.break_off(astray[0].node))
+        answering = [node for node in nodes if node not in missing]
+        yield from self.settled(answering, self.now_s)
+        if set(missing) == set(self.nodes):
+            return self.silence(since_s)
+        if missing:
+            return Denied(self.absent_words(missing))
+        named = ", ".join(map(str, silent)) or "a drive"
+        return Denied(f"{named} did not answer for a while: look at the bus's wiring and its load")
+
+    def break_off(self, node: int, alert: Alert | None = None) -> Ending:
+        """End a motion that a drive does not make; say what is wrong with it."""
+        nodes = self.under_way
+        self._say_stop(nodes, hard=False)
+        if alert is None:
+            alert = yield from self.found_at(node)
+        self.tell(alert)
+        unstopped = yield from self.settled(nodes, self.now_s)
+        if isinstance(unstopped, Silence):
+            return unstopped
+        return Denied(alert.text)
+
+    def beyond(self, target: int, node: int) -> Denied | None:
+        """Refuse a target that a drive cannot be given."""
+        if abs(target) <= TARGET_MAX:
+            return None
+        return Denied(
+            f"{self.drive(node)} would turn to {target} counts, beyond the 512 turns that can be "
+            "commanded: bring it near its zero and set that anew (`armdrive can setup`)",
+            moved=False,
+        )

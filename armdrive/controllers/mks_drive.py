@@ -1,0 +1,136 @@
+"""What is known of one MKS drive: where it was seen, and where by its orders it is by now.
+
+Counts of the encoder, seconds. The model turns as the drive does: towards its target, no faster
+than told, by the ramp of its `acc`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from firmware_protocol.mks import COUNTS_PER_TURN, acc_of, ramp_rpm_s
+
+STEP_S = 0.005
+"""The model goes on in steps of this length."""
+COUNTS_S_PER_RPM = COUNTS_PER_TURN / 60.0
+SLOW = 2.0 * COUNTS_S_PER_RPM
+"""A drive this slow stops at once."""
+WAY_S = 0.1
+"""A drive may be behind its model by what it runs in this time: loops and wires are late."""
+
+
+LEAST_SHARE = 0.1
+"""A slow drive's ramp is at least this share of the steepest: it has corners to follow."""
+
+
+def slope_of(acc: int) -> float:
+    """Return a ramp in counts a second squared; infinity for 0, which has none."""
+    return ramp_rpm_s(acc) * COUNTS_S_PER_RPM
+
+
+def shared_acc(acc: int, share: float) -> int:
+    """Return the ramp of a drive that goes at a share of the fastest one's speed.
+
+    So all come to their speeds, and to rest, in the same time, and stay in proportion.
+    """
+    return acc_of(max(share, LEAST_SHARE) * ramp_rpm_s(acc)) if acc else 0
+
+
+@dataclass(slots=True)
+class Drive:
+    """One drive: its id, the motor's name, and its state by its answers and by its orders."""
+
+    node: int
+    name: str
+    acc: int = 0
+    """Its ramp, by the drive's own measure."""
+    seen: int | None = None
+    """The encoder's count when it was read last."""
+    seen_s: float = -math.inf
+    heard_s: float = -math.inf
+    position: float = 0.0
+    speed: float = 0.0
+    target: int = 0
+    origin: int = 0
+    """Where it stood last."""
+    told: float = 0.0
+    """The speed that it was told, in counts a second."""
+    at_s: float = 0.0
+    moving: bool = False
+    """Whether it has been sent somewhere, and was not seen to stand since."""
+    fresh: bool = False
+    """Whether it stands as it was found, and was sent nowhere since."""
+    off: int = 0
+    """How often in a row it was seen off its way."""
+
+    def __str__(self) -> str:
+        return f"drive {self.node} ({self.name})"
+
+    def rest_at(self, count: int, now_s: float) -> None:
+        """Take it for standing at a count."""
+        self.position, self.speed, self.target, self.told = float(count), 0.0, count, 0.0
+        self.origin = count
+        self.at_s, self.moving, self.off, self.fresh = now_s, False, 0, False
+
+    @property
+    def slope(self) -> float:
+        """Its ramp, in counts a second squared."""
+        return slope_of(self.acc)
+
+    def send_to(self, target: int, rpm: int, acc: int, now_s: float) -> None:
+        """Take in an order."""
+        self.advance(now_s)
+        self.acc, self.fresh = acc, False
+        self.target, self.told, self.moving = target, rpm * COUNTS_S_PER_RPM, True
+
+    def advance(self, now_s: float) -> None:
+        """Let the model go on until now."""
+        while self.at_s < now_s:
+            if self.position == self.target and not self.speed:
+                self.at_s = now_s
+                return
+            step_s = min(STEP_S, now_s - self.at_s)
+            self._go(step_s)
+            self.at_s = max(self.at_s + step_s, math.nextafter(self.at_s, math.inf))
+
+    def _go(self, step_s: float) -> None:
+        left, slope = self.target - self.position, self.slope
+        fastest = self.told if math.isinf(slope) else math.sqrt(2.0 * slope * abs(left))
+        wanted = math.copysign(min(self.told, fastest), left)
+        most = slope * step_s
+        speed = self.speed + min(max(wanted - self.speed, -most), most)
+        way = (self.speed + speed) / 2.0 * step_s if math.isfinite(most) else speed * step_s
+        self.speed = speed
+        arrives = abs(way) >= abs(left) and way * left >= 0.0
+        if arrives and abs(speed) <= max(2.0 * most, SLOW):
+            self.position, self.speed = float(self.target), 0.0
+        else:
+            self.position += way
+
+    def off_by(self, count: int, asked_s: float) -> float:
+        """Return how far a count that was read is from the model, beyond what is only late."""
+        self.advance(asked_s)
+        late = max(abs(self.speed), abs(self.told) if self.moving else 0.0) * WAY_S
+        return max(abs(count - self.position) - late, 0.0)
+
+    def found_near(self, there: int, reach: int) -> int:
+        """Return where it stands: where it was left, if it was found within reach of that."""
+        if self.fresh and abs(self.target - there) <= reach:
+            self.rest_at(there, self.at_s)
+            self.fresh = True
+        return self.target
+
+    def count(self, reach: int) -> int:
+        """Return its count as a register: that of its target where it stands within reach of it."""
+        seen = self.target if self.seen is None else self.seen
+        return seen if self.moving or abs(seen - self.target) > reach else self.target
+
+    def passes(self, count: int, margin: int) -> bool:
+        """Tell whether its way leads by a count."""
+        low, high = sorted((self.origin, self.target))
+        return low - margin <= count <= high + margin
+
+    def believe(self, count: int, gain: float) -> None:
+        """Draw the model towards what was read."""
+        self.position += gain * (count - self.position)

@@ -1,0 +1,239 @@
+"""Motion of MKS drives by steering: each is given a new target again and again, in flight.
+
+At a fixed period every motor that moves is told the speed that brings it, by the end of the period,
+to where the motion should be then, and a target that it would not reach before the next order but
+no later than announced if none came: as far ahead as it goes one way. So drives do not brake
+between segments, and stop by themselves when their host dies. Speeds are whole rpm; what rounding
+leaves over is in the next period's way, so nothing adds up.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator
+
+from armdrive.controllers.mks_arriving import Ending, MksArriving
+from armdrive.controllers.mks_drive import COUNTS_S_PER_RPM, Drive, shared_acc
+from armdrive.controllers.mks_stops import MUTE_LOOKS
+from armdrive.controllers.mks_track import Lead, Track, Trip
+from armdrive.controllers.requests import Alert, AlertKind, Denied, MoveAlong, Progress, Reply
+from firmware_protocol.mks import (
+    SPEED_MAX_RPM,
+    Answered,
+    ArmSynchronous,
+    EncoderRead,
+    Event,
+    Failed,
+    LimitStop,
+    MoveAbsoluteAxis,
+    ReadEncoder,
+    StoredForStart,
+)
+from kinematics.spaces import Motors
+
+SLOW_RPM = 3
+"""Slower than this, a drive is sent to the end of the period alone: it stands there."""
+LAST_RPM = 3
+CATCH_UP, CATCH_UP_RPM = 1.25, 30
+"""How much faster than planned a drive may be told to go that is behind."""
+GAIN = 0.3
+"""How far the model of a moving drive follows its encoder at each look."""
+DOUBT_S = 0.3
+"""How often at most a drive is looked into that says that something failed."""
+FRESH_S = 0.3
+
+
+class MksMotion(MksArriving):
+    """Drives segments by steering."""
+
+    def drive_along(self, request: MoveAlong) -> Ending:
+        """Steer the drives along segments, until all is driven or something ends it."""
+        hindrance = yield from self.prepare()
+        if hindrance is not None:
+            return hindrance
+        track = Track(Motors(drive.target for drive in self.drives))
+        trip = Trip(request.segments, request.ahead_s, request.let_go, track)
+        trip.polled_s = self.now_s
+        for drive in self.drives:
+            drive.heard_s = self.now_s
+        while not trip.sent_all:
+            if self.stop_asked or request.let_go():
+                return (yield from self.halted())
+            if self.now_s >= trip.steered_s + self.settings.segment_s - 1e-9:
+                trip.go_on(self.now_s)
+                trip.held = request.held_back()
+                self.underruns += trip.draw()
+                if (refused := self._steer(trip)) is not None:
+                    yield from self.halted()
+                    return refused
+            self._poll(trip)
+            wake_s = min(trip.steered_s + self.settings.segment_s, self._poll_s(trip))
+            heard = yield wake_s
+            end = (yield from self._weighed(trip, heard)) if heard is not None else None
+            if end is None:
+                end = yield from self._unheard()
+            if end is not None:
+                return end
+        return (yield from self.arrive(self.settings.segment_s, request.let_go))
+
+    def prepare(self) -> Generator[float, Event | None, Denied | None]:
+        """See to it that a motion can begin; return why it cannot, where it cannot."""
+        if not self.on:
+            return Denied("its motors are disabled: call enable()", moved=False)
+        if any(drive.seen_s < self.now_s - FRESH_S for drive in self.drives):
+            missing = yield from self.look()
+            if missing:
+                return Denied(self.absent_words(missing), moved=False)
+        for drive in self.drives:
+            drive.advance(self.now_s)
+            if drive.moving or abs((drive.seen or 0) - drive.target) > self.reach:
+                drive.rest_at(drive.seen or 0, self.now_s)
+        return None
+
+    # -- steering -----------------------------------------------------------------------------
+
+    def _steer(self, trip: Trip) -> Denied | None:
+        """Give every drive that moves its next order."""
+        ahead_s = min(trip.time_s + trip.ahead_s, trip.track.end_s)
+        trip.sent_s = ahead_s
+        ending = trip.exhausted or trip.held
+        last = ending and trip.time_s + self.settings.segment_s >= trip.track.end_s - 1e-9
+        track, motors = trip.track, range(len(self.drives))
+        leads = [track.lead(motor, trip.time_s, ahead_s) for motor in motors]
+        shares = _shares([track.mean(motor, trip.time_s, leads[motor]) for motor in motors])
+        for motor, (drive, lead) in enumerate(zip(self.drives, leads, strict=True)):
+            drive.advance(self.now_s)
+            order = self._last_order(trip, motor) if last else self._order(trip, motor, lead)
+            if order is None:
+                continue
+            target, rpm = order
+            if (refused := self.beyond(target, drive.node)) is not None:
+                return refused
+            if target != drive.target or (drive.moving and rpm * COUNTS_S_PER_RPM != drive.told):
+                acc = shared_acc(self.settings.acceleration, shares[motor])
+                self.send(drive.node, target, rpm, acc)
+                self.last_said = f"F5 to {self._targets()}"
+        if last:
+            trip.time_s = trip.sent_s = trip.track.end_s
+        return None
+
+    def _order(self, trip: Trip, motor: int, lead: Lead) -> tuple[int, int] | None:
+        """Return a drive's next target and speed; None where it goes on as it is."""
+        drive, period_s = self.drives[motor], self.settings.segment_s
+        if not lead.way:
+            return self._to_rest(drive, lead) if drive.moving else None
+        until_s = min(trip.time_s + period_s, lead.until_s)
+        there = trip.track.at(motor, until_s)
+        needed = lead.way * (there - drive.position) / max(until_s - trip.time_s, period_s / 2.0)
+        here = trip.track.at(motor, trip.time_s)
+        planned = abs(there - here) / max(until_s - trip.time_s, 1e-6) / COUNTS_S_PER_RPM
+        most = min(math.ceil(CATCH_UP * planned) + CATCH_UP_RPM, SPEED_MAX_RPM)
+        if planned < SLOW_RPM:
+            target = round(there)
+            ahead = lead.way * (target - drive.position) > 0.5
+            return (target, _whole(math.ceil(needed / COUNTS_S_PER_RPM), most)) if ahead else None
+        rpm = _whole(round(needed / COUNTS_S_PER_RPM), most)
+        room = min(
+            lead.way * (lead.far - drive.position),
+            rpm * COUNTS_S_PER_RPM * max(trip.ahead_s - period_s / 2.0, period_s),
+        )
+        return (round(drive.position + lead.way * room), rpm) if room > 0.5 else None
+
+    def _to_rest(self, drive: Drive, lead: Lead) -> tuple[int, int] | None:
+        """Have a drive end where its motor stands for now, unless it has been sent there."""
+        rest = round(lead.far)
+        if drive.target == rest:
+            return None
+        return rest, _whole(round(drive.told / COUNTS_S_PER_RPM), SPEED_MAX_RPM)
+
+    def _last_order(self, trip: Trip, motor: int) -> tuple[int, int] | None:
+        """Return the end of the motion, and the speed that has the drive there in time."""
+        drive, track = self.drives[motor], trip.track
+        end = track.end[motor]
+        if not drive.moving and drive.target == end:
+            return None
+        left_s = max(track.end_s - trip.time_s, 1e-3)
+        planned = abs(end - track.at(motor, trip.time_s)) / left_s / COUNTS_S_PER_RPM
+        most = min(math.ceil(CATCH_UP * planned) + CATCH_UP_RPM, SPEED_MAX_RPM)
+        needed = abs(end - drive.position) / left_s / COUNTS_S_PER_RPM
+        return end, min(max(math.ceil(needed), LAST_RPM), most)
+
+    def _targets(self) -> str:
+        return " ".join(str(drive.target) for drive in self.drives)
+
+    # -- looking ------------------------------------------------------------------------------
+
+    def _poll_s(self, trip: Trip) -> float:
+        return trip.polled_s + self.settings.poll_s
+
+    def _poll(self, trip: Trip) -> None:
+        """Ask every drive where it is, which also feeds its watchdog."""
+        if self.now_s < self._poll_s(trip):
+            return
+        trip.polled_s = self.now_s
+        for node in self.nodes:
+            self.put(node, ReadEncoder())
+        if any(drive.seen is not None for drive in self.drives):
+            self.tell(Progress(self.registers()))
+
+    def _weighed(self, trip: Trip, heard: Event) -> Generator[float, Event | None, Reply | None]:
+        """Take in what was heard; return what the motion has come to, where it has come to one."""
+        self.heed(heard)
+        match heard:
+            case Answered(node, _, EncoderRead(counts)):
+                return (yield from self._seen(node, counts))
+            case LimitStop(node, _):
+                words = f"{self.drive(node)} has run into a limit switch, which stopped it"
+                alert = Alert(AlertKind.ALARM_LOST, words)
+                return (yield from self.break_off(node, alert))
+            case Failed(node, MoveAbsoluteAxis()):
+                return (yield from self._doubted(trip, node))
+            case StoredForStart(node, motion):
+                self.put(node, ArmSynchronous(on=False))
+                self.put_motion(node, motion)  # type: ignore[arg-type]
+            case _:
+                self.unasked(heard)
+        return None
+
+    def _seen(self, node: int, counts: int) -> Generator[float, Event | None, Reply | None]:
+        """Compare a drive with its model; what is off its way twice ends the motion."""
+        drive = self.drive(node)
+        off = drive.off_by(counts, self.now_s)
+        if off <= self.settings.corridor_counts:
+            drive.off = 0
+            if drive.moving:
+                drive.believe(counts, GAIN)
+            return None
+        drive.off += 1
+        if drive.off > 1:
+            return (yield from self.break_off(node))
+        self.put(node, ReadEncoder())
+        return None
+
+    def _doubted(self, trip: Trip, node: int) -> Generator[float, Event | None, Reply | None]:
+        """Look into a drive that says that something failed: it may only be an older target."""
+        if self.now_s < trip.doubted.get(node, -math.inf) + DOUBT_S:
+            return None
+        trip.doubted[node] = self.now_s
+        if (yield from self.stalled((node,))) or (yield from self.off((node,))):
+            return (yield from self.break_off(node))
+        words = yield from self.mode_words(node)
+        if words:
+            return (yield from self.break_off(node, Alert(AlertKind.ASTRAY, words)))
+        return None
+
+    def _unheard(self) -> Generator[float, Event | None, Reply | None]:
+        """End a motion in which a drive has not been heard for a while."""
+        silent_s = self.now_s - MUTE_LOOKS * self.settings.poll_s - self.settings.answer_s
+        if all(drive.heard_s >= silent_s for drive in self.drives):
+            return None
+        return (yield from self.lose(silent_s))
+
+
+def _shares(speeds: list[float]) -> list[float]:
+    fastest = max(speeds)
+    return [speed / fastest if fastest else 1.0 for speed in speeds]
+
+
+def _whole(rpm: int, most: int) -> int:
+    return min(max(rpm, 1), most)

@@ -1,0 +1,172 @@
+"""How MKS drives are brought to a stand-still, and how it is seen that they stand.
+
+By a speed of zero with the drive's ramp, or at once where that was asked for. That a drive stands
+is believed when its state says so and its encoder twice the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Generator, Iterable
+
+from armdrive.abilities import Abilities
+from armdrive.controllers.mks_drive import shared_acc
+from armdrive.controllers.mks_settings import MksSettings
+from armdrive.controllers.mks_talk import MksTalk
+from armdrive.controllers.requests import Denied, Progress, Silence
+from firmware_protocol.mks import (
+    COUNTS_PER_TURN,
+    HARD_STOP_MAX_RPM,
+    Ability,
+    Answered,
+    Code,
+    EmergencyStop,
+    Event,
+    Mode,
+    MotorState,
+    ReadSetting,
+    ReadStall,
+    ReadState,
+    SetMode,
+    SettingRead,
+    StallRead,
+    StateRead,
+    Stop,
+    as_setting,
+)
+
+STOP_POLL_S = 0.02
+"""How often drives that brake are looked at."""
+STOP_AGAIN_S = 0.06
+"""A stop without effect by then was lost."""
+MUTE_LOOKS = 4
+"""A drive that answers none of so many looks is mute."""
+
+
+class MksStopping(MksTalk):
+    """The ways to a stand-still, and what may keep a drive from moving."""
+
+    able: frozenset[Ability] = frozenset()
+    firmware = ""
+    ramp_s = 1.0
+    """How long the fastest drive of the arm brakes."""
+
+    def __init__(self, abilities: Abilities, settings: MksSettings, names: Iterable[str]) -> None:
+        super().__init__(abilities, settings, names)
+        self._mute: dict[int, int] = {}
+
+    def choose(self) -> None:
+        """Choose the ways of moving by what the drives can do."""
+
+    def halt(
+        self, nodes: Collection[int], *, hard: bool = False
+    ) -> Generator[float, Event | None, Silence | Denied | None]:
+        """Stop drives and wait until they stand; return why that is not known, where it is not."""
+        began_s = self.now_s
+        self._say_stop(nodes, hard)
+        return (yield from self.settled(nodes, began_s, hard=hard))
+
+    def settled(
+        self, nodes: Collection[int], began_s: float, *, hard: bool = False
+    ) -> Generator[float, Event | None, Silence | Denied | None]:
+        """Wait until stopped drives stand; say it again to those that do not hear."""
+        said_s, left, last = self.now_s, set(nodes), dict[int, int | None]()
+        given_up_s = began_s + 2.0 * self.ramp_s + 20.0 * self.settings.answer_s + 0.5
+        self._mute.clear()
+        while left and self.now_s < given_up_s:
+            asked_s = self.now_s
+            if self.stop_hard and not hard:
+                hard, said_s = True, self.now_s
+                self._say_stop(left, hard)
+            found = yield from self.ask(dict.fromkeys(left, ReadState()), tries=1)
+            yield from self.look(left)
+            self.tell(Progress(self.registers()))
+            for node in tuple(left):
+                if self._stands(node, found.get(node), last):
+                    left.discard(node)
+            if any(self._mute.get(node, 0) >= MUTE_LOOKS for node in left):
+                break
+            if left and self.now_s >= said_s + STOP_AGAIN_S:
+                said_s = self.now_s
+                self._say_stop(left, hard)
+            yield from self._wait(asked_s + STOP_POLL_S)
+        return self._unstopped(left, began_s)
+
+    def _stands(self, node: int, heard: Event | None, last: dict[int, int | None]) -> bool:
+        drive = self.drive(node)
+        state = heard.answer if isinstance(heard, Answered) else None
+        if not isinstance(state, StateRead):
+            self._mute[node] = self._mute.get(node, 0) + 1
+            return False
+        self._mute[node] = 0
+        before, last[node] = last.get(node), drive.seen
+        if state.state is not MotorState.STOPPED or before is None or drive.seen is None:
+            return False
+        if abs(before - drive.seen) > self.settings.rest_counts // 4 + 1:
+            return False
+        self._host.settle(node)
+        drive.rest_at(drive.seen, self.now_s)
+        return True
+
+    def _unstopped(self, left: Collection[int], began_s: float) -> Silence | Denied | None:
+        if not left:
+            return None
+        mute = [node for node in self.nodes if self._mute.get(node, 0) >= MUTE_LOOKS]
+        if mute and set(mute) >= set(left):
+            return self.absence(mute, began_s)
+        return Denied(f"{self.drive(min(left))} was told to stop, and does not come to rest")
+
+    def _say_stop(self, nodes: Collection[int], hard: bool) -> None:
+        for drive in self.drives:
+            drive.advance(self.now_s)
+        fastest = max((abs(drive.speed) for drive in self.drives), default=0.0)
+        for node in nodes:
+            speed = abs(self.drive(node).speed)
+            rpm = speed / COUNTS_PER_TURN * 60.0
+            if hard and rpm <= HARD_STOP_MAX_RPM and Ability.EMERGENCY_STOP in self.able:
+                self.put(node, EmergencyStop(), "EMERGENCY STOP")
+            else:
+                share = speed / fastest if speed else 1.0
+                ramp = shared_acc(self.settings.acceleration, share)
+                dead = hard and rpm <= HARD_STOP_MAX_RPM
+                self.put(node, Stop(Code.ABSOLUTE_AXIS, 0 if dead else ramp), "STOP")
+
+    def _wait(self, until_s: float) -> Generator[float, Event | None, None]:
+        """Let time pass, stop or no stop."""
+        while self.now_s < until_s:
+            heard = yield until_s
+            if heard is not None:
+                self.unasked(heard)
+
+    # -- what keeps a drive from moving -------------------------------------------------------
+
+    def stalled(self, nodes: Collection[int]) -> Generator[float, Event | None, list[int]]:
+        """Return those of some drives whose protection has let the shaft go."""
+        found = yield from self.read(ReadStall(), nodes)
+        return [
+            node
+            for node, heard in found.items()
+            if isinstance(heard, Answered) and heard.answer == StallRead(on=True)
+        ]
+
+    def stall_words(self, node: int) -> str:
+        """Say that a drive's protection has acted."""
+        return (
+            f"{self.drive(node)} has stalled, and its protection has let the shaft go: look what "
+            "blocked it, or give it more current or less speed"
+        )
+
+    def mode_words(self, node: int) -> Generator[float, Event | None, str]:
+        """Say that a drive is in a mode in which the bus cannot move it; empty where it is not."""
+        if Ability.READ_SETTINGS not in self.able:
+            return ""
+        found = yield from self.read(ReadSetting(Code.MODE), (node,))
+        heard = found.get(node)
+        read = heard.answer if isinstance(heard, Answered) else None
+        mode = as_setting(read) if isinstance(read, SettingRead) else None
+        if not isinstance(mode, SetMode) or mode.mode.on_bus:
+            return ""
+        return (
+            f"{self.drive(node)} is in mode {int(mode.mode)} ({mode.mode.name}), in which the bus "
+            f"moves nothing: set mode {int(Mode.BUS_FOC)} (Menu > Mode > SR_vFOC, or `armdrive "
+            "doctor --mend`)"
+        )

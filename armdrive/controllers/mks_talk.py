@@ -1,0 +1,198 @@
+"""Asking MKS drives: one request to each of several, all at once, until all have answered.
+
+What cannot do harm twice is asked again where its answer did not come: frames can be lost. What a
+drive says unasked is weighed here: duplicates, ends of motions, and what is of no interest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Generator, Iterable, Mapping
+from typing import TypeAlias
+
+from armdrive.abilities import Abilities
+from armdrive.controllers.mks_drive import Drive
+from armdrive.controllers.mks_settings import MksSettings
+from armdrive.controllers.requests import Denied, Oddity, Registers, Reply, Silence
+from armdrive.controllers.scripted import Scripted
+from firmware_protocol.mks import (
+    MOTION_CODES,
+    Answered,
+    Code,
+    Done,
+    EncoderRead,
+    Event,
+    Failed,
+    Foreign,
+    Garbled,
+    Host,
+    LimitStop,
+    Overrun,
+    Read,
+    ReadEncoder,
+    ReadSetting,
+    Started,
+    Status,
+    StoredForStart,
+    Stray,
+)
+from firmware_protocol.mks import Request as Message
+from kinematics.spaces import Motors
+
+Script: TypeAlias = Generator[float, Event | None, Reply]
+Asking: TypeAlias = Generator[float, Event | None, dict[int, Event]]
+
+TRIES = 3
+"""How often something that may be said twice is said."""
+SHARED = 2
+"""So many answers to one request, again and again, are those of two drives."""
+
+
+class MksTalk(Scripted[Event]):
+    """Asks and hears; knows where the drives were seen."""
+
+    def __init__(self, abilities: Abilities, settings: MksSettings, names: Iterable[str]) -> None:
+        self._host = Host(settings.ids)
+        super().__init__(abilities, self._host)
+        self.settings = settings
+        named = zip(settings.ids, names, strict=True)
+        self.drives = tuple(Drive(node, name, settings.acceleration) for node, name in named)
+        self._by_node: Mapping[int, Drive] = {drive.node: drive for drive in self.drives}
+        self.said_s = 0.0
+        self.doubles: dict[int, int] = {}
+        """How often a drive's reading came once more than it was asked for."""
+
+    def give_up(self) -> None:
+        """Wait for no answer any more."""
+        for drive in self.drives:
+            self._host.forget(drive.node)
+        self._host.silence()
+
+    def drive(self, node: int) -> Drive:
+        """Return a drive by its id."""
+        return self._by_node[node]
+
+    @property
+    def nodes(self) -> tuple[int, ...]:
+        """The ids of all drives, in the order of the motors."""
+        return self.settings.ids
+
+    # -- saying and hearing -------------------------------------------------------------------
+
+    def put(self, node: int, message: Message, text: str = "") -> None:
+        """Say something to a drive; what it was asked before in the same words is forgotten."""
+        if message in self._host.unanswered(node):
+            self._host.forget(node, message)
+        self.say(self._host.send(node, message), text)
+        self.said_s = self.now_s
+
+    def ask(self, messages: Mapping[int, Message], *, tries: int = TRIES, text: str = "") -> Asking:
+        """Say one thing to each of some drives; return what they answered, as far as they did.
+
+        A drive that does not answer is asked again, at once: waiting for it takes the time.
+        """
+        found: dict[int, Event] = {}
+        for _ in range(tries):
+            missing = {node: each for node, each in messages.items() if node not in found}
+            if not missing:
+                break
+            for node, message in missing.items():
+                self.put(node, message, text)
+            yield from self._collect(missing, found)
+            for node, message in missing.items():
+                if node not in found:
+                    self._host.forget(node, message)
+        return found
+
+    def _collect(
+        self, wanted: Mapping[int, Message], found: dict[int, Event]
+    ) -> Generator[float, Event | None, None]:
+        until_s = self.now_s + self.settings.answer_s
+        left = set(wanted)
+        while left and self.now_s < until_s:
+            heard = yield until_s
+            if heard is None:
+                continue
+            node = getattr(heard, "node", None)
+            answers = isinstance(heard, Answered | Done | Failed | Started | StoredForStart)
+            if answers and node in left and heard.request == wanted[node]:  # type: ignore[union-attr]
+                self.heed(heard)
+                found[node] = heard
+                left.discard(node)
+            else:
+                self.unasked(heard)
+
+    def read(self, message: Read | ReadSetting, nodes: Collection[int] | None = None) -> Asking:
+        """Ask the same of some drives, or of all."""
+        return self.ask(dict.fromkeys(self.nodes if nodes is None else nodes, message))
+
+    def look_once(self, nodes: Collection[int]) -> Generator[float, Event | None, tuple[int, ...]]:
+        """Read where drives are, once; return the ids of those that did not tell."""
+        found = yield from self.ask(dict.fromkeys(nodes, ReadEncoder()), tries=1)
+        return tuple(node for node in nodes if node not in found)
+
+    def look(
+        self, nodes: Collection[int] | None = None
+    ) -> Generator[float, Event | None, tuple[int, ...]]:
+        """Read where drives are; return the ids of those that did not tell."""
+        asked = self.nodes if nodes is None else tuple(nodes)
+        found = yield from self.read(ReadEncoder(), asked)
+        return tuple(node for node in asked if node not in found)
+
+    def heed(self, heard: Event) -> None:
+        """Note what an answer shows, whoever asked for it."""
+        node = getattr(heard, "node", None)
+        drive = None if node is None else self._by_node.get(node)
+        if drive is None:
+            return
+        drive.heard_s = self.now_s
+        if isinstance(heard, Answered) and isinstance(heard.answer, EncoderRead):
+            drive.seen, drive.seen_s = heard.answer.counts, self.now_s
+
+    def unasked(self, heard: Event) -> None:
+        """Weigh what no script waits for."""
+        self.heed(heard)
+        match heard:
+            case Stray(node, answer) if not isinstance(answer, Status):
+                self.doubles[node] = self.doubles.get(node, 0) + 1
+                self.tell(Oddity(f"drive {node} answered twice, or late: {answer}"))
+            case Stray(_, Status(code)) if code not in MOTION_CODES and code is not Code.HOME:
+                self.tell(Oddity(str(heard)))
+            case Garbled() | Foreign() | Overrun() | Failed() | LimitStop():
+                self.tell(Oddity(str(heard)))
+            case _:
+                pass  # ends of motions, late answers: the position is the better witness
+
+    # -- words --------------------------------------------------------------------------------
+
+    def registers(self) -> Registers:
+        """Return where the drives were seen last, by their encoders.
+
+        One that stands within reach of where it was sent is there: an encoder trembles.
+        """
+        return Registers(Motors(drive.count(self.settings.rest_counts) for drive in self.drives))
+
+    def absence(self, missing: Collection[int], since_s: float) -> Silence | Denied:
+        """Say that drives do not answer; silence where it is all of them."""
+        if set(missing) == set(self.nodes):
+            return self.silence(since_s)
+        return Denied(self.absent_words(missing), moved=False)
+
+    def absent_words(self, missing: Collection[int]) -> str:
+        """Say which drives do not answer, and what to look at."""
+        named = ", ".join(str(self.drive(node)) for node in missing)
+        verb = "does" if len(missing) == 1 else "do"
+        return (
+            f"{named} {verb} not answer, while others on the bus do: check that it has power, "
+            "that its CAN plug sits, and that its id and bit rate are those of the arm file"
+        )
+
+    def shared_words(self) -> str:
+        """Say which ids two drives answer to; empty where none is."""
+        shared = [node for node, count in self.doubles.items() if count >= SHARED]
+        if not shared:
+            return ""
+        named = ", ".join(map(str, shared))
+        return (
+            f"more than one drive answers to the id {named}: every drive ships with id 1. Unplug "
+            "all but one and give each an id of its own, one at a time"
+        )

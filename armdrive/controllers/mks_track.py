@@ -1,0 +1,141 @@
+"""The way of a motion that is steered: segments on a time of their own, looked at motor by motor.
+
+Counts, seconds since the motion began. Segments are straight and join; their end is as far as
+anything has been drawn.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+
+from armdrive.controllers.requests import MoveBy
+from kinematics.spaces import Motors
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """One segment: when and where it begins and ends."""
+
+    start_s: float
+    end_s: float
+    start: Motors
+    end: Motors
+
+    def at(self, motor: int, time_s: float) -> float:
+        """Return where a motor is on it."""
+        if time_s >= self.end_s:
+            return float(self.end[motor])
+        share = max(time_s - self.start_s, 0.0) / (self.end_s - self.start_s)
+        return self.start[motor] + share * (self.end[motor] - self.start[motor])
+
+
+@dataclass(frozen=True, slots=True)
+class Lead:
+    """How a motor goes on: which way (0 where it stands), how far before it turns, until when."""
+
+    way: int
+    far: float
+    until_s: float
+
+
+class Track:
+    """The segments that were drawn and not passed."""
+
+    def __init__(self, start: Motors) -> None:
+        self.end = start
+        self.end_s = 0.0
+        self._pieces: deque[Piece] = deque()
+
+    def draw(self, segment: MoveBy) -> None:
+        """Take in the next segment."""
+        end, end_s = self.end + segment.steps, self.end_s + segment.duration_s
+        self._pieces.append(Piece(self.end_s, end_s, self.end, end))
+        self.end, self.end_s = end, end_s
+
+    def pass_by(self, time_s: float) -> None:
+        """Forget what lies behind."""
+        while len(self._pieces) > 1 and self._pieces[0].end_s <= time_s:
+            self._pieces.popleft()
+
+    def at(self, motor: int, time_s: float) -> float:
+        """Return where a motor shall be at a time."""
+        for piece in self._pieces:
+            if time_s < piece.end_s:
+                return piece.at(motor, time_s)
+        return float(self.end[motor])
+
+    def mean(self, motor: int, from_s: float, lead: Lead) -> float:
+        """Return how fast a motor goes on a lead, at a mean."""
+        way = abs(lead.far - self.at(motor, from_s))
+        return way / (lead.until_s - from_s) if way else 0.0
+
+    def lead(self, motor: int, from_s: float, until_s: float) -> Lead:
+        """Return how a motor goes on from a time: no further than it goes one way."""
+        way, far, far_s = 0, self.at(motor, from_s), from_s
+        for piece in self._pieces:
+            if piece.end_s <= from_s:
+                continue
+            if piece.start_s >= until_s:
+                break
+            turn = piece.end[motor] - piece.start[motor]
+            if turn * way < 0:
+                break
+            if turn:
+                way = 1 if turn > 0 else -1
+                far_s = min(piece.end_s, until_s)
+                far = piece.at(motor, far_s)
+        return Lead(way, far, far_s)
+
+
+@dataclass(slots=True)
+class Trip:
+    """One motion under way: where its segments come from, and how far it is."""
+
+    segments: Iterator[MoveBy]
+    ahead_s: float
+    let_go: Callable[[], bool]
+    track: Track
+    time_s: float = 0.0
+    """Where on the track the motors are now."""
+    sent_s: float = 0.0
+    """How far on it they have been sent."""
+    steered_s: float = -math.inf
+    polled_s: float = -math.inf
+    guess_s: float = 0.0
+    exhausted: bool = False
+    held: bool = False
+    """Whether nothing more is to be drawn for now."""
+    doubted: dict[int, float] = field(default_factory=dict)
+    """When a drive was last looked into, because it refused something."""
+
+    @property
+    def sent_all(self) -> bool:
+        """Whether nothing is left to be steered."""
+        return (self.exhausted or self.held) and self.time_s >= self.track.end_s
+
+    def go_on(self, now_s: float) -> None:
+        """Let the time since the last steering pass, as far as the motors had been sent."""
+        if math.isfinite(self.steered_s):
+            self.time_s = min(self.time_s + now_s - self.steered_s, self.sent_s)
+        self.steered_s = now_s
+        self.track.pass_by(self.time_s)
+
+    def draw(self) -> bool:
+        """Draw segments while there is room; tell whether the track had run out before."""
+        dry = self.time_s >= self.track.end_s > 0.0 and not (self.exhausted or self.held)
+        drew = False
+        while not (self.exhausted or self.held) and self._has_room():
+            segment = next(self.segments, None)
+            if segment is None:
+                self.exhausted = True
+                break
+            self.track.draw(segment)
+            self.guess_s, drew = segment.duration_s, True
+        return dry and drew
+
+    def _has_room(self) -> bool:
+        left_s = self.track.end_s - self.time_s
+        return left_s <= 0.0 or left_s + self.guess_s <= self.ahead_s + 1e-6

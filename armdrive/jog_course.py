@@ -1,0 +1,225 @@
+"""The course of a held jog: an operator's wish and the clock in, the next leg out. Moves nothing.
+
+A leg is as long as one burst or one queued segment. Its speed comes from a ramp (jog_pace.py),
+from what joints and motors can do there (jog_scale.py: the jog slows near a singularity), and
+from the way that is left to the next bound (jog_bounds.py), so that the arm could always stop
+before it. Where no step is left, the course has ended and says why.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from armdrive.frames import BASE, axes_of
+from armdrive.intents import Jog, Space
+from armdrive.jog_bounds import Bounds, Ended, at_limits, between
+from armdrive.jog_pace import Goal, Kind, Paced, Pacer
+from armdrive.jog_scale import Scale, axis_names
+from armdrive.jog_ways import JointWay, Span, TipWay, Way, in_base, on_limits, spans_of
+from armdrive.legs import Leg
+from armdrive.whereabouts import Coordinates
+from kinematics.jog_rates import Rates, braked, shares_to_stop
+
+if TYPE_CHECKING:
+    from armdrive.armfile import ArmConfig
+    from armdrive.legs import Speeds
+
+LAST_STEPS = 2
+"""The last steps before a bound are made at once, lest the arm creep for ever."""
+
+TOUCHING = 1e-6
+"""An axis that can go on by no more of its speed than this (1 is all of it) stands at its end."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wish:
+    """What an operator wants now: `speed` is a share of the limits.
+
+    Where the position is not `known` there are no bounds.
+    """
+
+    jog: Jog
+    speed: float
+    known: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Terms:
+    """What a jog has to reckon with of a device.
+
+    `ramp_s` is how long the jog takes to full speed at most, `queued` whether speed carries on
+    from leg to leg, `run_on_s` how long the arm may run on when it is stopped.
+    """
+
+    ramp_s: float
+    queued: bool
+    run_on_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Proposal:
+    """A leg that may be driven, and the speed that comes with it.
+
+    `note` says which axes stay behind at their limits.
+    """
+
+    leg: Leg
+    paced: Paced
+    note: str = ""
+
+    def shortened(self, share: float) -> Proposal:
+        """Return a share of the leg, at its speed."""
+        if share >= 1.0:
+            return self
+        start, end = self.leg.start, self.leg.end
+        leg = Leg(start, start.towards(end, share), self.leg.duration_s * share)
+        return replace(self, leg=leg)
+
+
+class JogCourse:
+    """One jog, from rest to rest. `propose` changes nothing until its answer is `take`n.
+
+    `note` is what was last said of it, kept by whoever says it.
+    """
+
+    def __init__(self, config: ArmConfig, speeds: Speeds, terms: Terms) -> None:
+        self.note = ""
+        self._config = config
+        self._speeds = speeds
+        self._terms = terms
+        self._pacer = Pacer(terms.ramp_s, carries=terms.queued)
+        self._scale = Scale(config, speeds)
+        self._bounds = Bounds(config)
+
+    def propose(
+        self, wish: Wish, start: Coordinates, time_s: float, now_s: float
+    ) -> Proposal | Ended:
+        """Return the next leg, which lasts `time_s` or a little longer, or why there is none.
+
+        Raises `BadRequest` for a frame that nobody knows.
+        """
+        wished = wish.jog.space, wish.jog.frame
+        kind = self._pacer.kind(wished, now_s)
+        goal = self._goal(wish, start, time_s)
+        if kind != wished:  # the arm still moves in another space or frame: come to rest first
+            goal = Goal((0.0,) * len(axis_names(self._config, kind[0])), wish.speed)
+        paced = self._pacer.paced(kind, goal, time_s, now_s)
+        if not any(paced.mean) and not any(paced.end):
+            return Ended("")
+        if not wish.known:
+            return self._proposal(self._way(kind, start, paced.mean), start, paced, time_s, time_s)
+        return self._bounded(paced, start, time_s)
+
+    def take(self, proposal: Proposal, now_s: float) -> None:
+        """Hear that a leg is driven now, or behind the one before."""
+        leg = proposal.leg
+        self._pacer.taken(proposal.paced, leg.duration_s, now_s)
+        self._bounds.went(leg.start.joints, leg.end.joints)
+
+    def stand(self) -> None:
+        """Hear that the arm has come to rest, wherever."""
+        self._pacer.stand()
+
+    def _goal(self, wish: Wish, start: Coordinates, time_s: float) -> Goal:
+        """Return what can be had of a wish."""
+        jog, speed = wish.jog, wish.speed
+        kind = jog.space, jog.frame
+        shares = tuple(jog.amount(name) * speed for name in axis_names(self._config, jog.space))
+        if not any(shares):
+            return Goal(shares, speed)
+        guess = 1.0
+        if jog.space is Space.CARTESIAN:
+            guess = self._scale.first_guess(start, self._rates(kind, start, shares), speed)
+        way = self._way(kind, start, shares)
+        had = self._scale.share(way, start, time_s, speed, guess)
+        return Goal(tuple(each * had for each in shares), speed, had)
+
+    # -- bounds -------------------------------------------------------------------------------
+
+    def _bounded(self, paced: Paced, start: Coordinates, time_s: float) -> Proposal | Ended:
+        """Return a leg with which the arm could still stop before every bound."""
+        spans = spans_of(self._config, start)
+        shares = self._apart(paced, start, spans, time_s)
+        names = axis_names(self._config, paced.kind[0])
+        stopped = [
+            name
+            for name, mean, share in zip(names, paced.mean, shares, strict=True)
+            if mean and share <= TOUCHING
+        ]
+        note = at_limits(stopped) if stopped else ""
+        paced = paced.slowed(shares)
+        if stopped and not any(paced.mean):
+            return Ended(note)
+        way = self._way(paced.kind, start, paced.mean, spans)
+        look_s = time_s + max(paced.ramp_s / 2.0, self._terms.run_on_s)
+        free = self._bounds.free(way, start.joints, look_s)
+        if free.free_s >= look_s:
+            return self._proposal(way, start, paced, time_s, time_s, note)
+        bound = way.at(free.free_s)
+        left = 0 if bound is None else between(self._config, start, bound)
+        if not left:
+            return self._bounds.ended(way, start.joints, free.beyond_s)
+        share = self._share(free.reach_s, free.clear_s, time_s, paced.ramp_s)
+        if left <= LAST_STEPS and free.free_s <= time_s:
+            share = free.free_s / time_s
+        paced = paced.slowed((share,) * len(names))
+        return self._proposal(way, start, paced, time_s * share, time_s, note)
+
+    def _share(self, reach_s: float, clear_s: float, time_s: float, ramp_s: float) -> float:
+        """Return the share of its speed that a leg may have.
+
+        A device that is stopped ends at the latest where it was sent to, so that it never passes
+        the edge of its reach; only the guards are kept from what it is announced to run on.
+        """
+        share = min(braked(reach_s, time_s, ramp_s), braked(clear_s, time_s, ramp_s))
+        if clear_s < reach_s:
+            share = min(share, clear_s / (time_s + self._terms.run_on_s))
+        return share
+
+    def _apart(
+        self, paced: Paced, start: Coordinates, spans: tuple[Span, ...], time_s: float
+    ) -> tuple[float, ...]:
+        """Return by how much axes are slowed that end by themselves while the others go on."""
+        full = self._scale.full(paced.kind[0])
+        rates = [share * most for share, most in zip(paced.mean, full, strict=True)]
+        ramps_s = [abs(share) / paced.slope if paced.slope else 0.0 for share in paced.mean]
+        if paced.kind[0] is Space.JOINT:
+            places = (*start.joints, start.opening_mm)
+            return tuple(shares_to_stop(places, rates, spans, time_s, ramps_s))
+        fingers = shares_to_stop((start.opening_mm,), rates[-1:], spans[-1:], time_s, ramps_s[-1:])
+        return (*(1.0 for _ in rates[:-1]), *fingers)
+
+    # -- ways ---------------------------------------------------------------------------------
+
+    def _proposal(
+        self,
+        way: Way,
+        start: Coordinates,
+        paced: Paced,
+        at_s: float,
+        time_s: float,
+        note: str = "",
+    ) -> Proposal | Ended:
+        there = way.at(at_s)
+        if there is None:
+            return self._bounds.ended(way, start.joints, at_s)
+        lasts_s = max(time_s, self._speeds.duration_s(start, there, 1.0))
+        return Proposal(Leg(start, there, lasts_s), paced, note)
+
+    def _way(
+        self, kind: Kind, start: Coordinates, shares: Rates, spans: tuple[Span, ...] | None = None
+    ) -> Way:
+        rates = self._rates(kind, start, shares)
+        if kind[0] is Space.JOINT:
+            return JointWay(start, rates, spans)
+        config = self._config
+        return TipWay(config, on_limits(config, start), rates, spans_of(config, start)[-1])
+
+    def _rates(self, kind: Kind, start: Coordinates, shares: Rates) -> Rates:
+        space, frame = kind
+        full = self._scale.full(space)
+        rates = tuple(share * most for share, most in zip(shares, full, strict=True))
+        if frame == BASE:
+            return rates
+        return in_base(axes_of(self._config, start.joints, frame), rates)

@@ -1,0 +1,31 @@
+"""What a simulated device has that is several drives on a CAN bus, for its wire and its faults."""
+
+from __future__ import annotations
+
+from typing import Protocol, runtime_checkable
+
+
+@runtime_checkable
+class DrivesOnBus(Protocol):
+    """A device that says and hears packed frames; its drives are counted from 0, as the motors."""
+
+    def bits_s(self) -> int:
+        """Return the speed of its bus."""
+
+    def mute_drive(self, drive: int, mute: bool) -> None:
+        """Have a drive say nothing, while it hears and obeys; or speak again."""
+
+    def power_drive(self, drive: int, on: bool) -> None:
+        """Take a drive's supply away, and what it holds comes down; or give it back."""
+
+    def reset_drive(self, drive: int) -> None:
+        """Have a drive's firmware begin anew, in motion or not."""
+
+    def set_drive_id(self, drive: int, node: int) -> int:
+        """Give a drive an id, another one's perhaps; return the old. Raises `BadRequest`."""
+
+    def set_drive_mode(self, drive: int, mode: int) -> int:
+        """Give a drive a mode, as at its own keys; return the old. Raises `BadRequest`."""
+
+    def withhold_done(self, drive: int, withheld: bool) -> None:
+        """Have a drive not say that a motion is done, or say it again."""

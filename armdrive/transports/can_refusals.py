@@ -1,0 +1,186 @@
+"""Why a CAN adapter could not be opened, and what to do about it; python-can stays out of here."""
+
+from __future__ import annotations
+
+import difflib
+import errno
+import os
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from armdrive.errors import PortUnavailable
+from armdrive.transports.can_address import CanAddress
+from armdrive.transports.refusals import NoSuchPort, PortForbidden, PortInUse, refusal
+
+NET = Path("/sys/class/net")
+CAN_TYPE = "280"
+"""What the kernel calls a network interface that is a CAN bus (ARPHRD_CAN)."""
+_UP = 0x1
+SLCAN_OR_NOT = (
+    "A CANable with slcan firmware is a serial port: can:slcan:/dev/ttyACM0?bitrate=500000; one "
+    "with candleLight firmware is none: can:socketcan:can0 on Linux, can:gs_usb:0?bitrate=500000 "
+    "elsewhere"
+)
+_EXTRAS = {
+    "gs_usb": "gs-usb",
+    "canalystii": "canalystii",
+    "cantact": "cantact",
+    "serial": "serial",
+    "seeedstudio": "seeedstudio",
+    "neovi": "neovi",
+    "nixnet": "nixnet",
+    "pcan": "pcan",
+}
+"""What python-can's extra of an interface is called."""
+NOT_INSTALLED = (
+    "python-can is not installed, and every CAN bus needs it: run `pip install python-can` in the "
+    "environment that armdrive is in"
+)
+
+
+def can_interfaces(net: Path = NET) -> dict[str, bool]:
+    """Return the kernel's CAN interfaces, and whether each is up; none where there is no Linux."""
+    found = {}
+    try:
+        folders = sorted(net.iterdir())
+    except OSError:
+        return {}
+    for folder in folders:
+        try:
+            if (folder / "type").read_text().strip() == CAN_TYPE:
+                found[folder.name] = bool(int((folder / "flags").read_text(), 16) & _UP)
+        except (OSError, ValueError):  # gone meanwhile
+            continue
+    return found
+
+
+def bring_up(channel: str, bitrate: str = "") -> str:
+    """Return the command that brings an interface of the kernel up."""
+    return (
+        f"sudo ip link set {channel} up type can bitrate {bitrate or 500000} restart-ms 100"
+        if not channel.startswith("vcan")
+        else f"sudo ip link set {channel} up"
+    )
+
+
+def is_down(address: CanAddress, net: Path = NET) -> PortUnavailable | None:
+    """Return the refusal of an interface of the kernel that is there and not up."""
+    if address.interface != "socketcan" or can_interfaces(net).get(address.channel, True):
+        return None
+    return PortUnavailable(
+        f"the CAN interface {address.channel} is down: bring it up with "
+        f"`{bring_up(address.channel, address.option('bitrate'))}`"
+    )
+
+
+def unknown_interface(address: CanAddress, known: Iterable[str]) -> PortUnavailable:
+    """Return the refusal of an interface that python-can does not have, or that is not named."""
+    names = sorted(known)
+    if not address.interface:
+        return PortUnavailable(
+            f"{address} names no CAN interface, and python-can's configuration names none: write "
+            "can:INTERFACE:CHANNEL, or set CAN_INTERFACE and CAN_CHANNEL, or write ~/.canrc. "
+            + SLCAN_OR_NOT
+        )
+    near = difflib.get_close_matches(address.interface, names, n=1)
+    hint = f"; did you mean {near[0]!r}?" if near else ""
+    return PortUnavailable(
+        f"python-can has no interface {address.interface!r}; it has {', '.join(names)}{hint}"
+    )
+
+
+def can_refusal(address: CanAddress, error: BaseException, net: Path = NET) -> PortUnavailable:
+    """Return the error that says why an adapter could not be opened."""
+    text = _text(error)
+    if missing := _missing(address, error, text):
+        return missing
+    if not address.channel and (address.on_serial or "channel" in text):
+        return PortUnavailable(
+            f"{address} names no channel: write can:{address.interface}:CHANNEL. {SLCAN_OR_NOT}"
+        )
+    if address.device and any(isinstance(cause, OSError) for cause in causes(error)):
+        found = refusal(address.device, error)
+        if isinstance(found, NoSuchPort):
+            return NoSuchPort(f"{found}. {SLCAN_OR_NOT}")
+        return found
+    if address.interface == "socketcan":
+        return _socketcan(address, error, text, net)
+    if address.interface == "gs_usb":
+        return _gs_usb(address, error, text)
+    return PortUnavailable(
+        f"{address} cannot be opened ({text}): check its channel and its options; they are those "
+        f"of python-can's interface {address.interface}"
+    )
+
+
+def number_of(error: BaseException) -> int | None:
+    """Return the system's number of an error, wherever python-can has put it."""
+    for cause in causes(error):
+        for name in ("errno", "error_code"):
+            number = getattr(cause, name, None)
+            if isinstance(number, int):
+                return number
+    return None
+
+
+def causes(error: BaseException | None) -> Iterator[BaseException]:
+    """Return an error, what it was made from, and so on."""
+    while error is not None:
+        yield error
+        error = error.__cause__ or error.__context__
+
+
+def _text(error: BaseException) -> str:
+    return str(error).strip() or type(error).__name__
+
+
+def _missing(address: CanAddress, error: BaseException, text: str) -> PortUnavailable | None:
+    """Say what has to be installed for an interface, where that is what it wants."""
+    kinds = (ImportError, NameError)  # the latter is how an interface without its library ends
+    absent = "Cannot import" in text or any(isinstance(each, kinds) for each in causes(error))
+    if not absent and not any(words in text for words in ("No backend", "library not found")):
+        return None
+    extra = _EXTRAS.get(address.interface)
+    how = f'run `pip install "python-can[{extra}]"`' if extra else "install its driver's library"
+    if "No backend" in text:
+        how = "install libusb (libusb-1.0-0 on Debian, `brew install libusb` on macOS)"
+    return PortUnavailable(
+        f"python-can's interface {address.interface} lacks what it needs ({text}): {how}"
+    )
+
+
+def _socketcan(address: CanAddress, error: BaseException, text: str, net: Path) -> PortUnavailable:
+    number = number_of(error)
+    if number == errno.ENODEV:
+        there = ", ".join(can_interfaces(net)) or "none"
+        return NoSuchPort(
+            f"there is no CAN interface {address.channel} (there are: {there}): check the adapter. "
+            + SLCAN_OR_NOT
+        )
+    if number == errno.ENETDOWN:
+        command = bring_up(address.channel, address.option("bitrate"))
+        return PortUnavailable(
+            f"the CAN interface {address.channel} is down: bring it up with `{command}`"
+        )
+    if number == errno.EAFNOSUPPORT or "PF_CAN" in text or os.name != "posix":
+        return PortUnavailable(
+            f"this system has no SocketCAN ({text}): it is Linux's alone, with the kernel's CAN "
+            "modules. " + SLCAN_OR_NOT
+        )
+    return PortUnavailable(f"{address} cannot be opened ({text}): look at `ip -details link`")
+
+
+def _gs_usb(address: CanAddress, error: BaseException, text: str) -> PortUnavailable:
+    number = number_of(error)
+    if number == errno.EACCES:
+        return PortForbidden(
+            f"no permission to open {address}: a udev rule has to give its USB device to you "
+            '(SUBSYSTEM=="usb", ATTR{idVendor}=="1d50", ATTR{idProduct}=="606f", MODE="0666")'
+        )
+    if number == errno.EBUSY:
+        return PortInUse(
+            f"{address} is in use: the kernel's own driver has it, so use can:socketcan:can0"
+        )
+    if "Cannot find device" in text or number == errno.ENODEV:
+        return NoSuchPort(f"there is no adapter {address} ({text}). {SLCAN_OR_NOT}")
+    return PortUnavailable(f"{address} cannot be opened ({text}). {SLCAN_OR_NOT}")

@@ -1,0 +1,52 @@
+"""A serial CAN adapter on a pseudo-terminal with an echoing drive, in a thread of the test."""
+
+from __future__ import annotations
+
+import threading
+import time
+from pathlib import Path
+
+from can_bench import LONG_S, EchoDrive
+
+from armdrive.transports.bell import Bell
+from armdrive.transports.can_memory import BusLine
+from armdrive.transports.serve_can import SlcanServer
+
+
+class Served:
+    """An adapter with an echoing drive on its bus, in a thread of its own."""
+
+    def __init__(self, path: Path) -> None:
+        self.server = SlcanServer(path)
+        self.drive = EchoDrive()
+        self._line = BusLine(self.drive)
+        self._bell = Bell()
+        self._ended = False
+        self._lock = threading.Lock()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def _run(self) -> None:
+        while not self._ended:
+            with self._lock:
+                now_s = time.monotonic()
+                self._line.send(self.server.read(), now_s)
+                self.server.write(self._line.receive(now_s))
+                pause_s = max(self._line.next_s() - time.monotonic(), 0.0)
+                files = self.server.filenos()
+            self._bell.wait(min(pause_s, 0.02), *files)
+
+    def unplug(self) -> None:
+        with self._lock:
+            self.server.close()
+
+    def replug(self, path: Path) -> None:
+        with self._lock:
+            self.server.open(str(path))
+
+    def end(self) -> None:
+        self._ended = True
+        self._bell.ring()
+        self._thread.join(LONG_S)
+        self.server.close()
+        self._bell.close()

@@ -1,0 +1,114 @@
+"""What tests of CAN need: links that are read, a drive that echoes, a bus that fails on request."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+
+import can
+
+from armdrive.transports.can_link import CanLink
+from firmware_protocol.frames import Frame, Unpacker, pack
+
+LONG_S = 5.0
+
+
+def frames_of(link, count: int = 1, patience_s: float = LONG_S) -> list[Frame]:
+    """Read as the engine does: take what is there, and sleep on the link."""
+    unpacker, found = Unpacker(), []
+    end_s = time.monotonic() + patience_s
+    while True:
+        found += unpacker.feed(link.read(0.0))
+        if len(found) >= count or time.monotonic() >= end_s:
+            return found
+        link.wait(end_s - time.monotonic())
+
+
+def until_lost(link) -> str:
+    """Wait for the link to break; return what it says, and fail where it does not."""
+    from armdrive.errors import LinkLost
+
+    end_s = time.monotonic() + LONG_S
+    while time.monotonic() < end_s:
+        try:
+            link.read(0.0)
+        except LinkLost as lost:
+            return str(lost)
+        link.wait(0.05)
+    raise AssertionError("the link never broke")
+
+
+class EchoDrive:
+    """A device that answers each frame with one of the next id, after a time."""
+
+    byte_gap_s = 0.0
+
+    def __init__(self, after_s: float = 0.0) -> None:
+        self.heard: list[tuple[float, Frame]] = []
+        self.mute = False
+        self._after_s = after_s
+        self._due: deque[tuple[float, Frame]] = deque()
+
+    def receive(self, data: bytes, now_s: float) -> None:
+        for frame in Unpacker().feed(data):
+            self.heard.append((now_s, frame))
+            if not self.mute:
+                self._due.append((now_s + self._after_s, Frame(frame.can_id + 1, frame.data)))
+
+    def transmit(self, now_s: float) -> bytes:
+        said = b""
+        while self._due and self._due[0][0] <= now_s:
+            said += pack(self._due.popleft()[1])
+        return said
+
+    def next_s(self) -> float:
+        return self._due[0][0] if self._due else float("inf")
+
+
+class FailingBus(can.BusABC):
+    """A bus whose answers and errors the test hands to it; it notes what is sent."""
+
+    def __init__(self) -> None:
+        self.channel_info = "failing"
+        self.coming: deque[can.Message | Exception] = deque()
+        self.always: Exception | None = None
+        self.sending: deque[Exception] = deque()
+        self.full = False
+        self.stuck = threading.Event()
+        self.stuck.set()
+        self.sent: list[can.Message] = []
+        self.broken = can.BusState.ACTIVE
+        super().__init__("failing")
+
+    def _recv_internal(self, timeout):
+        if self.always is not None:
+            raise self.always
+        if self.coming:
+            came = self.coming.popleft()
+            if isinstance(came, Exception):
+                raise came
+            return came, False
+        threading.Event().wait(min(timeout, 0.005))
+        return None, False
+
+    def send(self, msg, timeout=None):
+        self.stuck.wait()
+        if self.full:
+            raise can.CanOperationError("Transmit buffer full")
+        if self.sending:
+            raise self.sending.popleft()
+        self.sent.append(msg)
+
+    @property
+    def state(self):
+        return self.broken
+
+
+def failing_link(**settings) -> tuple[FailingBus, CanLink]:
+    bus = FailingBus()
+    return bus, CanLink(bus, "can:failing", **settings)
+
+
+def message(can_id: int, data: bytes = b"", **more) -> can.Message:
+    return can.Message(arbitration_id=can_id, data=data, is_extended_id=False, **more)

@@ -1,0 +1,230 @@
+"""A serial CAN adapter on a pseudo-terminal: opened, spoken to, broken, lost and found again."""
+
+from __future__ import annotations
+
+import contextlib
+import subprocess
+import sys
+import threading
+from pathlib import Path
+
+import pytest
+
+if sys.platform == "win32":
+    pytest.skip("Windows has no pseudo-terminals", allow_module_level=True)
+
+import can
+from can_adapter_served import Served
+from can_bench import LONG_S, frames_of, until_lost
+
+from armdrive.errors import PortUnavailable
+from armdrive.transports import can_slcan, can_watch
+from armdrive.transports.bell import Bell
+from armdrive.transports.can_health import BusState
+from armdrive.transports.refusals import NoConnection, NoSuchPort, PortInUse
+from armdrive.transports.serve import PtyServer
+from armdrive.transports.url import open_link
+from firmware_protocol.frames import Frame, pack
+
+HERE = Path(__file__).parent
+
+
+@pytest.fixture(autouse=True)
+def short_patience(monkeypatch):
+    monkeypatch.setattr(can_watch, "PATIENCE_S", 0.1)
+
+
+@pytest.fixture
+def served(tmp_path):
+    made = Served(tmp_path / "adapter")
+    yield made
+    made.end()
+
+
+@pytest.fixture
+def opened(served):
+    link = open_link(served.server.can_address, 0)
+    yield link
+    link.close()
+
+
+def test_frames_pass_and_are_answered(served, opened):
+    assert opened.description == f"can:slcan:{served.server.address} at 500 kbit/s"
+    sent = [Frame(each, bytes(range(each))) for each in range(9)]
+    opened.write(b"".join(map(pack, sent)), 0.0)
+    assert frames_of(opened, 9) == [Frame(each.can_id + 1, each.data) for each in sent]
+    assert (opened.health.heard, opened.health.refused) == (9, 0)
+
+
+def test_any_user_of_python_can_can_open_it(served):
+    channel = served.server.address
+    with can.Bus(channel, "slcan", ignore_config=True, bitrate=500000, sleep_after_open=0) as bus:
+        bus.send(can.Message(arbitration_id=5, data=b"hi", is_extended_id=False))
+        heard = bus.recv(LONG_S)
+    assert (heard.arbitration_id, bytes(heard.data)) == (6, b"hi")
+
+
+def test_an_adapter_in_another_process(tmp_path):
+    path = tmp_path / "far"
+    words = [sys.executable, str(HERE / "can_served.py"), str(path)]
+    with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+        assert process.stdout.readline() == b"ready\n"
+        link = open_link(f"can:slcan:{path}?bitrate=500000", 0)
+        for number in range(0, 100, 20):
+            sent = [Frame(each, b"12345678") for each in range(number, number + 20)]
+            link.write(b"".join(map(pack, sent)), 0.0)
+            assert [each.can_id for each in frames_of(link, 20)] == [
+                each.can_id + 1 for each in sent
+            ]
+        process.kill()
+        assert "lost" in until_lost(link)
+        link.close()
+
+
+class TestOpening:
+    def test_a_second_program_is_turned_away_and_disturbs_nobody(self, served, opened):
+        with pytest.raises(PortInUse):
+            open_link(served.server.can_address, 0)
+        opened.write(pack(Frame(1)), 0.0)
+        assert frames_of(opened) == [Frame(2)]
+
+    def test_an_adapter_that_sleeps_at_first_is_waited_for(self, served, monkeypatch):
+        monkeypatch.setattr(can_slcan, "GREETING_S", 0.1)
+        served.server.adapter.faults.dead = True
+        threading.Timer(0.15, lambda: setattr(served.server.adapter.faults, "dead", False)).start()
+        with contextlib.closing(open_link(served.server.can_address, 0)) as link:
+            link.write(pack(Frame(1)), 0.0)
+            assert frames_of(link) == [Frame(2)]
+            assert link.health.refused == 0
+
+    def test_an_adapter_of_few_words_is_understood(self, served, monkeypatch):
+        monkeypatch.setattr(can_slcan, "GREETING_S", 0.1)
+        served.server.adapter.faults.mute = True
+        with contextlib.closing(open_link(served.server.can_address, 0)) as link:
+            link.write(pack(Frame(1)), 0.0)
+            assert frames_of(link) == [Frame(2)]
+
+    def test_what_is_no_adapter_is_told_from_one(self, tmp_path, monkeypatch):
+        monkeypatch.setattr(can_slcan, "GREETING_S", 0.02)
+        port = PtyServer(tmp_path / "other")
+        where = f"can:slcan:{port.address}?bitrate=500000"
+        with pytest.raises(NoConnection, match=r"says nothing.*candleLight"):
+            open_link(where, 0)
+        for words in (b"Grbl 1.1f ['$' for help]\r\n", b"C\rS6\r\rO\rO\rV\r"):
+            port.read()  # what was asked before
+            answering = threading.Thread(target=answer_once, args=(port, words))
+            answering.start()
+            with pytest.raises(NoConnection, match="which no slcan adapter does"):
+                open_link(where, 0)
+            answering.join(LONG_S)
+        with contextlib.closing(open_link(f"{where}&sleep_after_open=0", 0)):
+            pass
+        port.close()
+
+    def test_a_port_that_is_not_there_and_a_bit_rate_that_none_has(self, served):
+        with pytest.raises(NoSuchPort, match="candleLight"):
+            open_link("can:slcan:/dev/no-such-adapter?bitrate=500000", 0)
+        with pytest.raises(PortUnavailable, match="choose one of"):
+            open_link(f"can:slcan:{served.server.address}?bitrate=123", 0)
+        with pytest.raises(PortUnavailable, match="names no bit rate"):
+            open_link(f"can:slcan:{served.server.address}", 0)
+        with pytest.raises(PortUnavailable, match="names no channel"):
+            open_link("can:slcan:?bitrate=500000", 0)
+
+    def test_a_refused_adapter_is_free_for_the_next_try(self, served):
+        for _ in range(3):
+            with pytest.raises(PortUnavailable):
+                open_link(f"can:slcan:{served.server.address}?bitrate=123", 0)
+        open_link(served.server.can_address, 0).close()
+
+
+class TestLosses:
+    def test_at_a_wrong_bit_rate_the_first_frame_tells(self, served):
+        where = f"can:slcan:{served.server.address}?bitrate=250000"
+        with contextlib.closing(open_link(where, 0)) as link:
+            link.write(pack(Frame(1)), 0.0)
+            assert "all have one bit rate" in until_lost(link)
+            assert link.health.refused >= 1
+        assert served.drive.heard == []
+
+    def test_with_no_other_node_the_first_frame_tells(self, served, opened):
+        served.server.adapter.faults.alone = True
+        opened.write(pack(Frame(1)), 0.0)
+        assert "nobody on the bus takes what is sent" in until_lost(opened)
+
+    def test_bus_off_is_told_and_reopening_mends_it(self, served, opened):
+        served.server.adapter.faults.bus_off = True
+        opened.write(pack(Frame(1)), 0.0)
+        until_lost(opened)
+        opened.close()
+        with contextlib.closing(open_link(served.server.can_address, 0)) as link:
+            link.write(pack(Frame(3)), 0.0)
+            assert frames_of(link) == [Frame(4)]
+            assert link.health.state is BusState.ACTIVE
+
+    def test_one_refused_frame_is_forgiven_when_others_pass(self, served, opened, monkeypatch):
+        monkeypatch.setattr(can_watch, "PATIENCE_S", LONG_S)
+        served.server.adapter.faults.alone = True
+        opened.write(pack(Frame(1)), 0.0)
+        while not served.server.adapter.refused:
+            opened.wait(0.005)
+        served.server.adapter.faults.alone = False
+        opened.write(pack(Frame(3)), 0.0)
+        assert frames_of(opened) == [Frame(4)]
+        monkeypatch.setattr(can_watch, "PATIENCE_S", 0.0)
+        opened.wait(0.2)
+        assert opened.read(0.0) == b""
+
+    def test_an_adapter_that_was_error_passive_for_a_moment_is_forgiven(
+        self, served, opened, monkeypatch
+    ):
+        monkeypatch.setattr(can_watch, "PATIENCE_S", LONG_S)
+        faults = served.server.adapter.faults
+        faults.alone = True
+        opened.write(pack(Frame(1)), 0.0)
+        while opened.health.state is not BusState.PASSIVE:
+            opened.wait(0.005)
+        faults.alone = False
+        served.drive.mute = True
+        opened.write(pack(Frame(3)), 0.0)
+        while opened.health.state is not BusState.ACTIVE:
+            opened.wait(0.005)
+        monkeypatch.setattr(can_watch, "PATIENCE_S", 0.0)
+        opened.wait(0.2)
+        assert opened.read(0.0) == b""
+        assert (opened.health.heard, opened.health.refused) == (0, 1)
+
+    def test_an_unplugged_adapter_is_lost_at_once_and_found_under_another_name(
+        self, served, opened, tmp_path
+    ):
+        served.unplug()
+        assert "gone" in until_lost(opened)
+        opened.close()
+        with pytest.raises(NoSuchPort):
+            open_link(served.server.can_address, 0)
+        served.replug(tmp_path / "elsewhere")
+        with contextlib.closing(open_link(served.server.can_address, 0)) as link:
+            link.write(pack(Frame(1)), 0.0)
+            assert frames_of(link) == [Frame(2)]
+
+    def test_nothing_is_left_open_after_all_of_that(self, served):
+        open_link(served.server.can_address, 0).close()
+        before = open_files()
+        for _ in range(3):
+            open_link(served.server.can_address, 0).close()
+        assert open_files() == before
+
+
+def answer_once(port: PtyServer, words: bytes) -> None:
+    """Answer the first question after its version with other words."""
+    bell, heard = Bell(), b""
+    while b"V" not in heard:
+        bell.wait(LONG_S, *port.filenos())
+        heard += port.read()
+    port.write(words)
+    bell.close()
+
+
+def open_files() -> int:
+    folder = Path("/proc/self/fd")
+    return sum(1 for _ in folder.iterdir()) if folder.is_dir() else 0

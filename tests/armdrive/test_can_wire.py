@@ -1,0 +1,243 @@
+"""Frames on simulated time: their bits, the bus that carries one at a time, and its faults."""
+
+from __future__ import annotations
+
+import itertools
+import random
+
+import pytest
+from can_bench import EchoDrive
+from hypothesis import given
+from hypothesis import strategies as st
+
+from armdrive.errors import LinkLost
+from armdrive.sim.wire_faults import Next, Rule, Share, late, lost
+from armdrive.transports.can_faults import frame_lost, overtaken
+from armdrive.transports.can_memory import CanMemoryLink
+from armdrive.transports.can_timing import frame_bits, most_frame_bits
+from armdrive.transports.can_wire import FrameWire, Side
+from firmware_protocol.frames import Frame, Unpacker, pack
+
+BITRATE = 500_000
+
+
+@st.composite
+def frames(draw) -> Frame:
+    extended, remote = draw(st.booleans()), draw(st.booleans())
+    can_id = draw(st.integers(0, 0x1FFFFFFF if extended else 0x7FF))
+    data = b"" if remote else draw(st.binary(max_size=8))
+    return Frame(can_id, data, extended, remote)
+
+
+def bits_by_text(frame: Frame) -> int:
+    """Count the bits of a frame as one does on paper: on text, digit by digit."""
+    remote = "1" if frame.remote else "0"
+    if frame.extended:
+        can_id = f"{frame.can_id:029b}"
+        head = "0" + can_id[:11] + "11" + can_id[11:] + remote + "00"
+    else:
+        head = "0" + f"{frame.can_id:011b}" + remote + "00"
+    body = head + f"{len(frame.data):04b}" + "".join(f"{byte:08b}" for byte in frame.data)
+    rest, divisor = [int(bit) for bit in body + "0" * 15], [int(bit) for bit in f"{0xC599:016b}"]
+    for place in range(len(body)):
+        if rest[place]:
+            for offset, bit in enumerate(divisor):
+                rest[place + offset] ^= bit
+    sent = ""
+    for bit in body + "".join(map(str, rest[-15:])):
+        sent += bit
+        if sent[-5:] in ("00000", "11111"):
+            sent += "1" if bit == "0" else "0"
+    # delimiter, acknowledgement and its delimiter, end of frame, silence
+    return len(sent) + 1 + 2 + 7 + 3
+
+
+@given(frames())
+def test_the_bits_of_a_frame_are_those_counted_on_paper(frame):
+    assert frame_bits(frame) == bits_by_text(frame)
+
+
+@given(frames())
+def test_no_frame_is_longer_than_its_bound_or_shorter_than_its_fields(frame):
+    fields = (67 if frame.extended else 47) + 8 * len(frame.data)
+    most = most_frame_bits(len(frame.data), extended=frame.extended)
+    assert fields <= frame_bits(frame) <= most
+
+
+def test_the_longest_frames_are_as_long_as_the_literature_says():
+    assert most_frame_bits(8) == 135
+    assert most_frame_bits(8, extended=True) == 160
+
+
+class TestWire:
+    def test_a_frame_arrives_when_its_last_bit_has_passed(self):
+        wire, frame = FrameWire(BITRATE), Frame(5, b"abc")
+        wire.push(frame, Side.HOST, 1.0)
+        end_s = 1.0 + frame_bits(frame) / BITRATE
+        assert wire.next_s() == pytest.approx(end_s)
+        assert wire.pull(end_s - 1e-6) == []
+        (arrival,) = wire.pull(end_s + 1e-9)
+        assert (arrival.frame, arrival.sender) == (frame, Side.HOST)
+        assert arrival.time_s == pytest.approx(end_s)
+        assert wire.next_s() == float("inf")
+
+    def test_of_those_that_wait_the_lowest_id_goes_first(self):
+        wire = FrameWire(BITRATE)
+        for can_id in (7, 6, 1, 3):
+            wire.push(Frame(can_id), Side.DEVICE, 0.0)
+        assert [each.frame.can_id for each in wire.pull(1.0)] == [7, 1, 3, 6]
+
+    def test_an_adapter_sends_in_its_own_order_and_yields_to_drives(self):
+        wire = FrameWire(BITRATE)
+        for can_id in (9, 2, 8):
+            wire.push(Frame(can_id), Side.HOST, 0.0)
+        wire.push(Frame(4), Side.DEVICE, 0.0)
+        assert [each.frame.can_id for each in wire.pull(1.0)] == [9, 2, 4, 8]
+
+    def test_short_ids_win_over_long_ones_that_begin_alike(self):
+        wire = FrameWire(BITRATE)
+        wire.push(Frame(0x7FF), Side.DEVICE, 0.0)
+        wire.push(Frame(5 << 18, extended=True), Side.DEVICE, 0.0)
+        wire.push(Frame(5, remote=True), Side.DEVICE, 0.0)
+        wire.push(Frame(5), Side.DEVICE, 0.0)
+        order = [(each.frame.extended, each.frame.remote) for each in wire.pull(1.0)[1:]]
+        assert order[-1] == (True, False)
+
+    @given(st.lists(st.tuples(frames(), st.sampled_from(Side), st.floats(0, 0.01)), max_size=12))
+    def test_nothing_is_lost_and_no_two_frames_overlap(self, sent):
+        wire = FrameWire(BITRATE)
+        for frame, side, time_s in sorted(sent, key=lambda each: each[2]):
+            wire.push(frame, side, time_s)
+        arrived = wire.pull(1.0)
+        assert sorted(map(str, (each.frame for each in arrived))) == sorted(
+            str(frame) for frame, _, _ in sent
+        )
+        for before, after in itertools.pairwise(arrived):
+            took_s = frame_bits(after.frame) / BITRATE
+            assert after.time_s - before.time_s >= took_s - 1e-12
+        assert wire.busy_s == pytest.approx(
+            sum(frame_bits(frame) for frame, _, _ in sent) / BITRATE
+        )
+
+    def test_how_often_one_looks_changes_nothing(self):
+        draw = random.Random(1)
+        sent = [(draw.random() * 0.01, Frame(draw.randrange(8), b"x")) for _ in range(30)]
+        often, once = FrameWire(BITRATE), FrameWire(BITRATE)
+        seen = []
+        for time_s, frame in sorted(sent, key=lambda each: each[0]):
+            seen += often.pull(time_s)
+            often.push(frame, Side.DEVICE, time_s)
+            once.push(frame, Side.DEVICE, time_s)
+        assert seen + often.pull(1.0) == once.pull(1.0)
+
+
+class Bench:
+    """A link to an echoing drive, on a clock of its own."""
+
+    def __init__(self, after_s: float = 0.0) -> None:
+        self.drive = EchoDrive(after_s)
+        self.link = CanMemoryLink(self.drive, BITRATE)
+        self.now_s = 0.0
+
+    def write(self, *frames: Frame) -> None:
+        self.link.write(b"".join(map(pack, frames)), self.now_s)
+
+    def run(self, for_s: float = 1.0) -> list[tuple[float, Frame]]:
+        """Go from deadline to deadline, and return what was heard and when."""
+        heard, end_s = [], self.now_s + for_s
+        while (next_s := self.link.next_s()) <= end_s:
+            self.now_s = max(next_s, self.now_s)
+            heard += [(self.now_s, each) for each in Unpacker().feed(self.link.read(self.now_s))]
+        self.now_s = end_s
+        self.link.read(end_s)
+        return heard
+
+
+class TestLink:
+    def test_an_answer_comes_after_both_frames_have_passed(self):
+        bench, frame = Bench(after_s=0.002), Frame(5, b"abc")
+        bench.write(frame)
+        ((time_s, answer),) = bench.run()
+        assert answer == Frame(6, b"abc")
+        both = frame_bits(frame) + frame_bits(answer)
+        assert time_s == pytest.approx(0.002 + both / BITRATE)
+        assert bench.drive.heard[0][0] == pytest.approx(frame_bits(frame) / BITRATE)
+        assert bench.link.description == "simulated arm on a CAN bus at 500 kbit/s"
+
+    def test_half_a_frame_waits_for_its_other_half(self):
+        bench, packed = Bench(), pack(Frame(5, b"\r\n\r\n"))
+        bench.link.write(packed[:4], 0.0)
+        assert bench.run(0.1) == []
+        bench.link.write(packed[4:], bench.now_s)
+        assert [each for _, each in bench.run()] == [Frame(6, b"\r\n\r\n")]
+
+    def test_a_lost_frame_is_lost_and_the_next_is_not(self):
+        for effect in (frame_lost, lost):
+            bench = Bench()
+            bench.link.line.faults.host.rules.append(Rule(effect, Next()))
+            bench.write(Frame(1), Frame(3))
+            assert [each.can_id for _, each in bench.run()] == [4]
+
+    def test_a_lost_answer_was_heard_by_the_drive(self):
+        bench = Bench()
+        bench.link.line.faults.device.rules.append(Rule(frame_lost, Next()))
+        bench.write(Frame(1))
+        assert bench.run() == []
+        assert len(bench.drive.heard) == 1
+
+    def test_a_delayed_frame_comes_later(self):
+        bench = Bench()
+        bench.link.line.faults.device.rules.append(Rule(late(0.2), Next()))
+        bench.write(Frame(1))
+        ((time_s, _),) = bench.run()
+        assert 0.2 < time_s < 0.21
+
+    def test_a_frame_is_overtaken_by_the_next(self):
+        bench = Bench()
+        bench.link.line.faults.host.rules.append(overtaken(Next()))
+        bench.write(Frame(1), Frame(3), Frame(5), Frame(7))
+        bench.run()
+        assert [each.can_id for _, each in bench.drive.heard] == [3, 1, 5, 7]
+        assert bench.link.line.faults.host.rules == []
+
+    def test_a_frame_that_nothing_overtakes_is_late_for_ever(self):
+        bench = Bench()
+        bench.link.line.faults.host.rules.append(overtaken(Share(1.0, random.Random(1))))
+        bench.write(Frame(1), Frame(3), Frame(5))
+        bench.run()
+        assert [each.can_id for _, each in bench.drive.heard] == [3, 1]
+
+    def test_bus_off_is_told_and_ends_with_reopening(self):
+        bench = Bench()
+        bench.write(Frame(1))
+        bench.link.line.leave_bus()
+        with pytest.raises(LinkLost, match="bus-off"):
+            bench.link.read(0.0)
+        with pytest.raises(LinkLost, match="terminating resistors"):
+            bench.write(Frame(1))
+        bench.link.close()
+        bench.link.reopen()
+        assert bench.run() == []
+        assert bench.drive.heard == []
+        bench.write(Frame(1))
+        assert len(bench.run()) == 1
+
+    def test_drives_live_on_while_the_adapter_is_unplugged(self):
+        bench = Bench(after_s=0.1)
+        bench.write(Frame(1), Frame(3))
+        bench.link.read(frame_bits(Frame(1)) / BITRATE + 1e-9)
+        bench.link.unplug()
+        for time_s in (0.05, 0.5):
+            with pytest.raises(LinkLost, match="unplugged"):
+                bench.link.read(time_s)
+        bench.link.replug()
+        bench.now_s = 0.5
+        assert bench.run() == []
+        assert [each.can_id for _, each in bench.drive.heard] == [1]
+
+    def test_a_host_that_waits_knows_how_many_frames_have_not_passed(self):
+        bench = Bench()
+        bench.write(Frame(1), Frame(3), Frame(5))
+        assert bench.link.line.backlog == 3
+        bench.run()
+        assert bench.link.line.backlog == 0

@@ -1,0 +1,184 @@
+"""What is said on a CAN bus: that nothing hangs, what an adapter refuses, and trouble in words."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import threading
+import time
+
+import can
+import pytest
+from can_bench import LONG_S, FailingBus, failing_link, until_lost
+
+from armdrive.transports import can_link, can_reader, can_watch, can_writer
+from armdrive.transports.can_health import BusState, of_error_frame, of_status
+from armdrive.transports.can_link import CanLink
+from firmware_protocol.frames import Frame, pack
+
+
+@pytest.fixture(autouse=True)
+def short_patience(monkeypatch):
+    """Have what must last to be a loss last less, so that tests are quick."""
+    monkeypatch.setattr(can_watch, "PATIENCE_S", 0.1)
+    monkeypatch.setattr(can_writer, "PATIENCE_S", 0.3)
+
+
+@pytest.fixture
+def patient(monkeypatch):
+    """Have nothing be a loss because it lasts."""
+    monkeypatch.setattr(can_watch, "PATIENCE_S", LONG_S)
+    monkeypatch.setattr(can_writer, "PATIENCE_S", LONG_S)
+    monkeypatch.setattr(can_link, "LAST_WORDS_S", LONG_S)
+
+
+@pytest.fixture
+def failing():
+    bus, link = failing_link()
+    yield bus, link
+    bus.stuck.set()
+    link.close()
+
+
+class TestWriter:
+    def test_a_stuck_adapter_holds_up_nobody_and_is_a_loss_within_a_second(self, failing):
+        bus, link = failing
+        bus.stuck.clear()
+        began_s = time.monotonic()
+        link.write(pack(Frame(1)) + pack(Frame(2)), 0.0)
+        assert time.monotonic() - began_s < 0.2
+        assert "took no frame" in until_lost(link)
+        bus.stuck.set()
+        link.close()
+        assert [each.arbitration_id for each in bus.sent] == [1]
+
+    def test_what_was_written_before_closing_leaves_first(self, patient, failing):
+        bus, link = failing
+        bus.stuck.clear()
+        link.write(pack(Frame(1)) + pack(Frame(2)), 0.0)
+        assert link.waiting == 2
+        threading.Timer(0.05, bus.stuck.set).start()
+        link.close()
+        assert [each.arbitration_id for each in bus.sent] == [1, 2]
+        assert link.waiting == 0
+
+    def test_a_stuck_adapter_does_not_hold_up_closing(self, failing):
+        bus, link = failing
+        bus.stuck.clear()
+        link.write(pack(Frame(1)) + pack(Frame(2)), 0.0)
+        began_s = time.monotonic()
+        link.close()
+        assert time.monotonic() - began_s < 2.0
+        bus.stuck.set()
+        assert bus._is_shutdown
+
+    def test_a_transmit_buffer_that_stays_full_is_a_loss(self, failing):
+        bus, link = failing
+        bus.full = True
+        link.write(pack(Frame(1)), 0.0)
+        assert "stays full" in until_lost(link)
+        assert bus.sent == []
+
+    def test_a_buffer_that_is_full_for_a_moment_is_not(self, patient, failing):
+        bus, link = failing
+        bus.sending.extend([can.CanOperationError("x", errno.ENOBUFS), can.CanTimeoutError("y")])
+        link.write(pack(Frame(1)) + pack(Frame(2)), 0.0)
+        end_s = time.monotonic() + LONG_S
+        while len(bus.sent) < 2 and time.monotonic() < end_s:
+            link.wait(0.01)
+        assert [each.arbitration_id for each in bus.sent] == [1, 2]
+        assert link.read(0.0) == b""
+
+    def test_an_adapter_that_refuses_is_a_loss_in_its_words(self, failing):
+        bus, link = failing
+        bus.sending.append(can.CanOperationError("device unplugged"))
+        link.write(pack(Frame(1)) + pack(Frame(2)), 0.0)
+        assert "device unplugged" in until_lost(link)
+        link.close()
+        assert bus.sent == []
+
+    def test_more_frames_than_any_bus_carries_are_a_loss(self, failing):
+        bus, link = failing
+        bus.stuck.clear()
+        link.write(pack(Frame(1)) * (2 * can_writer.MOST_FRAMES), 0.0)
+        assert "frames wait to be sent" in until_lost(link)
+
+    def test_nothing_is_sent_periodically_by_anybody_else(self, failing, monkeypatch):
+        def periodic(*args, **kwargs):
+            pytest.fail("a driver was asked to go on by itself")
+
+        monkeypatch.setattr(can.BusABC, "send_periodic", periodic)
+        bus, link = failing
+        link.write(pack(Frame(1)), 0.0)
+        while not bus.sent:
+            link.wait(0.01)
+        link.close()
+
+
+class TellingBus(FailingBus):
+    """A bus whose adapter tells of frames that it did not send, as slcan does."""
+
+    def __init__(self, status: int | None) -> None:
+        self.refused = 0
+        self.refusing = False
+        self.asked = 0
+        self._status = status
+        self._answer: int | None = None
+        super().__init__()
+
+    def send(self, msg, timeout=None):
+        self.refused += 1
+        self.refusing = True
+
+    def ask(self) -> None:
+        self.asked += 1
+        self._answer = self._status
+
+    def take_status(self) -> int | None:
+        answer, self._answer = self._answer, None
+        return answer
+
+
+REFUSALS = [(None, "refuses frames"), (0x20, "error-passive"), (0xA0, "has left the bus")]
+
+
+@pytest.mark.parametrize(("status", "words"), REFUSALS)
+def test_an_adapter_that_tells_is_asked_why_it_sends_nothing(status, words, monkeypatch):
+    monkeypatch.setattr(can_reader, "STATE_S", 0.01)
+    bus = TellingBus(status)
+    with contextlib.closing(CanLink(bus, "can:telling")) as link:
+        link.write(pack(Frame(1)), 0.0)
+        lost = until_lost(link)
+        assert words in lost or (status == 0x20 and "refuses frames" in lost)
+        assert link.health.refused == 1
+    assert bus.asked == 1 or status == 0x20
+
+
+ERROR_FRAMES = [
+    (0x040, b"", BusState.OFF, "bus-off"),
+    (0x020, b"", BusState.PASSIVE, "acknowledged"),
+    (0x004, b"\0\x20", BusState.PASSIVE, "error-passive"),
+    (0x004, b"\0\x08", BusState.WARNING, "warning limit"),
+    (0x004, b"\0\x40", BusState.ACTIVE, "again"),
+    (0x100, b"", BusState.ACTIVE, "again"),
+    (0x004, b"\0\x01", None, "ran over"),
+    (0x088, bytes(8), None, "protocol error, the bus has an error"),
+    (0x200, b"", None, "without a reason"),
+]
+
+
+@pytest.mark.parametrize(("can_id", "data", "state", "words"), ERROR_FRAMES)
+def test_error_frames_are_put_into_words(can_id, data, state, words):
+    found, said = of_error_frame(can_id, data)
+    assert found is state
+    assert words in said
+
+
+STATUSES = [(0x00, BusState.ACTIVE), (0x04, BusState.WARNING), (0x20, BusState.PASSIVE)]
+
+
+@pytest.mark.parametrize(
+    ("status", "state"), [*STATUSES, (0x80, BusState.PASSIVE), (0xA4, BusState.OFF)]
+)
+def test_the_status_of_an_adapter_is_a_state(status, state):
+    assert of_status(status)[0] is state

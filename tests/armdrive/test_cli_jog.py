@@ -1,0 +1,55 @@
+"""`armdrive jog`: whether a lost link is looked for, and what is said to who leaves without one."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import pytest
+from cli_calls import write_arm_file
+
+import tui
+from armdrive import connecting
+from armdrive.cli import jog
+
+
+@pytest.fixture
+def desk(monkeypatch):
+    """A terminal, and a desk that somebody leaves at once; returns what it is given."""
+    terminal = SimpleNamespace(isatty=lambda: True)
+    monkeypatch.setattr(jog, "sys", SimpleNamespace(stdin=terminal, stdout=terminal))
+    shown = []
+
+    def run_desk(arm, *, ascii_only):
+        shown.append(arm)
+        return 0
+
+    monkeypatch.setattr(tui, "run_desk", run_desk)
+
+    def connect(config, *, allow_restored, reconnect):
+        return connecting.connect_simulated(config, reconnect=reconnect)
+
+    monkeypatch.setattr(connecting, "connect_real", connect)
+    return shown
+
+
+@pytest.mark.parametrize("in_file", [False, True])
+@pytest.mark.parametrize("words", [(), ("--reconnect",)])
+def test_a_lost_link_is_looked_for_as_the_command_or_the_arm_file_says(call, desk, in_file, words):
+    asked = f"reconnect = {str(in_file).lower()}\n"
+    write_arm_file("bench", f'model = "teachmover"\n[connection]\nport = "/dev/x"\n{asked}')
+    called = call("jog", "--arm", "bench", *words, code=0)
+    assert desk[0].reconnects == (in_file or bool(words))
+    assert "the link was lost" not in called.out
+
+
+def test_who_leaves_a_desk_without_its_link_is_told_what_became_of_it(call, desk, monkeypatch):
+    def run_desk(arm, *, ascii_only):
+        arm.twin.faults.add("unplug")
+        arm.sleep(1.0)
+        return 0
+
+    monkeypatch.setattr(tui, "run_desk", run_desk)
+    write_arm_file("bench", 'model = "teachmover"\n[connection]\nport = "/dev/x"\n')
+    said = call("jog", "--arm", "bench", code=0).out
+    assert "left while the link was lost: [E407]" in said
+    assert "plug" in said

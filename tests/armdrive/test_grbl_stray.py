@@ -1,0 +1,127 @@
+"""Characters that stand in a GRBL board's line before ours: nothing false is carried out."""
+
+import pytest
+from grbl_arm import config, found, lost, ready, rule, standing_as_said, without
+
+from armdrive.errors import DeviceFault
+from armdrive.status import State, Trust
+
+SPOILER = b"))GG\n"
+FLIPPED = [bytes([ord("?") ^ 1 << bit]) for bit in range(7)]
+OTHERS = [b"(", b"$", b"G", b"X", b"M", b"%", b"0", b"~", b"$H", b"\r"]
+
+
+def changed_poll(arm, to):
+    """Have the next `?` of the idle wire arrive as something else."""
+    arm.sleep(1.0)
+    arm.twin.link.to.append(rule(rb"\?", lambda _: to))
+    arm.sleep(1.0)
+    assert not any(each[3] for each in arm.twin.link.to)
+    arm.twin.link.sent.clear()
+
+
+def spoilers(arm):
+    return sum(piece == SPOILER for _, piece in arm.twin.link.sent)
+
+
+@pytest.mark.parametrize("to", [*FLIPPED, *OTHERS], ids=repr)
+def test_a_poll_that_was_changed_on_the_idle_wire_spoils_no_motion(to):
+    arm = ready()
+    changed_poll(arm, to)
+    arm.move_j(base_deg=5, shoulder_deg=42)
+    assert standing_as_said(arm)
+    assert arm.status.trust is Trust.REFERENCED
+    assert spoilers(arm) >= 1
+    arm.twin.link.sent.clear()
+    arm.jog_j(base_deg=2)
+    assert standing_as_said(arm)
+    assert spoilers(arm) == 0
+
+
+@pytest.mark.parametrize("to", FLIPPED, ids=repr)
+def test_nor_a_jog_an_output_or_a_servo(to):
+    arm = ready(config(gripper="servo"))
+    changed_poll(arm, to)
+    arm.jog_j(base_deg=2)
+    changed_poll(arm, to)
+    arm.set_outputs(1)
+    changed_poll(arm, to)
+    arm.gripper.open(76.0)
+    assert standing_as_said(arm)
+    assert arm.twin.device.details()["outputs"]["flood"]
+    assert arm.twin.world.opening_mm == pytest.approx(76.0, abs=1.0)
+    assert arm.status.state is State.STANDBY
+
+
+def test_on_a_wire_that_is_well_nothing_more_is_said():
+    arm = ready()
+    for _ in range(3):
+        arm.sleep(2.0)
+        arm.move_j(base_deg=arm.joints.deg["base"] + 3)
+    assert spoilers(arm) == 0
+
+
+@pytest.mark.parametrize("noise", [b"7", b">", b"$", b"G", b"X"])
+@pytest.mark.parametrize("gripper", [None, "servo"])
+def test_a_line_that_noise_has_spoiled_is_refused_and_the_position_is_still_known(noise, gripper):
+    arm = ready(config(gripper=gripper))
+    arm.move_j(base_deg=1)  # which has set the board's modes
+    before = arm.twin.world.motors
+    arm.twin.link.inner.write(noise, arm.status.time_s)
+    with pytest.raises(DeviceFault, match="refused"):
+        arm.move_j(base_deg=25, shoulder_deg=48)
+    assert arm.status.trust is Trust.REFERENCED
+    assert arm.twin.world.motors == before
+    arm.reset()
+    arm.move_j(base_deg=25, shoulder_deg=48)
+    assert standing_as_said(arm)
+
+
+@pytest.mark.parametrize("noise", [b";", b"("])
+def test_a_line_that_noise_has_made_a_comment_leaves_no_false_position(noise):
+    arm = ready()
+    arm.move_j(base_deg=1)
+    arm.twin.link.inner.write(noise, arm.status.time_s)
+    try:
+        arm.move_j(base_deg=25, shoulder_deg=48)
+    except DeviceFault:
+        arm.reset()
+    assert arm.status.trust is not Trust.REFERENCED or standing_as_said(arm)
+
+
+def test_a_line_that_lost_its_end_is_not_carried_out_with_the_next_one():
+    arm = ready()
+    arm.twin.link.to.append(rule(rb"M8", without(-1)))
+    with pytest.raises(DeviceFault):
+        arm.set_outputs(1)
+    if arm.status.state is State.ERROR_STOP:
+        arm.reset()
+    arm.move_j(base_deg=5)
+    assert standing_as_said(arm)
+    assert not arm.twin.device.details()["outputs"]["flood"]
+
+
+def test_a_late_ok_is_not_taken_for_the_answer_of_the_next_line():
+    arm = ready()
+    arm.twin.faults.add("delay", 1.1, "next", side="device")
+    with pytest.raises(DeviceFault):
+        arm.set_outputs(1)
+    if arm.status.state is State.ERROR_STOP:
+        arm.reset()
+    arm.move_j(base_deg=5)
+    assert standing_as_said(arm)
+    assert arm.status.trust is Trust.REFERENCED
+
+
+def test_a_spoiler_that_is_lost_is_said_again():
+    arm = ready()
+    changed_poll(arm, b"7")
+    arm.twin.link.to.append(rule(rb"\)\)GG", lost))
+    arm.move_j(base_deg=5)
+    assert standing_as_said(arm)
+    assert arm.status.trust is Trust.REFERENCED
+
+
+def test_contact_leaves_a_clean_line():
+    arm = found()
+    assert not arm.core.controller.polls.stray

@@ -1,0 +1,60 @@
+"""How late deadlines are met: counted without a doubt, and shown where a person looks."""
+
+import time
+
+from faults import sim_arm
+from hypothesis import given
+from hypothesis import strategies as st
+
+from armdrive.connecting import connect_simulated, simulated_config
+from armdrive.doctor.findings import Grade
+from armdrive.doctor.timing import finding, measure
+from armdrive.lateness import Lateness, Wakes
+from armdrive.view import status_view
+
+
+@given(st.lists(st.floats(0.0, 3.0), min_size=1))
+def test_no_figure_is_below_what_it_bounds_and_none_above_the_worst(late_s):
+    lateness = Lateness()
+    for each in late_s:
+        lateness.add(each)
+    found, ordered = lateness.view(), sorted(late_s)
+    assert found.count == len(late_s) == sum(found.classes)
+    assert found.worst_s == ordered[-1]
+    for share, bound_s in ((0.5, found.median_s), (0.99, found.p99_s)):
+        inside = sum(each <= bound_s for each in ordered)
+        assert inside >= share * len(ordered)
+        assert bound_s <= found.worst_s
+
+
+def test_early_is_not_late():
+    lateness = Lateness()
+    lateness.add(-0.5)
+    assert lateness.view().worst_s == 0.0
+
+
+def test_on_simulated_time_nothing_is_late():
+    with sim_arm() as arm:
+        arm.sleep(1.0)
+        assert arm.status.wakes.count == 0
+        assert "punctuality" not in str(arm.status)
+
+
+def test_a_thread_that_drives_an_arm_counts_its_deadlines():
+    config = simulated_config("teachmover")
+    with connect_simulated(config, pace="real") as arm:
+        until_s = time.monotonic() + 5.0
+        while not arm.status.wakes.count and time.monotonic() < until_s:
+            time.sleep(0.01)
+        status = arm.status
+    assert status.wakes.count > 0
+    assert "punctuality" in str(status)
+    assert status_view(status)["wakes"]["deadlines"] == status.wakes.count
+
+
+def test_the_doctor_measures_this_computer_and_judges_it():
+    assert measure(deadlines=5, period_s=1e-3).count == 5
+    assert finding(Wakes(100, 1e-4, 2e-4, 3e-4)).grade is Grade.OK
+    late = finding(Wakes(100, 1e-3, 2e-2, 5e-2))
+    assert late.grade is Grade.NOTE
+    assert "50 ms late" in late.what

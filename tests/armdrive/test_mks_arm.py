@@ -1,0 +1,190 @@
+"""A whole arm on simulated MKS drives: straight ways, homing, and faults of a single drive."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from types import MappingProxyType
+
+import pytest
+
+from armdrive import Arm, dialects
+from armdrive.armsections import HomingSettings
+from armdrive.connecting import connect_simulated, simulated_config
+from armdrive.errors import DeviceFault, Refused
+from armdrive.sim.twin import make_twin
+from armdrive.status import Current, State, Trust
+from kinematics import Joints, Pose
+
+START = Joints.of(0.0, 40.0, -80.0, -40.0, 0.0)
+LOOK_S = 0.02
+
+
+@pytest.fixture(autouse=True)
+def known(monkeypatch):
+    rows = {**dialects.DIALECTS, "mks": dialects.MKS}
+    monkeypatch.setattr(dialects, "DIALECTS", MappingProxyType(rows))
+
+
+def mks_arm(homing=None, gripper=None, options=None, **settings) -> Arm:
+    """Connect to a fresh twin that stands in the air."""
+    config = simulated_config("mks")
+    config = replace(config, device=replace(config.device, **settings), homing=homing)
+    if gripper:
+        config = replace(config, gripper=replace(config.gripper, kind=gripper))
+    twin = make_twin(config, **(options or {}))
+    twin.device.bring_to(START, 20.0)
+    return connect_simulated(config, twin=twin)
+
+
+def ready(**settings) -> Arm:
+    arm = mks_arm(**settings)
+    arm.enable()
+    arm.declare_posture(START, opening_mm=20.0)
+    return arm
+
+
+def watched(arm, handle, look):
+    """Look at the arm until a motion has ended, and return the most of what was seen."""
+    most = 0.0
+    while not handle.done:
+        arm.sleep(LOOK_S)
+        most = max(most, look())
+    handle.wait()
+    return most
+
+
+def beside_line_mm(start: Pose, end: Pose, at) -> float:
+    ends = [(each.x_mm, each.y_mm, each.z_mm) for each in (start, end)]
+    way = [b - a for a, b in zip(*ends, strict=True)]
+    here = [b - a for a, b in zip(ends[0], at, strict=True)]
+    share = sum(a * b for a, b in zip(way, here, strict=True)) / sum(a * a for a in way)
+    return math.dist(here, [share * one for one in way])
+
+
+STRATEGIES = {
+    "steered": ({}, 0.5),
+    "started together": ({"segment_s": 0.0}, 1.0),
+    "one after another": ({"segment_s": 0.0, "firmware": "1.0.4"}, 1.5),
+}
+
+
+@pytest.mark.parametrize("name", STRATEGIES)
+def test_a_line_is_straight_in_motion_whatever_the_firmware(name):
+    settings, most_mm = STRATEGIES[name]
+    arm = ready(**settings)
+    start = arm.pose
+    end = replace(start, y_mm=start.y_mm + 80.0)
+    handle = arm.move_l(end, wait=False)
+    look = lambda: beside_line_mm(start, end, arm.twin.world.tip)  # noqa: E731
+    assert watched(arm, handle, look) < most_mm
+    assert arm.twin.world.motors == arm.status.acknowledged
+
+
+def test_a_motion_of_all_joints_keeps_in_proportion():
+    arm = ready()
+    before = arm.status.acknowledged
+    handle = arm.move_j(
+        wait=False, base_deg=25, shoulder_deg=50, elbow_deg=-70, wrist_pitch_deg=-50
+    )
+    goal = arm.model.transmission.to_motors(Joints.of(25, 50, -70, -50, 0), 20.0)
+    way = goal - before
+    busiest = max(range(6), key=lambda motor: abs(way[motor]))
+
+    def off_deg() -> float:
+        moved = arm.twin.world.motors - before
+        share = moved[busiest] / way[busiest]
+        return max(abs(at - share * all_of_it) for at, all_of_it in zip(moved, way, strict=True))
+
+    assert watched(arm, handle, off_deg) < 120  # counts, of 16384 a turn of the motor
+    assert arm.twin.world.motors == goal
+
+
+def test_homing_finds_the_switches_in_the_order_of_the_arm_file():
+    homed = Joints.of(4.0, 43.0, -77.0, -40.0, 0.0)
+    arm = mks_arm(homing=HomingSettings(homed, 20.0, ((3,), (2,), (1,))))
+    arm.enable()
+    told = []
+    arm.home(told=told.append)
+    assert told == [("elbow",), ("shoulder",), ("base",)]
+    assert arm.status.trust is Trust.REFERENCED
+    arm.move_j(base_deg=0.0)
+    assert arm.joints.deg["base"] == pytest.approx(0.0, abs=0.01)
+    assert arm.twin.world.joints.deg["base"] == pytest.approx(0.0, abs=0.01)
+
+
+def test_a_search_for_a_switch_can_be_stopped():
+    arm = mks_arm(homing=HomingSettings(Joints.of(40.0, 40.0, -80.0, -40.0, 0.0), 20.0, ((1,),)))
+    arm.enable()
+    arm.twin.device.at(arm.pace.now_s() + 0.5, arm.request_stop)
+    with pytest.raises(Exception, match="stopped"):
+        arm.home()
+    stood = arm.twin.world.motors
+    arm.sleep(1.0)
+    assert arm.twin.world.motors == stood
+    assert arm.status.trust is not Trust.REFERENCED
+
+
+def test_drives_as_they_are_shipped_are_one_id_and_that_is_said():
+    with pytest.raises(DeviceFault, match="id"):
+        mks_arm(options={"factory": True})
+
+
+def test_a_stall_ends_in_an_error_that_names_the_drive_and_a_reset_clears_it():
+    arm = ready()
+    arm.twin.faults.add("stall", "2")
+    with pytest.raises(DeviceFault, match=r"drive 2 \(shoulder\)"):
+        arm.move_j(shoulder_deg=60.0)
+    assert arm.status.state is State.ERROR_STOP
+    assert arm.status.trust is Trust.SUSPECT
+    arm.twin.faults.end()
+    arm.reset()
+    arm.enable()
+    assert arm.status.current is Current.HELD
+    world = arm.twin.world
+    arm.declare_posture(world.joints, opening_mm=world.opening_mm)
+    arm.move_j(shoulder_deg=45.0)
+    assert arm.twin.world.motors == arm.status.acknowledged
+
+
+def test_a_port_that_is_no_can_adapter_is_refused():
+    config = simulated_config("mks")
+    wrong = replace(config, connection=replace(config.connection, port="/dev/ttyUSB0"))
+    with pytest.raises(Refused, match="can:slcan"):
+        dialects.MKS.controller(wrong)
+
+
+def test_a_gripper_that_no_drive_moves_is_refused():
+    with pytest.raises(Refused, match=r"gripper\.kind"):
+        mks_arm(gripper="servo")
+
+
+def test_nothing_moves_while_a_drive_is_in_another_mode():
+    config = simulated_config("mks")
+    twin = make_twin(config)
+    twin.faults.add("drive-mode", "3", "2")
+    stood = twin.world.motors
+    arm = connect_simulated(config, twin=twin)
+    assert "drive 3 (elbow)" in arm.status.notice
+    with pytest.raises(DeviceFault, match=r"drive 3 \(elbow\) is in mode"):
+        arm.enable()
+    assert twin.world.motors == stood
+
+
+@pytest.mark.parametrize("fault", ["drive-reset", "drive-mute"])
+def test_one_drive_that_fails_in_motion_stops_all_and_is_named(fault):
+    arm = ready()
+    arm.twin.device.at(arm.pace.now_s() + 0.5, lambda: arm.twin.faults.add(fault, "3"))
+    with pytest.raises(DeviceFault, match=r"drive 3 \(elbow\)"):
+        arm.move_j(base_deg=30, shoulder_deg=60, elbow_deg=-60)
+    stood = arm.twin.world.motors
+    arm.sleep(1.0)
+    assert arm.twin.world.motors == stood
+    assert arm.status.trust is Trust.SUSPECT
+    arm.twin.faults.end()
+    arm.reset()
+    arm.enable()
+    world = arm.twin.world
+    arm.declare_posture(world.joints, opening_mm=world.opening_mm)
+    arm.move_j(base_deg=10)
+    assert arm.twin.world.motors == arm.status.acknowledged

@@ -1,0 +1,225 @@
+"""Contact with MKS drives: nothing moves, and what is wrong is named with its drive and remedy."""
+
+from __future__ import annotations
+
+import pytest
+from mks_bench import MksBench
+
+from armdrive.controllers.mks_compare import parsed_line
+from armdrive.controllers.mks_settings import MksSettings
+from armdrive.controllers.requests import (
+    AlertKind,
+    ClearFault,
+    Denied,
+    Done,
+    DropCurrent,
+    HomeDevice,
+    MendSetting,
+    ReadPosition,
+    ReadSettings,
+    Registers,
+    Settings,
+    Silence,
+    SwitchOn,
+)
+from armdrive.errors import ArmFileError, Refused
+from firmware_protocol.mks import Code, Enable, Mode, SetMode, SilenceWatchdog, decode_request
+from kinematics import Motors
+
+STARTS = (100, -200, 300, 0, 5, -6)
+MOVING = {0xF4, 0xF5, 0xF6, 0xFD, 0xFE, 0x91, 0x92, 0x80, 0xF3}
+
+
+def denied(reply) -> str:
+    assert isinstance(reply, Denied), reply
+    return reply.reason
+
+
+def test_contact_tells_the_encoders_and_sends_nothing_that_moves_or_switches():
+    bench = MksBench(starts=STARTS)
+    assert bench.do(ReadPosition()) == Registers(Motors(STARTS))
+    assert isinstance(bench.do(ReadSettings()), Settings)
+    assert not MOVING & {frame.data[0] for _, frame in bench.sent}
+    assert bench.controller.firmware == "1.0.9"
+
+
+@pytest.mark.parametrize(
+    ("firmware", "taken_for", "queued"),
+    [((1, 0, 9), "1.0.9", 3), ((1, 0, 8), "1.0.8", 3), ((1, 0, 6), "1.0.6", 3),
+     ((1, 0, 4), "1.0.4", 0)],
+)  # fmt: skip
+def test_abilities_are_those_that_the_drives_tell(firmware, taken_for, queued):
+    bench = MksBench(firmware)
+    bench.do(ReadPosition())
+    assert bench.controller.firmware == taken_for
+    assert bench.controller.abilities.queued_segments == queued
+    assert bench.controller.abilities.coordinated == bool(queued)
+
+
+def test_the_arm_file_may_say_the_firmware():
+    bench = MksBench((1, 0, 9), {"firmware": "1.0.5"})
+    bench.do(ReadPosition())
+    assert bench.controller.firmware == "1.0.5"
+
+
+def test_the_oldest_drive_decides():
+    bench = MksBench((1, 0, 9))
+    bench.nodes[2] = type(bench.node(3))(3, (1, 0, 4))
+    bench.do(ReadPosition())
+    assert bench.controller.abilities.queued_segments == 0
+
+
+def test_a_missing_drive_is_named_with_its_motor():
+    bench = MksBench()
+    bench.node(3).mute = True
+    words = denied(bench.do(ReadPosition()))
+    assert "drive 3 (elbow)" in words
+    assert "power" in words
+
+
+def test_a_silent_bus_is_silence():
+    bench = MksBench()
+    for node in bench.nodes:
+        node.mute = True
+    assert isinstance(bench.do(ReadPosition()), Silence)
+
+
+def test_two_drives_with_one_id_are_found():
+    bench = MksBench()
+    bench.nodes.append(type(bench.node(1))(2, at=7000))
+    words = denied(bench.do(ReadPosition()))
+    assert "id 2" in words
+    assert "one at a time" in words
+
+
+def test_frames_that_are_lost_now_and_then_are_asked_for_again():
+    bench = MksBench(starts=STARTS)
+    count = iter(range(10_000))
+    bench.loses = lambda frame, host: next(count) % 7 == 3
+    assert bench.do(ReadPosition()) == Registers(Motors(STARTS))
+
+
+def test_a_wrong_mode_is_a_difference_that_can_be_mended():
+    bench = MksBench()
+    bench.node(2).settings[Code.MODE] = SetMode(Mode.PULSE_FOC)
+    bench.do(ReadPosition())
+    found = bench.do(ReadSettings())
+    assert isinstance(found, Settings)
+    (wrong,) = found.differences
+    assert wrong.must
+    assert "drive 2 (shoulder)" in wrong.setting
+    assert wrong.mend == "2: 82 05"
+    words = denied(bench.do(SwitchOn()))
+    assert "drive 2 (shoulder) is in mode 2" in words
+    assert isinstance(bench.do(MendSetting(wrong.mend)), Done)
+    assert bench.do(ReadSettings()).differences == ()
+    bench.ready()
+
+
+@pytest.mark.parametrize("line", ["$1=255", "2: f5 00", "2: 8b 00 03", "2: 8a 01", "2: 82 09"])
+def test_no_line_moves_a_drive_or_takes_it_elsewhere(line):
+    with pytest.raises(Refused):
+        parsed_line(line)
+
+
+def test_switching_on_sets_the_watchdog_and_reads_it_back():
+    bench = MksBench(starts=STARTS).ready()
+    assert all(node.enabled for node in bench.nodes)
+    assert bench.node(1).settings[Code.WATCHDOG] == SilenceWatchdog(500)
+    assert bench.controller.watched
+    assert bench.positions == Motors(STARTS)
+
+
+def test_nothing_is_said_while_nothing_is_asked():
+    bench = MksBench().ready()
+    before = len(bench.sent)
+    bench.run(5.0)
+    assert len(bench.sent) == before
+
+
+def test_firmware_without_a_watchdog_is_never_asked_for_one():
+    bench = MksBench((1, 0, 8)).ready()
+    assert not bench.controller.watched
+    assert 0x98 not in {frame.data[0] for _, frame in bench.sent}
+
+
+def test_a_stalled_drive_is_not_switched_on_before_it_is_cleared():
+    bench = MksBench()
+    bench.node(4).stalled = True
+    words = denied(bench.do(SwitchOn()))
+    assert "drive 4 (right wrist) has stalled" in words
+    assert "reset" in words
+    assert isinstance(bench.do(ClearFault()), Done)
+    bench.ready()
+
+
+def test_switching_off_lets_every_motor_go():
+    bench = MksBench().ready()
+    assert isinstance(bench.do(DropCurrent()), Done)
+    assert not any(node.enabled for node in bench.nodes)
+    frames = [decode_request(frame) for _, frame in bench.sent]
+    assert Enable(on=False) in frames
+
+
+def test_a_drive_that_was_reset_at_rest_is_noticed():
+    bench = MksBench(starts=STARTS).ready()
+    bench.node(3).reset()
+    assert isinstance(bench.do(ReadPosition()), Registers)
+    (alert,) = bench.alerts()
+    assert alert.kind is AlertKind.RESTARTED
+    assert "drive 3 (elbow)" in alert.text
+
+
+def test_an_encoder_that_trembles_is_no_motion():
+    bench = MksBench(starts=STARTS).ready()
+    for node, slip in zip(bench.nodes, (3, -8, 0, 9, 1, 1), strict=True):
+        node.slipped = slip
+    told = bench.do(ReadPosition())
+    assert told == Registers(Motors((*STARTS[:3], 9, *STARTS[4:])))
+
+
+def test_a_drive_is_where_it_was_left_if_it_is_found_within_reach_of_that():
+    bench = MksBench(starts=STARTS)
+    registers = bench.do(ReadPosition()).positions
+    left = Motors([103, -200, 292, 9, 5, -6])
+    assert bench.controller.unwrap(registers, left) == Motors([103, -200, 292, 0, 5, -6])
+    bench.ready()
+    assert bench.do(ReadPosition()).positions == Motors([103, -200, 292, 0, 5, -6])
+
+
+def test_homing_goes_group_by_group_and_sets_no_zero():
+    bench = MksBench(starts=STARTS).ready()
+    assert isinstance(bench.do(HomeDevice(((2,), (0, 1)))), Done)
+    homed = [frame.can_id for _, frame in bench.sent if frame.data[0] == Code.HOME]
+    assert homed == [3, 1, 2]
+    assert Code.ZERO not in {frame.data[0] for _, frame in bench.sent}
+    assert bench.positions == Motors((0, 0, 0, *STARTS[3:]))
+
+
+def test_homing_that_finds_nothing_is_ended():
+    bench = MksBench(settings={"homing_s": 1.0}).ready()
+    bench.node(5).homes_in_s = 1e9
+    words = denied(bench.do(HomeDevice(((4,),))))
+    assert "drive 5 (left wrist) found no switch" in words
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [{"ids": (1, 1)}, {"ids": ()}, {"ids": (0,)}, {"ids": (2048,)}, {"firmware": "new"},
+     {"microsteps": 8}, {"acceleration": 256}, {"segment_s": 0.5}],
+)  # fmt: skip
+def test_settings_that_cannot_be_are_refused(wrong):
+    with pytest.raises(ArmFileError, match="mks"):
+        MksSettings(**wrong)
+
+
+def test_a_search_goes_no_farther_than_the_joints():
+    bench = MksBench().ready()
+    node = bench.node(5)
+    node.homes_in_s = 1e9
+    bench.at_s[bench.now_s + 0.01] = lambda: node.motor.run(3000, 0, bench.now_s)
+    words = denied(bench.do(HomeDevice(((4,),))))
+    assert "within its joints' limits" in words
+    stood = bench.positions
+    bench.run(1.0)
+    assert bench.positions == stood

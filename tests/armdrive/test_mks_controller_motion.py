@@ -1,0 +1,437 @@
+"""MKS drives in motion: together, never further than announced, and what goes wrong is said."""
+
+from __future__ import annotations
+
+import math
+import random
+from itertools import pairwise
+
+import pytest
+from hypothesis import Phase, given, settings
+from hypothesis import strategies as st
+from mks_bench import MksBench
+
+from armdrive.controllers.requests import (
+    AlertKind,
+    Denied,
+    Done,
+    Halted,
+    MoveAlong,
+    MoveBy,
+    ReadPosition,
+    Registers,
+    Silence,
+)
+from firmware_protocol.mks import (
+    BROADCAST,
+    TARGET_MAX,
+    Code,
+    EmergencyStop,
+    Mode,
+    SetMode,
+    SilenceWatchdog,
+    Stop,
+    decode_request,
+)
+from kinematics import Motors
+
+AHEAD_S = 0.3
+PIECE_S = 0.1
+BURSTS = {"segment_s": 0.0}
+
+
+def segments(*ways, piece_s=PIECE_S):
+    """Return segments of the same length in time, however far each goes."""
+    return [MoveBy(Motors(way), Motors(way).largest / piece_s) for way in ways]
+
+
+def total(moves) -> Motors:
+    found = Motors([0] * 6)
+    for move in moves:
+        found = found + move.steps
+    return found
+
+
+def straight(count=10, way=(6000, -3000, 1500, 0, 700, 20)):
+    return segments(*([way] * count))
+
+
+def along(moves, **options) -> MoveAlong:
+    return MoveAlong(iter(moves), AHEAD_S, **options)
+
+
+def requests(bench, *kinds):
+    found = ((frame.can_id, decode_request(frame)) for _, frame in bench.sent)
+    return [(node, each) for node, each in found if isinstance(each, kinds)]
+
+
+def test_a_motion_ends_where_it_should_in_its_time():
+    bench = MksBench(starts=(5, -5, 0, 100, 0, 0)).ready()
+    moves = straight()
+    start, began_s = bench.positions, bench.now_s
+    assert isinstance(bench.do(along(moves)), Done)
+    assert bench.positions == start + total(moves)
+    assert bench.now_s - began_s == pytest.approx(1.0, abs=0.2)
+    assert bench.controller.underruns == 0
+
+
+def test_drives_that_never_say_done_have_arrived_when_they_stand():
+    bench = MksBench().ready()
+    for node in bench.nodes:
+        node.never_done = True
+    moves = straight(3)
+    assert isinstance(bench.do(along(moves)), Done)
+    assert bench.positions == total(moves)
+
+
+GENTLE = settings(max_examples=6, deadline=None, phases=(Phase.generate,), derandomize=True)
+
+
+@GENTLE
+@given(st.lists(st.tuples(*[st.integers(-9000, 9000)] * 6).filter(any), min_size=1, max_size=3))
+def test_whatever_the_way_it_ends_there_and_is_nowhere_left_far(ways):
+    bench = MksBench().ready()
+    moves = [move for way in ways for move in ramped(way)]
+    began_s, at, time_s = bench.now_s, Motors([0] * 6), 0.0
+    corners = [(0.0, at)]
+    for move in moves:
+        at, time_s = at + move.steps, time_s + move.duration_s
+        corners.append((time_s, at))
+    bench.begin(along(moves))
+    worst = 0.0
+    while bench.controller.busy and bench.now_s < began_s + 5.0:
+        bench.run(0.02)
+        worst = max(worst, off_the_way(corners, bench.now_s - began_s, bench.positions))
+    assert isinstance(bench.finish(), Done)
+    assert bench.positions == at
+    assert worst < 150
+
+
+def ramped(way, count=8):
+    """Return segments from rest to rest that begin and end gently."""
+    places = [(1.0 - math.cos(math.pi * part / count)) / 2.0 for part in range(count + 1)]
+    points = [Motors(round(place * one) for one in way) for place in places]
+    parts = [b - a for a, b in pairwise(points)]
+    return [MoveBy(part, part.largest / PIECE_S) for part in parts if part.largest]
+
+
+def off_the_way(corners, time_s, positions) -> float:
+    """Return how far motors are from where they should be, in counts, at their best moment."""
+    return min(
+        max(abs(a - b) for a, b in zip(point(corners, time_s - late_s), positions, strict=True))
+        for late_s in (0.0, 0.01, 0.02, 0.03, 0.04, 0.05)
+    )
+
+
+def point(corners, time_s):
+    for (from_s, start), (to_s, end) in pairwise(corners):
+        if time_s < to_s:
+            share = max(time_s - from_s, 0.0) / (to_s - from_s)
+            return [a + share * (b - a) for a, b in zip(start, end, strict=True)]
+    return list(corners[-1][1])
+
+
+WAY = (30_000, -15_000, 7_500, 0, 3_750, 1_500)
+
+
+def out_of_proportion(bench) -> float:
+    share = bench.positions[0] / WAY[0]
+    return max(abs(at - share * way) for at, way in zip(bench.positions, WAY, strict=True))
+
+
+def test_motors_keep_in_proportion():
+    bench = MksBench().ready()
+    bench.begin(along(ramped(WAY)))
+    worst = 0.0
+    while bench.controller.busy:
+        bench.run(0.01)
+        worst = max(worst, out_of_proportion(bench))
+    assert worst < 30  # what 2.5 rpm are in a period
+
+
+def test_motors_that_are_stopped_stay_in_proportion():
+    bench = MksBench().ready()
+    bench.begin(along(ramped(WAY)))
+    bench.run(0.45)
+    bench.controller.stop(hard=False)
+    worst = 0.0
+    while bench.controller.busy:
+        bench.run(0.005)
+        worst = max(worst, out_of_proportion(bench))
+    assert 0 < bench.positions[0] < WAY[0]
+    assert worst < 60
+
+
+def test_a_motion_that_is_held_back_ends_at_what_was_drawn_and_in_proportion():
+    bench = MksBench().ready()
+    held = [False]
+    bench.begin(along(ramped(WAY), held_back=lambda: held[0]))
+    bench.run(0.3)
+    held[0] = True
+    worst = 0.0
+    while bench.controller.busy:
+        bench.run(0.005)
+        worst = max(worst, out_of_proportion(bench))
+    assert bench.finish() == Done()
+    assert 0 < bench.positions[0] < WAY[0]
+    assert worst < 60
+
+
+def test_a_slow_motion_is_no_faster_than_asked():
+    bench = MksBench().ready()
+    began_s = bench.now_s
+    bench.do(along(segments(*[(20, 0, 0, 0, 0, 3)] * 20)))
+    assert bench.now_s - began_s == pytest.approx(2.0, abs=0.2)
+    assert bench.positions == Motors((400, 0, 0, 0, 0, 60))
+
+
+def test_the_next_segment_is_drawn_no_earlier_than_announced():
+    bench = MksBench().ready()
+    drawn = []
+
+    def lazily():
+        for move in straight(20):
+            drawn.append(bench.now_s)
+            yield move
+
+    began_s = bench.now_s
+    bench.do(along(lazily()))
+    for number, at_s in enumerate(drawn):
+        assert at_s >= began_s + number * PIECE_S - AHEAD_S - 1e-6
+
+
+@pytest.mark.parametrize("firmware", [(1, 0, 9), (1, 0, 5)])
+@pytest.mark.parametrize("dies_s", [0.05, 0.31, 0.62])
+def test_a_dead_host_leaves_no_motion_beyond_the_bound(firmware, dies_s):
+    bench = MksBench(firmware, {"firmware": ".".join(map(str, firmware))}).ready()
+    bench.begin(along(straight(30, (15000, -3000, 1500, 0, 700, 20))))
+    bench.run(dies_s)
+    bench.dead, died_s = True, bench.now_s
+    bound = bench.controller.stopping(AHEAD_S)
+    bench.run(bound.silent_s)
+    stood = bench.positions
+    bench.run(2.0)
+    assert bench.positions == stood
+    assert bench.now_s > died_s
+
+
+def test_the_drives_watchdog_stops_what_was_sent_far_ahead():
+    bench = MksBench(settings={"watchdog_s": 0.2}).ready()
+    bench.begin(MoveAlong(iter(straight(60)), 5.0))
+    bench.run(1.0)
+    bench.dead = True
+    assert bench.controller.stopping(5.0).silent_s < 0.5
+    bench.run(bench.controller.stopping(5.0).silent_s)
+    stood = bench.positions
+    bench.run(2.0)
+    assert bench.positions == stood
+
+
+@pytest.mark.parametrize("hard", [False, True])
+@pytest.mark.parametrize("after_s", [0.05, 0.33, 0.71])
+def test_a_stop_ends_it_within_the_bound_and_tells_where(hard, after_s):
+    bench = MksBench().ready()
+    bench.begin(along(straight(30)))
+    bench.run(after_s)
+    bench.controller.stop(hard=hard)
+    asked_s = bench.now_s
+    assert bench.finish() == Halted()
+    assert bench.now_s - asked_s <= bench.controller.stopping(AHEAD_S).asked_s
+    here = bench.positions
+    assert bench.do(ReadPosition()) == Registers(here)
+    bench.run(1.0)
+    assert bench.positions == here
+    assert bool(requests(bench, EmergencyStop)) == hard
+
+
+def test_a_lost_stop_is_said_again():
+    bench = MksBench().ready()
+    lost = []
+
+    def loses(frame, host):
+        stop = host and isinstance(decode_request(frame), Stop) and frame.can_id == 1
+        lost.extend([frame] if stop else [])
+        return stop and len(lost) < 3
+
+    bench.loses = loses
+    bench.begin(along(straight(30)))
+    bench.run(0.5)
+    bench.controller.stop(hard=False)
+    assert bench.finish() == Halted()
+    assert len(lost) >= 3
+
+
+def test_a_jog_that_is_let_go_of_stops():
+    bench = MksBench().ready()
+    held = [True]
+    bench.begin(along(straight(50), jog=True, let_go=lambda: not held[0]))
+    bench.run(0.5)
+    held[0] = False
+    assert bench.finish() == Halted()
+    assert 0 < bench.positions[0] < 60_000
+
+
+def test_lost_frames_delay_nothing_and_lose_nothing():
+    bench = MksBench().ready()
+    dice = random.Random(4)
+    bench.loses = lambda frame, host: dice.random() < 0.1
+    moves = straight()
+    assert isinstance(bench.do(along(moves)), Done)
+    assert bench.positions == total(moves)
+
+
+def test_a_drive_that_falls_silent_ends_the_motion_of_all():
+    bench = MksBench().ready()
+    bench.at_s[bench.now_s + 0.3] = lambda: setattr(bench.node(2), "mute", True)
+    reply = bench.do(along(straight(40)))
+    assert isinstance(reply, Denied)
+    assert "drive 2 (shoulder)" in reply.reason
+    stood = bench.positions
+    bench.run(1.0)
+    assert bench.positions == stood
+
+
+def test_a_bus_that_falls_silent_is_silence():
+    bench = MksBench().ready()
+    began_s = bench.now_s
+    bench.loses = lambda frame, host: bench.now_s > began_s + 0.3
+    assert isinstance(bench.do(along(straight(40))), Silence)
+
+
+def test_a_blocked_drive_is_noticed_by_its_encoder():
+    bench = MksBench().ready()
+    bench.node(3).blocked = True
+    reply = bench.do(along(straight(20)))
+    assert isinstance(reply, Denied)
+    (alert,) = bench.alerts()
+    assert alert.kind is AlertKind.ASTRAY
+    assert "drive 3 (elbow)" in alert.text
+    assert bench.now_s < 1.5
+
+
+def test_a_stall_names_the_drive_and_says_that_it_let_go():
+    bench = MksBench().ready()
+
+    def stall():
+        node = bench.node(2)
+        node.motor.hold(node.at(bench.now_s))
+        node.stalled, node.enabled = True, False
+
+    bench.at_s[bench.now_s + 0.4] = stall
+    assert isinstance(bench.do(along(straight(20))), Denied)
+    (alert,) = bench.alerts()
+    assert alert.kind is AlertKind.SWITCHED_OFF
+    assert "drive 2 (shoulder) has stalled" in alert.text
+
+
+def test_a_drive_that_is_reset_in_motion_is_recognised():
+    bench = MksBench(starts=(50_000,) * 6).ready()
+    bench.at_s[bench.now_s + 0.4] = bench.node(1).reset
+    assert isinstance(bench.do(along(straight(20))), Denied)
+    (alert,) = bench.alerts()
+    assert alert.kind is AlertKind.RESTARTED
+    assert "drive 1 (base)" in alert.text
+
+
+def test_a_drive_in_another_mode_refuses_and_is_named():
+    bench = MksBench().ready()
+    bench.node(5).settings[Code.MODE] = SetMode(Mode.PULSE_FOC)
+    reply = bench.do(along(straight(20)))
+    assert isinstance(reply, Denied)
+    assert "drive 5 (left wrist) is in mode 2" in reply.reason
+
+
+def test_a_limit_switch_ends_the_motion():
+    bench = MksBench().ready()
+
+    def reach():
+        node = bench.node(1)
+        node.motor.hold(node.at(bench.now_s))
+        asked, node.moving = node.moving, None
+        from firmware_protocol.mks import Outcome
+
+        bench._answer(node.device.tell(asked, Outcome.LIMIT_STOP))
+
+    bench.at_s[bench.now_s + 0.4] = reach
+    assert isinstance(bench.do(along(straight(20))), Denied)
+    assert "drive 1 (base) has run into a limit switch" in bench.alerts()[0].text
+
+
+def test_disabled_motors_are_not_moved():
+    bench = MksBench()
+    bench.do(ReadPosition())
+    reply = bench.do(along(straight(2)))
+    assert isinstance(reply, Denied)
+    assert not reply.moved
+    assert bench.positions == Motors([0] * 6)
+
+
+def test_a_target_beyond_what_can_be_said_is_refused():
+    bench = MksBench(starts=(TARGET_MAX - 100, 0, 0, 0, 0, 0)).ready()
+    reply = bench.do(along(straight(2)))
+    assert isinstance(reply, Denied)
+    assert "512 turns" in reply.reason
+    stood = bench.positions
+    bench.run(1.0)
+    assert bench.positions == stood
+
+
+# -- bursts ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("firmware", [(1, 0, 9), (1, 0, 8), (1, 0, 4)])
+def test_a_burst_ends_where_it_should_in_the_time_that_was_announced(firmware):
+    bench = MksBench(firmware, BURSTS | {"firmware": ".".join(map(str, firmware))}).ready()
+    steps = Motors((9000, -4500, 300, 0, 20, 1))
+    began_s = bench.now_s
+    lasts_s = bench.controller.duration_s(9000, 30_000)
+    assert isinstance(bench.do(MoveBy(steps, 30_000)), Done)
+    assert bench.positions == steps
+    assert bench.now_s - began_s < lasts_s + 0.15
+
+
+def test_with_the_synchronous_start_all_begin_at_once_and_it_is_said_twice():
+    bench = MksBench(settings=BURSTS).ready()
+    bench.do(MoveBy(Motors((9000, -4500, 300, 0, 20, 0)), 30_000))
+    went = [frame for _, frame in bench.sent if frame.can_id == BROADCAST]
+    assert [frame.data[0] for frame in went] == [Code.GO, Code.GO]
+    assert not any(node.armed for node in bench.nodes)
+
+
+def test_a_drive_that_stores_nothing_keeps_all_from_moving():
+    bench = MksBench(settings=BURSTS).ready()
+    bench.node(2).stalled = True
+    reply = bench.do(MoveBy(Motors((9000, -4500, 300, 0, 20, 0)), 30_000))
+    assert isinstance(reply, Denied)
+    assert not reply.moved
+    assert "drive 2 (shoulder) has stalled" in reply.reason
+    bench.run(1.0)
+    assert bench.positions == Motors([0] * 6)
+
+
+@GENTLE
+@given(st.tuples(*[st.integers(-20_000, 20_000)] * 6).filter(any), st.floats(3_000, 60_000),
+       st.sampled_from([(1, 0, 9), (1, 0, 4)]))  # fmt: skip
+def test_a_burst_strays_no_further_than_announced(steps, rate_hz, firmware):
+    bench = MksBench(firmware, BURSTS | {"firmware": ".".join(map(str, firmware))}).ready()
+    steps = Motors(steps)
+    bound = bench.controller.strays_steps(steps, rate_hz)
+    bench.begin(MoveBy(steps, rate_hz))
+    largest = max(range(6), key=lambda motor: abs(steps[motor]))
+    while bench.controller.busy:
+        bench.run(0.004)
+        share = bench.positions[largest] / steps[largest]
+        for at, way, most in zip(bench.positions, steps, bound, strict=True):
+            assert abs(at - share * way) <= most + math.ceil(abs(way) * 0.02) + 2
+
+
+def test_a_burst_that_is_let_go_of_before_it_begins_is_not_made():
+    bench = MksBench(settings=BURSTS).ready()
+    assert bench.do(MoveBy(Motors((900, 0, 0, 0, 0, 0)), 3000, lambda: True)) == Halted()
+    assert bench.positions == Motors([0] * 6)
+
+
+def test_no_watchdog_no_promise_of_it():
+    bench = MksBench(settings={"watchdog_s": 0.0}).ready()
+    assert not requests(bench, SilenceWatchdog)
+    assert bench.controller.stopping(5.0).silent_s > 5.0

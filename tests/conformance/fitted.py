@@ -1,0 +1,43 @@
+"""Arms whose file says more than the dialect's preset does, and the device of one as a program.
+
+`python -m tests.conformance.fitted FILE --pty PATH` (or `--tcp`) lives as `armdrive sim` does.
+"""
+
+from __future__ import annotations
+
+import sys
+import tomllib
+from pathlib import Path
+
+from armdrive.armfile import ArmConfig, load_arm_file, parse_arm_file
+from armdrive.dialects import Dialect
+from armdrive.sim.run import make_server, run_device
+from armdrive.sim.twin import make_device
+
+
+def arm_file(row: Dialect, lines: str, port: str = "") -> str:
+    """Return an arm file's text: the dialect's preset on a port, and further lines."""
+    return (
+        f'model = "{row.preset}"\n[connection]\ndialect = "{row.name}"\nport = "{port}"\n{lines}\n'
+    )
+
+
+def fitted_config(row: Dialect, lines: str, name: str) -> ArmConfig:
+    """Return the arm of such a file."""
+    return parse_arm_file(tomllib.loads(arm_file(row, lines)), name=name)
+
+
+def main(path: str, where: str, address: str) -> None:
+    """Serve the device of an arm file until told to end."""
+    config = load_arm_file(Path(path))
+    server = make_server(
+        pty=Path(address) if where == "--pty" else None,
+        tcp=address if where == "--tcp" else None,
+    )
+    sys.stdout.write(f"it speaks {config.connection.dialect} at {server.address}; and waits\n")
+    sys.stdout.flush()
+    run_device(make_device(config), server, sys.stdin.fileno(), sys.stdout)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

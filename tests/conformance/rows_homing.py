@@ -1,0 +1,160 @@
+"""Behaviours of homing by switches, on an arm whose file says where its controller's homing ends.
+
+The switches are a little beyond where the arm is found, one motor after the other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from armdrive.arm import Arm
+from armdrive.errors import DeviceFault, Stopped
+from armdrive.status import State, Trust
+from kinematics import Motors
+
+from .behaviour import Behaviour, limit_switches, own_homing
+from .bench import Bench
+from .going import joints_from, refused
+from .rows_moving import arrived
+from .seen import ON_THE_STEP, Seen, check
+
+IN_SIMULATION = ("memory", "pty", "tcp")
+AHEAD_STEPS = 80
+"""How far each motor is from its switch."""
+TRAVEL = 400
+"""In the controller's units, which are steps: a switch is looked for over this way one and a half
+times, then given up."""
+BESIDE_STEPS = 4
+"""A motor that leaves its switch goes back by two steps, and may be seen before it does."""
+ORDER = ((3,), (2,), (1,))
+STUCK = 2
+STOPPED_AFTER_S = 0.25
+
+
+def fitted(bench: Bench, order: tuple[tuple[int, ...], ...] = ORDER) -> tuple[Arm, Motors]:
+    """Return an arm with switches, and where its motors stand once it has homed."""
+    start = bench.look().motors
+    homes = [motor - 1 for group in order for motor in group]
+    goal = Motors(at + AHEAD_STEPS * (index in homes) for index, at in enumerate(start))
+    joints, opening_mm = bench.posture(goal)
+    angles = "\n".join(f"{name} = {angle!r}" for name, angle in joints.deg.items())
+    bench.fit(
+        f"[{bench.row.name}]\nhoming = true\ntravel = {[TRAVEL] * len(start)}\n"
+        f"[homing]\ngroups = {[list(group) for group in order]}\nopening_mm = {opening_mm!r}\n"
+        f"[homing.joints_deg]\n{angles}"
+    )
+    arm = bench.connect()
+    if arm.status.state is State.ERROR_STOP:  # it boots locked
+        arm.reset()
+    return arm, goal
+
+
+def homed(bench: Bench, arm: Arm, goal: Motors) -> None:
+    """Home, and check that the arm stands where its file says, and works."""
+    arm.home()
+    status = arm.status
+    check(status.trust is Trust.REFERENCED, f"homed, and {status.trust}: {status.trust_reason}")
+    check(status.state is State.STANDBY, f"homed, and in {status.state}")
+    off = bench.look().off_steps(goal)
+    check(off <= ON_THE_STEP, f"homed, and {off} steps from where the arm file says")
+    bench.honest(arm)
+    arm.move_j(**joints_from(arm, -4.0, 2.0))
+    arrived(bench, arm)
+
+
+def the_switches_are_sought_in_order(bench: Bench) -> None:
+    start = bench.look().motors
+    arm, goal = fitted(bench)
+    told: list[tuple[tuple[str, ...], Seen]] = []
+    check(bench.look().motors == start, "connecting moved an arm that homes")
+    arm.home(told=lambda group: told.append((group, bench.look())))
+    names = [group for group, _ in told]
+    check(
+        names == list(arm.homing_groups), f"it homed {names}, and was to home {arm.homing_groups}"
+    )
+    for count, (_, seen) in enumerate(told, 1):
+        done = [motor - 1 for group in ORDER[:count] for motor in group]
+        for index, here in enumerate(seen.motors):
+            wanted = (goal if index in done else start)[index]
+            check(
+                abs(here - wanted) <= ON_THE_STEP, f"motor {index + 1} is at {here}, not {wanted}"
+            )
+    homed(bench, arm, goal)
+
+
+def _fails(bench: Bench, fault: str) -> tuple[Arm, Motors, Seen, Seen]:
+    """Have homing fail at a switch; return the arm, its goal, and how it stood before and after."""
+    arm, goal = fitted(bench)
+    start = bench.look()
+    bench.fault(f"switch {STUCK} {fault}")
+    told = refused(arm.home, DeviceFault, f"homing with a switch that is stuck {fault}")
+    check("homing failed" in str(told), f"the error does not say what failed: {told}")
+    status, after = arm.status, bench.stands(0.5, "homing has failed")
+    check(status.state is State.ERROR_STOP, f"homing failed, and it is in {status.state}")
+    check(status.trust is not Trust.REFERENCED, "homing failed, and the position is referenced")
+    last = ORDER[-1][0] - 1
+    check(after.motors[last] == start.motors[last], "homing had failed, and the next motor moved")
+    return arm, goal, start, after
+
+
+def _mended(bench: Bench, arm: Arm, goal: Motors) -> None:
+    """Mend the switch, and home."""
+    before = bench.look()
+    bench.heal()
+    arm.reset()
+    bench.sleep(0.5)
+    check(bench.look().motors == before.motors, "the reset moved the arm")
+    homed(bench, arm, goal)
+
+
+def a_switch_that_sticks_ends_homing(bench: Bench) -> None:
+    arm, goal, _, _ = _fails(bench, "closed")
+    _mended(bench, arm, goal)
+
+
+def a_switch_that_never_closes_ends_homing(bench: Bench) -> None:
+    arm, _, start, after = _fails(bench, "open")
+    made = abs(after.motors[STUCK - 1] - start.motors[STUCK - 1])
+    most = 1.5 * TRAVEL + BESIDE_STEPS
+    check(made <= most, f"it looked for a switch over {made} steps, and {most:.0f} were to be made")
+    bench.heal()
+    arm.reset()
+    bench.stands(0.5, "reset")
+
+
+def a_stop_ends_homing(bench: Bench) -> None:
+    """Somebody else stops it, and looks at the arm when that should have ended."""
+    arm, goal = fitted(bench)
+    seen: list[Seen] = []
+
+    def stop() -> None:
+        seen.append(bench.look())
+        bench.later(arm.status.stop_time_s + bench.noise_s, lambda: seen.append(bench.look()))
+        arm.request_stop()
+
+    start = bench.look()
+    bench.later(STOPPED_AFTER_S, stop)
+    refused(arm.home, Stopped, "homing that was stopped")
+    bench.sleep(arm.status.stop_time_s + 2.0 * bench.noise_s)
+    check(seen[0].motors not in (start.motors, goal), "it was not stopped on its way")
+    off = bench.stands(0.5, "homing was stopped").off_steps(seen[1].motors)
+    check(off <= ON_THE_STEP, f"homing was stopped, and went on by {off} steps behind its bound")
+    status = arm.status
+    check(status.state is State.STANDBY, f"homing was stopped, and it is in {status.state}")
+    check(status.trust is not Trust.REFERENCED, "homing was stopped, and it is referenced")
+    homed(bench, arm, goal)
+
+
+def _row(name: str, run: Callable[[Bench], None]) -> Behaviour:
+    return Behaviour(
+        name, "homing by switches", run, needs=(own_homing, limit_switches),
+        transports=IN_SIMULATION,
+    )  # fmt: skip
+
+
+ROWS = (
+    _row("the switches are sought in the arm file's order", the_switches_are_sought_in_order),
+    _row("a switch that sticks closed ends homing", a_switch_that_sticks_ends_homing),
+    _row("a switch that never closes ends homing", a_switch_that_never_closes_ends_homing),
+    _row("a stop ends homing, and nothing is referenced", a_stop_ends_homing),
+)

@@ -1,0 +1,126 @@
+"""Behaviours of jogging: increments, held jogs, and how each of them ends."""
+
+from __future__ import annotations
+
+import math
+
+from armdrive.arm import Arm
+from armdrive.intents import Jog
+from armdrive.status import Trust
+
+from .behaviour import Behaviour, cartesian, finger_motor
+from .bench import Bench
+from .going import first_jog
+from .rows_moving import arrived
+from .rows_stopping import MOMENTS_S, MOVES_S, settled, under_way, within_bound
+from .seen import check
+
+HOLD_S = 0.4
+
+
+def hold_until_under_way(bench: Bench, arm: Arm, jog: Jog, speed: float) -> None:
+    """Hold a jog, renewed as a keyboard renews it, until the physical arm moves; then no more.
+
+    An expiry counts from the call: a slow wire may need most of it before the first burst begins.
+    """
+    start = bench.look().motors
+    for _ in bench.watch(lambda: bench.look().motors != start, MOVES_S):
+        arm.hold(jog, speed=speed, for_s=HOLD_S)
+
+
+def increments_add_up(bench: Bench) -> None:
+    arm = bench.ready()
+    first = arm.model.arm.joint_names[0]
+    before_deg = arm.joints.deg[first]
+    for _ in range(3):
+        arm.jog_j(**{f"{first}_deg": 1.0})
+    made_deg = bench.posture(bench.look().motors)[0].deg[first] - before_deg
+    check(abs(made_deg - 3.0) <= 0.3, f"three jogs of 1 degree made {made_deg:.2f}")
+    arrived(bench, arm)
+
+
+def unreferenced_jogs_are_slow(bench: Bench) -> None:
+    arm = bench.connect()
+    bench.switch_on(arm)
+    first = arm.model.arm.joint_names[0]
+    limit_rad_s = arm.model.joint_speeds_rad_s[0] * bench.config.motion.unreferenced_speed
+    before = bench.posture(bench.look().motors)[0].deg[first]
+    arm.jog_j(**{first: 1.0}, speed=1.0, duration_s=HOLD_S)
+    made_rad = math.radians(abs(bench.posture(bench.look().motors)[0].deg[first] - before))
+    check(made_rad > 0.0, "an unreferenced arm could not be jogged")
+    most_rad = limit_rad_s * (HOLD_S + bench.config.motion.jog_burst_s) * 1.1 + 0.01
+    check(made_rad <= most_rad, "an unreferenced arm was jogged faster than announced")
+
+
+def a_released_jog_stops_within_its_bound(bench: Bench) -> None:
+    arm = bench.ready()
+    for after_s in MOMENTS_S[:2]:
+        arm.hold(first_jog(arm), speed=1.0, for_s=1.0)
+        under_way(bench)
+        bench.sleep(after_s)
+        status, seen = arm.status, bench.look()
+        arm.release()
+        within_bound(bench, status, bench.rest(seen), "released")
+        settled(bench, arm)
+        arm.move_j(**{f"{name}_deg": 0.0 for name in arm.model.arm.joint_names[:1]})
+
+
+def _expires(bench: Bench, arm: Arm, jog: Jog) -> None:
+    hold_until_under_way(bench, arm, jog, 0.5)
+    status = arm.status
+    rest = bench.rest()
+    time_s = HOLD_S + status.stop_time_s + bench.noise_s
+    check(rest.after_s <= time_s, f"held for {HOLD_S} s, it went on for {rest.after_s:.2f} s")
+
+
+def a_held_jog_expires_by_itself(bench: Bench) -> None:
+    arm = bench.ready()
+    _expires(bench, arm, first_jog(arm))
+    settled(bench, arm)
+
+
+def a_held_cartesian_jog_expires(bench: Bench) -> None:
+    arm = bench.ready()
+    _expires(bench, arm, Jog.cartesian(y=1.0, z=-0.5))
+    settled(bench, arm)
+
+
+def a_held_jog_of_the_fingers_expires(bench: Bench) -> None:
+    arm = bench.ready()
+    _expires(bench, arm, Jog.joint(gripper=1.0))
+    settled(bench, arm)
+
+
+def a_held_jog_of_an_unreferenced_arm_expires(bench: Bench) -> None:
+    arm = bench.connect()
+    bench.switch_on(arm)
+    _expires(bench, arm, first_jog(arm))
+    check(arm.status.trust is not Trust.REFERENCED, "a jog gave the position a meaning")
+
+
+def a_cartesian_jog_goes_straight(bench: Bench) -> None:
+    arm = bench.ready()
+    start = bench.look().tip
+    arm.jog_l(z_mm=-12.0)
+    arrived(bench, arm)
+    end = bench.look()
+    off = math.dist(end.tip, (start[0], start[1], start[2] - 12.0))
+    allowed = 2.0 * bench.step_mm(end.motors)
+    check(off <= allowed, f"12 mm down, and {off:.2f} mm beside it")
+
+
+ROWS = (
+    Behaviour("increments of a jog add up", "jog", increments_add_up, watched=True),
+    Behaviour("an unreferenced arm jogs slowly", "jog", unreferenced_jogs_are_slow, watched=True),
+    Behaviour("a released jog stops within its bound", "jog",
+              a_released_jog_stops_within_its_bound, smoke=True),
+    Behaviour("a held jog expires by itself", "jog", a_held_jog_expires_by_itself, watched=True),
+    Behaviour("a held Cartesian jog expires", "jog", a_held_cartesian_jog_expires,
+              needs=(cartesian,), watched=True),
+    Behaviour("a held jog of the fingers expires", "jog", a_held_jog_of_the_fingers_expires,
+              needs=(finger_motor,), watched=True),
+    Behaviour("a held jog of an unreferenced arm expires", "jog",
+              a_held_jog_of_an_unreferenced_arm_expires, watched=True),
+    Behaviour("a Cartesian jog goes straight", "jog", a_cartesian_jog_goes_straight,
+              needs=(cartesian,), watched=True),
+)  # fmt: skip

@@ -1,0 +1,58 @@
+"""A desk on a headless terminal, driven key by key."""
+
+from desk_fake import Clock, FakeArm
+
+from tui.desk import Desk
+from tui.framework import PlainText
+
+
+class Session:
+    """A desk on a headless terminal, a fake arm and a clock that the test sets."""
+
+    def __init__(self, arm=None, *, size=(80, 24), **more):
+        self.arm = arm or FakeArm()
+        self.clock = Clock()
+        self.desk = Desk(self.arm, braille=True, clock=self.clock, **more)
+        self._running = self.desk.run_test(size=size)
+
+    async def __aenter__(self):
+        self.pilot = await self._running.__aenter__()
+        await self.pilot.pause()  # paints, and the desk looks at the arm after that
+        await self.pilot.pause()
+        return self
+
+    async def __aexit__(self, *error):
+        await self._running.__aexit__(*error)
+
+    async def press(self, *keys, after_s=0.0):
+        """Press keys, each so long after the one before on the desk's clock."""
+        for key in keys:
+            self.clock.now_s += after_s
+            await self.pilot.press(key)
+
+    async def arm_keys(self):
+        self.clock.now_s += 10.0
+        await self.press("enter")
+        assert self.desk.armed
+        self.clock.now_s += 10.0
+
+    async def send(self, event):
+        self.desk.post_message(event)
+        await self.pilot.pause()
+
+    async def settle(self):
+        """Wait for calls that the desk makes in a thread, and have it see what came of them."""
+        await self.desk.workers.wait_for_complete()
+        await self.poll()
+
+    async def poll(self):
+        self.desk.poll()
+        await self.pilot.pause()
+
+    def text(self, name):
+        return self.desk.screen_stack[0].query_one(f"#{name}", PlainText).shown
+
+    @property
+    def everything(self):
+        names = ("title", "banner", "conduct", "joints", "tip", "bottom", "remarks", "footer")
+        return "\n".join(self.text(name) for name in names)

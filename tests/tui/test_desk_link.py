@@ -1,0 +1,200 @@
+"""The desk while the link is lost, and when it is back: with a fake arm, then a simulated one."""
+
+import pytest
+from desk_fake import FakeArm
+from desk_session import Session
+
+from armdrive import Arm
+from armdrive.errors import Refused
+from armdrive.status import State, Trust
+
+
+async def test_a_lost_link_shows_a_banner_and_q_leaves():
+    async with Session() as session:
+        await session.arm_keys()
+        session.arm.set(state=State.DISCONNECTED, error="the cable was pulled")
+        await session.poll()
+        assert "LINK LOST: the cable was pulled" in session.text("banner")
+        assert not session.desk.armed
+        await session.press("enter", after_s=5.0)
+        assert not session.desk.armed
+        await session.press("q")
+    assert session.desk.return_value == 0
+    assert session.desk.return_code == 0
+
+
+async def test_a_key_that_is_held_when_the_link_breaks_does_not_leave_the_desk():
+    async with Session() as session:
+        await session.arm_keys()
+        await session.press("q")
+        session.arm.set(state=State.DISCONNECTED, error="the cable was pulled")
+        await session.poll()
+        for _ in range(30):
+            await session.press("q", after_s=0.2)
+        assert session.desk.is_running
+        assert "L looks for it, q leaves" in session.text("remarks")
+        await session.press("q", after_s=2.0)
+    assert session.desk.return_value == 0
+
+
+async def test_repeats_that_waited_for_a_suspended_desk_do_not_leave_it():
+    async with Session() as session:
+        await session.arm_keys()
+        await session.press("q")
+        session.clock.now_s += 30.0  # asleep
+        session.arm.set(state=State.DISCONNECTED, error="the cable was pulled")
+        await session.poll()
+        await session.press(*["q"] * 10, after_s=0.001)
+        assert session.desk.is_running
+
+
+async def test_a_lost_link_closes_the_question_that_was_open():
+    async with Session(FakeArm(simulated=False)) as session:
+        await session.press("H")
+        session.arm.set(state=State.DISCONNECTED, error="the cable was pulled")
+        await session.poll()
+        assert len(session.desk.screen_stack) == 1
+
+
+async def test_what_needs_an_arm_is_refused_with_the_way_to_get_it_back():
+    async with Session(FakeArm(simulated=False, trust=Trust.RESTORED)) as session:
+        session.arm.set(state=State.DISCONNECTED, error="the cable was pulled")
+        await session.poll()
+        for key in ("H", "C", "P", "R", "enter", "w"):
+            session.desk._message = ""
+            await session.press(key, after_s=5.0)
+            await session.settle()
+            assert "L looks for it" in session.text("remarks"), key
+            assert len(session.desk.screen_stack) == 1
+        assert session.arm.calls == []
+
+
+async def test_a_link_is_looked_for_by_hand_and_comes_back_with_what_to_do_next():
+    async with Session(FakeArm(simulated=False)) as session:
+        await session.arm_keys()
+        session.arm.set(state=State.DISCONNECTED, error="the cable was pulled")
+        await session.poll()
+        assert "L looks for it" in session.text("banner")
+        await session.press("L")
+        await session.settle()
+        assert "ERROR-STOP: [E409]" in session.text("banner")
+        said = session.text("remarks")
+        assert "nothing was moved" in said
+        assert "restored: the wire was lost and is back, and the registers still agree" in said
+        assert "R resets, then C compares it" in said
+        assert not session.desk.armed
+        await session.press("q", after_s=5.0)
+        assert session.arm.asked("nudge") == []
+        assert session.desk.is_running
+
+
+@pytest.mark.parametrize(
+    ("ended_in", "next_keys"),
+    [
+        ({"trust": Trust.SUSPECT, "trust_reason": "lost"}, "R resets, then H references it"),
+        ({"state": State.DISABLED, "error": ""}, "P switches the motors on, then C compares it"),
+    ],
+)
+async def test_a_link_that_is_looked_for_by_itself_says_so_and_what_it_ended_in(
+    ended_in, next_keys
+):
+    async with Session(FakeArm(simulated=False)) as session:
+        session.arm.reconnects = True
+        session.arm.set(state=State.DISCONNECTED, error="the cable was pulled.")
+        await session.poll()
+        assert "the cable was pulled. It is being looked for" in session.text("banner")
+        session.arm.set(state=State.STANDBY)  # it is there, and is still being asked
+        await session.poll()
+        assert "is back" not in session.text("remarks")
+        session.arm.come_back(**ended_in)
+        await session.poll()
+        assert next_keys in session.text("remarks")
+
+
+async def test_a_link_that_is_not_back_says_why_once():
+    class GoneArm(FakeArm):
+        def reconnect(self):
+            self.set(notice="looked for the wire in vain: no port is there")
+            raise Refused("no port is there")
+
+    async with Session(GoneArm(simulated=False)) as session:
+        session.arm.set(state=State.DISCONNECTED, error="the cable was pulled")
+        await session.poll()
+        await session.press("L")
+        await session.settle()
+        assert session.text("remarks") == "! looked for the wire in vain: no port is there"
+
+
+async def test_a_reset_that_ends_disabled_says_how_to_go_on():
+    class SwitchedArm(FakeArm):
+        def reset(self):
+            self.set(state=State.DISABLED, error="")
+
+    async with Session(SwitchedArm(simulated=False, state=State.ERROR_STOP)) as session:
+        await session.press("R")
+        await session.settle()
+        assert "reset: nothing was moved; P switches the motors on" in session.text("remarks")
+
+
+# With an arm whose wire really breaks, on simulated time.
+
+
+@pytest.fixture
+def arm():
+    """A simulated arm that stands, referenced."""
+    with Arm.connect("sim:teachmover") as arm:
+        arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
+        yield arm
+
+
+def unplug(arm):
+    arm.twin.faults.add("unplug")
+    arm.sleep(0.5)
+
+
+def replug(arm):
+    arm.twin.faults.end()
+    arm.twin.link.replug("elsewhere")
+
+
+async def test_an_arm_that_is_unplugged_in_a_jog_comes_back_standing(arm):
+    async with Session(arm) as session:
+        await session.arm_keys()
+        await session.press("w")
+        arm.sleep(0.05)
+        assert arm.status.state is State.MOVING
+        unplug(arm)
+        await session.poll()
+        assert "LINK LOST: [E407]" in session.text("banner")
+        await session.press("L")
+        await session.settle()
+        assert "plug it in" in session.text("remarks")
+        arm.twin.link.line.advance(arm.pace.now_s() + 3.0)  # what was sent before is carried out
+        replug(arm)
+        stood = arm.twin.world.motors
+        await session.press("L")
+        await session.settle()
+        assert "elsewhere" in session.text("title")
+        assert "The position is suspect" in session.text("remarks")
+        await session.press("w", "enter", "w", after_s=5.0)
+        await session.press("R")
+        await session.settle()
+        assert arm.status.state is State.STANDBY
+        arm.sleep(3.0)
+        assert arm.twin.world.motors == stood
+
+
+async def test_a_referenced_position_is_trusted_again_once_it_was_compared(arm):
+    async with Session(arm) as session:
+        unplug(arm)
+        replug(arm)
+        await session.poll()
+        await session.press("L")
+        await session.settle()
+        await session.press("R")
+        await session.settle()
+        await session.press("C")
+        assert len(session.desk.screen_stack) == 2
+        await session.press("y")
+        await session.settle()
+        assert arm.status.trust is Trust.REFERENCED
