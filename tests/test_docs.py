@@ -11,6 +11,7 @@ import pytest
 from armdrive import armfile, armsections
 from armdrive.controllers.teachmover import TeachMoverSettings
 from kinematics import preset
+from kinematics.tool import Tool
 
 DOCS = Path(__file__).parent.parent / "docs"
 ROOT = DOCS.parent
@@ -31,8 +32,14 @@ def test_the_shown_arm_file_lists_every_key():
         "teachmover": TeachMoverSettings,
         "reference": armsections.PostureSettings,
         "park": armsections.PostureSettings,
+        "tool": Tool,
     }.items():
         assert set(shown[name]) == {field.name for field in dataclasses.fields(section)}, name
+
+
+def test_the_shown_frame_has_every_key():
+    keys = {field.name for field in dataclasses.fields(armsections.FrameSettings)}
+    assert set(shown_arm_file()["frames"]["board"]) == keys
 
 
 def test_the_shown_arm_file_shows_the_defaults():

@@ -1,0 +1,114 @@
+"""What compensated backlash is worth: `python benchmarks/backlash.py [DIALECT ...] [--json]`.
+
+Simulated arms whose every motor has a play of 12 steps, driven without knowing of it, and with the
+same backlash in the arm file. The physical tip is compared with where the arm is said to be after
+moves at random, and with the straight lines that were asked for, every 5 ms; in these, the shoulder
+and the elbow turn round in the middle, and the base at the ends. On simulated time.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import partial
+
+from measuring import Row, Section
+from reporting import report
+
+from armdrive import Arm, Pose
+from armdrive.connecting import connect_simulated, simulated_config
+from armdrive.sim.twin import make_twin
+from armdrive.status import State
+
+PLAY_STEPS = 12
+LOOK_S = 0.005
+MOVES, LINES = 20, 3
+POSTURE = {"base": 0.0, "shoulder": 42.0, "elbow": -75.0, "wrist_pitch": -30.0}
+START, WAY_MM = (300.0, -70.0, 120.0), 140.0
+ARMS = {"no play": (0, 0), "play": (PLAY_STEPS, 0), "play, compensated": (PLAY_STEPS, PLAY_STEPS)}
+"""By name: the play of the physical arm, and the backlash that the driver takes up."""
+DIALECTS = ("teachmover", "robko01", "armdroid", "grbl")
+
+Point = tuple[float, float, float]
+
+
+def ready(dialect: str, play: int, backlash: int) -> Arm:
+    """Return an arm that was brought to a known posture from one side."""
+    config = simulated_config(dialect)
+    count = len(config.model.transmission.motors)
+    config = replace(
+        config,
+        model=replace(config.model, verified=True),
+        backlash_steps=(backlash,) * count if backlash else (),
+    )
+    arm = connect_simulated(config, twin=make_twin(config, play=play))
+    if arm.status.state is State.DISABLED:
+        arm.enable()
+    arm.move_motors(*[-3 * PLAY_STEPS] * count, speed=1.0)
+    arm.move_motors(*[3 * PLAY_STEPS] * count, speed=1.0)
+    arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
+    return arm
+
+
+def after_moves_mm(arm: Arm) -> float:
+    """Return how far the tip was at most from where it was said to be."""
+    luck, worst_mm = random.Random(5), 0.0
+    for _ in range(MOVES):
+        goal = {f"{name}_deg": deg + luck.uniform(-5.0, 5.0) for name, deg in POSTURE.items()}
+        arm.move_j(speed=1.0, **goal)
+        worst_mm = max(worst_mm, math.dist(arm.twin.world.tip, point(arm.pose)))
+    return worst_mm
+
+
+def beside_lines(arm: Arm) -> tuple[float, float]:
+    """Return how far the tip was at most beside its lines anywhere, and at their ends."""
+    x_mm, y_mm, z_mm = START
+    start = Pose.of(x_mm=x_mm, y_mm=y_mm, z_mm=z_mm, pitch_deg=-70.0)
+    end = replace(start, y_mm=y_mm + WAY_MM)
+    arm.move_to(start)
+    way_mm = ends_mm = 0.0
+    for number in range(2 * LINES):
+        handle = arm.move_l(start if number % 2 else end, speed=0.5, wait=False)
+        while not handle.done:
+            arm.sleep(LOOK_S)
+            way_mm = max(way_mm, beside_mm(arm.twin.world.tip, point(start)))
+        handle.wait()
+        ends_mm = max(ends_mm, math.dist(arm.twin.world.tip, point(arm.pose)))
+    return way_mm, ends_mm
+
+
+def beside_mm(tip: Point, start: Point) -> float:
+    """Return the distance from a line along y."""
+    return math.hypot(tip[0] - start[0], tip[2] - start[2])
+
+
+def point(pose: Pose) -> Point:
+    """Return where a pose has the tip."""
+    return pose.x_mm, pose.y_mm, pose.z_mm
+
+
+def measured(dialect: str) -> Iterator[Row]:
+    """Give the figures of one dialect's arm."""
+    for name, (play, backlash) in ARMS.items():
+        yield Row(f"{name}: after moves", after_moves_mm(ready(dialect, play, backlash)), "mm")
+        way_mm, ends_mm = beside_lines(ready(dialect, play, backlash))
+        yield Row(f"{name}: at the ends of lines", ends_mm, "mm")
+        yield Row(f"{name}: beside lines, anywhere", way_mm, "mm")
+
+
+def section(dialect: str) -> Section:
+    """Measure one dialect."""
+    title = f"{dialect}, {PLAY_STEPS} steps of play in every motor's train"
+    return Section(title, tuple(measured(dialect)), "the worst")
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Measure every dialect, or those that are asked for."""
+    return report(argv, __doc__, {dialect: partial(section, dialect) for dialect in DIALECTS})
+
+
+if __name__ == "__main__":
+    sys.exit(main())

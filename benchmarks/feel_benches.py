@@ -1,0 +1,61 @@
+"""Benches on which the physical arm is looked at densely, and seen to move or to stand.
+
+The conformance suite's own: in this process on simulated time, or in another one over a pty.
+"""
+
+from __future__ import annotations
+
+import random
+import sys
+import time
+from pathlib import Path
+from typing import ClassVar
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from kinematics import Motors
+from tests.conformance.behaviour import cartesian
+from tests.conformance.bench import Bench
+from tests.conformance.memory_bench import MemoryBench
+from tests.conformance.process_bench import PtyBench
+from tests.conformance.seen import Seen
+
+DENSE_S = 0.004
+
+
+class DenseMemoryBench(MemoryBench):
+    """The twin in this process, looked at every few ms of its own time."""
+
+    look_s: ClassVar[float] = DENSE_S
+    noise_s: ClassVar[float] = DENSE_S
+
+    @property
+    def turning(self) -> bool:
+        """Whether motors turn."""
+        return self.twin.device.moving
+
+
+class DensePtyBench(PtyBench):
+    """The device in another process."""
+
+    noise_s: ClassVar[float] = PtyBench.look_s
+
+    def __init__(self, dialect_name: str) -> None:
+        super().__init__(dialect_name)
+        self.turning = False
+
+    def look(self) -> Seen:
+        """Ask the console once, for where the motors are and whether they turn."""
+        state = self._sim.state()
+        self.turning = bool(state["moving"])
+        motors = Motors(state["motors"])
+        return Seen(time.monotonic(), motors, self.tip(motors), state["opening_mm"])
+
+
+def knows_lines(bench: Bench) -> bool:
+    """Tell whether the driver takes this arm's numbers for true, so that it draws lines."""
+    return cartesian(bench) == ""
+
+
+def chance(*words: object) -> random.Random:
+    """Return a source of chance that is the same in every run."""
+    return random.Random(" ".join(map(str, (1982, *words))))

@@ -1,0 +1,106 @@
+"""The desk at work on an arm: on simulated time without its screen, in real time headless.
+
+Both are tui's own `Desk`. On simulated time only its timer is another one, since nobody runs an
+event loop there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from random import Random
+from typing import Any
+
+from armdrive.arm import Arm
+from armdrive.engine import Flow
+from armdrive.flows import jogging
+from armdrive.jog import Action, Increment
+from kinematics import Joints
+from tui.desk import Desk
+from tui.keys import JogPair
+
+MIDDLE = {"base": 0.0, "shoulder": 40.0, "elbow": -80.0, "wrist_pitch": -40.0, "wrist_roll": 0.0}
+"""From here each joint can turn for 2 s either way; degrees."""
+FAR_DEG, FAR_MM = 12.0, 40.0
+"""So far from the middle a jog leads back to it."""
+SWEEPING = 3
+"""The first joints, and x, y, z, sweep the tip; the others turn the hand."""
+
+
+class Increments:
+    """Knows whether an arm of this process is making an increment, which no status tells."""
+
+    def __init__(self) -> None:
+        self.under_way = False
+        self._inner = jogging._increment
+        jogging._increment = self._seen
+
+    def _seen(self, *words: Any) -> Flow[None]:
+        self.under_way = True
+        try:
+            yield from self._inner(*words)
+        finally:
+            self.under_way = False
+
+
+increments = Increments()
+
+
+class Deadline:
+    """Stands for the desk's timer where time is simulated: somebody looks at `due_s`."""
+
+    def __init__(self, now_s: Callable[[], float]) -> None:
+        self._now_s = now_s
+        self.due_s = math.inf
+
+    def after(self, delay_s: float) -> None:
+        """Ring once after this delay; infinite means never."""
+        self.due_s = self._now_s() + max(delay_s, 0.001)
+
+
+class TappingDesk(Desk):
+    """A desk that remembers when it last moved the arm by an increment."""
+
+    tapped_s = -math.inf
+
+    def _carry_out(self, action: Action) -> None:
+        if isinstance(action, Increment):
+            self.tapped_s = self._clock()
+        super()._carry_out(action)
+
+
+class SimulatedDesk(TappingDesk):
+    """The desk on the arm's own clock, without a screen: whoever lets time pass calls `tick`."""
+
+    def __init__(self, arm: Arm) -> None:
+        super().__init__(arm, braille=False, clock=arm.pace.now_s)
+        self.deadline = Deadline(arm.pace.now_s)
+        self._alarm = self.deadline  # type: ignore[assignment]
+
+
+def set_up(desk: Desk) -> None:
+    """Set the full speed, which is the worst."""
+    for _ in range(5):
+        desk.action_faster()
+
+
+def choose(desk: Desk, arm: Arm, home: Joints, luck: Random, *, lines: bool) -> str:
+    """Choose mode and key by chance, of the axes that sweep the tip; return the key.
+
+    An arm that has gone far from its middle is led back.
+    """
+    if lines and luck.random() < 0.5:
+        desk.action_mode()
+    pair = luck.choice(desk.settings.rows[:SWEEPING])
+    off = _off(desk, arm, home, pair)
+    sign = -math.copysign(1.0, off) if abs(off) > 1.0 else luck.choice((-1.0, 1.0))
+    return pair.plus if sign > 0.0 else pair.minus
+
+
+def _off(desk: Desk, arm: Arm, home: Joints, pair: JogPair) -> float:
+    """Return how far an axis is from its middle; beyond 1 it is far."""
+    axis = pair.axis(cartesian=desk.settings.cartesian)
+    if desk.settings.cartesian:
+        here, there = arm.pose, arm.model.arm.fk(home)
+        return (getattr(here, f"{axis}_mm") - getattr(there, f"{axis}_mm")) / FAR_MM
+    return (arm.joints.deg[axis] - home.deg[axis]) / FAR_DEG

@@ -1,0 +1,223 @@
+"""Print how soon a stop is on the wire, and how soon the arm stands.
+
+    python benchmarks/stop_latency.py [DIALECT ...] [--times N] [--quick] [--json]
+
+In real time, on a twin in another process over a pty. Of a device that obeys a stop in motion: from
+`arm.request_stop()`, called in another thread than the engine's, to the return of the write that
+carried the stop; while the device's queue is full, where it has one, its position is asked for as
+often as the arm file may have it, and another thread reads the status all the time. Of all of them:
+from the call to the physical stand-still. The bound of both is what the status announced for the
+stand-still. Exit code 1 where it is broken.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+
+from feel import Figures, Measured, Options, report
+from feel_benches import DensePtyBench, chance
+
+from armdrive.abilities import Abort
+from armdrive.arm import Arm
+from armdrive.controllers.requests import MoveAlong, MoveBy
+from armdrive.dialects import DIALECTS
+from armdrive.errors import ArmError
+from armdrive.status import State, Trust
+from firmware_protocol.robko01 import Device, Stop
+from kinematics import Motors
+from tests.conformance.going import begin_sweep
+from tests.conformance.overrun import ENDINGS
+from tests.conformance.overrun import measure as overruns
+from tests.conformance.rows_stopping import under_way
+
+TIMES, QUICK_TIMES = 1000, 5
+STANDING_TIMES, QUICK_STANDING = 60, 1
+"""A stand-still takes a second or two to wait for, so that it is measured less often."""
+
+PORTION = 10
+"""So often is an arm stopped until it begins anew: what is left of each way leads it to a limit."""
+
+OFTEN = "[grbl]\npoll_s = 0.01\n"
+STATUS_S = 0.002
+SEGMENT_S, SEGMENT_STEPS = 0.02, 4
+MOMENTS_S = (0.1, 0.4)
+"""When the stop is asked for, after the motion has begun: the queue is full within a tenth."""
+SWEEP_DEG = 40.0
+PATIENCE_S = 10.0
+
+
+def is_robko_stop(data: bytes) -> bool:
+    """Tell whether a write carries the Robko's stop."""
+    device = Device()
+    device.receive_data(data)
+    return isinstance(device.next_event(), Stop)
+
+
+STOPS: dict[str, Callable[[bytes], bool]] = {
+    "grbl": lambda data: b"!" in data,
+    "robko01": is_robko_stop,
+}
+"""How a stop looks on the wire, of the devices that obey one."""
+
+
+class Watched:
+    """A driver's link that remembers when a stop had been written."""
+
+    def __init__(self, arm: Arm, is_stop: Callable[[bytes], bool]) -> None:
+        self.written = threading.Event()
+        self.written_s = 0.0
+        link = arm.engine.link
+        write = link.write
+
+        def watched(data: bytes, now_s: float) -> None:
+            write(data, now_s)
+            if is_stop(data) and not self.written.is_set():
+                self.written_s = time.perf_counter()
+                self.written.set()
+
+        link.write = watched  # type: ignore[method-assign]
+
+    def begin(self) -> None:
+        """Forget what was seen."""
+        self.written.clear()
+
+
+class Stream:
+    """Short segments without end, so that every place of the device's queue is taken."""
+
+    def __init__(self, arm: Arm, direction: int) -> None:
+        self._arm = arm
+        self._piece = MoveBy(
+            Motors((direction * SEGMENT_STEPS, 0, 0, 0, 0, 0)), SEGMENT_STEPS / SEGMENT_S
+        )
+        self.drawn = 0
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def _segments(self) -> Iterator[MoveBy]:
+        while True:
+            self.drawn += 1
+            yield self._piece
+
+    def _run(self) -> None:
+        with contextlib.suppress(ArmError):
+            self._arm.perform(self._flow(), timeout_s=PATIENCE_S)
+
+    def _flow(self):
+        ahead_s = self._arm.config.motion.planned_burst_s
+        return (yield from self._arm.wire.request(MoveAlong(self._segments(), ahead_s)))
+
+    def wait(self) -> None:
+        """Wait for its end."""
+        self._thread.join(PATIENCE_S)
+
+
+class Sweep:
+    """A planned motion, for a device that queues nothing."""
+
+    def __init__(self, arm: Arm, direction: int) -> None:
+        self._handle = begin_sweep(arm, direction * SWEEP_DEG)
+        self.drawn = 0
+
+    def wait(self) -> None:
+        """Wait for its end, which is a stop."""
+        with contextlib.suppress(ArmError):
+            self._handle.wait()
+
+
+@contextlib.contextmanager
+def status_read(arm: Arm) -> Iterator[None]:
+    """Have another thread read the status all the time."""
+    end = threading.Event()
+
+    def read() -> None:
+        while not end.wait(STATUS_S):
+            _ = arm.status
+
+    thread = threading.Thread(target=read, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        end.set()
+        thread.join()
+
+
+def make_ready(bench: DensePtyBench, arm: Arm) -> None:
+    """Mend what a computer too busy to answer in time has led to: a motion that went unanswered."""
+    if arm.status.state is State.ERROR_STOP:
+        arm.reset()
+    if arm.status.trust is not Trust.REFERENCED:
+        bench.refer(arm)
+
+
+def to_the_wire(dialect: str, times: int) -> Iterator[Figures]:
+    """Stop a device that can be stopped, again and again."""
+    luck = chance("stop", dialect)
+    found: list[Measured] = []
+    queued: list[Measured] = []
+    needless = 0
+    with DensePtyBench(dialect) as bench:
+        if dialect == "grbl":
+            bench.fit(OFTEN)
+        arm = bench.ready()
+        kind = Stream if arm.abilities.queued_segments else Sweep
+        watched = Watched(arm, STOPS[dialect])
+        with status_read(arm):
+            for direction in itertools.islice(itertools.cycle((1, -1)), times):
+                make_ready(bench, arm)
+                watched.begin()
+                motion = kind(arm, direction)
+                under_way(bench)
+                began_s = time.perf_counter()
+                time.sleep(luck.uniform(*MOMENTS_S))
+                driven = (time.perf_counter() - began_s) / SEGMENT_S
+                bound_s = arm.status.stop_time_s
+                drawn = motion.drawn
+                asked_s = time.perf_counter()
+                arm.request_stop()
+                motion.wait()
+                if not watched.written.is_set():
+                    needless += 1
+                    continue
+                found.append(Measured((watched.written_s - asked_s) * 1e3, bound_s * 1e3))
+                queued.append(Measured(drawn - driven))
+    yield Figures(dialect, "from request_stop to the stop on the wire", "ms", found)
+    if needless:
+        what = "  stops between two bursts, which needed none"
+        yield Figures(dialect, what, "", [Measured(needless)])
+    if kind is Stream:
+        yield Figures(dialect, "  segments that the device had queued", "", queued)
+
+
+def to_stand_still(dialect: str, times: int) -> Iterator[Figures]:
+    """Stop a planned motion, and watch the physical arm."""
+    ending = next(each for each in ENDINGS if each.what == "a motion is stopped")
+    portions = [min(PORTION, times - done) for done in range(0, times, PORTION)]
+    found = [each for portion in portions for each in overruns(dialect, ending, portion)]
+    what = "from a stop to stand-still"
+    seconds = [Measured(each.time_s * 1e3, each.announced_s * 1e3) for each in found]
+    yield Figures(dialect, what, "ms", seconds)
+    yield Figures(dialect, what, "mm", [Measured(each.way_mm, each.announced_mm) for each in found])
+
+
+def measure(options: Options, dialect: str) -> Iterator[Figures]:
+    """Measure one dialect in the way that it allows."""
+    standing = min(options.times, QUICK_STANDING if options.quick else STANDING_TIMES)
+    if DIALECTS[dialect].abilities.abort is not Abort.NONE:
+        yield from to_the_wire(dialect, options.times)
+    yield from to_stand_still(dialect, standing)
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Measure every dialect, or those that are asked for."""
+    return report(argv, __doc__, measure, times=TIMES, quick_times=QUICK_TIMES)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
