@@ -15,8 +15,8 @@ from kinematics.arm_geometry import Hand, NotFollowed, Point
 from kinematics.chain_task import Task, pose_of
 from kinematics.chains import Chain
 from kinematics.curves import Line, straight_between
+from kinematics.following import hand_near, in_proportion, refuse_leap
 from kinematics.frames import rotation_of, transform
-from kinematics.limits import wrap
 from kinematics.quaternions import Quaternion, quaternion_of
 from kinematics.spaces import Joints, Pose
 
@@ -45,18 +45,13 @@ class ChainFollower:
             turn = _four(quaternion_of(rotation_of(goal.frame)))
             opposite = sum(a * b for a, b in zip(near, turn, strict=True)) < 0.0
             return tuple(-part for part in turn) if opposite else turn
-        return (
-            near[0] + wrap(pose.pitch_rad - near[0]),
-            near[1] + wrap(pose.roll_rad - near[1]),
-        )
+        return hand_near(pose, near)
 
     def between(self, a: Hand, b: Hand, share: float) -> Hand:
         """Return the hand at a share of the turn from one to another."""
-        if share >= 1.0:
-            return b
-        if self.arm.task is Task.WHOLE:
+        if self.arm.task is Task.WHOLE and share < 1.0:
             return _turned(a, b, share)
-        return tuple(one + share * (two - one) for one, two in zip(a, b, strict=True))
+        return in_proportion(a, b, share)
 
     def pose(self, tip: Point, hand: Hand) -> Pose:
         """Return the pose of a tip and a hand."""
@@ -72,13 +67,7 @@ class ChainFollower:
         if not found.ok:
             raise NotFollowed(_reason(found))
         joints = self.arm.joints_of(found.joints)
-        turns = [abs(b - a) for a, b in zip(before, joints, strict=True)]
-        if max(turns) > LARGEST_TURN_RAD:
-            name = joints.names[turns.index(max(turns))].replace("_", " ")
-            raise NotFollowed(
-                f"the {name} would have to turn by {math.degrees(max(turns)):.0f}° at once, "
-                "because the posture is singular there"
-            )
+        refuse_leap(before, joints, LARGEST_TURN_RAD)
         return joints
 
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from kinematics.chain_task import pose_of
 from kinematics.errors import Constraint, Unreachable, limit_sentence
+from kinematics.following import largest_turn, leap_sentence
 from kinematics.ik_account import Reason
 
 if TYPE_CHECKING:
@@ -53,12 +54,8 @@ def chain_refusal(arm: ChainArm, pose: Pose, found: Solution) -> Unreachable:
 def step_refusal(arm: ChainArm, pose: Pose, found: Solution, seed: Joints) -> Unreachable:
     """Return the error for a small step that leads nowhere near the posture it starts from."""
     if found.ok:
-        names = zip(arm.joint_names, seed, found.joints, strict=True)
-        name, turn = max(((name, abs(b - a)) for name, a, b in names), key=lambda pair: pair[1])
-        reason = (
-            f"the {name.replace('_', ' ')} would have to turn by {math.degrees(turn):.0f}° at "
-            "once, because the posture is singular here"
-        )
+        name, turn = largest_turn(seed, arm.joints_of(found.joints))
+        reason = leap_sentence(name, turn, "the posture is singular here")
         return _refused(Constraint.NO_POSTURE, reason, turn, 0.0, "rad", pose, arm.fk(seed))
     if found.at_limit:
         joint = found.at_limit[0]

@@ -5,13 +5,13 @@ Units: mm and rad. See `Curve` in arm_geometry.py for what every curve answers.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Generic, TypeVar
 
 from kinematics.arm_geometry import ArmGeometry, Follower, Hand, NotFollowed, Point
 from kinematics.errors import PathBroken
+from kinematics.following import leap_sentence
 from kinematics.spaces import Joints, Pose
 from kinematics.traces import BLEND_CHORDS, Segment, Trace, cubic
 
@@ -71,10 +71,7 @@ class HandCurve(Generic[T]):
         turn = abs(reached.angles_rad[0] - before.angles_rad[0])
         if turn <= LARGEST_BASE_TURN_RAD:
             return None
-        return (
-            f"the base would have to turn by {math.degrees(turn):.0f}° at once, because the "
-            f"{self.shape} meets the base axis"
-        )
+        return leap_sentence("base", turn, f"the {self.shape} meets the base axis")
 
 
 Line = HandCurve[Segment]

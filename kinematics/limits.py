@@ -6,6 +6,7 @@ All angles in rad.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from kinematics.errors import KinematicsError, finite
@@ -46,6 +47,15 @@ class JointRange:
         """Return the angle of the range nearest to this one."""
         return min(max(angle_rad, self.low_rad), self.high_rad)
 
+    def widened(self, angle_rad: float) -> JointRange:
+        """Return the range that holds this angle as well."""
+        return JointRange(min(self.low_rad, angle_rad), max(self.high_rad, angle_rad))
+
+
+def widened_to(limits: Iterable[JointRange], angles: Iterable[float]) -> tuple[JointRange, ...]:
+    """Return the ranges of joints, each widened to an angle beyond it."""
+    return tuple(bounds.widened(angle) for bounds, angle in zip(limits, angles, strict=True))
+
 
 @dataclass(frozen=True, slots=True)
 class LimitViolation:
@@ -65,6 +75,11 @@ def wrap(angle: float) -> float:
     """Return the same direction within (-pi, pi]."""
     turned = math.remainder(angle, math.tau)
     return turned if turned > -math.pi else math.pi
+
+
+def turn_near(angle: float, near: float) -> float:
+    """Return the turn of `angle` (by whole circles) that is nearest to another angle."""
+    return near + wrap(angle - near)
 
 
 def turn_into(angle: float, low: float, high: float, seed: float) -> float:

@@ -13,7 +13,8 @@ from kinematics.arm_geometry import Hand, NotFollowed, Point
 from kinematics.closed_form import AXIS_MM, elbow_triangle, plane_tip, wrist_distance
 from kinematics.curves import Line, straight_between
 from kinematics.five_axis import FiveAxisArm
-from kinematics.limits import LIMIT_TOLERANCE_RAD, JointRange, wrap
+from kinematics.following import in_proportion
+from kinematics.limits import LIMIT_TOLERANCE_RAD, JointRange, turn_near, widened_to, wrap
 from kinematics.spaces import JOINT_NAMES, Joints, Pose
 
 STRAIGHT_RAD = 1e-6
@@ -47,7 +48,7 @@ class FiveAxisFollower:
 
         The roll takes the longer way where the wrist's range forbids the shorter one.
         """
-        pitch = near[0] + wrap(pose.pitch_rad - near[0])
+        pitch = turn_near(pose.pitch_rad, near[0])
         change = wrap(pose.roll_rad + self.roll_offset - near[1])
         if not self._rolls_to(near[1] + change):
             other = change - math.copysign(math.tau, change)
@@ -56,9 +57,7 @@ class FiveAxisFollower:
 
     def between(self, a: Hand, b: Hand, share: float) -> Hand:
         """Return the hand at a share of the turn: pitch and roll in proportion."""
-        if share >= 1.0:
-            return b
-        return a[0] + share * (b[0] - a[0]), a[1] + share * (b[1] - a[1])
+        return in_proportion(a, b, share)
 
     def pose(self, tip: Point, hand: Hand) -> Pose:
         """Return the pose of a tip and a hand, its pitch and roll of any turn."""
@@ -126,10 +125,7 @@ def line_from(arm: FiveAxisArm, start: Joints, goal: Pose) -> Line:
         r < -AXIS_MM,
         _elbow_sign(wrap(start[2]), arm.limits[2]),
         start[4] - origin.roll_rad,
-        tuple(
-            JointRange(min(bounds.low_rad, angle), max(bounds.high_rad, angle))
-            for bounds, angle in zip(arm.limits, start, strict=True)
-        ),
+        widened_to(arm.limits, start),
     )
     tip = origin.x_mm, origin.y_mm, origin.z_mm
     return straight_between(follower, tip, follower.first, goal)
