@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from armdrive.abilities import Abilities
-from armdrive.controllers.requests import Alert, Progress
+from armdrive.controllers.requests import Alert, Progress, never
 from armdrive.core import Core
 from armdrive.dialects import dialect
 from armdrive.engine import Engine, Flow, Task
@@ -251,7 +251,7 @@ class Connected:
 
     def sleep(self, time_s: float) -> None:
         """Let time pass on the arm's own clock."""
-        self.pace.wait(lambda: False, max(finite("time_s", time_s), 0.0))
+        self.pace.wait(never, max(finite("time_s", time_s), 0.0))
 
     def save_recording(self, path: Path | str | None = None) -> Path:
         """Write what the flight recorder holds, and return the file.

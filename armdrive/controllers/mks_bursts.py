@@ -14,7 +14,7 @@ from itertools import pairwise
 from armdrive.controllers.mks_arriving import Ending
 from armdrive.controllers.mks_drive import COUNTS_S_PER_RPM, shared_acc, slope_of
 from armdrive.controllers.mks_motion import MksMotion
-from armdrive.controllers.requests import Denied, Done, Halted
+from armdrive.controllers.requests import Denied, Done, Halted, never
 from firmware_protocol.mks import (
     BROADCAST,
     SPEED_MAX_RPM,
@@ -83,7 +83,7 @@ class MksBursts(MksMotion):
         ended = yield from begin(orders, let_go)
         if ended is not None:
             return ended
-        return (yield from self.arrive(self.lasts_s(steps, rate_hz), lambda: False))
+        return (yield from self.arrive(self.lasts_s(steps, rate_hz), never))
 
     def _in_turn(
         self,

@@ -16,7 +16,8 @@ from kinematics.spaces import Motors
 # -- what is asked ------------------------------------------------------------------------------
 
 
-def _never() -> bool:
+def never() -> bool:
+    """Tell that nobody lets go, and that nothing is held back."""
     return False
 
 
@@ -30,7 +31,7 @@ class MoveBy:
 
     steps: Motors
     rate_hz: float
-    let_go: Callable[[], bool] = field(default=_never, compare=False, repr=False)
+    let_go: Callable[[], bool] = field(default=never, compare=False, repr=False)
 
     @property
     def duration_s(self) -> float:
@@ -53,8 +54,8 @@ class MoveAlong:
     segments: Iterator[MoveBy]
     ahead_s: float
     jog: bool = False
-    let_go: Callable[[], bool] = _never
-    held_back: Callable[[], bool] = _never
+    let_go: Callable[[], bool] = never
+    held_back: Callable[[], bool] = never
 
 
 @dataclass(frozen=True, slots=True)

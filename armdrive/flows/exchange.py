@@ -18,6 +18,7 @@ from armdrive.controllers.requests import (
     Registers,
     Reply,
     Request,
+    never,
 )
 from armdrive.core import Core
 from armdrive.engine import Ask, Flow, Until
@@ -175,7 +176,7 @@ class Wire:
         target: Motors,
         rate_hz: float,
         there: Coordinates | None,
-        let_go: Callable[[], bool] = lambda: False,
+        let_go: Callable[[], bool] = never,
     ) -> Flow[None]:
         """Send one burst to an absolute target and wait until it has ended.
 

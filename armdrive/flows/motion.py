@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from armdrive.controllers.requests import never
 from armdrive.engine import Flow, Until
 from armdrive.errors import WrongState
 from armdrive.flows.exchange import way_between
@@ -126,12 +127,12 @@ def follow_leg(
     A pause is waited out between two of them; of a jog, it ends the rest.
     """
     core, done, tempo = wire.core, 0.0, wire.core.tempo
-    jog = let_go is not None
+    jog, released = let_go is not None, let_go or never
 
     def given_up() -> bool:
-        return tempo.paused or (let_go is not None and let_go())
+        return tempo.paused or released()
 
-    while done < 1.0 and not (wire.stopping or (let_go is not None and let_go())):
+    while done < 1.0 and not (wire.stopping or released()):
         if tempo.paused:
             if jog:
                 return
@@ -184,7 +185,7 @@ def true_duration_s(wire: Wire, steps: float, duration_s: float) -> float:
 
 
 def paced_move(
-    wire: Wire, there: Coordinates, duration_s: float, let_go: Callable[[], bool] = lambda: False
+    wire: Wire, there: Coordinates, duration_s: float, let_go: Callable[[], bool] = never
 ) -> Flow[None]:
     """Send one burst that takes `duration_s` or longer, if nobody has let go before it begins.
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from armdrive.controllers.requests import never
 from armdrive.engine import Flow, Until
 
 if TYPE_CHECKING:
@@ -22,11 +23,7 @@ LONGEST_S = 5.0
 """A reference is good without its record: a disk that takes longer is not waited for."""
 
 
-def _never() -> bool:
-    return False
-
-
-def leave_standstill(wire: Wire, let_go: Callable[[], bool] = _never) -> Flow[bool]:
+def leave_standstill(wire: Wire, let_go: Callable[[], bool] = never) -> Flow[bool]:
     """Wait until the mark of motion is on the disk; raises `StateFileError` where it cannot be.
 
     False where a stop was asked for meanwhile, or `let_go()` became true: nothing may move then.

@@ -12,7 +12,7 @@ from itertools import chain
 from typing import TYPE_CHECKING
 
 from armdrive.budget import segment_s
-from armdrive.controllers.requests import MoveAlong, MoveBy
+from armdrive.controllers.requests import MoveAlong, MoveBy, never
 from armdrive.flows.pausing import wait_out_pause
 from armdrive.flows.straying import lags
 from armdrive.flows.taking_up import pieces
@@ -109,9 +109,7 @@ def stream_legs(
         stretch = _Stretch(ways, tempo)
         course = Course(wire.core, stretch.ways())
         segments = course.segments()
-        request = MoveAlong(
-            segments, ahead_s, jog, let_go or _never, held_back=lambda: tempo.paused
-        )
+        request = MoveAlong(segments, ahead_s, jog, let_go or never, held_back=lambda: tempo.paused)
         driven = yield from wire.stream(request, course)
         if course.left is not None:
             ways = chain((course.left,), ways)
@@ -122,10 +120,6 @@ def stream_legs(
         yield from wait_out_pause(wire)
         if wire.stopping:
             return False
-
-
-def _never() -> bool:
-    return False
 
 
 class _Stretch:
