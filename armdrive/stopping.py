@@ -36,16 +36,6 @@ class StopBound:
     silent_time_s: float
     silent_distance_mm: float
 
-    @property
-    def pause_time_s(self) -> float:
-        """How long the arm goes on when it is paused now."""
-        return self.silent_time_s
-
-    @property
-    def pause_distance_mm(self) -> float:
-        """How far the tip goes on when the arm is paused now."""
-        return self.silent_distance_mm
-
 
 def stop_bound(
     config: ArmConfig, controller: Controller, joints: Joints | None, burst_s: float
