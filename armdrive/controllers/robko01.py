@@ -142,15 +142,16 @@ class RobkoController(RobkoMotion):
     # -- small requests -----------------------------------------------------------------------
 
     def _registers(self) -> Script:
+        """Read inputs, then positions: those are no older than any silence on the way."""
         began_s, before = self.now_s, self._seen
+        inputs = yield from self._ask(Inputs())
+        if not isinstance(inputs, InputsRead):
+            return self.silence(began_s)
         positions = yield from self._look("POSITION")
         if positions is None:
             return self.silence(began_s)
         if self._on and before is not None and before.largest and not positions.largest:
             self.restarted("the controller was reset or lost its power: its positions are zero")
-        inputs = yield from self._ask(Inputs())
-        if not isinstance(inputs, InputsRead):
-            return self.silence(began_s)
         return Registers(positions, inputs.value)
 
     def _simple(self, message: Message) -> Script:

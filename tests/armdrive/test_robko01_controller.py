@@ -8,7 +8,14 @@ import pytest
 from faults import garbled, late_by, lost, twice
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from robko_bench import OVER_THE_TABLE, FrameRule, ready_robko, robko_arm, robko_config
+from robko_bench import (
+    OVER_THE_TABLE,
+    FrameLink,
+    FrameRule,
+    ready_robko,
+    robko_arm,
+    robko_config,
+)
 from test_stopping import stand_still_s
 
 from armdrive import Jog
@@ -138,6 +145,23 @@ class TestRequests:
         script.ask(MOVE)
         script.device.at(script.now_s + 0.3, script.device.reset)
         assert isinstance(script.ask(MOVE), Denied)
+        alerts = [event.kind for event in script.events if isinstance(event, Alert)]
+        assert alerts == [AlertKind.RESTARTED]
+
+    @pytest.mark.parametrize("op", [Op.POSITION, Op.INPUTS])
+    def test_positions_are_no_older_than_a_silence_in_the_same_look(self, op):
+        script = enabled()
+        script.ask(MOVE)
+        script.link = FrameLink(script.link)
+
+        def fail_power(written):
+            if written is op and script.device.powered:
+                script.device.power_off()
+                script.device.at(script.device.now_s + 0.4, script.device.power_on)
+                script.link.on_write = lambda _: None
+
+        script.link.on_write = fail_power
+        assert not script.ask(ReadPosition()).positions.largest
         alerts = [event.kind for event in script.events if isinstance(event, Alert)]
         assert alerts == [AlertKind.RESTARTED]
 
