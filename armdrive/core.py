@@ -15,6 +15,7 @@ from armdrive.controllers.requests import Difference
 from armdrive.dialects import dialect
 from armdrive.errors import ArmError, Refused, SettingsDiffer, StateFileError
 from armdrive.intents import Hold, Nudge
+from armdrive.lateness import Wakes
 from armdrive.memory import Memory
 from armdrive.record import Record, Recorder
 from armdrive.recorder.witness import NO_WITNESS, Witness
@@ -47,6 +48,8 @@ class Core(Whereabouts, Remarks):
         self.state = State.DISCONNECTED
         self.before_loss = State.DISCONNECTED
         self.latched = ("", "")
+        self.told_early: tuple[Evidence, str] | None = None
+        """The first evidence that the device gave unasked, against a record that is read later."""
         self.belief: Belief = FIRST_BELIEF
         self.hold: Hold | None = None
         self.holds = 0
@@ -198,7 +201,14 @@ class Core(Whereabouts, Remarks):
         return stop_bound(self.config, self.controller, joints, burst_s)
 
     def status(
-        self, *, link: str, simulated: bool, now_s: float, last_sent: str, last_answer: str
+        self,
+        *,
+        link: str,
+        simulated: bool,
+        now_s: float,
+        last_sent: str,
+        last_answer: str,
+        wakes: Wakes,
     ) -> Status:
         """Return a frozen picture of this moment."""
         known = self.belief.trust is not Trust.UNKNOWN
@@ -238,5 +248,6 @@ class Core(Whereabouts, Remarks):
             time_s=now_s,
             paused=self.tempo.paused,
             speed_override=self.tempo.override,
+            wakes=wakes,
             underruns=self.controller.underruns,
         )

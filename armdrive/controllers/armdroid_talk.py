@@ -142,7 +142,9 @@ class Talk(Scripted[Heard]):
             done = yield from self.exchange(command)
             if done is not None and done.as_asked:
                 return done
-            self.give_up()  # a number was left before it, or the answer is lost
+            if done is not None:  # it has done something that nobody asked for
+                self.unasked(Stray(done.answer))
+            self.give_up()  # a number was left before it, or lost, or the answer is lost
         return None
 
     def begin_drive(self, drive: DriveAll) -> bytes:

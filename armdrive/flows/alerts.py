@@ -31,6 +31,7 @@ def alerted(core: Core, alert: Alert, now_s: float) -> None:
     evidence = EVIDENCE[alert.kind]
     if evidence is not None:
         core.learn(evidence, now_s, alert.text)
+        core.told_early = core.told_early or (evidence, alert.text)
     if alert.kind in (AlertKind.RESTARTED, AlertKind.SWITCHED_OFF):
         core.current = Current.UNKNOWN
     code = ALARM_VOUCHED if evidence is None else code_of(evidence)

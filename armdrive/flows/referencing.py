@@ -26,7 +26,7 @@ from armdrive.errors import DeviceFault, LinkLost, NotReferenced, SettingsDiffer
 from armdrive.flows.exchange import TRIES, weigh_difference
 from armdrive.flows.remembering import be_remembered, leave_standstill
 from armdrive.states import Event, after
-from armdrive.status import Current, Trust
+from armdrive.status import Current, State, Trust
 from armdrive.trust import Belief, Evidence
 from armdrive.whereabouts import Coordinates
 
@@ -42,6 +42,7 @@ def connect(wire: Wire) -> Flow[None]:
     switched = core.controller.abilities.current is Switching.BOTH
     core.happen(Event.OPENED_SWITCHED if switched else Event.OPENED_HELD)
     _take_up_record(wire, registers)
+    _heed_what_came_before(wire)
     yield from compare_settings(wire)
     core.memory.taken_up()  # from here on: a connection that failed leaves the record as it was
     if core.belief.trust is Trust.SUSPECT:
@@ -70,6 +71,16 @@ def _take_up_record(wire: Wire, registers: Registers) -> None:
             core.learn(Evidence.RECORD_DIFFERS, wire.now_s)
         elif record.in_motion:
             core.learn(Evidence.ENDED_IN_MOTION, wire.now_s)
+
+
+def _heed_what_came_before(wire: Wire) -> None:
+    """Weigh an alert that came before there was a record to be doubted: it speaks against it."""
+    core = wire.core
+    if core.told_early is not None:
+        evidence, words = core.told_early
+        core.learn(evidence, wire.now_s, words)
+        core.error = ""  # nothing is latched by connecting
+        core.notify(f"{evidence.value} ({words})", evidence)
 
 
 def compare_settings(wire: Wire) -> Flow[Settings]:
@@ -204,6 +215,8 @@ def enable(wire: Wire) -> Flow[None]:
         reply = yield from wire.request(SwitchOn())
         if not isinstance(reply, Done):
             core.fault(f"the controller did not switch the motors on: {reply}")
+            raise DeviceFault(core.error)
+        if core.state is State.ERROR_STOP:  # it has let the arm sag before it understood
             raise DeviceFault(core.error)
         if able is Switching.BOTH:
             core.current = Current.HELD

@@ -205,6 +205,14 @@ class TestConversation:
         assert talked.begin(DropCurrent()) == "0t"
         assert talked.answer("torque = enabled") == "v"
 
+    def test_a_board_that_took_the_word_on_for_off_has_let_the_arm_sag(self):
+        talked = Talked().met()
+        assert talked.begin(SwitchOn()) == "1t"
+        assert talked.answer("torque = disabled") == "v"
+        alert = talked.event
+        assert isinstance(alert, Alert)
+        assert alert.kind is AlertKind.SWITCHED_OFF
+
     def test_older_firmware_switches_no_current_and_says_so(self):
         talked = Talked(switches_torque=False).met()
         assert talked.begin(SwitchOn()) == ""
