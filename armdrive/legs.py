@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from armdrive.whereabouts import Coordinates
@@ -39,7 +39,8 @@ class Speeds:
     """The limits that time is computed from: joints in rad/s, gripper in mm/s, motors in Hz.
 
     A joint comes to its full speed in `ramp_s` (0: at once), or as `accelerations_rad_s2` says of
-    it, and its acceleration builds up in `jerk_s`.
+    it, and its acceleration builds up in `jerk_s`. `limits` are the same for each coordinate: the
+    joints, and the opening where a motor drives it.
     """
 
     joints_rad_s: tuple[float, ...]
@@ -49,22 +50,18 @@ class Speeds:
     ramp_s: float = 0.0
     jerk_s: float = 0.0
     accelerations_rad_s2: tuple[float | None, ...] = ()
+    limits: MotionLimits = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "limits", self._limits())
 
     def duration_s(self, start: Coordinates, end: Coordinates, fraction: float) -> float:
         """Return the least time in which no joint and no motor is faster than its limit."""
-        turns = [
-            abs(b - a) / limit
-            for a, b, limit in zip(start.joints, end.joints, self.joints_rad_s, strict=True)
-        ]
-        slide = abs(end.opening_mm - start.opening_mm) / self.gripper_mm_s
-        before = self.transmission.to_exact(start.joints, start.opening_mm)
-        behind = self.transmission.to_exact(end.joints, end.opening_mm)
-        busiest = max(abs(b - a) for a, b in zip(before, behind, strict=True))
-        return max(*turns, slide, busiest / self.motor_hz) / fraction
+        gripper = self.transmission.has_gripper
+        ends = zip(_point(start, gripper), _point(end, gripper), strict=True)
+        return self.limits.least_s([b - a for a, b in ends]) / fraction
 
-    @property
-    def limits(self) -> MotionLimits:
-        """The same for each coordinate: the joints, and the opening where a motor drives it."""
+    def _limits(self) -> MotionLimits:
         own = self.accelerations_rad_s2 or (None,) * len(self.joints_rad_s)
         speeds = self.joints_rad_s
         if self.transmission.has_gripper:
