@@ -7,6 +7,7 @@ The engine's flows (armdrive/flows) are its only writers; everybody else reads t
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from armdrive.armfile import ArmConfig
 from armdrive.backlash import doubt_words
@@ -15,7 +16,6 @@ from armdrive.controllers.requests import Difference
 from armdrive.dialects import dialect
 from armdrive.errors import ArmError, Refused, SettingsDiffer, StateFileError
 from armdrive.intents import Hold, Nudge
-from armdrive.lateness import Wakes
 from armdrive.memory import Memory
 from armdrive.record import Record, Recorder
 from armdrive.recorder.witness import NO_WITNESS, Witness
@@ -27,6 +27,10 @@ from armdrive.tempo import Tempo
 from armdrive.trust import FIRST_BELIEF, Belief, Evidence, require_reference
 from armdrive.whereabouts import Whereabouts
 from kinematics import Motors
+
+if TYPE_CHECKING:
+    from armdrive.engine import Engine
+    from armdrive.lateness import Wakes
 
 
 class Core(Whereabouts, Remarks):
@@ -200,16 +204,7 @@ class Core(Whereabouts, Remarks):
         burst_s = max(self.burst_s, self.cut_off_s) if lost else self.burst_s
         return stop_bound(self.config, self.controller, joints, burst_s)
 
-    def status(
-        self,
-        *,
-        link: str,
-        simulated: bool,
-        now_s: float,
-        last_sent: str,
-        last_answer: str,
-        wakes: Wakes,
-    ) -> Status:
+    def status(self, engine: Engine, *, simulated: bool, wakes: Wakes) -> Status:
         """Return a frozen picture of this moment."""
         known = self.belief.trust is not Trust.UNKNOWN
         joints, opening_mm = self.transmission.to_joints(self.seen)
@@ -217,7 +212,7 @@ class Core(Whereabouts, Remarks):
         return Status(
             arm=self.config.name,
             title=self.config.title,
-            link=link,
+            link=engine.link.description,
             dialect=self.config.connection.dialect,
             simulated=simulated,
             state=self.state,
@@ -238,14 +233,14 @@ class Core(Whereabouts, Remarks):
             stop_distance_mm=bound.distance_mm,
             silent_time_s=bound.silent_time_s,
             silent_distance_mm=bound.silent_distance_mm,
-            last_sent=last_sent,
-            last_answer=last_answer,
+            last_sent=engine.last_sent,
+            last_answer=engine.last_answer,
             notice=self.notice,
             error=self.error,
             error_code=self.error_code,
             notice_code=self.notice_code,
             torque=dialect(self.config.connection.dialect).torque,
-            time_s=now_s,
+            time_s=engine.now_s,
             paused=self.tempo.paused,
             speed_override=self.tempo.override,
             wakes=wakes,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -107,15 +106,8 @@ class Connected:
     def status(self) -> Status:
         """A frozen picture of this moment."""
         with self.pace.lock:
-            status = self.core.status(
-                link=self.engine.link.description,
-                simulated=self.simulated,
-                now_s=self.engine.now_s,
-                last_sent=self.engine.last_sent,
-                last_answer=self.engine.last_answer,
-            )
-        wakes = self.pace.lateness.view()
-        return replace(status, wakes=wakes) if wakes.count else status
+            wakes = self.pace.lateness.view()
+            return self.core.status(self.engine, simulated=self.simulated, wakes=wakes)
 
     @property
     def speeds(self) -> Speeds:
