@@ -43,6 +43,7 @@ from kinematics.spaces import Motors
 STALLED_S = 2.0
 """A motion that does not go on for so long, beyond what it should take, is given up."""
 FEW_STEPS = 2
+"""A line of no more of them is single steps: the arm stands between those anyway."""
 SLOWEST = 12.0
 """The lowest feed override makes a motion ten times longer."""
 
