@@ -1,16 +1,18 @@
-"""What the tests of several commands share: calling them, and a port that leads somewhere."""
+"""What several tests share: calling commands, a port that leads somewhere, a bus that fails."""
 
 from __future__ import annotations
 
 from functools import partial
 
 import pytest
+from can_bench import LONG_S, failing_link
 from cli_calls import Caller
 from doctor_bench import lead
 from serial.tools import list_ports as pyserial
 
 from armdrive.doctor import timing
 from armdrive.lateness import Wakes
+from armdrive.transports import can_link, can_watch, can_writer
 
 
 @pytest.fixture
@@ -38,3 +40,27 @@ def port(tmp_path, monkeypatch, _punctual):
 def lead_to(port, monkeypatch):
     """Have the port lead to a device; returns the openings."""
     return partial(lead, monkeypatch, port)
+
+
+@pytest.fixture
+def short_patience(monkeypatch):
+    """Have what must last to be a loss last less, so that tests are quick."""
+    monkeypatch.setattr(can_watch, "PATIENCE_S", 0.1)
+    monkeypatch.setattr(can_writer, "PATIENCE_S", 0.3)
+
+
+@pytest.fixture
+def patient(monkeypatch):
+    """Have nothing be a loss because it lasts."""
+    monkeypatch.setattr(can_watch, "PATIENCE_S", LONG_S)
+    monkeypatch.setattr(can_writer, "PATIENCE_S", LONG_S)
+    monkeypatch.setattr(can_link, "LAST_WORDS_S", LONG_S)
+
+
+@pytest.fixture
+def failing():
+    """Return a bus that fails on request, and the link on it."""
+    bus, link = failing_link()
+    yield bus, link
+    bus.stuck.set()
+    link.close()

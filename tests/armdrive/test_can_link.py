@@ -8,10 +8,10 @@ import time
 
 import can
 import pytest
-from can_bench import LONG_S, failing_link, frames_of, message, until_lost
+from can_bench import LONG_S, frames_of, message, until_lost
 
 from armdrive.errors import LinkLost
-from armdrive.transports import can_link, can_reader, can_watch, can_writer
+from armdrive.transports import can_reader
 from armdrive.transports.can_health import BusState
 from armdrive.transports.url import open_link
 from firmware_protocol.frames import Frame, pack
@@ -20,27 +20,7 @@ BUS_OFF = message(0x040, bytes(8), is_error_frame=True)
 NO_ACK = message(0x020, bytes(8), is_error_frame=True)
 
 
-@pytest.fixture(autouse=True)
-def short_patience(monkeypatch):
-    """Have what must last to be a loss last less, so that tests are quick."""
-    monkeypatch.setattr(can_watch, "PATIENCE_S", 0.1)
-    monkeypatch.setattr(can_writer, "PATIENCE_S", 0.3)
-
-
-@pytest.fixture
-def patient(monkeypatch):
-    """Have nothing be a loss because it lasts."""
-    monkeypatch.setattr(can_watch, "PATIENCE_S", LONG_S)
-    monkeypatch.setattr(can_writer, "PATIENCE_S", LONG_S)
-    monkeypatch.setattr(can_link, "LAST_WORDS_S", LONG_S)
-
-
-@pytest.fixture
-def failing():
-    bus, link = failing_link()
-    yield bus, link
-    bus.stuck.set()
-    link.close()
+pytestmark = pytest.mark.usefixtures("short_patience")
 
 
 @pytest.fixture

@@ -9,35 +9,14 @@ import time
 
 import can
 import pytest
-from can_bench import LONG_S, FailingBus, failing_link, until_lost
+from can_bench import LONG_S, FailingBus, until_lost
 
-from armdrive.transports import can_link, can_reader, can_watch, can_writer
+from armdrive.transports import can_reader, can_writer
 from armdrive.transports.can_health import BusState, of_error_frame, of_status
 from armdrive.transports.can_link import CanLink
 from firmware_protocol.frames import Frame, pack
 
-
-@pytest.fixture(autouse=True)
-def short_patience(monkeypatch):
-    """Have what must last to be a loss last less, so that tests are quick."""
-    monkeypatch.setattr(can_watch, "PATIENCE_S", 0.1)
-    monkeypatch.setattr(can_writer, "PATIENCE_S", 0.3)
-
-
-@pytest.fixture
-def patient(monkeypatch):
-    """Have nothing be a loss because it lasts."""
-    monkeypatch.setattr(can_watch, "PATIENCE_S", LONG_S)
-    monkeypatch.setattr(can_writer, "PATIENCE_S", LONG_S)
-    monkeypatch.setattr(can_link, "LAST_WORDS_S", LONG_S)
-
-
-@pytest.fixture
-def failing():
-    bus, link = failing_link()
-    yield bus, link
-    bus.stuck.set()
-    link.close()
+pytestmark = pytest.mark.usefixtures("short_patience")
 
 
 class TestWriter:
