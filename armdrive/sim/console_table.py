@@ -10,6 +10,7 @@ from armdrive.errors import BadRequest
 from armdrive.sim.blocks import Block
 from armdrive.sim.console_command import Answer, ConsoleCommand
 from armdrive.sim.device import GivesControl, HasPendant, HasSpeedError, lacks
+from armdrive.sim.drives import DrivesOnBus
 from armdrive.sim.fault_request import number, parse_words, whole
 from armdrive.sim.faults_table import fault_kind, faults_of
 from armdrive.sim.report import state_json, state_line
@@ -107,6 +108,23 @@ def _faults(console: Console, _: list[str]) -> Answer:
     return Answer("; ".join(table), table)
 
 
+def _plug(console: Console, words: list[str]) -> Answer:
+    """Have some drives alone be on the bus: commissioning meets one at a time."""
+    device = console.device
+    if not isinstance(device, DrivesOnBus):
+        raise lacks(device, "drives on a bus")
+    names = [motor.name for motor in device.world.body.transmission.motors]
+    numbers = {"all": [*range(1, len(names) + 1)], "none": []}.get(words[0].lower())
+    if numbers is None:
+        numbers = [whole(word) for word in words]
+    if any(not 1 <= each <= len(names) for each in numbers):
+        raise BadRequest(f"drives are numbered 1 to {len(names)}, not {' '.join(words)}")
+    for number_of, _ in enumerate(names, 1):
+        device.plug_drive(number_of - 1, number_of in numbers)
+    there = ", ".join(names[each - 1] for each in sorted({*numbers})) or "none"
+    return Answer(f"on the bus: {there}")
+
+
 def _input(console: Console, words: list[str]) -> Answer:
     bit, on = whole(words[0]), _switch(words[1])
     console.device.set_input(bit, on)
@@ -173,6 +191,13 @@ COMMANDS: Mapping[str, ConsoleCommand] = MappingProxyType(
                 (0, 12),
             ),
             ConsoleCommand("faults", "", "what can go wrong with this device", _faults, (0, 0)),
+            ConsoleCommand(
+                "plug",
+                "all | none | NUMBER ...",
+                "have these drives on the bus",
+                _plug,
+                (1, 6),
+            ),
             ConsoleCommand("input", "BIT 0|1", "set an input bit", _input, (2, 2)),
             ConsoleCommand(
                 "push", "MOTOR STEPS", "turn a motor by force, uncounted", _push, (2, 2)

@@ -15,6 +15,9 @@ class DrivesOnBus(Protocol):
     def mute_drive(self, drive: int, mute: bool) -> None:
         """Have a drive say nothing, while it hears and obeys; or speak again."""
 
+    def plug_drive(self, drive: int, on: bool) -> None:
+        """Plug a drive's CAN cable in, or pull it: it neither hears nor says anything then."""
+
     def power_drive(self, drive: int, on: bool) -> None:
         """Take a drive's supply away, and what it holds comes down; or give it back."""
 

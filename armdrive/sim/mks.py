@@ -1,7 +1,7 @@
 """An arm on MKS SERVO42D/57D drives that is not there: its drives on one bus, and what they turn.
 
-What goes in and comes out are packed frames (`firmware_protocol.frames`). A drive does not hear
-what the others say: only where two have one id, or a group has the id of a drive, would it matter.
+What goes in and comes out are packed frames. A drive does not hear what the others say: only where
+two have one id, or a group has the id of a drive, would it matter.
 """
 
 from __future__ import annotations
@@ -68,11 +68,9 @@ class SimMks(SimBase):
 
     def details(self) -> dict[str, Json]:
         """Return the drives one by one, as they would tell it."""
-        errors = self._drive.errors(self.now_s)
-        return {
-            "bits_s": self._bits_s,
-            "drives": [seen_json(node, errors[node.index], self.now_s) for node in self.nodes],
-        }
+        errors, now_s = self._drive.errors(self.now_s), self.now_s
+        drives: list[Json] = [seen_json(each, errors[each.index], now_s) for each in self.nodes]
+        return {"bits_s": self._bits_s, "drives": drives}
 
     # What a person can do.
 
@@ -123,6 +121,10 @@ class SimMks(SimBase):
     def mute_drive(self, drive: int, mute: bool) -> None:
         """Have a drive say nothing, while it hears and obeys; or speak again."""
         self._node(drive).mute = mute
+
+    def plug_drive(self, drive: int, on: bool) -> None:
+        """Plug a drive's CAN cable in, or pull it: it neither hears nor says anything then."""
+        self._node(drive).plugged = on
 
     def power_drive(self, drive: int, on: bool) -> None:
         """Take a drive's supply away, and what it holds comes down; or give it back."""
@@ -186,7 +188,7 @@ class SimMks(SimBase):
     def _bring(self, node: Node, frame: Frame) -> None:
         """Let a drive hear a frame, if it is awake and listens at the bus's speed."""
         meant = node.listens_to(frame.can_id)
-        if not (meant or node.habits.watchdog_hears_all):
+        if not (node.plugged and (meant or node.habits.watchdog_hears_all)):
             return
         if node.awake and node.device.bitrate.bits_s == self._bits_s:
             node.heard_s, node.expired = self.now_s, False

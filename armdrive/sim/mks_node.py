@@ -69,6 +69,8 @@ class Node:
         self.device = flash.device(firmware, new_id_answers=habits.new_id_answers)
         self.powered = True
         self.mute = False
+        self.plugged = True
+        """Whether its CAN cable is in."""
         self.says_done = habits.says_done
         self.enabled = habits.enabled_on
         self.calibrated = True
@@ -189,7 +191,7 @@ class Node:
 
     def say(self, data: bytes) -> None:
         """Have bytes brought to the bus."""
-        if data and not self.mute and self.awake:
+        if data and self.plugged and not self.mute and self.awake:
             self.said.append(data)
 
     # Power.

@@ -142,3 +142,18 @@ def test_the_page_tells_every_setting_and_every_fault_of_the_bus():
         assert f"| `{option.name}` |" in page
     for name, kind in FAULTS.items():
         assert f"`{name}`" in page or kind.needs is not DrivesOnBus
+
+
+@needs_pty
+def test_drives_are_plugged_in_and_pulled_one_by_one(served):
+    with served.open() as bus:
+        assert served.tell("plug 2 3") == "on the bus: shoulder, elbow"
+        say(bus, 1, ReadEncoder())
+        assert hear(bus, 0.1) is None
+        say(bus, 3, ReadEncoder())
+        assert hear(bus) == EncoderRead(0)
+        assert "numbered 1 to 6" in served.tell("plug 7")
+        assert served.tell("plug none") == "on the bus: none"
+        served.tell("plug all")
+        say(bus, 1, ReadEncoder())
+        assert hear(bus) == EncoderRead(0)
