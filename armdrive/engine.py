@@ -206,16 +206,25 @@ class Engine:
         """Write what the controller has to say by now, and take in what it has heard.
 
         What was thought out before this program was suspended is not said after it: it is stopped.
+        To the controller, what is left unsaid then is a message that was lost on the wire.
         """
-        if (asleep_s := self.asleep_s()) > 0.0:
-            self.absent(asleep_s)
-            if self.stop_asked:
-                self.controller.stop(hard=self.stop_hard)
-        if said := self.controller.advance(self.now_s):
+        woken = self._woken()
+        said = self.controller.advance(self.now_s)
+        if said and (woken or not self._woken()):
             self.witness.sent(said)
             self.link.write(said, self.now_s)
         while (event := self.controller.next_event()) is not None:
             self._hear(event)
+
+    def _woken(self) -> bool:
+        """Tell whether this round was suspended; what was at work hears of a stop then."""
+        asleep_s = self.asleep_s()
+        if asleep_s <= 0.0:
+            return False
+        self.absent(asleep_s)
+        if self.stop_asked:
+            self.controller.stop(hard=self.stop_hard)
+        return self.stop_asked
 
     def _hear(self, event: Event) -> None:
         self.witness.told(event)

@@ -6,7 +6,7 @@ import time
 import pytest
 from faults import ready_arm
 
-from armdrive import pace
+from armdrive import Arm, pace
 from armdrive.errors import ArmError, Stopped
 from armdrive.pace import RealPace, SimulatedPace
 from armdrive.status import State
@@ -45,12 +45,13 @@ def test_time_that_does_not_pass_is_an_error_that_says_what_waits_and_no_hang(cr
 
 
 def test_in_real_time_a_thread_moves_the_arm_while_the_program_does_something_else():
-    arm = ready_arm(pace=400.0)
+    arm = ready_arm(pace=20.0)
     handle = arm.move_j(base_deg=6, wait=False)
     assert handle.wait().bursts > 1
     assert arm.twin.world.motors == arm.status.acknowledged
     second = arm.move_j(base_deg=60, wait=False)
     while arm.status.state is not State.MOVING:
+        assert not second.done
         time.sleep(0.0005)
     arm.stop()
     with pytest.raises(Stopped):
@@ -144,3 +145,39 @@ def test_what_was_thought_out_before_a_suspension_is_not_said_after_it():
     with pytest.raises(Stopped, match="stood still"):
         handle.wait()
     assert len(arm.twin.link.named(b"@STEP")) <= before + 1
+
+
+@pytest.mark.parametrize("dialect", ["teachmover", "robko01", "armdroid", "grbl"])
+def test_a_suspension_between_a_thought_and_its_word_leaves_the_word_unsaid(dialect):
+    with Arm.connect(f"sim:{dialect}") as arm:
+        arm.home()
+        handle = arm.move_j(base_deg=40, wait=False)
+        arm.sleep(0.5)
+        engine, think = arm.engine, arm.engine.controller.advance
+        asleep_s, unsaid, said = [0.0], [], []
+
+        def suspended(now_s):
+            asleep_s[0] = 0.0
+            words = think(now_s)
+            if words and not unsaid:
+                unsaid.append(words)
+                asleep_s[0] = 1.5
+            return words
+
+        def written(data, now_s, write=engine.link.write):
+            said.append(data)
+            write(data, now_s)
+
+        engine.controller.advance, engine.link.write = suspended, written
+        engine.asleep_s = lambda: asleep_s[0]
+        with pytest.raises(ArmError):
+            handle.wait()
+        assert unsaid
+        assert unsaid[0] not in said[:1]
+        arm.sleep(3.0)
+        stood = arm.twin.world.motors
+        arm.sleep(3.0)
+        assert arm.twin.world.motors == stood
+        if arm.status.state is not State.STANDBY:
+            arm.reset()
+        assert arm.status.state is State.STANDBY
