@@ -67,11 +67,12 @@ class SimProcess:
 
     def rest_after_s(self, since_s: float) -> float:
         """Return how long after `since_s` (monotonic) the arm first stood where it then stayed."""
-        motors, changed_s = None, since_s
-        while (now_s := time.monotonic()) < max(changed_s, since_s) + QUIET_S:
+        motors, changed_s, quiet_s = None, since_s, since_s
+        while (now_s := time.monotonic()) < quiet_s + QUIET_S:
             seen = self.state()["motors"]
             if seen != motors:
-                motors, changed_s = seen, now_s
+                # an answer that came late says nothing of how long the arm has stood since
+                motors, changed_s, quiet_s = seen, now_s, time.monotonic()
             time.sleep(LOOK_S)
         return changed_s - since_s
 
