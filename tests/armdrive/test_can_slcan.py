@@ -166,11 +166,13 @@ class TestLosses:
         monkeypatch.setattr(can_watch, "PATIENCE_S", LONG_S)
         served.server.adapter.faults.alone = True
         opened.write(pack(Frame(1)), 0.0)
-        while not served.server.adapter.refused:
+        while opened.health.state is not BusState.PASSIVE:
             opened.wait(0.005)
         served.server.adapter.faults.alone = False
         opened.write(pack(Frame(3)), 0.0)
         assert frames_of(opened) == [Frame(4)]
+        while opened.health.state is not BusState.ACTIVE:
+            opened.wait(0.005)
         monkeypatch.setattr(can_watch, "PATIENCE_S", 0.0)
         opened.wait(0.2)
         assert opened.read(0.0) == b""
