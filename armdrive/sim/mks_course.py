@@ -97,8 +97,9 @@ def due_s(node: Node) -> float:
     due = min((due for _, due in node.reports.values()), default=math.inf)
     if node.under_way is None:
         return due
-    if not node.expired:
-        due = min(due, node.heard_s + node.timeout_s)
+    silent_s = node.heard_s + node.timeout_s
+    if not node.expired and silent_s < node.point.end_s:  # one that stands has nothing to stop
+        due = min(due, silent_s)
     return min(due, node.switch_s, math.inf if node.waits else node.point.end_s)
 
 
