@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 SMALL_STEPS = 8
 """A burst this small is sent whatever the tip may stray: there must be a way out of a guard."""
 
+WAY_OUT_MM = 0.5
+"""An arm within a guard goes out in bursts that stray no more: the steps of drives are tiny."""
+
 LOOKS = (0.25, 0.5, 0.75)
 """Where on its way a burst is compared with the guards; its ends have been audited."""
 
@@ -43,7 +46,14 @@ def has_room(core: Core, target: Motors, rate_hz: float) -> bool:
     if not Corridor(core, start, target).holds(start, target, strays):
         return False
     there, _ = core.transmission.to_joints(target)
-    return _clear_of_guards(core, here, there, stray_mm)
+    if _clear_of_guards(core, here, there, stray_mm):
+        return True
+    return stray_mm <= WAY_OUT_MM and _within_a_guard(core, here)
+
+
+def _within_a_guard(core: Core, joints: Joints) -> bool:
+    guards = core.config.model.guards.over(core.config.model.arm)
+    return min(guards.room(joints)) < 0.0
 
 
 def _clear_of_guards(core: Core, here: Joints, there: Joints, stray_mm: float) -> bool:

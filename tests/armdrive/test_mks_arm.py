@@ -81,6 +81,18 @@ def test_a_line_is_straight_in_motion_whatever_the_firmware(name):
     assert arm.twin.world.motors == arm.status.acknowledged
 
 
+def test_drives_that_are_not_steered_find_out_of_a_guard_in_bursts_of_some_size():
+    low = Joints.of(0.0, -5.0, -60.0, -40.0, 0.0)
+    arm = mks_arm(segment_s=0.0)
+    arm.twin.device.bring_to(low, 20.0)
+    arm.enable()
+    arm.declare_posture(low, opening_mm=20.0)
+    start = arm.pose
+    assert start.z_mm < -10.0
+    moved = arm.move_l(replace(start, z_mm=start.z_mm + 20.0))
+    assert moved.bursts < 30
+
+
 def test_a_motion_of_all_joints_keeps_in_proportion():
     arm = ready()
     before = arm.status.acknowledged
