@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import os
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -24,6 +23,7 @@ from armdrive.recorder.files import recordings
 from armdrive.recorder.flight import FlightRecorder
 from armdrive.transports.can_address import is_can
 from armdrive.wiring import Wiring
+from kinematics.near_words import suggestion
 
 if TYPE_CHECKING:
     from armdrive.recorder.witness import Witness
@@ -235,8 +235,7 @@ def _unknown(name: str) -> str:
         *(path.stem for path in sorted(folder.glob("*.toml"))),
         *(f"{SIM}{each}" for each in DIALECTS),
     ]
-    near = difflib.get_close_matches(name, known, n=1)
-    hint = f"; did you mean {near[0]!r}?" if near else ""
+    hint = suggestion(name, known)
     return (
         f"no arm is called {name!r}: known are {', '.join(known)}{hint}. Arm files are looked for "
         f"in {folder}; a port is written in full, for example /dev/ttyUSB0"

@@ -5,7 +5,6 @@ The driver chooses its strategies from `abilities` alone; no other file asks whi
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -15,6 +14,7 @@ from armdrive.abilities import Abilities, Abort, Switching
 from armdrive.budget import Traffic
 from armdrive.errors import BadRequest
 from armdrive.torque import Torque
+from kinematics.near_words import suggestion
 
 if TYPE_CHECKING:
     from armdrive.armfile import ArmConfig
@@ -289,8 +289,7 @@ def dialect(name: str) -> Dialect:
     try:
         return DIALECTS[name]
     except KeyError:
-        near = difflib.get_close_matches(name, DIALECTS, n=1)
-        hint = f"; did you mean {near[0]!r}?" if near else ""
+        hint = suggestion(name, DIALECTS)
         raise BadRequest(
             f"no dialect is named {name!r}; known are {', '.join(DIALECTS)}{hint}"
         ) from None

@@ -6,7 +6,6 @@ keys, wrong types and numbers out of bounds are errors that name the key.
 
 from __future__ import annotations
 
-import difflib
 import math
 import types
 import typing
@@ -17,6 +16,7 @@ from typing import Any, TypeVar
 from armdrive.errors import ArmFileError
 from kinematics.errors import BadNumber, finite
 from kinematics.limits import JointRange
+from kinematics.near_words import did_you_mean
 
 S = TypeVar("S")
 
@@ -49,9 +49,8 @@ def refuse_unknown(entries: Mapping[str, object], known: list[str], where: str) 
     """Raise for the first unknown key, with the nearest known one."""
     for key in entries:
         if key not in known:
-            near = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
             place = f"in [{where}]" if where else "at the top"
-            hint = f"did you mean {near[0]!r}?" if near else f"known are {', '.join(known)}"
+            hint = did_you_mean(key, known, f"known are {', '.join(known)}", likeness=0.5)
             raise ArmFileError(f"unknown key {key!r} {place}; {hint}")
 
 

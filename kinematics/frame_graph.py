@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from types import MappingProxyType
 
 from kinematics.axis_angle import turn_between
@@ -19,6 +18,7 @@ from kinematics.errors import (
     UnknownFrame,
 )
 from kinematics.frames import IN_PLACE, Transform, compose, invert, position_of, rotation_of
+from kinematics.near_words import nearest_word
 from kinematics.rotation_check import check_transform
 from kinematics.vectors import distance
 
@@ -62,8 +62,7 @@ class FrameGraph:
         """
         for frame in (reference, name):
             if frame not in self._neighbours:
-                close = get_close_matches(frame, self.frames, n=1)
-                raise UnknownFrame(frame, self.frames, close[0] if close else None)
+                raise UnknownFrame(frame, self.frames, nearest_word(frame, self.frames))
         seen = []
         for found, placed in self._spread(reference):
             if found == name:

@@ -6,7 +6,6 @@ arm file or a calibration overrides.
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -17,6 +16,7 @@ from kinematics.errors import UnknownPreset
 from kinematics.five_axis import FiveAxisArm
 from kinematics.guards import Guards
 from kinematics.limits import JointRange
+from kinematics.near_words import nearest_word
 from kinematics.spaces import Pose
 from kinematics.transmission import MotorSpec, Transmission
 
@@ -218,6 +218,6 @@ def preset(key: str) -> ArmPreset:
     """Return the preset of this key, or raise `UnknownPreset` that suggests the nearest one."""
     found = PRESETS.get(key)
     if found is None:
-        close = difflib.get_close_matches(str(key).lower(), PRESETS, n=1, cutoff=0.4)
-        raise UnknownPreset(key, PRESETS, close[0] if close else None)
+        near = nearest_word(str(key).lower(), PRESETS, likeness=0.4)
+        raise UnknownPreset(key, PRESETS, near)
     return found

@@ -8,7 +8,6 @@ left out is zero, and without limits.
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Iterable, Mapping
 
@@ -16,6 +15,7 @@ from kinematics.chains import Chain
 from kinematics.errors import KinematicsError, finite
 from kinematics.frames import IN_PLACE, Transform
 from kinematics.links import Convention, DHLink, JointKind
+from kinematics.near_words import suggestion
 from kinematics.numbers import QUARTER_TOLERANCE_RAD
 
 Row = dict[str, str | float]
@@ -90,8 +90,7 @@ def _link(number: int, row: Mapping[str, object]) -> DHLink:
     allowed = [*_COMMON, *(f"{key}_{unit}" for key in _OWN)]
     for key in row:
         if key not in allowed:
-            near = difflib.get_close_matches(key, allowed, 1)
-            hint = f"; did you mean {near[0]!r}?" if near else ""
+            hint = suggestion(key, allowed)
             raise KinematicsError(
                 f"row {number}: a {kind.value} joint has no {key!r}{hint} "
                 f"(there are {', '.join(allowed)})"

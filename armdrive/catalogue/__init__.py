@@ -7,7 +7,6 @@ no other part of armdrive that is heavy.
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -17,6 +16,7 @@ from armdrive.catalogue.entry import Entry
 from armdrive.catalogue.mathematics import MATHEMATICS
 from armdrive.catalogue.positions import POSITIONS
 from armdrive.catalogue.wires import BYTES, CONTROLLERS, WIRES
+from kinematics.near_words import nearest_word
 
 if TYPE_CHECKING:
     from armdrive.trust import Evidence
@@ -77,8 +77,8 @@ def by_code(code: str) -> Entry:
     wanted = code.strip().strip("[]").upper()
     if wanted in _BY_CODE:
         return _BY_CODE[wanted]
-    near = difflib.get_close_matches(wanted, _BY_CODE, n=1)
-    hint = f"did you mean {near[0]}? " if near else ""
+    near = nearest_word(wanted, _BY_CODE)
+    hint = "" if near is None else f"did you mean {near}? "
     raise BadRequest(f"there is no error {code!r}; {hint}`armdrive errors` lists them all")
 
 

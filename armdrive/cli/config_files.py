@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any
 from armdrive import places
 from armdrive.armfile import read_arm_table
 from armdrive.errors import ArmFileError
+from kinematics.near_words import suggestion
 
 ENDING = ".toml"
 
@@ -35,8 +35,7 @@ def path_of(name: str) -> Path:
     if path.is_file():
         return path
     known = [each.stem for each in arm_paths()]
-    near = difflib.get_close_matches(name, known, n=1)
-    hint = f"; did you mean {near[0]!r}?" if near else ""
+    hint = suggestion(name, known)
     there = f"there are {', '.join(known)}" if known else "there is none yet: armdrive config new"
     raise ArmFileError(f"no arm file is called {name!r} ({there}){hint}")
 

@@ -8,7 +8,6 @@ default.
 from __future__ import annotations
 
 import argparse
-import difflib
 import tempfile
 import tomllib
 from pathlib import Path
@@ -27,6 +26,7 @@ from armdrive.interview.readers import WrongAnswer
 from armdrive.interview.session import Interview
 from armdrive.interview.templates import available
 from armdrive.interview.writing import Files, files_of
+from kinematics.near_words import did_you_mean
 
 if TYPE_CHECKING:
     from armdrive.armfile import ArmConfig
@@ -106,8 +106,7 @@ def _interviewed(given: dict[str, str], silent: bool) -> Draft:
     unused = [key for key in given if key not in interview.draft.answers]
     if unused:
         asked = list(interview.draft.answers)
-        near = difflib.get_close_matches(unused[0], asked, n=1)
-        hint = f"did you mean {near[0]!r}?" if near else f"asked were {', '.join(asked)}"
+        hint = did_you_mean(unused[0], asked, f"asked were {', '.join(asked)}")
         raise BadRequest(f"nobody asked for the answer {unused[0]!r}; {hint}")
     return interview.draft
 

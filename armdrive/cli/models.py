@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import difflib
-
 from armdrive.errors import BadRequest
 from armdrive.modelfile import Model, is_model_file, read_model
 from kinematics import PRESETS
+from kinematics.near_words import suggestion
 from kinematics.systems import SYSTEMS
 
 MODEL_HELP = (
@@ -27,8 +26,7 @@ def find_model(word: str) -> Model:
         found = SYSTEMS[word]
         return Model(found.name, found.title, found.source, found.chain())
     known = list(dict.fromkeys((*PRESETS, *SYSTEMS)))
-    near = difflib.get_close_matches(word, known, n=1)
-    hint = f"; did you mean {near[0]!r}?" if near else ""
+    hint = suggestion(word, known)
     raise BadRequest(
         f"no model is named {word!r}{hint} (there are {', '.join(known)}, and .toml files)"
     )

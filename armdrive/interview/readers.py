@@ -5,12 +5,12 @@ A reader is a plain function from text to a value; those with bounds or choices 
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
 from armdrive.errors import BadRequest
+from kinematics.near_words import suggestion
 
 Reader = Callable[[str], Any]
 
@@ -42,8 +42,7 @@ def choice(words: Sequence[str]) -> Reader:
             return line
         if line.isdecimal() and 1 <= int(line) <= len(words):
             return words[int(line) - 1]
-        near = difflib.get_close_matches(line, words, n=1)
-        hint = f"; did you mean {near[0]!r}?" if near else ""
+        hint = suggestion(line, words)
         raise WrongAnswer(f"answer one of {', '.join(words)}, not {line!r}{hint}")
 
     return read

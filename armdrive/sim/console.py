@@ -5,7 +5,6 @@ Each line gets one line in answer; `--json` anywhere in it makes that answer JSO
 
 from __future__ import annotations
 
-import difflib
 import json
 
 from armdrive.errors import ArmError, BadRequest
@@ -15,6 +14,7 @@ from armdrive.sim.device import SimDevice
 from armdrive.sim.faults import Faults
 from armdrive.sim.pacing import PacedDevice
 from armdrive.transports.serve import Server
+from kinematics.near_words import did_you_mean
 
 JSON_FLAG = "--json"
 
@@ -65,8 +65,7 @@ class Console:
     def _run(self, name: str, words: list[str]) -> Answer:
         command = COMMANDS.get(name.lower())
         if command is None:
-            near = difflib.get_close_matches(name.lower(), COMMANDS, n=1, cutoff=0.4)
-            hint = f"did you mean {near[0]!r}?" if near else "try 'help'."
+            hint = did_you_mean(name.lower(), COMMANDS, "try 'help'.", likeness=0.4)
             raise BadRequest(f"there is no command {name!r}; {hint}")
         least, most = command.counts
         if not least <= len(words) <= most:

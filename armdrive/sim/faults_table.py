@@ -5,7 +5,6 @@ Each row checks its arguments when the fault is asked for, and gives back what b
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
@@ -38,6 +37,7 @@ from armdrive.sim.mks_faults import (
 )
 from armdrive.sim.wire_faults import changed, lost, repeated
 from armdrive.transports.can_faults import frame_lost, overtaken
+from kinematics.near_words import did_you_mean
 
 _FRAMES = "P|#N|next"
 """How many: each frame with a probability, the one with the n-th byte from now, or the next."""
@@ -132,6 +132,5 @@ def fault_kind(name: str) -> FaultKind:
     """Return a row of the table; `BadRequest` suggests the nearest name."""
     if name in FAULTS:
         return FAULTS[name]
-    near = difflib.get_close_matches(name, FAULTS, n=1, cutoff=0.4)
-    hint = f"did you mean {near[0]!r}?" if near else f"there are {', '.join(FAULTS)}"
+    hint = did_you_mean(name, FAULTS, f"there are {', '.join(FAULTS)}", likeness=0.4)
     raise BadRequest(f"there is no fault {name!r}; {hint}")

@@ -5,13 +5,13 @@ The values are numbers, texts or true and false; on the command line they are wr
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TypeAlias
 
 from armdrive.errors import BadRequest
+from kinematics.near_words import did_you_mean
 
 Value: TypeAlias = bool | int | float | str
 _FLAGS = {"yes": True, "true": True, "on": True, "1": True}
@@ -98,7 +98,6 @@ class Options:
 def _row(rows: Mapping[str, Option], name: str) -> Option:
     if name in rows:
         return rows[name]
-    near = difflib.get_close_matches(name, rows, n=1)
     known = f"known are {', '.join(rows)}" if rows else "this device has none"
-    hint = f"did you mean {near[0]!r}?" if near else known
+    hint = did_you_mean(name, rows, known)
     raise BadRequest(f"the simulated device has no setting {name!r}; {hint}")

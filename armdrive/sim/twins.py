@@ -5,7 +5,6 @@ To add one: a module with a class on `SimBase` and a `TwinKind`, and a row at th
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -15,6 +14,7 @@ from armdrive.errors import BadRequest
 from armdrive.sim.device import SimDevice
 from armdrive.sim.options import Option, Options
 from armdrive.sim.world import World
+from kinematics.near_words import suggestion
 
 if TYPE_CHECKING:
     from armdrive.armfile import ArmConfig
@@ -81,8 +81,7 @@ def twin_kind(dialect: str) -> TwinKind:
     """Return the kind of device that speaks a dialect; `BadRequest` suggests the nearest name."""
     if dialect in TWINS:
         return TWINS[dialect]()
-    near = difflib.get_close_matches(dialect, TWINS, n=1)
-    hint = f"; did you mean {near[0]!r}?" if near else ""
+    hint = suggestion(dialect, TWINS)
     raise BadRequest(
         f"no simulated device speaks {dialect!r}; those that do speak {', '.join(TWINS)}{hint}"
     )

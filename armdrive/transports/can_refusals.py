@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import errno
 import os
 from collections.abc import Iterable, Iterator
@@ -11,6 +10,7 @@ from pathlib import Path
 from armdrive.errors import PortUnavailable
 from armdrive.transports.can_address import CanAddress
 from armdrive.transports.refusals import NoSuchPort, PortForbidden, PortInUse, refusal
+from kinematics.near_words import suggestion
 
 NET = Path("/sys/class/net")
 CAN_TYPE = "280"
@@ -82,8 +82,7 @@ def unknown_interface(address: CanAddress, known: Iterable[str]) -> PortUnavaila
             "can:INTERFACE:CHANNEL, or set CAN_INTERFACE and CAN_CHANNEL, or write ~/.canrc. "
             + SLCAN_OR_NOT
         )
-    near = difflib.get_close_matches(address.interface, names, n=1)
-    hint = f"; did you mean {near[0]!r}?" if near else ""
+    hint = suggestion(address.interface, names)
     return PortUnavailable(
         f"python-can has no interface {address.interface!r}; it has {', '.join(names)}{hint}"
     )

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping
 from types import MappingProxyType
 
 from kinematics.errors import UnknownSystem
+from kinematics.near_words import nearest_word
 from kinematics.systems.alpha2 import Alpha2
 from kinematics.systems.minimover import MiniMover
 from kinematics.systems.named_system import System
@@ -49,6 +49,6 @@ def system(name: str) -> System:
     """Return the system of this name, or raise `UnknownSystem` that suggests the nearest one."""
     found = SYSTEMS.get(name)
     if found is None:
-        close = difflib.get_close_matches(str(name).lower(), SYSTEMS, n=1, cutoff=0.4)
-        raise UnknownSystem(name, SYSTEMS, close[0] if close else None)
+        near = nearest_word(str(name).lower(), SYSTEMS, likeness=0.4)
+        raise UnknownSystem(name, SYSTEMS, near)
     return found
