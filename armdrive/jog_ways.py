@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Protocol
 
 from armdrive.whereabouts import Coordinates
 from kinematics import Joints, KinematicsError, Pose
-from kinematics.jog_chain import near
+from kinematics.five_axis import FiveAxisArm
+from kinematics.tool_arm import ToolArm
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -126,7 +127,7 @@ class TipWay:
         hops = max(math.ceil((time_s - at_s) / HOP_S), 1)
         for hop in range(1, hops + 1):
             next_s = time_s if hop == hops else at_s + hop * HOP_S
-            joints = near(self._arm, self.pose(next_s), before)
+            joints = _near(self._arm, self.pose(next_s), before)
             if joints is None:
                 return None
             if max(abs(b - a) for a, b in zip(before, joints, strict=True)) > AT_ONCE_RAD:
@@ -134,6 +135,18 @@ class TipWay:
             self._solved.append((next_s, joints))
             before = joints
         return before
+
+
+def _near(arm: ArmGeometry, pose: Pose, seed: Joints) -> Joints | None:
+    """Return the posture for a pose a small step from the seed, None where there is none."""
+    if not isinstance(arm, FiveAxisArm | ToolArm):
+        from kinematics.jog_chain import near  # few arms are chains
+
+        return near(arm, pose, seed)
+    try:
+        return arm.ik_near(pose, seed)
+    except KinematicsError:
+        return None
 
 
 def in_base(axes: tuple[Vector, Vector, Vector], rates: Sequence[float]) -> tuple[float, ...]:

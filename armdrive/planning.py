@@ -30,13 +30,13 @@ from kinematics import (
 )
 from kinematics.errors import finite
 from kinematics.moves import LineMove, Move, PoseMove
-from kinematics.routes import PathSection, Route, route_sections
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from armdrive.armfile import ArmConfig
     from kinematics.guards import Violation
+    from kinematics.routes import PathSection
 
 
 NEARLY = 0.999
@@ -107,6 +107,8 @@ def plan_route(
     config: ArmConfig, speeds: Speeds, start: Coordinates, moves: Sequence[Move], fraction: float
 ) -> Plan:
     """Plan joint motions, lines and arcs one after another, with their blends, and audit it all."""
+    from kinematics.routes import Route, route_sections  # few programs lay routes
+
     for move in moves:
         if isinstance(move, LineMove | PoseMove):
             posture_for(config, move.goal, start.joints)

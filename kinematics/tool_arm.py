@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from kinematics.arm_geometry import ArmGeometry, Point
-from kinematics.chain_arm import ChainArm
 from kinematics.errors import Constraint, KinematicsError, Unreachable
 from kinematics.five_axis import FiveAxisArm
 from kinematics.frames import compose, translation
@@ -206,6 +205,8 @@ def holding(arm: ArmGeometry, tool: Tool) -> ArmGeometry:
     """Return an arm with a tool in its hand. Raises `KinematicsError` where it cannot take one."""
     if isinstance(arm, FiveAxisArm):
         return ToolArm(arm, tool)
+    from kinematics.chain_arm import ChainArm  # few arms are chains
+
     if isinstance(arm, ChainArm):
         off = translation(tool.up_mm, tool.side_mm, tool.along_mm)
         return ChainArm(replace(arm.chain, tool=compose(arm.chain.tool, off)))

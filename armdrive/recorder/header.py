@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import datetime as dt
-import importlib.metadata
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -39,11 +38,13 @@ class Header:
 
 def header_of(config: ArmConfig, *, link: str, why: str, began: tuple[float, float]) -> Header:
     """Return the header of an arm's recording; `began` is the wall's time and the arm's."""
+    from importlib.metadata import version  # most arms are closed with nothing written
+
     wall_s, began_s = began
     moment = dt.datetime.fromtimestamp(wall_s, dt.UTC)
     arm_file, model_file = texts_of(config)
     return Header(
-        version=importlib.metadata.version("armdrive"),
+        version=version("armdrive"),
         why=why,
         arm=config.name,
         title=config.title,
