@@ -40,6 +40,8 @@ class BusHealth:
     read_errors: int = 0
     overrun: int = 0
     """Frames that came faster than they were taken, and were dropped, the oldest first."""
+    forgotten: int = 0
+    """Frames that were not sent, since this program had been suspended before they could be."""
     last_trouble: str = ""
 
 

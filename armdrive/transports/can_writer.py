@@ -1,7 +1,7 @@
 """The one thread that speaks on a CAN bus, so that an adapter that is stuck holds up nobody else.
 
 Frames leave one after the other. One that cannot leave in time ends the link, and those behind it
-are forgotten: nothing is ever said late.
+are forgotten, as are those that waited while this program was suspended: nothing is said late.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Writer:
         self._tells = bus if isinstance(bus, Tells) else None
         self._watch = watch
         self._clock = clock
-        self._frames: deque[Frame] = deque()
+        self._frames: deque[tuple[Frame, float]] = deque()  # each with when it was written
         self._work = threading.Condition()
         self._began_s: float | None = None
         self._refused = 0
@@ -54,8 +54,9 @@ class Writer:
 
     def put(self, frames: Iterable[Frame]) -> None:
         """Have frames sent, or forgotten where the bus is lost."""
+        now_s = self._clock()
         with self._work:
-            self._frames.extend(frames)
+            self._frames.extend((frame, now_s) for frame in frames)
             if len(self._frames) > MOST_FRAMES:
                 self._watch.lose(not_heard(f"{len(self._frames)} frames wait to be sent"))
             self._work.notify_all()
@@ -88,7 +89,7 @@ class Writer:
             with self._work:
                 if not self._frames:
                     self._work.wait(LOOK_S)
-                frame = self._frames.popleft() if self._frames else None
+                frame = self._next()
                 self._began_s = None if frame is None else self._clock()
             if frame is not None:
                 self._send(_message(frame))
@@ -96,6 +97,16 @@ class Writer:
             self._mind_refusals()
         with self._work:
             self._frames.clear()
+
+    def _next(self) -> Frame | None:
+        """Take the next frame that is still worth saying."""
+        while self._frames:
+            frame, written_s = self._frames.popleft()
+            if self._clock() - written_s <= PATIENCE_S:
+                return frame
+            self._watch.count(forgotten=1)
+            self._work.notify_all()
+        return None
 
     def _sent(self) -> None:
         with self._work:
