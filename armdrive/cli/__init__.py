@@ -35,6 +35,7 @@ COMMANDS: Mapping[str, str] = MappingProxyType(
         "plot": "draw what an arm can reach",
         "config": "arm files: write one by an interview, list, show, check them",
         "ports": "list the serial ports, who has them, and which arm files name them",
+        "can": "set up drives on a CAN bus, and watch what passes there",
         "doctor": "find out what a port leads to, and what is wrong with it; moves nothing",
         "sim": "run a simulated arm that speaks the real bytes",
         "errors": "what an error means for the arm, and what to do, by its code",

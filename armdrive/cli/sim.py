@@ -33,6 +33,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     where.add_argument("--tcp", metavar="HOST:PORT", help="a TCP port (the way on Windows)")
     where.add_argument("--udp", metavar="HOST:PORT", help="a UDP port, unpaced")
     where.add_argument("--list", action="store_true", help="list settings and faults, and end")
+    parser.add_argument(
+        "--beside", metavar="PATH", help="with --slcan: a second adapter on the bus, to listen by"
+    )
     parser.add_argument("--baud", type=count, help="pace the bytes like this line")
     parser.add_argument(
         "--set",
@@ -86,6 +89,8 @@ def _check_door(options: argparse.Namespace) -> None:
     on_bus = issubclass(twin_kind(options.dialect).device, DrivesOnBus)
     if on_bus and not options.slcan:
         raise BadRequest(f"{options.dialect} is spoken on a CAN bus: --slcan PATH is required")
+    if options.beside and not options.slcan:
+        raise BadRequest("--beside PATH is a second adapter on a bus: --slcan PATH is the first")
     if options.slcan and not on_bus:
         raise BadRequest(f"{options.dialect} is not spoken on a CAN bus: --pty PATH offers it")
     if not (on_bus or options.pty or options.tcp or options.udp):
@@ -119,6 +124,7 @@ def _serve(options: argparse.Namespace) -> int:
         tcp=options.tcp,
         udp=options.udp,
         slcan=Path(options.slcan) if options.slcan else None,
+        beside=Path(options.beside) if options.beside else None,
         bits_s=device.bits_s() if isinstance(device, DrivesOnBus) else BITRATE,
     )
     where = server.can_address if isinstance(server, SlcanServer) else server.address

@@ -12,7 +12,7 @@ from typing import Any
 
 from armdrive.armfile import ArmConfig
 from armdrive.commissioning.notes import Notes
-from armdrive.commissioning.plan import Plan
+from armdrive.commissioning.plan import MM, Plan
 from armdrive.interview.signs import Seen, Signs, conclude
 from armdrive.interview.toml_text import Entry, Section, document
 from firmware_protocol.mks import COUNTS_PER_TURN
@@ -62,7 +62,7 @@ def _put_device(table: dict[str, Any], plan: Plan, notes: Mapping[str, Notes]) -
 def _put_preset(
     table: dict[str, Any], plan: Plan, per_unit: Mapping[str, float], signs: Signs
 ) -> None:
-    pulling = {each.name for each in plan.drives if each.unit == "mm"}
+    pulling = {each.name for each in plan.drives if each.unit == MM}
     for name, steps in per_unit.items():
         if name in pulling:
             table["steps_per_mm"] = _short(steps)

@@ -29,7 +29,7 @@ def try_watchdog(plan: Plan, drive: Planned, found: Known, gear: float) -> Talk[
     if not (
         yield from agreed(
             f"Try the watchdog? The {drive.name} runs as far as before, and the bus is silent: it "
-            f"should stop half-way by itself. For {RUN_S:g} s only the supply's switch could stop "
+            f"should stop early by itself. For {RUN_S:g} s only the supply's switch could stop "
             "it otherwise. Now?",
             f"The watchdog is set to {TRIAL_MS} ms meanwhile, and back to "
             f"{plan.device.watchdog_s:g} s afterwards. no trusts it untried.",

@@ -12,6 +12,8 @@ from armdrive.interview.signs import Trial, roll_joint, trials
 from armdrive.sim.found import found_posture
 from firmware_protocol.mks import COUNTS_PER_TURN, NODE_DEFAULT
 
+DEGREES, MM = "°", "mm"
+
 
 @dataclass(frozen=True, slots=True)
 class Planned:
@@ -34,7 +36,11 @@ class Planned:
     @property
     def gear_words(self) -> str:
         """What the gear counts."""
-        return "a mm of the fingers" if self.unit == "mm" else "one turn of what its gear drives"
+        return "a mm of the fingers" if self.unit == MM else "one turn of what its gear drives"
+
+    def shown(self, amount: float) -> str:
+        """Return degrees or mm for people."""
+        return f"{amount:.2g}{'' if self.unit == DEGREES else ' '}{self.unit}"
 
     @property
     def title(self) -> str:
@@ -82,11 +88,11 @@ def plan_of(config: ArmConfig) -> Plan:
         turning = column[: len(transmission.joint_names)]
         most = max(range(len(turning)), key=lambda at: abs(turning[at]))
         if turning[most]:
-            moves, unit = transmission.joint_names[most].replace("_", " "), "°"
+            moves, unit = transmission.joint_names[most].replace("_", " "), DEGREES
             per_turn = math.degrees(turning[most]) * COUNTS_PER_TURN
         else:
-            moves, unit, per_turn = "fingers", "mm", column[-1] * COUNTS_PER_TURN
+            moves, unit, per_turn = "fingers", MM, column[-1] * COUNTS_PER_TURN
         spec = transmission.motors[motor]
-        gear = abs(spec.steps_per_unit) * (1.0 if unit == "mm" else math.tau) / COUNTS_PER_TURN
+        gear = abs(spec.steps_per_unit) * (1.0 if unit == MM else math.tau) / COUNTS_PER_TURN
         drives.append(Planned(motor, spec.name, node, by_motor[motor], moves, per_turn, unit, gear))
     return Plan(config.name, tuple(drives), device, roll_joint(arm, posture))

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from armdrive.commissioning.acts import About, Ask
-from armdrive.commissioning.plan import Plan, Planned
+from armdrive.commissioning.plan import MM, Plan, Planned
 from armdrive.commissioning.trying import AS_SAID, MORE, NUDGE, amount
 from armdrive.interview.sight import Sight, sight
 from armdrive.interview.signs import NOTHING, OTHER
@@ -83,7 +83,7 @@ class Practice:
 
     def _moved(self, drive: Planned) -> float:
         world, (joints, opening_mm) = self._twin.world, self._before
-        if drive.unit == "mm":
+        if drive.unit == MM:
             return abs(world.opening_mm - opening_mm)
         at = joints.names.index(drive.moves.replace(" ", "_"))
         return abs(math.degrees(world.joints[at] - joints[at]))

@@ -6,6 +6,8 @@ joint as many times too far.
 
 from __future__ import annotations
 
+import math
+
 from armdrive.commissioning.acts import About, Mark, Put, Talk, agreed, ask, say
 from armdrive.commissioning.moving import Turned, speed_rpm, turn_to, where
 from armdrive.commissioning.notes import Notes
@@ -91,7 +93,8 @@ def _gear(drive: Planned, default: float) -> Talk[float]:
         lambda line: ratio(line).turns,
         f"{default:.6g}",
     )
-    return float((yield from ask(question, About.NUMBER, drive.motor)))
+    told = float((yield from ask(question, About.NUMBER, drive.motor)))
+    return default if math.isclose(told, default, rel_tol=1e-5) else told  # brackets round
 
 
 def _nudged(drive: Planned, start: int, gear: float) -> Talk[float]:
@@ -101,7 +104,7 @@ def _nudged(drive: Planned, start: int, gear: float) -> Talk[float]:
         about = amount(drive) / NUDGE
         if not (
             yield from agreed(
-                f"The motor turns the {drive.moves} by about {about:.2g} {drive.unit} and back. "
+                f"The motor turns the {drive.moves} by about {drive.shown(about)} and back. "
                 "A hand at the supply's switch. Now?",
                 "In pieces of a quarter of a second; Ctrl-C stops it. no leaves this motor out.",
                 motor=drive.motor,
@@ -124,7 +127,7 @@ def _compared(drive: Planned, about: float) -> Talk[str]:
     words = (AS_SAID, MORE, NOTHING)
     question = Question(
         "",
-        f"Was that about {about:.2g} {drive.unit}? {', '.join(words)}:",
+        f"Was that about {drive.shown(about)}? {', '.join(words)}:",
         f"{MORE}: much more than that, so that the gear is another. {NOTHING}: too little to see, "
         "which is no harm; a larger motion follows after your yes.",
         choice(words),
@@ -138,7 +141,7 @@ def _shown(drive: Planned, start: int, gear: float, notes: Notes) -> Talk[str]:
     counts = counts_of(drive, gear)
     if not (
         yield from agreed(
-            f"Now by about {amount(drive):.2g} {drive.unit}; it waits there for your answers, then "
+            f"Now by about {drive.shown(amount(drive))}; it waits there for your answers, then "
             "goes back. Go?",
             "Stand behind the arm: left and right are yours as you look along it.",
             motor=drive.motor,
@@ -206,8 +209,8 @@ def _concluded(drive: Planned, gear: float, measured: float) -> Talk[float]:
         return gear
     by_sight = gear * about / measured
     yield from say(
-        f"It moved {measured:g} {drive.unit} where {about:.2g} were expected: by that the gear is "
-        f"about {by_sight:.3g}, not {gear:.6g}."
+        f"It moved {drive.shown(measured)}, and {drive.shown(about)} were expected: by that the "
+        f"gear is about {by_sight:.3g}, not {gear:.6g}."
     )
     return (yield from _gear(drive, float(f"{by_sight:.3g}")))
 

@@ -23,6 +23,7 @@ from armdrive.transports.can_adapter import Adapter
 from armdrive.transports.can_memory import BITRATE
 from armdrive.transports.serve import PtyServer, Server
 from armdrive.transports.serve_can import SlcanServer
+from armdrive.transports.serve_can_two import TwoAdapters
 from armdrive.transports.serve_network import split_address
 from armdrive.transports.serve_tcp import TcpServer
 from armdrive.transports.serve_udp import UdpServer
@@ -40,13 +41,16 @@ def make_server(
     tcp: str | None = None,
     udp: str | None = None,
     slcan: Path | None = None,
+    beside: Path | None = None,
     bits_s: int = BITRATE,
 ) -> Server:
     """Offer a pty (linked at a path), or a TCP or UDP port (`HOST:PORT`, `:PORT` or `PORT`).
 
     With none of them, a pty without a link; `slcan` is one behind which a CAN adapter stands, on a
-    bus of so many bits a second. Raises `PortUnavailable`.
+    bus of so many bits a second, and `beside` a second such adapter. Raises `PortUnavailable`.
     """
+    if beside is not None:
+        return TwoAdapters(slcan, beside, bits_s)
     if slcan is not None:
         return SlcanServer(slcan, Adapter(bits_s))
     if tcp is not None:

@@ -1,0 +1,245 @@
+"""Commission the MKS drives of an arm one at a time: ids, settings, calibration, directions, gears.
+
+Each question says what will happen; nothing is written and nothing turns without a yes, `?`
+explains, and Ctrl-C leaves: the same command goes on there. At the end the arm file is written.
+An arm file of that name is taken as it is (its model, its ids); without one, the Mini-mover on
+MKS drives is.
+
+The adapter, exactly:
+  can:slcan:/dev/ttyACM0?bitrate=500000     a CANable with slcan firmware: it is a serial port
+  can:socketcan:can0                        with candleLight firmware: it is none, but a CAN
+                                            interface of Linux, once it was brought up
+  can:gs_usb:0?bitrate=500000               the same on Windows and macOS
+`armdrive ports` lists the adapters that are there, each with its line.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import sys
+import tomllib
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from armdrive import places
+from armdrive.cli.can_person import TerminalPerson
+from armdrive.cli.choosing import add_json_option
+from armdrive.cli.config_asking import agree, ask_value
+from armdrive.cli.output import emit, say
+from armdrive.commissioning import notes as kept
+from armdrive.commissioning.armtext import merged, signs_of, text_of
+from armdrive.commissioning.carrier import Carrier, Person, SimulatedClock
+from armdrive.commissioning.plan import Plan, plan_of
+from armdrive.commissioning.walk import Outcome, walk
+from armdrive.errors import BadRequest, OperatorNeeded
+from armdrive.interview.rows import Question
+
+if TYPE_CHECKING:
+    from armdrive.armfile import ArmConfig
+    from armdrive.doctor.carrying import Clock
+    from armdrive.transports.link import Link
+
+DONE, UNFINISHED = 0, 1
+BEFORE = ".before"
+"""How the old text of an arm file ends that was written anew."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    parser.add_argument("name", help="the arm: an arm file's name, or that of a new one")
+    parser.add_argument("--port", help="the adapter, can:slcan:/dev/ttyACM0?bitrate=500000 say")
+    parser.add_argument("--again", action="store_true", help="do every step once more")
+    parser.add_argument("--sim", action="store_true", help="practise on simulated new drives")
+    parser.add_argument("--yes", action="store_true", help="with --sim: every answer by itself")
+    add_json_option(parser)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Hold the talk, then write the arm file."""
+    from armdrive.connecting import simulation_forced
+
+    simulated = options.sim or simulation_forced()
+    alone = options.yes or options.json
+    if not simulated and (alone or not sys.stdin.isatty()):
+        raise OperatorNeeded(
+            "somebody has to plug real drives in and to watch their motors: answer at a terminal, "
+            "or give --sim (with --yes, or --json, for nobody to be asked)"
+        )
+    config = _config(options.name)
+    plan = plan_of(config)
+    if simulated:
+        return _practise(config, plan, options, alone=alone)
+    return _commission(config, plan, options)
+
+
+def _config(name: str) -> ArmConfig:
+    """Return the arm of a file, or that of the preset for one that is not there yet."""
+    from armdrive.armfile import config_of_preset, load_arm_file
+    from armdrive.armsections import Connection
+    from armdrive.dialects import MKS
+
+    path = _path(name)
+    if path.is_file():
+        return load_arm_file(path)
+    if places.file_name(path.stem) != path.stem:
+        raise BadRequest(f"{name!r} is no name for a file: use small letters, digits, - and _")
+    wire = Connection(dialect=MKS.name, port="", baud=MKS.baud)
+    return config_of_preset(MKS.preset, name=path.stem, connection=wire)
+
+
+def _path(name: str) -> Path:
+    return Path(name) if name.endswith(".toml") else places.arm_files() / f"{name}.toml"
+
+
+def _commission(config: ArmConfig, plan: Plan, options: argparse.Namespace) -> int:
+    """Commission real drives."""
+    from armdrive.doctor.carrying import RealClock
+
+    port = options.port or _known_port(config) or _chosen_port()
+    notes = kept.read(plan.name, config.calibration)
+    with _opened(config, port) as link:
+        keep = lambda found: kept.write(plan.name, config.calibration, found)  # noqa: E731
+        person = TerminalPerson(plan.name)
+        outcome = _held(link, RealClock(), person, plan, notes, keep, again=options.again)
+    _end(config, plan, outcome, port, options)
+    return DONE if outcome.finished else UNFINISHED
+
+
+def _held(
+    link: Link,
+    clock: Clock,
+    person: Person,
+    plan: Plan,
+    notes: dict[str, kept.Notes],
+    keep: Callable[[Mapping[str, Any]], None],
+    *,
+    again: bool,
+) -> Outcome:
+    return Carrier(link, clock, person, keep).run(walk(plan, notes, again=again))
+
+
+@contextlib.contextmanager
+def _opened(config: ArmConfig, port: str) -> Iterator[Link]:
+    """Open the adapter for this program alone; its drives are nobody else's meanwhile."""
+    from armdrive.holder import hold
+    from armdrive.transports.url import open_link
+
+    holding = hold(config.name, port)
+    try:
+        link = open_link(port, config.connection.baud)
+        try:
+            yield link
+        finally:
+            link.close()
+    finally:
+        holding.release()
+
+
+def _known_port(config: ArmConfig) -> str:
+    from armdrive.wiring import Wiring
+
+    wire = config.connection
+    return Wiring(config).find() if wire.port or wire.usb_serial else ""
+
+
+def _chosen_port() -> str:
+    """Have the person choose an adapter of those that the system knows, or write one."""
+    from armdrive.transports.can_address import is_can
+    from armdrive.transports.can_ports import list_can_ports
+    from armdrive.transports.ports import list_ports
+
+    ports = list_ports()
+    found = list_can_ports(ports)
+    say((__doc__ or "").partition("The adapter, exactly:\n")[2].rstrip())
+    lines = tuple((each.port, each.todo or each.description) for each in found)
+
+    def read(line: str) -> str:
+        if line.isdecimal() and 1 <= int(line) <= len(lines):
+            return lines[int(line) - 1][0]
+        if not is_can(line):
+            from armdrive.interview.readers import WrongAnswer
+
+            raise WrongAnswer("write the adapter's line, can:slcan:/dev/ttyACM0?bitrate=500000 say")
+        return line
+
+    default = lines[0][0] if len(lines) == 1 else None
+    why = "With slcan firmware a CANable is a serial port, with candleLight it is none."
+    return str(ask_value(Question("", "Which adapter?", why, read, default, lines)))
+
+
+def _practise(config: ArmConfig, plan: Plan, options: argparse.Namespace, *, alone: bool) -> int:
+    """Commission simulated drives as they are shipped. Nothing is kept, and no file is written."""
+    from armdrive.commissioning.practice import Practice
+    from armdrive.sim.twin import make_twin
+
+    if options.port:
+        raise BadRequest("--sim needs no --port: the drives are within this program")
+    twin = make_twin(config, factory=True)
+    terminal = TerminalPerson(f"{plan.name} --sim")
+    tell = (lambda _text: None) if options.json else say
+    person = Practice(twin, plan, tell, None if alone else terminal.answer)
+    tell("These drives are simulated, as they are shipped; nothing is written.")
+    outcome = _held(twin.link, SimulatedClock(), person, plan, {}, lambda _notes: None, again=True)
+    text = text_of(merged(config, plan, outcome.notes, ""), plan.name, outcome.left_out)
+    if options.json:
+        emit({"arm": plan.name, "left_out": list(outcome.left_out), "arm_file": text})
+    else:
+        say(f"\nThe arm file would be:\n\n{text}")
+    return DONE if outcome.finished else UNFINISHED
+
+
+def _end(
+    config: ArmConfig, plan: Plan, outcome: Outcome, port: str, options: argparse.Namespace
+) -> None:
+    """Show the arm file, and write it once that is agreed to."""
+    from armdrive.armfile import parse_arm_file
+
+    table = merged(config, plan, outcome.notes, port)
+    text = text_of(table, plan.name, outcome.left_out)
+    path = _path(options.name)
+    parse_arm_file(tomllib.loads(text), name=plan.name, folder=path.parent)
+    if unclear := signs_of(plan, outcome.notes).unclear:
+        say(f"The directions of {', '.join(unclear)} contradict each other: try them with --again.")
+    if outcome.left_out:
+        say(f"Left out: {', '.join(outcome.left_out)}. The same command goes on there.")
+    say(f"\n{text}")
+    there = path.is_file()
+    if there and dict(config.source.table if config.source else {}) == table:
+        say(f"{path} says all this already.")
+    elif agree(_question(path, there=there), "no leaves it as it is; the notes are kept."):
+        _write(path, text, there=there)
+        written = parse_arm_file(tomllib.loads(text), name=plan.name, folder=path.parent)
+        found = {name: kept.absorbed(each) for name, each in outcome.notes.items()}
+        kept.write(plan.name, written.calibration, found)
+        _say_next(path, plan.name)
+
+
+def _question(path: Path, *, there: bool) -> str:
+    if there:
+        return f"Write {path} anew, without its comments (the old text stays as {BEFORE})?"
+    return f"Write this to {path}?"
+
+
+def _write(path: Path, text: str, *, there: bool) -> None:
+    from armdrive.record import replace_file
+
+    path.parent.mkdir(parents=True, exist_ok=True)
+    if there:
+        old = path.with_name(path.name + BEFORE)
+        replace_file(old, path.read_text(encoding="utf-8").rstrip("\n"))
+    replace_file(path, text.rstrip("\n"))
+
+
+def _say_next(path: Path, name: str) -> None:
+    say(f"written: {path}")
+    say("next, from the safest on:")
+    for line in (
+        f"armdrive config check {name}",
+        f"armdrive doctor --arm {name}",
+        f"armdrive status --arm {name}",
+        f"armdrive jog --arm {name}",
+        f"armdrive home --arm {name}",
+    ):
+        say(f"  {line}")
