@@ -8,11 +8,14 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from armdrive.errors import ArmError, BadRequest, RecordingError
-from armdrive.recorder.messages import Message, Weight, talk
+from armdrive.recorder.messages import talk
+from armdrive.recorder.weighing import Message, Weight
+from armdrive.sim.drives import DrivesOnBus
 from armdrive.sim.pacing import PacedDevice
 from armdrive.sim.report import state_json, state_line
 from armdrive.sim.saved import Json
 from armdrive.sim.twin import DIALECT, make_device
+from armdrive.transports.can_memory import BusLine
 from kinematics.errors import KinematicsError
 
 if TYPE_CHECKING:
@@ -166,5 +169,10 @@ class Bench:
             raise
         except (ArmError, KinematicsError, ArithmeticError, LookupError) as error:
             raise RecordingError(f"no twin can be made of the recorded arm: {error}") from None
+        self._line = self._wire()
+
+    def _wire(self) -> PacedDevice:
+        if isinstance(self._device, DrivesOnBus):
+            return BusLine(self._device, self._device.bits_s())
         paced = "://" not in self._config.connection.port
-        self._line = PacedDevice(self._device, self._device.baud if paced else None)
+        return PacedDevice(self._device, self._device.baud if paced else None)

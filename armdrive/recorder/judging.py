@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from armdrive.controllers.requests import AlertKind
 from armdrive.recorder.bench import Bench
 from armdrive.recorder.entries import Entry, Kind
-from armdrive.recorder.messages import Message, Talk, Weight
+from armdrive.recorder.messages import Talk
 from armdrive.recorder.placing import counts_of
+from armdrive.recorder.weighing import Message, Weight
 from armdrive.sim.saved import Json
 
 GRACE_S = 1.0

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from enum import Enum
 from types import MappingProxyType
-from typing import Protocol
 
+from armdrive.recorder import messages_mks
+from armdrive.recorder.weighing import Message, Splitter, Weight
 from firmware_protocol import robko01
 from firmware_protocol.armdroid.wire import decode_answer as armdroid_answer
 from firmware_protocol.errors import ProtocolError, RemoteProtocolError
@@ -24,32 +24,6 @@ from firmware_protocol.teachmover.wire import decode_command, decode_reply
 
 LONGEST_LINE = 4096
 MOST_LINES = 65536
-
-
-class Weight(Enum):
-    """How a message is compared."""
-
-    ANSWER = "to the byte"
-    MOMENT = "by its kind alone while motors turn, since it tells of a moment; else to the byte"
-    PASSING = "not at all: how many there are, and when, is a matter of moments"
-    SELF = "not at all: the device describes itself"
-    BANNER = "that it comes, once the arm has told where it stands: a board that begins anew"
-
-
-@dataclass(frozen=True, slots=True)
-class Message:
-    """One message of a device; `kind` is what is compared where its numbers are of a moment."""
-
-    data: bytes
-    weight: Weight
-    kind: bytes = b""
-
-
-class Splitter(Protocol):
-    """Messages out of bytes."""
-
-    def feed(self, data: bytes) -> list[Message]:
-        """Take bytes; return the messages that are whole by now."""
 
 
 class Lines:
@@ -164,7 +138,7 @@ class Talk:
 
     def said(self, data: bytes) -> str:
         """Return one message for people, with its meaning where its bytes do not show it."""
-        words = self.words(data, self.heard) if self.shown is _hexadecimal else ""
+        words = "" if self.shown is _escaped else self.words(data, self.heard)
         return f"{self.shown(data)} ({words})" if words else self.shown(data)
 
     def words(self, data: bytes, read: Callable[[bytes], object] | None) -> str:
@@ -181,6 +155,12 @@ TALKS: Mapping[str, Talk] = MappingProxyType(
         "robko01": Talk(Frames, _robko01_answer, _robko01_request, _hexadecimal),
         "armdroid": Talk(lambda: Lines(b"\r\n", _armdroid_message), armdroid_answer),
         "grbl": Talk(lambda: Lines(b"\r\n", _grbl_message), grbl_answer),
+        "mks": Talk(
+            messages_mks.PackedFrames,
+            messages_mks.heard,
+            messages_mks.sent,
+            messages_mks.shown,
+        ),
     }
 )
 """Every dialect whose recordings can be read and compared."""

@@ -28,30 +28,32 @@ def arm():
     arm.close()
 
 
-class Spy(MemoryLink):
-    """A wire that counts what passes it."""
+def spied_on(monkeypatch, kind):
+    """Count what passes every wire of a kind from now on."""
+    passed, write, read = {"sent": b"", "heard": b""}, kind.write, kind.read
 
-    passed: dict[str, bytes]
+    def noted_write(self, data, now_s):
+        passed["sent"] += data
+        write(self, data, now_s)
 
-    def write(self, data, now_s):
-        self.passed["sent"] = self.passed.get("sent", b"") + data
-        super().write(data, now_s)
-
-    def read(self, now_s):
-        data = super().read(now_s)
-        self.passed["heard"] = self.passed.get("heard", b"") + data
+    def noted_read(self, now_s):
+        data = read(self, now_s)
+        passed["heard"] += data
         return data
+
+    monkeypatch.setattr(kind, "write", noted_write)
+    monkeypatch.setattr(kind, "read", noted_read)
+    return passed
 
 
 @pytest.mark.parametrize("dialect", DIALECTS)
 def test_every_byte_of_the_wire_is_noted_in_order(dialect, tmp_path, monkeypatch):
-    Spy.passed = {}
-    monkeypatch.setattr("armdrive.sim.twin.MemoryLink", Spy)
+    passed = spied_on(monkeypatch, MemoryLink)
     arm = recorded_arm(dialect)
     arm.move_motors(5, 5, 5, 5, 5, 5)
     entries = saved(arm, tmp_path).entries
-    assert b"".join(of_kind(entries, Kind.SENT)) == Spy.passed["sent"]
-    assert b"".join(of_kind(entries, Kind.HEARD)) == Spy.passed["heard"]
+    assert b"".join(of_kind(entries, Kind.SENT)) == passed["sent"]
+    assert b"".join(of_kind(entries, Kind.HEARD)) == passed["heard"]
     arm.close()
 
 
