@@ -5,7 +5,9 @@ The switches are a little beyond where the arm is found, one motor after the oth
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
 
 from armdrive.arm import Arm
 from armdrive.errors import DeviceFault, Stopped
@@ -19,13 +21,32 @@ from .rows_moving import arrived
 from .seen import ON_THE_STEP, Seen, check
 
 IN_SIMULATION = ("memory", "pty", "tcp")
-AHEAD_STEPS = 80
-"""How far each motor is from its switch."""
-TRAVEL = 400
-"""In the controller's units, which are steps: a switch is looked for over this way one and a half
-times, then given up."""
-BESIDE_STEPS = 4
-"""A motor that leaves its switch goes back by two steps, and may be seen before it does."""
+TRAVEL, SEARCH_S, TURN = 400, 3.0, 16384
+
+
+@dataclass(frozen=True, slots=True)
+class Search:
+    """How a controller looks for a switch: in motor steps, and in the words of its arm file.
+
+    `ahead` is how far each motor is from its switch, `most` how far one is looked for that never
+    closes, and `beside` how far a motor that leaves its switch may be seen from where it ends.
+    """
+
+    lines: str
+    ahead: int
+    most: float
+    beside: int
+
+
+SEARCHES: Mapping[str, Search] = MappingProxyType(
+    {
+        # in its own units, which are steps: one and a half times the travel; back by two steps
+        "grbl": Search(f"homing = true\ntravel = {[TRAVEL] * 6}", 80, 1.5 * TRAVEL, 4),
+        # a search at a turn a second, by the drive itself
+        "mks": Search(f"homing_s = {SEARCH_S}", TURN, (SEARCH_S + 0.5) * TURN, 1),
+    }
+)
+"""By the dialect, which names the section of the arm file."""
 ORDER = ((3,), (2,), (1,))
 STUCK = 2
 STOPPED_AFTER_S = 0.25
@@ -35,17 +56,20 @@ def fitted(bench: Bench, order: tuple[tuple[int, ...], ...] = ORDER) -> tuple[Ar
     """Return an arm with switches, and where its motors stand once it has homed."""
     start = bench.look().motors
     homes = [motor - 1 for group in order for motor in group]
-    goal = Motors(at + AHEAD_STEPS * (index in homes) for index, at in enumerate(start))
+    search = SEARCHES[bench.row.name]
+    goal = Motors(at + search.ahead * (index in homes) for index, at in enumerate(start))
     joints, opening_mm = bench.posture(goal)
     angles = "\n".join(f"{name} = {angle!r}" for name, angle in joints.deg.items())
     bench.fit(
-        f"[{bench.row.name}]\nhoming = true\ntravel = {[TRAVEL] * len(start)}\n"
+        f"[{bench.row.name}]\n{search.lines}\n"
         f"[homing]\ngroups = {[list(group) for group in order]}\nopening_mm = {opening_mm!r}\n"
         f"[homing.joints_deg]\n{angles}"
     )
     arm = bench.connect()
     if arm.status.state is State.ERROR_STOP:  # it boots locked
         arm.reset()
+    if arm.status.state is State.DISABLED:
+        arm.enable()
     return arm, goal
 
 
@@ -97,25 +121,29 @@ def _fails(bench: Bench, fault: str) -> tuple[Arm, Motors, Seen, Seen]:
     return arm, goal, start, after
 
 
-def _mended(bench: Bench, arm: Arm, goal: Motors) -> None:
-    """Mend the switch, and home."""
+def _mended(bench: Bench, arm: Arm, goal: Motors, start: Seen) -> None:
+    """Mend the switch, bring back a motor that ran away from it, and home."""
     before = bench.look()
     bench.heal()
     arm.reset()
     bench.sleep(0.5)
     check(bench.look().motors == before.motors, "the reset moved the arm")
+    back = start.motors - before.motors
+    if back.largest > SEARCHES[bench.row.name].ahead:
+        arm.move_motors(*back)
     homed(bench, arm, goal)
 
 
 def a_switch_that_sticks_ends_homing(bench: Bench) -> None:
-    arm, goal, _, _ = _fails(bench, "closed")
-    _mended(bench, arm, goal)
+    arm, goal, start, _ = _fails(bench, "closed")
+    _mended(bench, arm, goal, start)
 
 
 def a_switch_that_never_closes_ends_homing(bench: Bench) -> None:
     arm, _, start, after = _fails(bench, "open")
     made = abs(after.motors[STUCK - 1] - start.motors[STUCK - 1])
-    most = 1.5 * TRAVEL + BESIDE_STEPS
+    search = SEARCHES[bench.row.name]
+    most = search.most + search.beside
     check(made <= most, f"it looked for a switch over {made} steps, and {most:.0f} were to be made")
     bench.heal()
     arm.reset()
