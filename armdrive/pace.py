@@ -26,7 +26,10 @@ STUCK_TURNS = 20_000
 STUCK_S = 1e-6
 
 ABSENT_S = 1.0
-"""A thread that comes so late was suspended, or its computer was: what moves then is stopped."""
+"""A round that took so long was suspended, or its computer was: what moves then is stopped.
+
+The sleep that it had meant to take counts as well: the wire may have ended that early.
+"""
 
 
 class Pace(Protocol):
@@ -183,11 +186,11 @@ class RealPace:
             while (engine := self._engine) is not None and _drivable(engine):
                 # counted from one round to the next: a suspension may fall anywhere between
                 last_s, began_s = began_s, time.monotonic()
-                late_s = began_s - last_s - pause_s
+                round_s = began_s - last_s
                 with self._turn:
                     self._round_s = time.monotonic()
-                    if late_s > ABSENT_S:
-                        engine.absent(late_s)
+                    if round_s > ABSENT_S:
+                        engine.absent(round_s - pause_s)
                     next_s = engine.advance(self.now_s())
                     self._turn.notify_all()
                 pause_s = min((next_s - self.now_s()) / self._speed, LONGEST_SLEEP_S)

@@ -100,14 +100,15 @@ class Sleeper:
     broken = None
     mending = None
 
-    def __init__(self, clock, asleep_in):
+    def __init__(self, clock, asleep_in, asleep_s):
         self.clock, self.asleep_in, self.link = clock, asleep_in, self
+        self.asleep_s = asleep_s
         self.rounds, self.missed, self.waits = 0, [], []
 
     def advance(self, now_s):
         self.rounds += 1
         if self.rounds == 2 and self.asleep_in == "advance":
-            self.clock.now_s += 1.5
+            self.clock.now_s += self.asleep_s
         if self.rounds == 4:
             self.broken = "the test is over"
         return now_s + 0.2
@@ -117,23 +118,24 @@ class Sleeper:
 
     def wait(self, timeout_s):
         self.waits.append(self.rounds)
-        asleep_s = 1.5 if self.rounds == 2 and self.asleep_in == "wait" else 0.0
+        asleep_s = self.asleep_s if self.rounds == 2 and self.asleep_in == "wait" else 0.0
         self.clock.now_s += timeout_s + asleep_s
 
     def wake(self):
         pass
 
 
-@pytest.mark.parametrize("place", ["advance", "wait"])
-def test_a_suspension_is_noticed_wherever_it_falls(place, monkeypatch):
+@pytest.mark.parametrize(("place", "asleep_s"), [("advance", 1.5), ("wait", 1.5), ("wait", 0.9)])
+def test_a_suspension_is_noticed_wherever_it_falls(place, asleep_s, monkeypatch):
     clock = Clock()
     monkeypatch.setattr(pace, "time", clock)
     real = RealPace()
-    sleeper = Sleeper(clock, place)
+    sleeper = Sleeper(clock, place, asleep_s)
     real._engine = sleeper
     real._drive()
-    assert [(rounds, round(time_s, 3)) for rounds, time_s in sleeper.missed] == [(2, 1.5)]
-    assert (2 in sleeper.waits) == (place == "wait")
+    assert [(rounds, round(time_s, 3)) for rounds, time_s in sleeper.missed] == [(2, asleep_s)]
+    if asleep_s > pace.ABSENT_S:
+        assert (2 in sleeper.waits) == (place == "wait")
 
 
 def test_what_was_thought_out_before_a_suspension_is_not_said_after_it():
