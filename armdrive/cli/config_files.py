@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -49,8 +48,8 @@ def read(name: str) -> ArmText:
 def _is_model(path: Path) -> bool:
     """Tell whether a file is a link table rather than an arm."""
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (OSError, tomllib.TOMLDecodeError, UnicodeDecodeError):
+        table = read_arm_table(path)
+    except ArmFileError:
         return False  # listed with what is wrong with it
     return "links" in table and "model" not in table
 
