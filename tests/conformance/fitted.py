@@ -1,6 +1,6 @@
 """Arms whose file says more than the dialect's preset does, and the device of one as a program.
 
-`python -m tests.conformance.fitted FILE --pty PATH` (or `--tcp`) lives as `armdrive sim` does.
+`python -m tests.conformance.fitted FILE --pty PATH` (or `--tcp`, `--slcan`) lives as `armdrive sim` does.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from armdrive.armfile import ArmConfig, load_arm_file, parse_arm_file
 from armdrive.dialects import Dialect
 from armdrive.sim.run import make_server, run_device
 from armdrive.sim.twin import make_device
+from armdrive.transports.serve_can import SlcanServer
 
 
 def arm_file(row: Dialect, lines: str, port: str = "") -> str:
@@ -33,8 +34,10 @@ def main(path: str, where: str, address: str) -> None:
     server = make_server(
         pty=Path(address) if where == "--pty" else None,
         tcp=address if where == "--tcp" else None,
+        slcan=Path(address) if where == "--slcan" else None,
     )
-    sys.stdout.write(f"it speaks {config.connection.dialect} at {server.address}; and waits\n")
+    offered = server.can_address if isinstance(server, SlcanServer) else server.address
+    sys.stdout.write(f"it speaks {config.connection.dialect} at {offered}; and waits\n")
     sys.stdout.flush()
     run_device(make_device(config), server, sys.stdin.fileno(), sys.stdout)
 

@@ -12,12 +12,13 @@ import threading
 
 from armdrive.arm import Arm
 from armdrive.status import State
-from kinematics import Motors
+from kinematics import LineMove, Motors
 
-from .going import begin_sweep, first_jog
+from .going import begin_sweep, beside, first_jog
 
 JOG_S = 30.0
 SWEEP_DEG = 55.0
+PATH_MM, BLEND_MM = 60.0, 15.0
 
 
 class Driver:
@@ -49,6 +50,12 @@ class Driver:
     def move(self, direction: float) -> None:
         """Begin a planned joint motion at full speed."""
         begin_sweep(self._arm, SWEEP_DEG * direction)
+
+    def path(self, direction: float) -> None:
+        """Begin a path of two lines with a blend between them."""
+        corner = beside(self._arm.pose, y_mm=PATH_MM * direction)
+        end = beside(corner, z_mm=PATH_MM * direction)
+        self._arm.move_path([LineMove(corner, BLEND_MM), LineMove(end)], wait=False)
 
     def release(self) -> None:
         """Let go of the jog."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import json
 import random
+import signal
 import subprocess
 import sys
 from collections.abc import Callable
@@ -78,6 +79,14 @@ class Host:
         """End the program without a chance to say anything."""
         self._process.kill()
         self._process.wait()
+
+    def suspend(self) -> None:
+        """Have the program stand still in whatever it is doing, as by Ctrl-Z."""
+        self._process.send_signal(signal.SIGSTOP)
+
+    def resume(self) -> None:
+        """Let it go on."""
+        self._process.send_signal(signal.SIGCONT)
 
     def answered(self) -> Any:
         """Wait for the answer to a command that was told."""
