@@ -1,6 +1,7 @@
 """Arms whose file says more than the dialect's preset does, and the device of one as a program.
 
-`python -m tests.conformance.fitted FILE --pty PATH` (or `--tcp`, `--slcan`) lives as `armdrive sim` does.
+`python -m tests.conformance.fitted FILE --pty PATH` (or `--tcp`, `--slcan`) lives as `armdrive sim`
+does.
 """
 
 from __future__ import annotations
