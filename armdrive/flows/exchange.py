@@ -1,8 +1,7 @@
-"""One request, and what each answer to it means for the arm."""
+"""One motion on the wire, and what each answer to it means for the arm."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -14,26 +13,16 @@ from armdrive.controllers.requests import (
     Interrupted,
     MoveAlong,
     MoveBy,
-    ReadPosition,
-    Registers,
-    Reply,
-    Request,
     never,
 )
 from armdrive.core import Core
-from armdrive.engine import Ask, Flow, Until
-from armdrive.errors import (
-    DeviceFault,
-    LinkLost,
-    NoAnswer,
-    PendantStop,
-    PositionMismatch,
-    Stopped,
-)
+from armdrive.engine import Flow
+from armdrive.errors import DeviceFault, LinkLost, PendantStop
+from armdrive.flows.asking import Asking, take_difference
 from armdrive.flows.remembering import leave_standstill
 from armdrive.flows.straying import strays_steps
 from armdrive.flows.taking_up import pieces
-from armdrive.status import Current, State, Trust
+from armdrive.status import State
 from armdrive.stopping import straying_mm
 from armdrive.trust import Evidence
 from armdrive.whereabouts import Coordinates
@@ -42,12 +31,6 @@ if TYPE_CHECKING:
     from armdrive.engine import Engine
     from armdrive.flows.streaming import Course
     from kinematics import Motors
-
-QUIET_S = 0.3
-"""A silence this long ends whatever a disturbed controller had still to say."""
-
-TRIES = 3
-"""How often the registers are asked for: reading moves nothing, so it may be repeated."""
 
 FRESH_S = 0.05
 """A look at the registers this long ago still tells where a motion starts from."""
@@ -58,106 +41,12 @@ BLIND_S = 2.0
 """A motion is compared with the registers at least this often."""
 
 
-class Wire:
-    """What a flow needs of the engine: the time, and whether somebody asked for a stop."""
+class Wire(Asking):
+    """What a flow needs of the engine: asking, and motion in bursts or queued segments."""
 
     def __init__(self, engine: Engine, core: Core) -> None:
-        self.engine = engine
-        self.core = core
+        super().__init__(engine, core)
         self.straying_mm = 0.0
-        self._looked_s = -math.inf
-
-    @property
-    def now_s(self) -> float:
-        """The arm's time."""
-        return self.engine.now_s
-
-    @property
-    def stopping(self) -> bool:
-        """Whether a stop has been asked for."""
-        return self.engine.stop_asked
-
-    def stopped(self, words: str) -> Stopped:
-        """Return the error of a motion that a stop ended, with the reason where one is known."""
-        return Stopped(words + self.engine.stop_why)
-
-    def request(self, request: Request, silence: Evidence = Evidence.SILENT) -> Flow[Reply]:
-        """Send one request and return its reply; silence is a fault of the arm."""
-        try:
-            reply: Reply = yield Ask(request)
-        except NoAnswer as error:
-            self.core.learn(silence, self.now_s)
-            self.core.fault(error)
-            raise
-        return reply
-
-    def ask_registers(self) -> Flow[Registers]:
-        """Read the registers, again where an exchange was disturbed. Raises `DeviceFault`.
-
-        After a disturbance an answer counts only if the line falls silent behind it: else it
-        may be the late one of the try before, and the next answer would be taken for another's.
-        After a silence, counts of zero may be those of a controller that has begun anew; an answer
-        that came, and that nobody could read, is none.
-        """
-        silence: NoAnswer | None = None
-        mute = False
-        for attempt in range(TRIES):
-            if attempt:
-                yield from self.quiet()
-            asked_s = self.now_s
-            try:
-                reply: Reply = yield Ask(ReadPosition())
-            except NoAnswer as error:
-                silence, mute = error, mute or self.engine.heard_s < asked_s
-                continue
-            if isinstance(reply, Denied) and reply.reason:  # it is there, and says why not
-                raise DeviceFault(reply.reason)
-            heard_s = self.engine.heard_s
-            if attempt and isinstance(reply, Registers):
-                yield from self.quiet()
-            if isinstance(reply, Registers) and heard_s == self.engine.heard_s:
-                self._looked_s = self.now_s
-                if mute and not reply.positions.largest:
-                    self.core.learn(Evidence.SILENT, self.now_s)  # it may have begun anew
-                return reply
-        raise silence or DeviceFault(
-            f"whatever is on {self.engine.link.description} does not answer as this arm does: "
-            "check the cable, the port and the dialect"
-        )
-
-    def quiet(self) -> Flow[None]:
-        """Wait until nothing has been heard for a while, and forget what was."""
-        since_s = self.now_s
-        while self.now_s < (end_s := max(since_s, self.engine.heard_s) + QUIET_S):
-            if self.stopping:
-                break
-            yield Until(end_s)
-        self.engine.controller.forget()
-
-    def read(self) -> Flow[Motors]:
-        """Read the registers; return how far they are from the acknowledged ones.
-
-        A difference is believed when it is read twice: the line has no check bytes.
-        """
-        difference = yield from self._read_once()
-        seen = None
-        while difference.largest and difference != seen:
-            seen = difference
-            difference = yield from self._read_once()
-        return difference
-
-    def _read_once(self) -> Flow[Motors]:
-        try:
-            registers = yield from self.ask_registers()
-        except DeviceFault as fault:
-            self.core.learn(Evidence.SILENT, self.now_s)
-            self.core.fault(fault)
-            raise
-        return self.core.compare(registers)
-
-    def look(self) -> Flow[None]:
-        """Weigh what the registers show of an arm that stands: somebody else may move it."""
-        weigh_difference(self, (yield from self.read()))
 
     def look_before_motion(self) -> Flow[None]:
         """Look, unless that was done a moment ago, while the mark of motion is being written.
@@ -165,10 +54,10 @@ class Wire:
         A slow disk makes what was seen stale, so that the look comes after it once more.
         """
         self.core.memory.begin_mark()
-        if self.now_s > self._looked_s + FRESH_S:
+        if self.now_s > self.looked_s + FRESH_S:
             yield from self.look()
         marked = yield from leave_standstill(self)
-        if marked and self.now_s > self._looked_s + FRESH_S:
+        if marked and self.now_s > self.looked_s + FRESH_S:
             yield from self.look()
 
     def move(
@@ -216,7 +105,7 @@ class Wire:
             yield from self._refusal(reply)
         core.arrived(there)
         timely = isinstance(reply, Done) and reply.timely
-        if not timely or self.now_s > self._looked_s + BLIND_S:
+        if not timely or self.now_s > self.looked_s + BLIND_S:
             yield from self.verify()
         return True
 
@@ -236,22 +125,6 @@ class Wire:
         if core.state is State.ERROR_STOP:  # the device has raised an alarm since the last burst
             raise DeviceFault(core.error)
         return marked
-
-    def verify(self) -> Flow[None]:
-        """Compare the registers with what was acknowledged; a difference is a fault."""
-        difference = yield from self.read()
-        if not difference.largest:
-            return
-        core = self.core
-        core.learn(Evidence.READ_BACK_DIFFERS, self.now_s, f"by {tuple(difference)} steps")
-        take_difference(core)
-        raise self._fault(
-            PositionMismatch(
-                f"the registers differ by {tuple(difference)} steps from where the motion should "
-                "have ended: a byte was lost, or the controller lost its power. Look at the arm, "
-                "reset, then home"
-            )
-        )
 
     def stream(self, request: MoveAlong, course: Course) -> Flow[bool]:
         """Have a device drive queued segments; True when all were driven, False when halted."""
@@ -289,7 +162,7 @@ class Wire:
         core.believe_registers()
         core.commanded = core.acknowledged  # also where nothing had moved yet
         if isinstance(reply, Interrupted):
-            raise self._fault(
+            raise self.fault(
                 PendantStop("the STOP key of the pendant was pressed: look at the arm, then reset")
             )
 
@@ -305,43 +178,16 @@ class Wire:
         if not reply.moved and not difference.largest:
             core.believe_registers()
             core.commanded = core.acknowledged
-            raise self._fault(DeviceFault(told or f"the controller refused the motion{words}"))
+            raise self.fault(DeviceFault(told or f"the controller refused the motion{words}"))
         core.learn(Evidence.MOTION_REFUSED, self.now_s)
         take_difference(core)
-        raise self._fault(
+        raise self.fault(
             DeviceFault(
                 told
                 or f"the controller refused a motion that it should have understood{words}; a byte "
                 "may have been garbled. Look at the arm, then reset"
             )
         )
-
-    def _fault(self, error: DeviceFault | PendantStop) -> DeviceFault | PendantStop:
-        self.core.fault(error)
-        return error
-
-
-def weigh_difference(wire: Wire, difference: Motors) -> None:
-    """Say what registers mean that changed while nothing was moved from here."""
-    core = wire.core
-    if not difference.largest:
-        return
-    zeroed = take_difference(core)
-    evidence = Evidence.CONTROLLER_RESTARTED if zeroed else Evidence.MOVED_BY_OTHERS
-    core.learn(evidence, wire.now_s)
-    core.notify(core.belief.reason, evidence)
-
-
-def take_difference(core: Core) -> bool:
-    """Take the registers for where the arm is; True where they were zeroed, which moves nothing."""
-    registers = core.counts
-    zeroed = not registers.largest
-    if zeroed and core.belief.trust is not Trust.UNKNOWN:
-        core.count_anew(registers)
-        core.current = Current.UNKNOWN
-    else:
-        core.believe_registers()
-    return zeroed
 
 
 def way_between(start: Motors, end: Motors) -> Callable[[Motors], bool]:

@@ -23,7 +23,7 @@ from armdrive.controllers.requests import (
 )
 from armdrive.engine import Flow
 from armdrive.errors import DeviceFault, LinkLost, NotReferenced, SettingsDiffer, StateFileError
-from armdrive.flows.exchange import TRIES, weigh_difference
+from armdrive.flows.asking import TRIES, weigh_difference
 from armdrive.flows.remembering import be_remembered, leave_standstill
 from armdrive.states import Event, after
 from armdrive.status import Current, State, Trust

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from armdrive.engine import Flow
 from armdrive.errors import DeviceFault
-from armdrive.flows.exchange import weigh_difference
+from armdrive.flows.asking import weigh_difference
 from armdrive.flows.remembering import be_remembered
 from armdrive.status import State, Trust
 from armdrive.trust import Belief, Evidence
