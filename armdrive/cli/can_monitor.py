@@ -29,11 +29,8 @@ from armdrive.errors import BadRequest
 
 if TYPE_CHECKING:
     from armdrive.commissioning.frame_words import Said
+    from armdrive.transports.can_address import CanAddress
     from armdrive.transports.link import Link
-
-LISTEN_ONLY = ("listen_only", "true")
-"""python-can's own option for adapters that can keep from acknowledging."""
-_CAN_KEEP_QUIET = ("slcan",)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -52,8 +49,7 @@ def run(options: argparse.Namespace) -> int:
     """Listen until it is enough, or Ctrl-C."""
     from armdrive.transports.url import open_link
 
-    port = _quiet(_port(options))
-    link = open_link(port, 0)
+    link = open_link(str(_address(options)), 0)
     heard = 0
     try:
         with contextlib.suppress(KeyboardInterrupt):
@@ -82,9 +78,9 @@ def _node(word: str) -> int:
     return found
 
 
-def _port(options: argparse.Namespace) -> str:
+def _address(options: argparse.Namespace) -> CanAddress:
     from armdrive.connecting import find, simulation_forced
-    from armdrive.transports.can_address import is_can
+    from armdrive.transports.can_address import CanAddress, is_can
     from armdrive.wiring import Wiring
 
     if simulation_forced():
@@ -96,17 +92,7 @@ def _port(options: argparse.Namespace) -> str:
         raise BadRequest(
             f"{port} is no CAN bus: write can:INTERFACE:CHANNEL, `armdrive ports` lists them"
         )
-    return port
-
-
-def _quiet(port: str) -> str:
-    """Return the port with its adapter kept from acknowledging, where it can be."""
-    from armdrive.transports.can_address import CanAddress
-
-    address = replace(CanAddress.parse(port), ids=frozenset())
-    if address.interface in _CAN_KEEP_QUIET and not address.option(LISTEN_ONLY[0]):
-        address = replace(address, options=(*address.options, LISTEN_ONLY))
-    return str(address)
+    return replace(CanAddress.parse(port), ids=frozenset()).listening()
 
 
 def _heard(link: Link, seconds: float | None, ids: frozenset[int]) -> Iterator[tuple[float, Said]]:

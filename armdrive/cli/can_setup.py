@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from armdrive.doctor.carrying import Clock
     from armdrive.transports.link import Link
 
+DIALECT = "mks"
 DONE, UNFINISHED = 0, 1
 BEFORE = ".before"
 """How the old text of an arm file ends that was written anew."""
@@ -78,15 +79,16 @@ def _config(name: str) -> ArmConfig:
     """Return the arm of a file, or that of the preset for one that is not there yet."""
     from armdrive.armfile import config_of_preset, load_arm_file
     from armdrive.armsections import Connection
-    from armdrive.dialects import MKS
+    from armdrive.dialects import dialect
 
     path = _path(name)
     if path.is_file():
         return load_arm_file(path)
     if places.file_name(path.stem) != path.stem:
         raise BadRequest(f"{name!r} is no name for a file: use small letters, digits, - and _")
-    wire = Connection(dialect=MKS.name, port="", baud=MKS.baud)
-    return config_of_preset(MKS.preset, name=path.stem, connection=wire)
+    row = dialect("mks")
+    wire = Connection(dialect=row.name, port="", baud=row.baud)
+    return config_of_preset(row.preset, name=path.stem, connection=wire)
 
 
 def _path(name: str) -> Path:

@@ -9,6 +9,7 @@ right one, and compares the controller's settings; --mend asks, and writes the l
   armdrive doctor /dev/ttyUSB0
   armdrive doctor --arm bench --mend
   armdrive doctor socket://192.168.4.1:23 --yes --json
+  armdrive doctor --can                 who is on a CAN bus, and how the bus is; only reads
   armdrive doctor --keyboard            will holding a key jog the arm here? touches no port
 
 It ends with 0 where nothing has to be mended, 1 where something has to be, 3 where nobody agreed
@@ -52,6 +53,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--keyboard", action="store_true", help="instead: examine the keyboard of this terminal"
     )
+    parser.add_argument(
+        "--can", nargs="?", const="", metavar="INTERFACE:CHANNEL", help="instead: survey a CAN bus"
+    )
+    parser.add_argument("--ids", metavar="1-16,20", help="with --can: ask these ids")
+    parser.add_argument("--every-rate", action="store_true", help="with --can: try all bit rates")
     parser.add_argument("--mend", action="store_true", help="write the settings that differ")
     parser.add_argument("--yes", action="store_true", help="open the port (and mend) unasked")
     add_json_option(parser)
@@ -64,6 +70,10 @@ def run(options: argparse.Namespace) -> int:
     if options.keyboard:
         return _keyboard(options)
     config = _config(options)
+    if _on_can(options, config):
+        from armdrive.cli.doctor_can import run as survey
+
+        return survey(options, config)
     port, before = _before(options, config)
     report = Report(port, options.json)
     report.more = {"arm_files": list(before.owners)}
@@ -82,6 +92,14 @@ def _keyboard(options: argparse.Namespace) -> int:
     if options.port or options.arm:
         raise BadRequest("--keyboard looks at this terminal, and at no port: leave the port out")
     return examine_keyboard(options.json)
+
+
+def _on_can(options: argparse.Namespace, config: ArmConfig | None) -> bool:
+    """Tell whether a CAN bus is meant: by the option, by the port, or by the arm file's port."""
+    from armdrive.transports.can_address import is_can
+
+    wire = config.connection.port if config is not None else ""
+    return options.can is not None or is_can(options.port or wire)
 
 
 def _before(options: argparse.Namespace, config: ArmConfig | None) -> tuple[str, Before]:
@@ -109,7 +127,7 @@ def _config(options: argparse.Namespace) -> ArmConfig | None:
         raise PortUnavailable(
             "ARMDRIVE_FORCE_SIM is set, so no port is opened: clear that variable first"
         )
-    if bool(options.port) == bool(options.arm):
+    if bool(options.port) == bool(options.arm) and (options.port or options.can is None):
         raise BadRequest(
             "name one port, or an arm file with --arm; `armdrive ports` lists the ports"
         )
@@ -195,11 +213,11 @@ def _weigh(
     if identity is None or not identity.dialect:
         return NOBODY
     if config is not None and identity.dialect == config.connection.dialect:
-        _compare(config, report, options)
+        compare(config, report, options)
     return MENDING if any_problem(report.findings) else DONE
 
 
-def _compare(config: ArmConfig, report: Report, options: argparse.Namespace) -> None:
+def compare(config: ArmConfig, report: Report, options: argparse.Namespace) -> None:
     """Connect as every command does, and compare the settings; mend them where that is agreed."""
     from armdrive.connecting import connect_real
     from armdrive.doctor.findings import ok, problem

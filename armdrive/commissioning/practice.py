@@ -52,7 +52,9 @@ class Practice:
             self._plug(asked.motor, on=True)
         seen = self._seen(asked) if asked.about in _SEEN else ""
         if self._ask is None:
-            return asked.question.read(seen or asked.question.default or "yes")
+            word = seen or asked.question.default or "yes"
+            self.tell(f"{asked.question.words} {word}")
+            return asked.question.read(word)
         if seen:
             self.tell(f"  (seen on the simulated arm: {seen})")
             asked = replace(asked, question=replace(asked.question, default=seen))

@@ -17,6 +17,9 @@ IDS = "ids"
 MOST_ID = 0x1FFF_FFFF
 _ON_SERIAL = frozenset({"slcan", "serial", "robotell", "seeedstudio"})
 """The interfaces whose channel is a serial port."""
+_KEEP_QUIET = frozenset({"slcan"})
+_LISTEN_ONLY = ("listen_only", "true")
+"""python-can's own option for an adapter that does not even acknowledge."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +62,12 @@ class CanAddress:
     def on_serial(self) -> bool:
         """Whether the adapter is a serial port."""
         return self.interface in _ON_SERIAL
+
+    def listening(self) -> CanAddress:
+        """Return the same with an adapter that only listens, where it can be kept from speaking."""
+        if self.interface not in _KEEP_QUIET or self.option(_LISTEN_ONLY[0]):
+            return self
+        return replace(self, options=(*self.options, _LISTEN_ONLY))
 
     def at(self, device: str) -> CanAddress:
         """Return the same with its adapter at another serial port."""

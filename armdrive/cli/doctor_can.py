@@ -1,0 +1,213 @@
+"""`armdrive doctor --can`: who is on a CAN bus, how the bus is, and what differs from the arm file.
+
+It listens before it asks, asks by readings alone, and not at all while another program commands
+drives. Nothing is set without --mend and a yes.
+"""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from armdrive.cli.doctor_report import Report
+from armdrive.commissioning.carrier import Carrier
+from armdrive.doctor import can_findings
+from armdrive.doctor.can_survey import IDS, LISTEN_S, Survey, ask_round, listen
+from armdrive.doctor.carrying import RealClock
+from armdrive.doctor.findings import Finding, any_problem, note, ok, problem
+from armdrive.errors import ArmError, BadRequest, LinkError, LinkLost, PortUnavailable
+from armdrive.transports.can_address import PREFIX, CanAddress, is_can
+from armdrive.transports.can_health import BusHealth
+from firmware_protocol.mks import NODE_MAX, Bitrate
+
+if TYPE_CHECKING:
+    from armdrive.armfile import ArmConfig
+    from armdrive.commissioning.acts import Ask
+    from armdrive.commissioning.drives import Known
+    from armdrive.transports.can_link import CanLink
+
+DONE, MENDING, CLOSED, NOBODY = 0, 1, 4, 6
+
+
+class _Nobody:
+    """A survey asks no person anything."""
+
+    def tell(self, text: str) -> None:
+        """Say nothing."""
+
+    def watch(self, motor: int) -> None:
+        """See nothing."""
+
+    def answer(self, asked: Ask) -> object:
+        """Refuse: there is no question in a survey."""
+        raise NotImplementedError(asked.question.words)
+
+
+def ids_of(text: str) -> tuple[int, ...]:
+    """Read `1-16,20`. Raises `BadRequest`."""
+    found: set[int] = set()
+    for part in text.split(","):
+        first, dash, last = part.strip().partition("-")
+        if not first.isdecimal() or (dash and not last.isdecimal()):
+            raise BadRequest(f"ids are written 1-16,20, not {text!r}")
+        found |= set(range(int(first), int(last or first) + 1))
+    if not found or not 1 <= min(found) <= max(found) <= NODE_MAX:
+        raise BadRequest(f"ids of drives are 1 to {NODE_MAX}, not {text!r}")
+    return tuple(sorted(found))
+
+
+def bus_of(options: argparse.Namespace, config: ArmConfig | None) -> str:
+    """Return the bus that is meant, as `can:...`. Raises `BadRequest` or `PortUnavailable`."""
+    if options.can:
+        return str(options.can if is_can(options.can) else PREFIX + options.can)
+    if config is not None:
+        from armdrive.wiring import Wiring
+
+        return Wiring(config).find()
+    if options.port:
+        return str(options.port)
+    from armdrive.transports.can_ports import list_can_ports
+    from armdrive.transports.ports import list_ports
+
+    there = [each.port for each in list_can_ports(list_ports()) if not each.todo]
+    if len(there) == 1:
+        return there[0]
+    listed = f"there are {', '.join(there)}" if there else "the system knows no adapter"
+    raise PortUnavailable(
+        f"which bus? {listed}: write it, --can slcan:/dev/ttyACM0?bitrate=500000 say; "
+        "`armdrive ports` lists adapters and what each needs"
+    )
+
+
+def run(options: argparse.Namespace, config: ArmConfig | None) -> int:
+    """Survey the bus, and say what was found."""
+    from armdrive.holder import hold
+
+    port = bus_of(options, config)
+    if not is_can(port):
+        raise BadRequest(f"{port} is no CAN bus: write can:INTERFACE:CHANNEL")
+    report = Report(port, options.json)
+    ids = ids_of(options.ids) if options.ids else _known_ids(config)
+    holding = hold(config.name if config is not None else port, port)
+    try:
+        heard, found = _surveyed(CanAddress.parse(port), ids, report)
+        if options.every_rate and not found.drives and not heard.commands:
+            _every_rate(CanAddress.parse(port), ids, report)
+    finally:
+        holding.release()
+    report.more |= {"drives": [_view(each) for each in found.drives], "next": []}
+    if heard.commands:
+        return report.end(MENDING)
+    if config is not None:
+        report.add(can_findings.of_arm(config.device.ids, found.drives))
+        if set(config.device.ids) <= {each.node for each in found.drives}:
+            _compare(config, report, options)
+    if not found.drives:
+        return report.end(NOBODY)
+    if config is None:
+        report.more["next"] = [f"armdrive can setup NAME --port '{port}'"]
+    return report.end(MENDING if any_problem(report.findings) else DONE)
+
+
+def _known_ids(config: ArmConfig | None) -> tuple[int, ...]:
+    return tuple(sorted({*IDS, *(config.device.ids if config is not None else ())}))
+
+
+def _surveyed(address: CanAddress, ids: tuple[int, ...], report: Report) -> tuple[Survey, Survey]:
+    """Listen, then ask; add what was found to the report."""
+    bits_s = _bits_s(address)
+    heard = _listened(address)
+    report.add(can_findings.of_listening(heard, LISTEN_S, bits_s))
+    if heard.commands:
+        return heard, Survey()
+    found, health, lost = _asked(address, ids)
+    report.add(can_findings.of_health(health, lost))
+    report.add(can_findings.of_answers(found, health))
+    report.more |= {"bus": {"state": health.state.value, "sent": health.sent}}
+    return heard, found
+
+
+def _listened(address: CanAddress) -> Survey:
+    """Hear what passes, with an adapter that does not even acknowledge where it can be kept."""
+    link = _open(address.listening())
+    try:
+        return Carrier(link, RealClock(), _Nobody()).run(listen())
+    finally:
+        link.close()
+
+
+def _asked(address: CanAddress, ids: tuple[int, ...]) -> tuple[Survey, BusHealth, str]:
+    """Ask the ids; return what was found, how the adapter was then, and why the bus was lost."""
+    link = _open(address)
+    try:
+        found = Carrier(link, RealClock(), _Nobody()).run(ask_round(ids))
+    except LinkLost as error:
+        return Survey(asked=ids), link.health, str(error).partition("was lost: ")[2]
+    else:
+        return found, link.health, ""
+    finally:
+        link.close()
+
+
+def _every_rate(address: CanAddress, ids: tuple[int, ...], report: Report) -> None:
+    """Ask at every other bit rate that these drives have."""
+    if address.interface == "socketcan":
+        report.add([note("the bit rate of a kernel's interface is set by `ip link`, one by one")])
+        return
+    known = _bits_s(address)
+    for each in Bitrate:
+        if each.bits_s == known:
+            continue
+        options = dict(address.options) | {"bitrate": str(each.bits_s)}
+        other = replace(address, options=tuple(options.items()))
+        found, _, _ = _asked(other, ids)
+        report.add([_at_rate(found, each, other)])
+
+
+def _at_rate(found: Survey, rate: Bitrate, address: CanAddress) -> Finding:
+    kbit = rate.bits_s // 1000
+    if not found.drives:
+        return ok(f"nobody answers at {kbit} kbit/s")
+    named = ", ".join(str(each.node) for each in found.drives)
+    return problem(
+        f"at {kbit} kbit/s there answer: {named}", f'in the arm file: port = "{address}"'
+    )
+
+
+def _open(address: CanAddress) -> CanLink:
+    from armdrive.transports.can_link import open_can_link
+
+    return open_can_link(str(address))
+
+
+def _bits_s(address: CanAddress) -> int:
+    """Return the bit rate, 0 where the address does not tell it."""
+    text = address.option("bitrate")
+    return int(text) if text.isdecimal() else 0
+
+
+def _compare(config: ArmConfig, report: Report, options: argparse.Namespace) -> None:
+    from armdrive.cli.doctor import compare
+
+    try:
+        compare(config, report, options)
+    except LinkError as error:
+        report.add([problem(str(error), "try once more")])
+    except ArmError as error:
+        report.add([problem(str(error), "see above")])
+
+
+def _view(drive: Known) -> dict[str, object]:
+    return {
+        "id": drive.node,
+        "board": drive.board,
+        "firmware": ".".join(map(str, drive.firmware)),
+        "firmware_told": drive.told,
+        "counts": drive.counts,
+        "enabled": drive.enabled,
+        "stalled": drive.stalled,
+        "mode": None if drive.mode is None else int(drive.mode.mode),
+        "state": None if drive.state is None else drive.state.name.lower(),
+        "doubled": drive.doubled,
+    }
