@@ -1,31 +1,25 @@
-"""What every family of calls stands on: a connected arm, its status, waiting, stopping, closing."""
+"""What every family of calls stands on: an arm from its connection to its close."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
-from armdrive.abilities import Abilities
-from armdrive.controllers.requests import Alert, Progress, never
+from armdrive.calls.waiting import Waiting
+from armdrive.controllers.requests import Alert, Progress
 from armdrive.core import Core
 from armdrive.dialects import dialect
-from armdrive.engine import Engine, Flow, Task
-from armdrive.errors import ArmError, LinkLost, NoAnswer
+from armdrive.engine import Engine, Flow
+from armdrive.errors import LinkLost
 from armdrive.flows import idling, referencing
 from armdrive.flows.alerts import alerted
 from armdrive.flows.exchange import Wire
-from armdrive.frames import frame_names, pose_in_frame
-from armdrive.legs import Speeds
 from armdrive.mending import Mender
 from armdrive.pace import RealPace
 from armdrive.recorder.witness import NO_WITNESS, Witness
-from armdrive.remarks import EMERGENCY_STOP
-from armdrive.states import Event, after
-from armdrive.status import State, Status
-from kinematics import ArmModel, Joints, Pose
-from kinematics.errors import finite
+from armdrive.states import Event
+from armdrive.status import State
 
 if TYPE_CHECKING:
     from armdrive.armfile import ArmConfig
@@ -36,16 +30,11 @@ if TYPE_CHECKING:
     from armdrive.sim.twin import Twin
     from armdrive.transports.link import Link
 
-T = TypeVar("T")
-
 CLOSING_S = 10.0
 """A disk that takes longer to remember where the arm was left is not waited for."""
 
-PATIENCE_S = 60.0
-"""Whatever should take no time at all is given up after this long."""
 
-
-class Connected:
+class Connected(Waiting):
     """An arm on an open link. Its calls hand flows to the engine and wait for their end."""
 
     def __init__(
@@ -99,151 +88,6 @@ class Connected:
         except BaseException:
             self._release()
             raise
-
-    # -- what is known ------------------------------------------------------------------------
-
-    @property
-    def status(self) -> Status:
-        """A frozen picture of this moment."""
-        with self.pace.lock:
-            wakes = self.pace.lateness.view()
-            return self.core.status(self.engine, simulated=self.simulated, wakes=wakes)
-
-    @property
-    def speeds(self) -> Speeds:
-        """The limits that time is computed from; a device may tell its own once it is connected."""
-        return Speeds(
-            self.config.model.joint_speeds_rad_s,
-            self.config.model.gripper_speed_mm_s,
-            self.core.controller.usable_rate_hz(math.inf),
-            self.core.transmission,
-            self.config.motion.ramp_s,
-            self.config.motion.jerk_s,
-            self.config.accelerations_rad_s2,
-        )
-
-    @property
-    def model(self) -> ArmModel:
-        """The arm's model: geometry, limits, transmission, reference posture."""
-        return self.config.model
-
-    @property
-    def abilities(self) -> Abilities:
-        """What the arm's controller can do."""
-        return self.core.controller.abilities
-
-    @property
-    def joints(self) -> Joints:
-        """The acknowledged joint angles. Raises `NotReferenced` while the position is unknown."""
-        return self.known(self.status.joints)
-
-    @property
-    def pose(self) -> Pose:
-        """The acknowledged pose. Raises `NotReferenced` while the position is unknown."""
-        return self.known(self.status.pose)
-
-    @property
-    def frames(self) -> tuple[str, ...]:
-        """The frames that goals and jogs can be meant in: base, tool, and the arm file's."""
-        return frame_names(self.config)
-
-    def pose_in(self, frame: str) -> Pose:
-        """The acknowledged pose as the base or a frame of the arm file sees it."""
-        return pose_in_frame(self.config, self.pose, frame)
-
-    def known(self, value: T | None) -> T:
-        """Return what a status tells, or raise `NotReferenced` where it tells nothing."""
-        if value is None:
-            self.core.require_reference()
-            raise ArmError("the position is not known")
-        return value
-
-    # -- stopping -----------------------------------------------------------------------------
-
-    def request_stop(self, *, hard: bool = False) -> None:
-        """Ask for a stop and return at once: the one call that a signal handler may make."""
-        self.core.hold = None
-        self.engine.stop_hard = self.engine.stop_hard or hard
-        self.engine.stop_asked = True
-        self.pace.wake()
-
-    def stop(self) -> None:
-        """Stop, and wait until the arm stands. Legal in every state, from any thread.
-
-        What a device cannot abort runs to its end; `status.stop_time_s` bounds it.
-        """
-        if not self.stand_still():
-            raise NoAnswer("the arm did not confirm that it stands; look at it")
-
-    def estop(self) -> None:
-        """Stop and latch error-stop; does not wait. Only `reset` leaves it, and moves nothing.
-
-        A device that can stop dead does so, whatever that does to its position.
-        """
-        self.request_stop(hard=True)  # before the lock: the engine may be holding it
-        with self.pace.lock:
-            self.core.fault("emergency stop: look at the arm, then reset", EMERGENCY_STOP)
-            self.request_stop(hard=True)
-
-    def reset(self) -> None:
-        """Leave error-stop: wait until the line is quiet and read the registers. Moves nothing."""
-        after(self.core.state, Event.RESET)
-        self.stop()
-        self.perform(referencing.reset(self.wire))
-
-    def stand_still(self) -> bool:
-        """Stop, and tell whether the arm was seen to stand."""
-        self.request_stop()
-        # a stop that the engine has not seen yet would be taken for one of the next motion
-        return self.pace.wait(lambda: self.engine.at_rest, PATIENCE_S)
-
-    # -- waiting ------------------------------------------------------------------------------
-
-    def submit(self, flow: Flow[T], *, alone: bool = False) -> Task[T]:
-        """Hand a flow to the engine. Raises `WrongState` while another is waiting there.
-
-        With `alone` also while one is at work: what moves the arm never waits for its turn.
-        """
-        with self.pace.lock:
-            task = self.engine.start(flow, alone=alone)
-        self.pace.wake()
-        return task
-
-    def finish(self, task: Task[T], timeout_s: float) -> T:
-        """Wait for a task; whatever interrupts the wait stops the arm."""
-        try:
-            ended = self._waited(task, timeout_s)
-        except BaseException:
-            self.stand_still()
-            raise
-        if not ended:
-            self.stand_still()
-            raise NoAnswer(f"the motion had not ended after {timeout_s:.0f} s and was stopped")
-        return task.result()
-
-    def _waited(self, task: Task[Any], timeout_s: float) -> bool:
-        """Wait for a task, and for as much longer as it is paused or slowed down."""
-        tempo = self.core.tempo
-        simulated, delay_s = not isinstance(self.pace, RealPace), tempo.delay_s
-
-        def ended() -> bool:
-            if simulated and not task.done:
-                tempo.breathe()
-            return task.done
-
-        while not self.pace.wait(ended, timeout_s):
-            timeout_s, delay_s = tempo.delay_s - delay_s, tempo.delay_s
-            if timeout_s <= 0.0:
-                return False
-        return True
-
-    def perform(self, flow: Flow[T], timeout_s: float = PATIENCE_S) -> T:
-        """Hand a flow to the engine and wait for its end."""
-        return self.finish(self.submit(flow), timeout_s)
-
-    def sleep(self, time_s: float) -> None:
-        """Let time pass on the arm's own clock."""
-        self.pace.wait(never, max(finite("time_s", time_s), 0.0))
 
     def save_recording(self, path: Path | str | None = None) -> Path:
         """Write what the flight recorder holds, and return the file.

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from armdrive.calls.connected import PATIENCE_S, Connected
+from armdrive.calls.connected import Connected
+from armdrive.calls.waiting import PATIENCE_S
 from armdrive.engine import Task
 from armdrive.errors import BadRequest, Refused, WrongState
 from armdrive.flows.jog_aims import check_jog

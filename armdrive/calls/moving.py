@@ -6,7 +6,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Literal, overload
 
-from armdrive.calls.connected import PATIENCE_S, Connected
+from armdrive.calls.connected import Connected
+from armdrive.calls.waiting import PATIENCE_S
 from armdrive.errors import BadRequest, OutOfBounds, Refused
 from armdrive.flows import motion
 from armdrive.flows.gripping import require_gripper, set_gripper

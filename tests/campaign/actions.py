@@ -7,8 +7,8 @@ from types import MappingProxyType
 from typing import Any
 
 from armdrive.arm import Arm
-from armdrive.calls.connected import PATIENCE_S
 from armdrive.calls.moving import PATIENCE
+from armdrive.calls.waiting import PATIENCE_S
 from armdrive.flows.motion import Moved
 from armdrive.handle import Handle
 from armdrive.intents import Jog
