@@ -19,6 +19,8 @@ from kinematics.presets import preset
 from kinematics.spaces import Joints, Motors, Pose
 
 FOUND_OPENING_MM = 20.0
+MOST_INCIDENTS = 1000
+"""A world that goes wrong for days remembers so many of the latest incidents."""
 _ROUNDING = 1e-6
 
 
@@ -132,6 +134,10 @@ class World:
             self._shift(share - made, time_s)
             made = share
 
+    def give_way(self, steps: Sequence[int], time_s: float = 0.0) -> None:
+        """Let motors sag by these steps that have lost their current, while others hold."""
+        self.force(steps, time_s)
+
     def drive_to(self, motors: Sequence[int], time_s: float = 0.0) -> None:
         """Turn all motors in proportion to where they shall be, whatever holds them."""
         self.force(Motors(motors) - self._motors, time_s)
@@ -170,7 +176,7 @@ class World:
         self._observe()
         for joint, stop in enumerate(self._stops):
             self._stop_joint(joint, stop.clamp(self._joints[joint]), time_s)
-        self.incidents += self.scene.follow(before, self.tip, self._pull_mm, time_s)
+        self._tell(*self.scene.follow(before, self.tip, self._pull_mm, time_s))
         self._stop_fingers(time_s)
         self._feel_table(time_s)
 
@@ -207,7 +213,12 @@ class World:
         if name not in self._blocked:
             self._blocked.add(name)
             loses = f"{sentence} and loses steps"
-            self.incidents.append(Incident(IncidentKind.STOP, name, loses, time_s))
+            self._tell(Incident(IncidentKind.STOP, name, loses, time_s))
+
+    def _tell(self, *incidents: Incident) -> None:
+        """Keep what has happened; of very much, the latest."""
+        self.incidents += incidents
+        del self.incidents[:-MOST_INCIDENTS]
 
     def _feel_table(self, time_s: float) -> None:
         depth_mm = -self._pose.z_mm
@@ -216,7 +227,7 @@ class World:
         elif "table" not in self._blocked:
             self._blocked.add("table")
             sentence = f"the finger tips were driven {depth_mm:.1f} mm into the table"
-            self.incidents.append(Incident(IncidentKind.TABLE, "tip", sentence, time_s))
+            self._tell(Incident(IncidentKind.TABLE, "tip", sentence, time_s))
 
     def _gripper_steps(self, opening_mm: float) -> Motors:
         """Return the gripper motor's steps to an opening, no step short of it."""

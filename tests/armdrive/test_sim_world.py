@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from sim_bench import descend, grasp, lift, reach, spread
 
 from armdrive.errors import BadRequest
+from armdrive.sim import world as world_module
 from armdrive.sim.blocks import Block
 from armdrive.sim.body import ArmBody
 from armdrive.sim.scene import IncidentKind
@@ -121,6 +122,16 @@ class TestSag:
         world.cut_current()
         assert world.scene.held is None
         assert block(world).z_mm == 0.0
+
+
+    def test_of_very_many_incidents_the_latest_are_remembered(self, monkeypatch):
+        monkeypatch.setattr(world_module, "MOST_INCIDENTS", 3)
+        world = World()
+        for _ in range(5):
+            world.drive((3000, 0, 0, 0, 0, 0), time_s=1.0)
+            world.drive((-100, 0, 0, 0, 0, 0), time_s=2.0)
+        world.drive((3000, 0, 0, 0, 0, 0), time_s=9.0)
+        assert [incident.time_s for incident in world.incidents] == [1.0, 1.0, 9.0]
 
 
 class TestFingers:
