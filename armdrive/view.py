@@ -68,6 +68,8 @@ def status_view(status: Status) -> dict[str, Any]:
         "stop_distance_mm": round(status.stop_distance_mm, 1),
         "silent_time_s": round(status.silent_time_s, 3),
         "silent_distance_mm": round(status.silent_distance_mm, 1),
+        "pause_time_s": round(status.pause_time_s, 3),
+        "pause_distance_mm": round(status.pause_distance_mm, 1),
         "wakes": {
             "deadlines": status.wakes.count,
             "median_ms": round(status.wakes.median_s * 1e3, 3),
