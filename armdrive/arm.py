@@ -14,7 +14,7 @@ from armdrive.calls.jogging import Jogging
 from armdrive.calls.reconnecting import Reconnecting
 from armdrive.calls.routing import Routing
 from armdrive.calls.verifying import Verifying
-from armdrive.controllers.requests import Settings
+from armdrive.controllers.settings import Settings
 from armdrive.flows import idling, referencing
 from armdrive.gripper import Gripper
 from armdrive.recorder.calls import witnessed

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from armdrive.armfile import ArmConfig
 from armdrive.backlash import doubt_words
 from armdrive.controllers.controller import Controller
-from armdrive.controllers.requests import Difference
+from armdrive.controllers.settings import Difference
 from armdrive.dialects import dialect
 from armdrive.errors import ArmError, Refused, SettingsDiffer, StateFileError
 from armdrive.intents import Hold, Nudge

@@ -32,7 +32,7 @@ from armdrive.errors import ArmError, BadRequest, OperatorNeeded, PortUnavailabl
 
 if TYPE_CHECKING:
     from armdrive.armfile import ArmConfig
-    from armdrive.controllers.requests import Settings
+    from armdrive.controllers.settings import Settings
     from armdrive.doctor.before import Before
     from armdrive.doctor.probing import Examination
 

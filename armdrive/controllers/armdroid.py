@@ -31,10 +31,10 @@ from armdrive.controllers.requests import (
     Registers,
     Reply,
     Request,
-    Settings,
     SwitchOn,
 )
 from armdrive.controllers.scripted import BITS_A_BYTE
+from armdrive.controllers.settings import Settings
 from armdrive.errors import Refused
 from firmware_protocol.armdroid import (
     DriveAll,

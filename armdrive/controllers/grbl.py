@@ -34,9 +34,9 @@ from armdrive.controllers.requests import (
     Request,
     SetGripper,
     SetOutputs,
-    Settings,
     SwitchOn,
 )
+from armdrive.controllers.settings import Settings
 from armdrive.errors import Refused as NotPossible
 from firmware_protocol.grbl import (
     Acknowledged,

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from armdrive.controllers.grbl_axes import Axes
 from armdrive.controllers.grbl_plan import Limits
 from armdrive.controllers.grbl_settings import GrblSettings
-from armdrive.controllers.requests import Difference
+from armdrive.controllers.settings import Difference
 from firmware_protocol.grbl import Variant
 from firmware_protocol.grbl.words import write_number
 

@@ -10,7 +10,8 @@ from collections.abc import Mapping
 
 from armdrive.controllers.mks_contact import MksContact
 from armdrive.controllers.mks_talk import Script
-from armdrive.controllers.requests import Denied, Difference, Done, Settings
+from armdrive.controllers.requests import Denied, Done
+from armdrive.controllers.settings import Difference, Settings
 from armdrive.errors import Refused
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.frames import Frame

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from enum import Enum
 
+from armdrive.controllers.settings import Settings
 from kinematics.spaces import Motors
 
 # -- what is asked ------------------------------------------------------------------------------
@@ -197,34 +198,6 @@ class Registers:
 
 NO_KEY = "NONE"
 """What `Registers.key` says while no key has been pressed."""
-
-
-@dataclass(frozen=True, slots=True)
-class Difference:
-    """A setting of the device that is not what the arm file expects, and the line that mends it.
-
-    `must` says that nothing may move before it is mended.
-    """
-
-    setting: str
-    found: str
-    expected: str
-    mend: str
-    must: bool = True
-
-    def __str__(self) -> str:
-        return f"{self.setting} is {self.found}, expected {self.expected}: send `{self.mend}`"
-
-
-@dataclass(frozen=True, slots=True)
-class Settings:
-    """What `ReadSettings` found; no differences where the dialect has no settings to compare."""
-
-    differences: tuple[Difference, ...] = ()
-    firmware: str = ""
-
-    def __str__(self) -> str:
-        return "; ".join(map(str, self.differences)) or "the settings are as expected"
 
 
 Reply = Done | Halted | Interrupted | Denied | Silence | Registers | Settings

@@ -29,11 +29,11 @@ from armdrive.controllers.requests import (
     Reply,
     Request,
     SetOutputs,
-    Settings,
     SwitchOn,
 )
 from armdrive.controllers.robko01_motion import RobkoMotion
 from armdrive.controllers.robko01_settings import RobkoSettings
+from armdrive.controllers.settings import Settings
 from armdrive.errors import Refused
 from firmware_protocol.robko01 import (
     Acknowledged,

@@ -24,10 +24,10 @@ from armdrive.controllers.requests import (
     Reply,
     Request,
     SetOutputs,
-    Settings,
     SwitchOn,
 )
 from armdrive.controllers.scripted import BITS_A_BYTE, Scripted
+from armdrive.controllers.settings import Settings
 from armdrive.controllers.speed import SpeedMeter, SpeedTable
 from armdrive.errors import Refused
 from armdrive.sections import within

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from armdrive.controllers.requests import Difference, Settings
+from armdrive.controllers.settings import Difference, Settings
 from armdrive.doctor.findings import Finding, note, ok, problem
 
 if TYPE_CHECKING:

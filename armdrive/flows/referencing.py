@@ -18,9 +18,9 @@ from armdrive.controllers.requests import (
     MendSetting,
     ReadSettings,
     Registers,
-    Settings,
     SwitchOn,
 )
+from armdrive.controllers.settings import Settings
 from armdrive.engine import Flow
 from armdrive.errors import DeviceFault, LinkLost, NotReferenced, SettingsDiffer, StateFileError
 from armdrive.flows.asking import TRIES, weigh_difference

@@ -27,10 +27,10 @@ from armdrive.controllers.requests import (
     Registers,
     SetGripper,
     SetOutputs,
-    Settings,
     Silence,
     SwitchOn,
 )
+from armdrive.controllers.settings import Settings
 from armdrive.dialects import dialect
 from armdrive.errors import ArmError, Stopped
 from armdrive.sim.twin import make_twin

@@ -13,7 +13,7 @@ from cli_calls import write_arm_file
 from doctor_bench import made
 
 from armdrive import connecting
-from armdrive.controllers.requests import Difference, Settings
+from armdrive.controllers.settings import Difference, Settings
 from armdrive.doctor import probing
 from armdrive.errors import PortUnavailable
 from firmware_protocol.robko01 import Device

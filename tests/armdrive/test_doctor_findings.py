@@ -9,7 +9,7 @@ from doctor_bench import BANNER, SPOKEN, Deaf, Echo, SimPort, made
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armdrive.controllers.requests import Difference, Settings
+from armdrive.controllers.settings import Difference, Settings
 from armdrive.dialects import DIALECTS
 from armdrive.doctor import after, before
 from armdrive.doctor.findings import Grade, any_problem

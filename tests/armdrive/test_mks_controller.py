@@ -18,10 +18,10 @@ from armdrive.controllers.requests import (
     ReadPosition,
     ReadSettings,
     Registers,
-    Settings,
     Silence,
     SwitchOn,
 )
+from armdrive.controllers.settings import Settings
 from armdrive.errors import ArmFileError, Refused
 from firmware_protocol.mks import Code, Enable, Mode, SetMode, SilenceWatchdog, decode_request
 from kinematics import Motors
