@@ -59,6 +59,8 @@ class MksArriving(MksContact):
                 return (yield from self.halted())
             asked_s = self.now_s
             states = yield from self._look_at(left, mute)
+            if self.stop_asked:
+                continue  # after a suspension the look is an old one, and no drive is to blame
             for node in left:
                 self._weigh(node, states.get(node), short)
             if any(count >= MUTE_LOOKS for count in mute.values()):

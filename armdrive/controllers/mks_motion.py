@@ -70,7 +70,7 @@ class MksMotion(MksArriving):
             wake_s = min(trip.steered_s + self.settings.segment_s, self._poll_s(trip))
             heard = yield wake_s
             end = (yield from self._weighed(trip, heard)) if heard is not None else None
-            if end is None:
+            if end is None and not self.stop_asked:  # who was suspended has heard nobody, and stops
                 end = yield from self._unheard()
             if end is not None:
                 return end

@@ -215,6 +215,20 @@ def test_a_dead_host_leaves_no_motion_beyond_the_bound(firmware, dies_s):
     assert bench.now_s > died_s
 
 
+@pytest.mark.parametrize("settings", [{}, BURSTS])
+def test_a_program_that_was_suspended_stops_and_blames_no_drive(settings):
+    bench = MksBench(settings=settings).ready()
+    bench.begin(along(straight(20)) if not settings else straight(1)[0])
+    bench.run(0.05)
+    bench.dead = True
+    bench.run(2.0)
+    bench.dead = False
+    bench.controller.stop(hard=False)
+    reply = bench.finish()
+    assert isinstance(reply, Halted), str(reply)
+    assert not bench.alerts()
+
+
 def test_the_drives_watchdog_stops_what_was_sent_far_ahead():
     bench = MksBench(settings={"watchdog_s": 0.2}).ready()
     bench.begin(MoveAlong(iter(straight(60)), 5.0))
