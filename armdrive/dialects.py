@@ -27,7 +27,8 @@ class Dialect:
 
     `raise_dtr` is how its port is opened by default: a board with native USB is mute without it.
     `settings` gives the class of what an arm file says in the section of the dialect's name, and
-    `controller` the driver's end for an arm.
+    `controller` the driver's end for an arm. `can` says that it is spoken on a CAN bus: its port is
+    an adapter's, and `baud` the bus's bit rate.
     """
 
     name: str
@@ -40,6 +41,7 @@ class Dialect:
     abilities: Abilities
     settings: Callable[[], type[Any]]
     controller: Callable[[ArmConfig], Controller]
+    can: bool = False
 
 
 def _teachmover_settings() -> type[Any]:
@@ -101,45 +103,9 @@ def _mks_settings() -> type[Any]:
 def _mks(config: ArmConfig) -> Controller:
     from armdrive.controllers.mks import MksController
 
-    return MksController(MKS.abilities, config)
+    return MksController(DIALECTS["mks"].abilities, config)
 
 
-MKS = Dialect(
-    name="mks",
-    title="MKS servo drives",
-    preset="minimover5-mks",
-    baud=500_000,
-    raise_dtr=False,
-    quick_stop="The switch of the motors' supply is the quicker stop: the arm sags then.",
-    torque=Torque(
-        disable="sags: every drive switches its motor off",
-        estop="is held: the drives stop dead and hold; above 1000 rpm they ramp down",
-        power_loss="sags, and the drives count from zero afterwards",
-        closed_port="is held: the drives stand and hold, whoever is silent",
-    ),
-    abilities=Abilities(
-        motors=6,
-        coordinated=True,
-        abort=Abort.RAMP,
-        queued_segments=3,
-        speed_mode_with_watchdog=False,
-        reports_while_moving=True,
-        own_homing=True,
-        resets_on_open=False,
-        check_bytes=True,
-        current=Switching.BOTH,
-        grip_switch=False,
-        pendant=False,
-        jog_burst_s=0.15,
-        planned_burst_s=0.3,
-        traffic=Traffic(line_chars=78, answer_chars=60),
-        register_bits=48,
-        ramp_s=0.15,
-        jerk_s=0.05,
-    ),
-    settings=_mks_settings,
-    controller=_mks,
-)
 DIALECTS: Mapping[str, Dialect] = MappingProxyType(
     {
         "teachmover": Dialect(
@@ -279,6 +245,43 @@ DIALECTS: Mapping[str, Dialect] = MappingProxyType(
             ),
             settings=_grbl_settings,
             controller=_grbl,
+        ),
+        "mks": Dialect(
+            name="mks",
+            title="MKS servo drives",
+            preset="minimover5-mks",
+            baud=500_000,
+            raise_dtr=False,
+            quick_stop="The switch of the motors' supply is the quicker stop: the arm sags then.",
+            torque=Torque(
+                disable="sags: every drive switches its motor off",
+                estop="is held: the drives stop dead and hold; above 1000 rpm they ramp down",
+                power_loss="sags, and the drives count from zero afterwards",
+                closed_port="is held: the drives stand and hold, whoever is silent",
+            ),
+            abilities=Abilities(
+                motors=6,
+                coordinated=True,
+                abort=Abort.RAMP,
+                queued_segments=3,
+                speed_mode_with_watchdog=False,
+                reports_while_moving=True,
+                own_homing=True,
+                resets_on_open=False,
+                check_bytes=True,
+                current=Switching.BOTH,
+                grip_switch=False,
+                pendant=False,
+                jog_burst_s=0.15,
+                planned_burst_s=0.3,
+                traffic=Traffic(line_chars=78, answer_chars=60),
+                register_bits=48,
+                ramp_s=0.15,
+                jerk_s=0.05,
+            ),
+            settings=_mks_settings,
+            controller=_mks,
+            can=True,
         ),
     }
 )

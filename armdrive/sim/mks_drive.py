@@ -161,7 +161,7 @@ class ClosedLoopDrive(Drive[SetPoints]):
         if all(self.holding) and len(freed) == len(self.holding):
             self.world.cut_current(now_s)
         else:
-            self.world.force(self._sag(freed), now_s)
+            self.world.give_way(self._sag(freed), now_s)
         for motor in freed:
             self.holding[motor] = False
         self.world.energised = False

@@ -11,7 +11,7 @@ from armdrive.armsections import Connection
 from armdrive.controllers.mks import MksController
 from armdrive.controllers.mks_settings import MksSettings
 from armdrive.controllers.requests import Alert, Event, Oddity, Progress, SwitchOn
-from armdrive.dialects import MKS
+from armdrive.dialects import DIALECTS
 from armdrive.sim.mks_motor import SetPoint
 from firmware_protocol.frames import Frame, Unpacker, pack
 from firmware_protocol.mks import (
@@ -211,7 +211,7 @@ class MksBench:
         self.nodes = [
             Node(node, self.firmware, at) for node, at in zip(device.ids, self.starts, strict=False)
         ]
-        self.controller = MksController(MKS.abilities, config)
+        self.controller = MksController(DIALECTS["mks"].abilities, config)
         self.now_s = 0.0
         self.to: list[tuple[float, bytes]] = []
         self.back: list[tuple[float, bytes]] = []

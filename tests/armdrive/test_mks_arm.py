@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from types import MappingProxyType
 
 import pytest
 
@@ -18,12 +17,6 @@ from kinematics import Joints, Pose
 
 START = Joints.of(0.0, 40.0, -80.0, -40.0, 0.0)
 LOOK_S = 0.02
-
-
-@pytest.fixture(autouse=True)
-def known(monkeypatch):
-    rows = {**dialects.DIALECTS, "mks": dialects.MKS}
-    monkeypatch.setattr(dialects, "DIALECTS", MappingProxyType(rows))
 
 
 def mks_arm(homing=None, gripper=None, options=None, **settings) -> Arm:
@@ -163,7 +156,7 @@ def test_a_port_that_is_no_can_adapter_is_refused():
     config = simulated_config("mks")
     wrong = replace(config, connection=replace(config.connection, port="/dev/ttyUSB0"))
     with pytest.raises(Refused, match="can:slcan"):
-        dialects.MKS.controller(wrong)
+        dialects.DIALECTS["mks"].controller(wrong)
 
 
 def test_a_gripper_that_no_drive_moves_is_refused():

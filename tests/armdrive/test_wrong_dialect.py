@@ -17,7 +17,8 @@ from armdrive.doctor.mistaken import explained, overheard
 from armdrive.errors import DeviceFault
 from armdrive.pace import SimulatedPace
 
-PAIRS = [(x, y) for x, y in itertools.product(DIALECTS, SPOKEN) if x != y]
+ON_SERIAL = [name for name, row in DIALECTS.items() if not row.can]
+PAIRS = [(x, y) for x, y in itertools.product(ON_SERIAL, SPOKEN) if x != y]
 PORT = "/dev/ttyARM"
 
 

@@ -35,9 +35,7 @@ def stand_beside_limits(stage: Stage) -> None:
             angle = draw.choice((bounds.low_rad + inside_rad, bounds.high_rad - inside_rad))
             joints = joints.replace(**{joints.names[index]: angle})
         if not stage.watch.inside_mm(joints):
-            stage.world.by_person = True
-            stage.world.drive_to(body.transmission.to_motors(joints, opening_mm))
-            stage.world.by_person = False
+            stage.bring_to(joints, opening_mm)
             return
 
 

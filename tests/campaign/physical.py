@@ -6,6 +6,7 @@ Nothing here asks a register or the driver; what breaks a promise is noted in `W
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from armdrive.sim.body import ArmBody
@@ -34,6 +35,14 @@ class WatchedWorld(World):
         self.sagging = True
         try:
             super().cut_current(time_s)
+        finally:
+            self.sagging = False
+
+    def give_way(self, steps: Sequence[int], time_s: float = 0.0) -> None:
+        """Let a part of the arm sag."""
+        self.sagging = True
+        try:
+            super().give_way(steps, time_s)
         finally:
             self.sagging = False
 

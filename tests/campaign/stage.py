@@ -19,12 +19,15 @@ from armdrive.record import FileRecorder
 from armdrive.recorder.flight import FlightRecorder
 from armdrive.recorder.witness import NO_WITNESS
 from armdrive.sim.body import ArmBody
+from armdrive.sim.device import SimDevice
+from armdrive.sim.drives import DrivesOnBus
 from armdrive.sim.faults import Faults, LinkCable
 from armdrive.sim.operator import SimulatedOperator
 from armdrive.sim.options import Options
 from armdrive.sim.twin import Twin
 from armdrive.sim.twins import twin_kind
 from armdrive.status import State
+from armdrive.transports.can_memory import CanMemoryLink
 from armdrive.transports.memory import MemoryLink
 from kinematics import Joints, Motors
 from kinematics.boxes import Box
@@ -60,8 +63,8 @@ GREETING = ("grbl",)
 LOOKING = (State.STANDBY, State.HOMING, State.MOVING, State.STOPPING)
 
 
-class CampaignLink(MemoryLink):
-    """A wire that a program can be killed at, having written a part of its message."""
+class Deadly(MemoryLink):
+    """A wire at which a program can be killed, having written a part of its message."""
 
     owner: CampaignPace | None = None
     ends_in: int | None = None
@@ -81,6 +84,17 @@ class CampaignLink(MemoryLink):
         super().write(data, now_s)
 
 
+class DeadlyBus(Deadly, CanMemoryLink):
+    """The same, on a CAN bus."""
+
+
+def link_to(device: SimDevice) -> Deadly:
+    """Return a wire to a device: a serial line, or the bus of its drives."""
+    if isinstance(device, DrivesOnBus):
+        return DeadlyBus(device, device.bits_s())
+    return Deadly(device, device.baud)
+
+
 class Stage:
     """The arm on its table. `arm` is the program that drives it at present, if there is one."""
 
@@ -89,7 +103,7 @@ class Stage:
         kind = twin_kind(name)
         self.world = WatchedWorld(ArmBody.of_preset(self.config.model))
         device = kind.make(self.config, self.world, Options(kind.options, {}))
-        self.link = CampaignLink(device, device.baud)
+        self.link = link_to(device)
         self.twin = Twin(
             name,
             device,
@@ -210,6 +224,17 @@ class Stage:
         finally:
             self.world.by_person = False
         return True
+
+    def bring_to(self, joints: Joints, opening_mm: float) -> None:
+        """Have somebody bring the arm to a posture."""
+        self.world.by_person = True
+        try:
+            if isinstance(self.twin.device, DrivesOnBus):  # which would turn their shafts back
+                self.twin.device.bring_to(joints, opening_mm)
+            else:
+                self.world.drive_to(self.world.body.transmission.to_motors(joints, opening_mm))
+        finally:
+            self.world.by_person = False
 
     def posture(self) -> tuple[Joints, float]:
         """Return how the arm is seen to stand."""
