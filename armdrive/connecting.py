@@ -13,7 +13,7 @@ from armdrive.armfile import ArmConfig, config_of_preset, load_arm_file
 from armdrive.armsections import Connection
 from armdrive.dialects import DIALECTS, dialect
 from armdrive.errors import ArmFileError, BadRequest, PortUnavailable
-from armdrive.holder import hold
+from armdrive.holding import hold
 from armdrive.logbook import logbook_file
 from armdrive.mending import Rewiring
 from armdrive.pace import Pace, RealPace, SimulatedPace

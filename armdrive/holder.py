@@ -1,152 +1,21 @@
-"""One program holds an arm at a time; beside its lock stands a local socket for the same user.
+"""What other programs ask of the one that holds an arm, over its local socket.
 
-The lock goes by the port and the arm's name. What may be asked over the socket stands in
-neighbours.py. Messages are JSON objects; nothing is ever unpickled. The socket lies in a folder of
-this user's alone, and whoever calls as another user is hung up on, where the system tells.
+What may be asked stands in neighbours.py. Messages are JSON objects; nothing is ever unpickled.
 """
 
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import json
-import os
-import shutil
-import sys
-import tempfile
-import threading
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from armdrive import places
-from armdrive.errors import ArmError, ArmInUse, StateFileError
-from armdrive.neighbours import Neighbours
-from armdrive.private import is_ours, is_private
+from armdrive.errors import ArmError
+from armdrive.holder_notice import PATIENCE_S, holder_words, knock, notice_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-    from multiprocessing.connection import Connection, Listener
-
-    from filelock import FileLock
-
-    from armdrive.arm import Arm
-
-PATIENCE_S = 2.0
-LONGEST_ADDRESS = 100
-"""Bytes; the path of a local socket may have 103 on some systems, and 107 on others."""
-
-
-class Holding:
-    """The right to drive one arm, for as long as this program wants it."""
-
-    def __init__(self, names: list[str]) -> None:
-        self._names = names
-        self._locks: list[FileLock] = []
-        self._listener: Listener | None = None
-        self._folder: str | None = None
-
-    def take(self) -> None:
-        """Take every lock or raise `ArmInUse` that names the holder."""
-        try:
-            places.states().mkdir(parents=True, exist_ok=True, mode=0o700)
-            self._take_all()
-        except OSError as error:
-            self.release()
-            raise StateFileError(
-                f"nobody can hold an arm while {places.states()} cannot be written "
-                f"({error.strerror or error}): make it writable, or set ARMDRIVE_HOME to a folder "
-                "that is"
-            ) from None
-
-    def _take_all(self) -> None:
-        from filelock import FileLock, Timeout
-
-        for name in self._names:
-            lock = FileLock(_path(name, "lock"))
-            try:
-                lock.acquire(timeout=0)
-            except Timeout:
-                self.release()
-                raise ArmInUse(
-                    f"{name} is held by {_holder(name)}: end that program, or stop the arm with "
-                    f"`armdrive stop`"
-                ) from None
-            self._locks.append(lock)
-
-    def serve(self, arm: Arm) -> None:
-        """Answer other programs of the same user about this arm."""
-        from multiprocessing.connection import Listener
-
-        address = self._address()
-        with contextlib.suppress(OSError):
-            Path(address).unlink()
-        self._listener = Listener(address)
-        if os.name == "posix":
-            Path(address).chmod(0o600)
-        notice = {
-            "arm": self._names[0],
-            "pid": os.getpid(),
-            "program": _program(),
-            "address": address,
-        }
-        for name in self._names:
-            _path(name, "holder").write_text(json.dumps(notice), encoding="utf-8")
-        threading.Thread(
-            target=self._answer, args=(Neighbours(arm),), name="armdrive-socket", daemon=True
-        ).start()
-
-    def release(self) -> None:
-        """Give the arm to whoever wants it next."""
-        listener, self._listener = self._listener, None
-        if listener is not None:
-            with contextlib.suppress(OSError):
-                _knock(str(listener.address))  # closing alone would not wake who waits for a call
-            with contextlib.suppress(OSError):
-                listener.close()
-            for name in self._names:
-                with contextlib.suppress(OSError):
-                    _path(name, "holder").unlink()
-        for lock in self._locks:
-            lock.release()
-        self._locks.clear()
-        folder, self._folder = self._folder, None
-        if folder is not None:
-            shutil.rmtree(folder, ignore_errors=True)
-
-    def _address(self) -> str:
-        """Return where to listen: beside the lock, or in a folder of our own with a short path.
-
-        Also in one of our own where others might get at what lies beside the lock.
-        """
-        address = _address(self._names[0])
-        if os.name != "posix":
-            return address
-        if len(os.fsencode(address)) > LONGEST_ADDRESS or not is_private(Path(address).parent):
-            self._folder = tempfile.mkdtemp(prefix="armdrive-")
-            return str(Path(self._folder) / "socket")
-        return address
-
-    def _answer(self, neighbours: Neighbours) -> None:
-        while (listener := self._listener) is not None:
-            try:
-                connection = listener.accept()
-            except (OSError, EOFError):
-                continue
-            # each call in a thread of its own: a stop does not wait behind somebody who is silent
-            threading.Thread(target=_serve, args=(neighbours, connection), daemon=True).start()
-
-
-def hold(*names: str) -> Holding:
-    """Take the right to drive an arm, by all the names it goes by."""
-    holding = Holding([name for name in dict.fromkeys(names) if name])
-    holding.take()
-    return holding
-
-
-def _program() -> str:
-    """Return what this program is called, also where Python runs a package of that name."""
-    path = Path(sys.argv[0])
-    return path.parent.name if path.name == "__main__.py" else path.name
+    from multiprocessing.connection import Connection
 
 
 def ask_holder(name: str, request: str, **words: object) -> dict[str, Any]:
@@ -177,7 +46,7 @@ def _called(name: str) -> Iterator[Connection[Any, Any]]:
     """Call the holder of an arm, and hang up at the end; every trouble becomes a sentence."""
     from multiprocessing.connection import Client
 
-    notice = _notice(name)
+    notice = notice_of(name)
     if notice is None:
         raise ArmError(f"no program holds {name}: nothing moves it from this computer")
     try:
@@ -185,16 +54,16 @@ def _called(name: str) -> Iterator[Connection[Any, Any]]:
             yield connection
     except (ConnectionRefusedError, FileNotFoundError):
         raise ArmError(
-            f"{_holder(name)} held {name} and was ended without a chance to give it back: nothing "
-            "moves it from this computer any more"
+            f"{holder_words(name)} held {name} and was ended without a chance to give it back: "
+            "nothing moves it from this computer any more"
         ) from None
     except (OSError, EOFError, ValueError) as error:
-        raise ArmError(f"{_holder(name)} cannot be asked: {error}") from None
+        raise ArmError(f"{holder_words(name)} cannot be asked: {error}") from None
 
 
 def _heard(name: str, connection: Connection[Any, Any], longer_s: float = 0.0) -> dict[str, Any]:
     if not connection.poll(PATIENCE_S + longer_s):
-        raise ArmError(f"{_holder(name)} does not answer; stop the arm at its own switch")
+        raise ArmError(f"{holder_words(name)} does not answer; stop the arm at its own switch")
     answer = json.loads(connection.recv_bytes(65536))
     return answer if isinstance(answer, dict) else {}
 
@@ -204,52 +73,11 @@ def held_arms() -> list[str]:
     found: dict[str, str] = {}
     for path in sorted(places.states().glob("*.holder")):
         name = path.name.removesuffix(".holder")
-        notice = _notice(name) or {}
+        notice = notice_of(name) or {}
         address = str(notice.get("address"))
         with contextlib.suppress(OSError, EOFError):  # left behind by a program that was killed
-            _knock(address)
+            knock(address)
             found[address] = str(
                 notice.get("arm", name)
             )  # an arm goes by its own name and by its port's
     return list(found.values())
-
-
-def _knock(address: str) -> None:
-    """Call and hang up; raises `OSError` where nobody listens."""
-    from multiprocessing.connection import Client
-
-    Client(address).close()
-
-
-def _serve(neighbours: Neighbours, connection: Connection[Any, Any]) -> None:
-    with connection, contextlib.suppress(OSError, EOFError, ValueError, RecursionError):
-        if is_ours(connection.fileno()) and connection.poll(PATIENCE_S):
-            neighbours.answer(connection.recv_bytes(4096), connection.send_bytes)
-
-
-def _path(name: str, ending: str) -> Path:
-    """Return an arm's file; a port goes by where its name leads, so that two links are one port."""
-    name = os.path.realpath(name) if name.startswith("/") else name
-    return places.states() / f"{places.file_name(name)}.{ending}"
-
-
-def _address(name: str) -> str:
-    if os.name == "posix":
-        short = hashlib.blake2s(places.file_name(name).encode(), digest_size=8).hexdigest()
-        return str(places.states() / f"{short}.socket")
-    return rf"\\.\pipe\armdrive-{places.file_name(name)}"
-
-
-def _notice(name: str) -> dict[str, Any] | None:
-    try:
-        notice = json.loads(_path(name, "holder").read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return None
-    return notice if isinstance(notice, dict) and "address" in notice else None
-
-
-def _holder(name: str) -> str:
-    notice = _notice(name)
-    if notice is None:
-        return "another program"
-    return f"the program {notice.get('program')} (process {notice.get('pid')})"

@@ -125,7 +125,7 @@ def _held(
 @contextlib.contextmanager
 def _opened(config: ArmConfig, port: str) -> Iterator[Link]:
     """Open the adapter for this program alone; its drives are nobody else's meanwhile."""
-    from armdrive.holder import hold
+    from armdrive.holding import hold
     from armdrive.transports.url import open_link
 
     holding = hold(config.name, port)

@@ -163,7 +163,7 @@ def _agree(port: str, options: argparse.Namespace) -> None:
 
 def _examined(port: str, options: argparse.Namespace, config: ArmConfig | None) -> Examination:
     from armdrive.doctor.carrying import examine_port
-    from armdrive.holder import hold
+    from armdrive.holding import hold
 
     holding = hold(config.name if config is not None else port, port)
     try:

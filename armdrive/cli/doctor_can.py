@@ -82,7 +82,7 @@ def bus_of(options: argparse.Namespace, config: ArmConfig | None) -> str:
 
 def run(options: argparse.Namespace, config: ArmConfig | None) -> int:
     """Survey the bus, and say what was found."""
-    from armdrive.holder import hold
+    from armdrive.holding import hold
 
     port = bus_of(options, config)
     if not is_can(port):

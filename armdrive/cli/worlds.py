@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from armdrive import places
 from armdrive.connecting import connect_simulated, state_file
 from armdrive.errors import StateFileError
-from armdrive.holder import hold
+from armdrive.holding import hold
 from armdrive.logbook import logbook_file
 from armdrive.record import FileRecorder, replace_file
 from armdrive.recorder.files import recordings

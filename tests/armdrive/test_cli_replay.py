@@ -11,7 +11,8 @@ from cli_calls import Caller
 from recorder_bench import recorded_arm
 
 from armdrive import Arm, ArmError
-from armdrive.holder import ask_holder, hold
+from armdrive.holder import ask_holder
+from armdrive.holding import hold
 from armdrive.recorder.files import recordings
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))

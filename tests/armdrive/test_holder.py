@@ -14,7 +14,8 @@ import pytest
 from armdrive import Arm, places
 from armdrive.connecting import connect_simulated, simulated_config
 from armdrive.errors import ArmError, ArmInUse, StateFileError
-from armdrive.holder import ask_holder, held_arms, hold, watch_holder
+from armdrive.holder import ask_holder, held_arms, watch_holder
+from armdrive.holding import hold
 from armdrive.neighbours import MOST_WATCHERS, REQUESTS
 from armdrive.places import file_name
 
@@ -202,7 +203,7 @@ def test_what_a_killed_program_left_behind_is_recognised(arm):
     program = (
         "import os, signal\n"
         "from armdrive.connecting import connect_simulated, simulated_config\n"
-        "from armdrive.holder import hold\n"
+        "from armdrive.holding import hold\n"
         "arm = connect_simulated(simulated_config('teachmover'))\n"
         "holding = hold('bench'); holding.serve(arm)\n"
         "print('holding', flush=True)\n"

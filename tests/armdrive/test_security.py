@@ -17,7 +17,8 @@ import armdrive
 from armdrive import places, private
 from armdrive.connecting import connect_simulated, simulated_config
 from armdrive.errors import ArmError, PortUnavailable
-from armdrive.holder import ask_holder, hold
+from armdrive.holder import ask_holder
+from armdrive.holding import hold
 from armdrive.transports.exposure import beyond_this_computer
 from armdrive.transports.serve_tcp import TcpServer
 from armdrive.transports.serve_udp import UdpServer
