@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armdrive.backlash import Slack, doubt_words, to_turn, turned
+from armdrive.backlash import Slack, doubt_words
+from armdrive.backlash_taken import to_turn, turned
 from armdrive.errors import StateFileError
 from armdrive.flows.straying import lags
 from armdrive.record_text import Record, from_text, to_text
