@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from abc import ABC
 from collections.abc import Callable, Generator
-from dataclasses import dataclass
 from typing import TypeAlias
 
 from armdrive.abilities import Abilities
@@ -25,6 +24,7 @@ from armdrive.controllers.requests import (
 from armdrive.controllers.robko01_exchange import RobkoExchange
 from armdrive.controllers.robko01_pacing import PaceMeter, Pacing
 from armdrive.controllers.robko01_settings import RobkoSettings
+from armdrive.controllers.robko01_way import Way
 from firmware_protocol.robko01 import (
     Acknowledged,
     Axes,
@@ -34,7 +34,6 @@ from firmware_protocol.robko01 import (
     Moving,
     Status,
     Stop,
-    wrap,
 )
 from firmware_protocol.robko01 import Event as HostEvent
 from kinematics.spaces import Motors
@@ -56,27 +55,6 @@ BUSY_S = 2.0
 SENDS = 2
 PATIENCE, PATIENCE_S = 4.0, 2.0
 """A motion that takes this many times longer than expected, and then some, is given up."""
-
-
-@dataclass(slots=True)
-class _Way:
-    """A motion under way: where from, where to, and how long it should take."""
-
-    start: Motors
-    steps: Motors
-    expected_s: float
-    began_s: float
-
-    def left(self, seen: Motors) -> Motors:
-        """Return the steps still to be made."""
-        return Motors(
-            map(wrap, (a + b - at for a, b, at in zip(self.start, self.steps, seen, strict=True)))
-        )
-
-    def holds(self, seen: Motors) -> bool:
-        """Tell whether every motor is between its start and its target."""
-        made = (wrap(at - a) for a, at in zip(self.start, seen, strict=True))
-        return all(min(0, b) <= m <= max(0, b) for m, b in zip(made, self.steps, strict=True))
 
 
 class RobkoMotion(RobkoExchange, ABC):
@@ -104,7 +82,7 @@ class RobkoMotion(RobkoExchange, ABC):
         for _ in range(SENDS):
             if self.stop_asked or let_go():
                 return Halted()
-            way = _Way(start, steps, expected_s, self.now_s)
+            way = Way(start, steps, expected_s, self.now_s)
             refusal = yield from self._send_move(message, way, let_go)
             if refusal is not None:
                 return refusal
@@ -120,7 +98,7 @@ class RobkoMotion(RobkoExchange, ABC):
         return self.silence(began_s)
 
     def _send_move(
-        self, message: MoveRelative, way: _Way, let_go: Callable[[], bool]
+        self, message: MoveRelative, way: Way, let_go: Callable[[], bool]
     ) -> Generator[float, HostEvent | None, Reply | None]:
         """Send it, again while the board is busy; return why not, or None where it was sent."""
         text = f"MOVE {' '.join(map(str, way.steps))} at {max(message.axes.speeds_steps_s)}"
@@ -146,7 +124,7 @@ class RobkoMotion(RobkoExchange, ABC):
             self.tell(Alert(AlertKind.SWITCHED_OFF, told))
         return Denied(words, moved=False)
 
-    def _was_lost(self, way: _Way) -> Generator[float, HostEvent | None, bool | None]:
+    def _was_lost(self, way: Way) -> Generator[float, HostEvent | None, bool | None]:
         """Tell whether nothing of a motion is to be seen; None where nothing can be seen at all."""
         for look in range(2):
             if look:
@@ -163,7 +141,7 @@ class RobkoMotion(RobkoExchange, ABC):
         answer = yield from self._ask(IsMoving())
         return answer.value if isinstance(answer, Moving) else None
 
-    def _watch(self, way: _Way) -> Script:
+    def _watch(self, way: Way) -> Script:
         """Look at the motors until they have arrived."""
         still = astray = 0
         last: Motors | None = None
@@ -197,7 +175,7 @@ class RobkoMotion(RobkoExchange, ABC):
         yield from self._halt(way)
         return Denied(f"the motion had not ended after {self.now_s - way.began_s:.1f} s")
 
-    def _measure(self, way: _Way, going_s: float, asked_s: float) -> bool:
+    def _measure(self, way: Way, going_s: float, asked_s: float) -> bool:
         """Learn how fast the arm is, and tell whether a motion can have lasted so long.
 
         After a look that was repeated, or that a suspended program heard late, nobody knows when
@@ -207,11 +185,11 @@ class RobkoMotion(RobkoExchange, ABC):
         until_s = self.now_s if prompt else going_s
         return self._meter.learn(way.expected_s, until_s - way.began_s) and prompt
 
-    def _next_look_s(self, way: _Way, asked_s: float) -> float:
+    def _next_look_s(self, way: Way, asked_s: float) -> float:
         may_arrive_s = way.began_s + MAY_ARRIVE * way.expected_s
         return max(asked_s + POLL_S, min(asked_s + SLOW_POLL_S, may_arrive_s))
 
-    def _halt(self, way: _Way) -> Script:
+    def _halt(self, way: Way) -> Script:
         """Have the motors ramp down, and wait until they stand."""
         began_s = self.now_s
         if (yield from self._ask(Stop(), text="STOP")) is None:
@@ -234,7 +212,7 @@ class RobkoMotion(RobkoExchange, ABC):
         arrived = last is not None and not way.left(last).largest
         return Done() if arrived else Halted()
 
-    def _astray(self, way: _Way, seen: Motors) -> Script:
+    def _astray(self, way: Way, seen: Motors) -> Script:
         """End a motion that leads elsewhere, and say what positions mean to which it leads."""
         if not seen.largest:
             words = "the controller was reset or lost its power in mid-motion"
