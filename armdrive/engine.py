@@ -1,66 +1,27 @@
 """The engine: one exchange on the wire at a time, one flow of work at a time, no clock of its own.
 
-`advance(now_s)` does all that is due by now and returns when it wants to be called next. A flow
-is a generator: it yields what it waits for (`Ask` an answer, or `Until` a time) and is resumed
-with the reply. Faults of the wire are thrown into the flow where it waits, so that it can say what
-they mean for the arm. Whoever calls `advance` is the only one that touches the wire.
+`advance(now_s)` does all that is due by now and returns when it wants to be called next. Faults of
+the wire are thrown into the flow (flow.py) where it waits, so that it can say what they mean for
+the arm. Whoever calls `advance` is the only one that touches the wire.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator
-from dataclasses import dataclass
-from typing import Any, Generic, TypeVar
+from collections.abc import Callable
+from typing import Any, TypeVar
 
 from armdrive.controllers.controller import Controller
 from armdrive.controllers.requests import Alert, Event, Oddity, Progress, Reply, Request, Silence
 from armdrive.errors import ArmError, LinkLost, NoAnswer, Refused, WrongState
+from armdrive.flow import Ask, Flow, Task, Until
 from armdrive.recorder.witness import NO_WITNESS, Witness
 from armdrive.transports.link import Link
 
 T = TypeVar("T")
 
-
 MOST_TURNS = 10_000
 """A flow that takes more steps without waiting for anything is broken, and is ended."""
-
-
-@dataclass(frozen=True, slots=True)
-class Ask:
-    """Wait for the answer to a request."""
-
-    request: Request
-
-
-@dataclass(frozen=True, slots=True)
-class Until:
-    """Wait until a time, or until somebody asks for a stop."""
-
-    time_s: float
-
-
-Flow = Generator[Ask | Until, Any, T]
-"""Work in progress; an `Ask` is answered with a `Reply`, an `Until` with the time."""
-
-
-class Task(Generic[T]):
-    """A flow that was handed to the engine, and what became of it."""
-
-    def __init__(self, flow: Flow[T], *, routine: bool = False) -> None:
-        """`routine` marks what the engine does by itself in quiet times."""
-        self.flow = flow
-        self.routine = routine
-        self.started = False
-        self.done = False
-        self.value: T | None = None
-        self.error: BaseException | None = None
-
-    def result(self) -> T:
-        """Return what the flow returned, or raise what it raised."""
-        if self.error is not None:
-            raise self.error
-        return self.value  # type: ignore[return-value]
 
 
 def _never() -> float:
@@ -143,7 +104,7 @@ class Engine:
             raise WrongState("another call is still at work: wait for its end, or stop the arm")
         task = Task(flow)
         if self._broken is not None:
-            self._fail(task, self._broken)
+            task.fail(self._broken)
         else:
             self._next = task
         return task
@@ -296,24 +257,10 @@ class Engine:
             return
         self._wait = None
         try:
-            if isinstance(outcome, ArmError):
-                self._wait = task.flow.throw(outcome)
-            else:
-                value = outcome if task.started else None
-                task.started = True
-                self._wait = task.flow.send(value)
-        except StopIteration as end:
-            task.value = end.value
-            self._finish(task)
-        except LinkLost:
-            raise
-        except Exception as error:  # the flow's own end: its waiter hears of it
-            task.error = error
-            self._finish(task)
-        except BaseException as error:  # Ctrl-C in simulated time: the flow is dead
-            task.error = error
-            self._finish(task)
-            raise
+            self._wait = task.step(outcome)
+        finally:  # also of Ctrl-C in simulated time: the flow is dead
+            if task.over:
+                self._finish(task)
 
     def _finish(self, task: Task[Any]) -> None:
         self.witness.ended(task.error)
@@ -321,10 +268,6 @@ class Engine:
         if self._next is None:
             self.stop_asked, self.stop_hard, self.stop_why = False, False, ""
         task.done = True
-
-    def _fail(self, task: Task[Any], error: ArmError) -> None:
-        task.flow.close()
-        task.error, task.done = error, True
 
     def _break(self, lost: LinkLost) -> None:
         self._end(lost)
@@ -337,21 +280,12 @@ class Engine:
         self._broken = lost
         self._asked = False
         self.stop_asked = False  # what could still be stopped has ended with the wire
-        if self._task is not None:
-            self._abandon(self._task, lost)
+        if (task := self._task) is not None:
+            task.abandon(lost)
+            self._finish(task)
         if self._next is not None:
-            self._fail(self._next, lost)
+            self._next.fail(lost)
             self._next = None
-
-    def _abandon(self, task: Task[Any], lost: LinkLost) -> None:
-        task.error = lost
-        try:
-            task.flow.throw(lost)
-        except Exception as error:  # the flow's own words, where it has some
-            task.error = error if isinstance(error, ArmError) else lost
-        else:  # it wants to wait for something: there is nothing left to wait for
-            task.flow.close()
-        self._finish(task)
 
     def _next_s(self) -> float:
         heard_s = min(self.link.next_s(), self.controller.next_s())

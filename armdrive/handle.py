@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 
 if TYPE_CHECKING:
     from armdrive.calls.connected import Connected
-    from armdrive.engine import Task
+    from armdrive.flow import Task
 
 T = TypeVar("T")
 

@@ -18,7 +18,8 @@ from armdrive.flows.resuming import resume
 from armdrive.transports.absent import AbsentLink
 
 if TYPE_CHECKING:
-    from armdrive.engine import Engine, Flow
+    from armdrive.engine import Engine
+    from armdrive.flow import Flow
     from armdrive.flows.exchange import Wire
     from armdrive.transports.link import Link
 

@@ -12,7 +12,7 @@ from random import Random
 from typing import Any
 
 from armdrive.arm import Arm
-from armdrive.engine import Flow
+from armdrive.flow import Flow
 from armdrive.flows import jogging
 from armdrive.jog import Action, Increment
 from kinematics import Joints

@@ -10,8 +10,9 @@ from armdrive.calls.waiting import Waiting
 from armdrive.controllers.requests import Alert, Progress
 from armdrive.core import Core
 from armdrive.dialects import dialect
-from armdrive.engine import Engine, Flow
+from armdrive.engine import Engine
 from armdrive.errors import LinkLost
+from armdrive.flow import Flow
 from armdrive.flows import idling, referencing
 from armdrive.flows.alerts import alerted
 from armdrive.flows.exchange import Wire

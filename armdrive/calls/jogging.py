@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from armdrive.calls.connected import Connected
 from armdrive.calls.waiting import PATIENCE_S
-from armdrive.engine import Task
 from armdrive.errors import BadRequest, Refused, WrongState
+from armdrive.flow import Task
 from armdrive.flows.jog_aims import check_jog
 from armdrive.flows.jogging import Jogged, jog_session
 from armdrive.intents import BASE_FRAME, GRIPPER_AXIS, Hold, Jog, Nudge, Space

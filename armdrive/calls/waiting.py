@@ -14,7 +14,7 @@ from armdrive.states import Event, after
 from kinematics.errors import finite
 
 if TYPE_CHECKING:
-    from armdrive.engine import Flow, Task
+    from armdrive.flow import Flow, Task
     from armdrive.flows.exchange import Wire
 
 T = TypeVar("T")

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from armdrive.controllers.requests import Denied, ReadPosition, Registers, Reply, Request
 from armdrive.core import Core
-from armdrive.engine import Ask, Flow, Until
 from armdrive.errors import DeviceFault, NoAnswer, PendantStop, PositionMismatch, Stopped
+from armdrive.flow import Ask, Flow, Until
 from armdrive.status import Current, Trust
 from armdrive.trust import Evidence
 

@@ -16,8 +16,8 @@ from armdrive.controllers.requests import (
     never,
 )
 from armdrive.core import Core
-from armdrive.engine import Flow
 from armdrive.errors import DeviceFault, LinkLost, PendantStop
+from armdrive.flow import Flow
 from armdrive.flows.asking import Asking, take_difference
 from armdrive.flows.remembering import leave_standstill
 from armdrive.flows.straying import strays_steps

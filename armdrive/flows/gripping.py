@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from armdrive.controllers.requests import Done, SetGripper
-from armdrive.engine import Flow, Until
 from armdrive.errors import BadRequest, DeviceFault, OutOfBounds, Refused
+from armdrive.flow import Flow, Until
 from armdrive.flows.motion import Moved, begin, drive_legs, report
 from armdrive.legs import Leg
 from armdrive.whereabouts import Coordinates

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from armdrive.budget import segment_s
-from armdrive.engine import Flow
 from armdrive.errors import ArmError
+from armdrive.flow import Flow
 from armdrive.flows.jog_aims import require_audit, wish_of
 from armdrive.flows.motion import next_share, paced_move
 from armdrive.flows.streaming import Way, stream_held

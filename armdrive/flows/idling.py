@@ -6,8 +6,8 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from armdrive.controllers.requests import Done, SetOutputs
-from armdrive.engine import Flow
 from armdrive.errors import BadRequest, DeviceFault
+from armdrive.flow import Flow
 from armdrive.flows.referencing import poll
 from armdrive.status import State
 

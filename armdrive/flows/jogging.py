@@ -13,8 +13,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from armdrive.engine import Flow
 from armdrive.errors import ArmError
+from armdrive.flow import Flow
 from armdrive.flows.held import held_burst, is_held, tell
 from armdrive.flows.jog_aims import capped, check_jog, course_of, require_audit
 from armdrive.flows.motion import begin, drive_legs

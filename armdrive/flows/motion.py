@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from armdrive.controllers.requests import never
-from armdrive.engine import Flow, Until
 from armdrive.errors import WrongState
+from armdrive.flow import Flow, Until
 from armdrive.flows.exchange import way_between
 from armdrive.flows.pausing import NOT_THERE, wait_out_pause
 from armdrive.flows.straying import has_room, in_turn

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from armdrive.engine import Flow, Until
 from armdrive.errors import DeviceFault, WrongState
+from armdrive.flow import Flow, Until
 from armdrive.status import State
 
 if TYPE_CHECKING:

@@ -21,8 +21,8 @@ from armdrive.controllers.requests import (
     SwitchOn,
 )
 from armdrive.controllers.settings import Settings
-from armdrive.engine import Flow
 from armdrive.errors import DeviceFault, LinkLost, NotReferenced, SettingsDiffer, StateFileError
+from armdrive.flow import Flow
 from armdrive.flows.asking import TRIES, weigh_difference
 from armdrive.flows.remembering import be_remembered, leave_standstill
 from armdrive.states import Event, after

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from armdrive.controllers.requests import never
-from armdrive.engine import Flow, Until
+from armdrive.flow import Flow, Until
 
 if TYPE_CHECKING:
     from armdrive.flows.exchange import Wire

@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from armdrive.controllers.requests import Registers
-from armdrive.engine import Flow, Until
+from armdrive.flow import Flow, Until
 from armdrive.flows.referencing import compare_settings
 from armdrive.remarks import RECONNECTED
 from armdrive.states import Event

@@ -21,7 +21,7 @@ from kinematics import Motors
 
 if TYPE_CHECKING:
     from armdrive.core import Core
-    from armdrive.engine import Flow
+    from armdrive.flow import Flow
     from armdrive.flows.exchange import Wire
     from armdrive.legs import Leg
     from armdrive.tempo import Tempo

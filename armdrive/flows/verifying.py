@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from armdrive.engine import Flow
+from armdrive.flow import Flow
 from armdrive.flows.remembering import be_remembered
 from armdrive.status import State, Trust
 from armdrive.trust import Evidence

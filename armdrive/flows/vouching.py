@@ -10,8 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from armdrive.engine import Flow
 from armdrive.errors import DeviceFault
+from armdrive.flow import Flow
 from armdrive.flows.asking import weigh_difference
 from armdrive.flows.remembering import be_remembered
 from armdrive.status import State, Trust

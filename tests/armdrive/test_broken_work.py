@@ -4,8 +4,8 @@ import pytest
 from faults import ready_arm
 
 from armdrive.controllers.requests import Denied, ReadPosition
-from armdrive.engine import Until
 from armdrive.errors import ArmError
+from armdrive.flow import Until
 
 
 def restless(now_s):
