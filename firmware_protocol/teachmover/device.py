@@ -14,23 +14,20 @@ the host sends raises.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import Enum, auto
 from typing import TypeAlias
 
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
 from firmware_protocol.lines import Dropped, LineSplitter
+from firmware_protocol.teachmover.due import AFTER_DONE, FORMS, Due
 from firmware_protocol.teachmover.messages import (
     ATTENTION,
     Arm,
     Command,
-    QDump,
-    Read,
     Registers,
     Reply,
     Status,
     attention_character,
 )
-from firmware_protocol.teachmover.program import ProgramRow
 from firmware_protocol.teachmover.wire import CR, NOISE, decode_command, encode_reply
 
 
@@ -52,23 +49,6 @@ class Ignored:
 Request: TypeAlias = Command | Malformed | Ignored
 
 
-class _Owes(Enum):
-    NOTHING = auto()
-    STATUS = auto()
-    REGISTERS = auto()
-    ROWS = auto()
-
-
-_AFTER_DONE: dict[type[Command], _Owes] = {Read: _Owes.REGISTERS, QDump: _Owes.ROWS}
-
-_FORM: dict[_Owes, type[Reply] | None] = {
-    _Owes.NOTHING: None,
-    _Owes.STATUS: Status,
-    _Owes.REGISTERS: Registers,
-    _Owes.ROWS: ProgramRow,
-}
-
-
 class Device:
     """The machine that a simulated arm speaks with. Raises `LocalProtocolError` for its owner.
 
@@ -80,7 +60,7 @@ class Device:
         self._attention = attention_character(attention)
         self._answers_strangers = answers_strangers
         self._lines = LineSplitter(CR)
-        self._owes = _Owes.NOTHING
+        self._owes = Due.NOTHING
         self._request: Command | Malformed | None = None
 
     @property
@@ -108,14 +88,14 @@ class Device:
         Lines that come in before the answer wait, so that an `Arm` holds for those behind it. A
         device that is deaf during a motion calls `discard` at its end.
         """
-        if self._owes in (_Owes.STATUS, _Owes.REGISTERS):
+        if self._owes in (Due.STATUS, Due.REGISTERS):
             return None
         while (line := self._lines.next_line()) is not None:
             if isinstance(line, bytes) and not line.strip(NOISE):
                 continue
             request = self._read(line)
             if not isinstance(request, Ignored):
-                self._request, self._owes = request, _Owes.STATUS
+                self._request, self._owes = request, Due.STATUS
             return request
         return None
 
@@ -127,7 +107,7 @@ class Device:
         many rows as there are; everything else with a status alone. The attention character
         changes when DONE answers an `Arm`.
         """
-        form = _FORM[self._owes]
+        form, _ = FORMS.get(self._owes, (None, ""))
         if form is None or not isinstance(reply, form):
             owed = f"a {form.__name__} is owed" if form else "nothing is owed"
             raise LocalProtocolError(f"{owed}, so a {type(reply).__name__} cannot be sent")
@@ -140,7 +120,7 @@ class Device:
     def forget(self) -> Command | Malformed | None:
         """Owe nothing any more, as after a loss of power, and return what was unanswered."""
         request = self._request
-        self._owes, self._request = _Owes.NOTHING, None
+        self._owes, self._request = Due.NOTHING, None
         return request
 
     def discard(self) -> None:
@@ -170,6 +150,6 @@ class Device:
             return
         if isinstance(request, Arm):
             self._attention = request.attention
-        self._owes = _AFTER_DONE.get(type(request), _Owes.NOTHING)
-        if self._owes is _Owes.REGISTERS:
+        self._owes = AFTER_DONE.get(type(request), Due.NOTHING)
+        if self._owes is Due.REGISTERS:
             self._request = request

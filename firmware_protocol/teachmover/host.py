@@ -15,17 +15,15 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
-from enum import Enum, auto
 from typing import TypeAlias
 
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
 from firmware_protocol.lines import Dropped, LineSplitter
+from firmware_protocol.teachmover.due import AFTER_DONE, FORMS, Due
 from firmware_protocol.teachmover.messages import (
     ATTENTION,
     Arm,
     Command,
-    QDump,
-    Read,
     Registers,
     Reply,
     Status,
@@ -72,23 +70,6 @@ class Garbled:
 Event: TypeAlias = Completed | Stray | Garbled
 
 
-class _Awaits(Enum):
-    NOTHING = auto()
-    STATUS = auto()
-    REGISTERS = auto()
-    ROWS = auto()
-
-
-_AFTER_DONE: dict[type[Command], _Awaits] = {Read: _Awaits.REGISTERS, QDump: _Awaits.ROWS}
-"""What follows the status line DONE, for the commands where something does."""
-
-_FORM: dict[_Awaits, tuple[type[Reply], str]] = {
-    _Awaits.STATUS: (Status, "a status line"),
-    _Awaits.REGISTERS: (Registers, "a register line"),
-    _Awaits.ROWS: (ProgramRow, "a program row"),
-}
-
-
 class Host:
     """The machine that speaks to the arm. Raises `LocalProtocolError` for its owner's mistakes.
 
@@ -100,7 +81,7 @@ class Host:
         self._attention = attention_character(attention)
         self._lines = LineSplitter(CR)
         self._early: deque[Event] = deque(maxlen=MAX_EARLY)
-        self._awaits = _Awaits.NOTHING
+        self._awaits = Due.NOTHING
         self._command: Command | None = None
         self._rows: list[ProgramRow] = []
         self._dump_over = False
@@ -137,7 +118,7 @@ class Host:
             self._early.append(event)
         self._began_early = bool(self._lines.partial.strip(NOISE))
         data = encode_command(command, self._attention)
-        self._command, self._awaits = command, _Awaits.STATUS
+        self._command, self._awaits = command, Due.STATUS
         return data
 
     def receive_data(self, data: bytes) -> None:
@@ -157,7 +138,7 @@ class Host:
         How an arm ends its dump is unverified: call this after a silence. Raises
         `LocalProtocolError` where no dump is coming in.
         """
-        if self._awaits is not _Awaits.ROWS:
+        if self._awaits is not Due.ROWS:
             raise LocalProtocolError("no dump is coming in: send QDump and wait for its first row")
         self._dump_over = True
 
@@ -202,7 +183,7 @@ class Host:
             return Garbled(line, str(error))
         if self._command is None:
             return Stray(line)
-        form, wanted = _FORM[self._awaits]
+        form, wanted = FORMS[self._awaits]
         if not isinstance(reply, form):
             return Garbled(line, f"{wanted} was awaited after {self._command.name}")
         return self._accept(self._command, reply, line)
@@ -219,7 +200,7 @@ class Host:
         return Garbled(line, f"more than {MAX_ROWS} rows in one dump")
 
     def _accept_status(self, command: Command, status: Status) -> Event | None:
-        following = _AFTER_DONE.get(type(command))
+        following = AFTER_DONE.get(type(command))
         if status is Status.DONE and following is not None:
             self._awaits = following
             return None
@@ -241,6 +222,6 @@ class Host:
         return event
 
     def _finish(self) -> None:
-        self._awaits, self._command = _Awaits.NOTHING, None
+        self._awaits, self._command = Due.NOTHING, None
         self._rows.clear()
         self._dump_over = False
