@@ -11,7 +11,8 @@ from typing import TypeAlias
 
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
 from firmware_protocol.robko01.answers import Answer
-from firmware_protocol.robko01.frames import FrameSplitter, Noise
+from firmware_protocol.robko01.frames import Noise
+from firmware_protocol.robko01.receiving import Receiving
 from firmware_protocol.robko01.requests import Request
 from firmware_protocol.robko01.wire import decode_request, encode_answer
 
@@ -27,44 +28,20 @@ class Ignored:
 Heard: TypeAlias = Request | Ignored
 
 
-class Device:
+class Device(Receiving):
     """The machine that a simulated arm speaks with. Raises `LocalProtocolError` for its owner.
 
     It finds the good frames behind spoilt ones that the firmware's reader would swallow.
     """
 
     def __init__(self, *, counts_check: bool = False) -> None:
-        self._counts_check = counts_check
-        self._frames = FrameSplitter(counts_check=counts_check)
+        super().__init__(counts_check=counts_check)
         self._request: Request | None = None
 
     @property
     def unanswered(self) -> Request | None:
         """What still needs an answer."""
         return self._request
-
-    @property
-    def buffered(self) -> int:
-        """How many received bytes are held."""
-        return self._frames.buffered
-
-    def receive_data(self, data: bytes) -> None:
-        """Take bytes from the host, in any portions."""
-        self._frames.feed(data)
-
-    def receive_datagram(self, data: bytes) -> None:
-        """Take a datagram from the host: no frame reaches from one into the next."""
-        self._frames.silence()
-        self._frames.feed(data)
-        self._frames.silence()
-
-    def silence(self) -> None:
-        """Say that nothing has come for longer than a frame pauses.
-
-        A frame that has begun is given up, and what it has swallowed is searched for requests.
-        The firmware does not do so.
-        """
-        self._frames.silence()
 
     def next_event(self) -> Heard | None:
         """Return the next request, or None while there is none or an answer is owed."""

@@ -13,7 +13,8 @@ from typing import TypeAlias
 
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
 from firmware_protocol.robko01.answers import Answer, Pong
-from firmware_protocol.robko01.frames import Frame, FrameSplitter, Noise
+from firmware_protocol.robko01.frames import Frame, Noise
+from firmware_protocol.robko01.receiving import Receiving
 from firmware_protocol.robko01.requests import Ping, Request
 from firmware_protocol.robko01.wire import decode_answer, encode_request
 
@@ -44,7 +45,7 @@ class Garbled:
 Event: TypeAlias = Answered | Stray | Garbled
 
 
-class Host:
+class Host(Receiving):
     """The machine that speaks to the arm. Raises `LocalProtocolError` for its owner's mistakes.
 
     The arm drops what it does not understand in silence, so it is the owner, who has the clock,
@@ -53,8 +54,7 @@ class Host:
     """
 
     def __init__(self, *, counts_check: bool = False) -> None:
-        self._counts_check = counts_check
-        self._frames = FrameSplitter(counts_check=counts_check)
+        super().__init__(counts_check=counts_check)
         self._request: Request | None = None
         self._sent_at = 0
 
@@ -62,11 +62,6 @@ class Host:
     def outstanding(self) -> Request | None:
         """The request whose answer has not come yet."""
         return self._request
-
-    @property
-    def buffered(self) -> int:
-        """How many received bytes are held."""
-        return self._frames.buffered
 
     def send(self, request: Request) -> bytes:
         """Return the bytes that put a request to the arm.
@@ -82,24 +77,6 @@ class Host:
         data = encode_request(request, counts_check=self._counts_check)
         self._request, self._sent_at = request, self._frames.received
         return data
-
-    def receive_data(self, data: bytes) -> None:
-        """Take bytes from the arm, in any portions."""
-        self._frames.feed(data)
-
-    def receive_datagram(self, data: bytes) -> None:
-        """Take a datagram from the arm: no frame reaches from one into the next."""
-        self._frames.silence()
-        self._frames.feed(data)
-        self._frames.silence()
-
-    def silence(self) -> None:
-        """Say that nothing has come for longer than a frame pauses.
-
-        A frame that has begun is given up, and what it has swallowed is searched for answers.
-        Call it before `forget`.
-        """
-        self._frames.silence()
 
     def next_event(self) -> Event | None:
         """Return what the bytes received so far say, one event at a time, then None."""
