@@ -1,7 +1,7 @@
 """The desk at work on an arm: on simulated time without its screen, in real time headless.
 
-Both are tui's own `Desk`. On simulated time only its timer is another one, since nobody runs an
-event loop there.
+Both are tui's own hand on the keys. On simulated time only its timer is another one, since nobody
+runs an event loop there.
 """
 
 from __future__ import annotations
@@ -17,7 +17,10 @@ from armdrive.flows import jogging
 from armdrive.jog import Action, Increment
 from kinematics import Joints
 from tui.desk import Desk
-from tui.keys import JogPair
+from tui.jogging import Jogging
+from tui.keys import JogPair, jog_pairs
+from tui.screens.jog import JogScreen
+from tui.settings import Settings
 
 MIDDLE = {"base": 0.0, "shoulder": 40.0, "elbow": -80.0, "wrist_pitch": -40.0, "wrist_roll": 0.0}
 """From here each joint can turn for 2 s either way; degrees."""
@@ -58,33 +61,85 @@ class Deadline:
         self.due_s = self._now_s() + max(delay_s, 0.001)
 
 
+def note_taps(hand: Jogging, noted: Callable[[], None]) -> None:
+    """Have somebody told whenever the hand moves the arm by an increment."""
+    inner = hand.carry_out
+
+    def carry_out(action: Action) -> None:
+        if isinstance(action, Increment):
+            noted()
+        inner(action)
+
+    hand.carry_out = carry_out  # type: ignore[method-assign]
+
+
 class TappingDesk(Desk):
     """A desk that remembers when it last moved the arm by an increment."""
 
     tapped_s = -math.inf
 
-    def _carry_out(self, action: Action) -> None:
-        if isinstance(action, Increment):
-            self.tapped_s = self._clock()
-        super()._carry_out(action)
+    @property
+    def jog(self) -> JogScreen:
+        """The screen with the jog keys."""
+        assert isinstance(self.place, JogScreen)
+        return self.place
+
+    def watch_taps(self) -> None:
+        """Begin to remember; once the desk is shown."""
+        note_taps(self.jog.hand, self._tapped)
+
+    def _tapped(self) -> None:
+        self.tapped_s = self.clock()
+
+    def action_mode(self) -> None:
+        """Switch between joint and Cartesian mode."""
+        self.jog.action_mode()
+
+    def action_faster(self) -> None:
+        """Jog faster."""
+        self.jog.action_faster()
 
 
-class SimulatedDesk(TappingDesk):
-    """The desk on the arm's own clock, without a screen: whoever lets time pass calls `tick`."""
+class SimulatedDesk:
+    """The desk's hand on the arm's own clock, without a screen: who lets time pass calls `tick`."""
+
+    tapped_s = -math.inf
 
     def __init__(self, arm: Arm) -> None:
-        super().__init__(arm, braille=False, clock=arm.pace.now_s)
+        self._arm = arm
+        pairs = jog_pairs(arm.model.arm.joint_names)
+        self.settings = Settings(pairs=pairs, frames=arm.frames)
         self.deadline = Deadline(arm.pace.now_s)
-        self._alarm = self.deadline  # type: ignore[assignment]
+        self.hand = Jogging(
+            arm, clock=arm.pace.now_s, say=lambda _: None, settings=lambda: self.settings
+        )
+        self.hand.alarm = self.deadline
+        note_taps(self.hand, self._tapped)
+
+    def _tapped(self) -> None:
+        self.tapped_s = self._arm.pace.now_s()
+
+    def action_mode(self) -> None:
+        """Switch between joint and Cartesian mode."""
+        self.hand.release()
+        self.settings = self.settings.other_mode()
+
+    def action_faster(self) -> None:
+        """Jog faster."""
+        self.hand.release()
+        self.settings = self.settings.with_speed(1)
 
 
-def set_up(desk: Desk) -> None:
+AnyDesk = TappingDesk | SimulatedDesk
+
+
+def set_up(desk: AnyDesk) -> None:
     """Set the full speed, which is the worst."""
     for _ in range(5):
         desk.action_faster()
 
 
-def choose(desk: Desk, arm: Arm, home: Joints, luck: Random, *, lines: bool) -> str:
+def choose(desk: AnyDesk, arm: Arm, home: Joints, luck: Random, *, lines: bool) -> str:
     """Choose mode and key by chance, of the axes that sweep the tip; return the key.
 
     An arm that has gone far from its middle is led back.
@@ -97,7 +152,7 @@ def choose(desk: Desk, arm: Arm, home: Joints, luck: Random, *, lines: bool) -> 
     return pair.plus if sign > 0.0 else pair.minus
 
 
-def _off(desk: Desk, arm: Arm, home: Joints, pair: JogPair) -> float:
+def _off(desk: AnyDesk, arm: Arm, home: Joints, pair: JogPair) -> float:
     """Return how far an axis is from its middle; beyond 1 it is far."""
     axis = pair.axis(cartesian=desk.settings.cartesian)
     if desk.settings.cartesian:

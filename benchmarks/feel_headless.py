@@ -47,9 +47,10 @@ async def press_once(
     desk = TappingDesk(arm, braille=False)
     async with desk.run_test(size=SIZE) as pilot:
         await pilot.pause()
+        desk.watch_taps()
         set_up(desk)
         await asyncio.sleep(NOTHING_COMES_S)
-        desk.action_arm_keys()
+        desk.jog.action_arm_keys()
         await asyncio.sleep(NOTHING_COMES_S)
         key = choose(desk, arm, home, luck, lines=knows_lines(bench))
         start_s = time.monotonic()

@@ -109,7 +109,7 @@ class SimulatedHand:
         """Hold a key of a new desk, and watch what the arm does after it."""
         desk = SimulatedDesk(self._arm)
         set_up(desk)
-        desk.action_arm_keys()
+        desk.hand.arm_keys()
         self._bench.sleep(NOTHING_COMES_S)
         key = choose(desk, self._arm, self._home, self._luck, lines=lines)
         start_s = self._arm.pace.now_s()
@@ -122,7 +122,7 @@ class SimulatedHand:
                 seeing = Seeing(self._bench, self._arm)
             if math.isfinite(due_s):
                 self._until(desk, due_s, seeing)
-                desk.action_jog(key)
+                desk.hand.press(key)
         assert seeing is not None
         self._until(desk, max(lifted_s, start_s + way.arrivals_s[-1]) + NOTHING_COMES_S, seeing)
         while not seeing.quiet:
@@ -136,7 +136,7 @@ class SimulatedHand:
             look_s = math.inf if seeing is None else now_s + seeing.every_s(self._bench.look_s)
             self._arm.sleep(min(desk.deadline.due_s, look_s, time_s) - now_s)
             if pace.now_s() >= desk.deadline.due_s:
-                desk.tick()
+                desk.hand.tick()
             if seeing is not None:
                 seeing.take(self._bench.look())
 

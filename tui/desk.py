@@ -1,34 +1,43 @@
-"""The desk itself: it polls the arm's status, stops it, and gets a lost link back."""
+"""The desk itself: it owns the arm, polls its status, stops it, and gets a lost link back."""
 
 from __future__ import annotations
 
-import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import ClassVar
+
+from textual import events
+from textual.binding import BindingType
 
 from armdrive.errors import ArmError
 from armdrive.status import State
 from tui import panels
 from tui.arm_port import DeskArm
-from tui.asking import AskingScreen
+from tui.asking import ask_confirm, ask_motors, ask_reference
+from tui.dialogs import HelpScreen
 from tui.framework import on_ending_signals
+from tui.keyboard import DEFAULT_KEYS, Keyboard
+from tui.layout import CSS, bindings
+from tui.owner import Owner
+from tui.screens import SCREENS
 
 POLL_S = 0.05
-IDLE_DISARMS_S = 60.0
-LEAVE_KEY = "q"
-"""Leaves the desk once the link is lost; before that it is a jog key like the others."""
-LEAVE_AFTER_QUIET_S = 1.0
-"""So long the loss has been shown, and no jog key came.
-
-One that is still held repeats within less. The repeats that a suspended desk finds when it wakes
-come before anybody can have read of the loss.
-"""
+"""The arm's latest status is looked at so often, however often it changes."""
 
 _SIGNAL_EXIT = 128  # a shell's way to say which signal ended a program
 
 
-class Desk(AskingScreen):
-    """One arm on one screen. Starts disarmed; every way out of it stops the arm."""
+class Desk(Owner):
+    """One arm and its screens. Every way out of it, and every change of screen, stops a jog."""
+
+    ENABLE_COMMAND_PALETTE = False
+    TITLE = "armdrive"
+    BINDINGS: ClassVar[list[BindingType]] = bindings("")
+    CSS = CSS
+    MODES: ClassVar = {entry.id: entry.make for entry in SCREENS}
+    DEFAULT_MODE = SCREENS[0].id
+    HORIZONTAL_BREAKPOINTS = [(0, "-narrow"), (100, "-wide")]  # noqa: RUF012 - as App declares it
 
     def __init__(
         self,
@@ -37,102 +46,140 @@ class Desk(AskingScreen):
         braille: bool,
         clock: Callable[[], float] = time.monotonic,
         handle_signals: bool = False,
+        keys: Keyboard = DEFAULT_KEYS,
     ) -> None:
-        super().__init__(arm, braille=braille, clock=clock)
+        super().__init__(arm, braille=braille, clock=clock, keys=keys)
         self._handle_signals = handle_signals
-        self._jogged_s = -math.inf
-        self._lost_s = -math.inf
         self._was_lost = False
+
+    # -- what is shown ------------------------------------------------------------------------
 
     def on_mount(self) -> None:
         """Begin to watch the arm."""
         if self._handle_signals:
             on_ending_signals(self._end_by_signal)
+        self.set_keymap(self.keys.keymap())
         self.set_interval(POLL_S, self.poll)
-        self.call_after_refresh(self.poll)
-
-    def on_resize(self) -> None:
-        """Fit the texts to the new width."""
-        self.call_after_refresh(self.poll)
 
     def poll(self) -> None:
         """Take the latest status and show what changed."""
-        self._status = self._arm.status
-        if self._lost:
+        self.status = self.arm.status
+        if self.lost:
             self._note_loss()
         elif self._was_lost:
             self._note_return()
-        elif self.armed and self._clock() - self._active_s >= IDLE_DISARMS_S:
-            self._apply(self._deadman.disarm(f"no key for {IDLE_DISARMS_S:.0f} s"))
-        self._show()
+        self.show()
+
+    def show_screen(self, screen: str) -> None:
+        """Go to a screen by its id. What the one before held ends first."""
+        self.disarm("another screen is shown")
+        self.close_dialogs()
+        self.switch_mode(screen)
+
+    def action_show_screen(self, screen: str) -> None:
+        """Go to a screen by its id."""
+        self.show_screen(screen)
+
+    # -- what is asked ------------------------------------------------------------------------
+
+    def action_help(self) -> None:
+        """Show all keys."""
+        self.disarm("the help is shown")
+        self.push_screen(HelpScreen(self.keys, self.place.place, self.settings.pairs))
+
+    def action_reference(self) -> None:
+        """Ask whether the arm stands in its reference posture."""
+        ask_reference(self)
+
+    def action_confirm(self) -> None:
+        """Ask whether the arm stands where it is remembered to."""
+        ask_confirm(self)
+
+    def action_motors(self) -> None:
+        """Switch the motors on, or off after a question."""
+        ask_motors(self)
 
     # -- a lost link --------------------------------------------------------------------------
 
+    @property
+    def lost(self) -> bool:
+        """Whether there is no link to the arm."""
+        return self.status.state is State.DISCONNECTED
+
+    def nobody_there(self) -> bool:
+        """Say so where there is no link to an arm of which something could be asked."""
+        if self.lost:
+            self.say(
+                f"there is no link to the arm, and no key moves it: {panels.look_for_it(self.keys)}"
+            )
+        return self.lost
+
     def _note_loss(self) -> None:
         """Let no key jog, and take away what was asked of an arm that is gone."""
-        self._apply(self._deadman.disarm("the link is lost"))
+        self.disarm("the link is lost")
         if not self._was_lost:
             self._was_lost = True
-            self._lost_s = self._clock()
-            self._close_dialogs()
+            self.close_dialogs()
 
     def _note_return(self) -> None:
         """Say what a link that came back has ended in; before that it has not proved itself."""
-        if self._status.state in (State.ERROR_STOP, State.DISABLED):
+        if self.status.state in (State.ERROR_STOP, State.DISABLED):
             self._was_lost = False
-            self._message = panels.link_back(self._status)
+            self.message = panels.link_back(self.status, self.keys)
 
     def action_reconnect(self) -> None:
         """Look for a lost link once, now. Moves nothing."""
-        if self._lost:
-            self._say("looking for the link ...")
-        self._in_thread(self._arm.reconnect, None)
-
-    def action_jog(self, key: str) -> None:
-        """Hand a jog key to the dead-man; a lost link makes one of them leave."""
-        now_s = self._clock()
-        quiet_s, self._jogged_s = now_s - max(self._jogged_s, self._lost_s), now_s
-        if not self._lost:
-            super().action_jog(key)
-        elif key == LEAVE_KEY and quiet_s >= LEAVE_AFTER_QUIET_S:
-            self.action_leave()
-        else:
-            self._say(f"there is no link to the arm, and no key jogs it: {panels.LOOK_FOR_IT}")
+        if self.lost:
+            self.say("looking for the link ...")
+        self.call(self.arm.reconnect, None)
 
     # -- stopping and ending ------------------------------------------------------------------
 
+    def first_keys(self) -> Mapping[str, Callable[[], None]]:
+        """Return what no widget may keep for itself: the stop."""
+        return dict.fromkeys(self.keys.of("stop"), self.action_stop_arm)
+
     def action_stop_arm(self) -> None:
-        """Stop the arm before anything else, then disarm and show the desk."""
-        self._arm.request_stop()
-        self._apply(self._deadman.disarm("stopped"))
-        self._message = "STOP was asked for; the keys are disarmed"
-        self._close_dialogs()
-        self._show()
+        """Stop the arm before anything else, then disarm and show the screen."""
+        self.arm.request_stop()
+        self.disarm("stopped")
+        self.message = "STOP was asked for; the keys are disarmed"
+        self.close_dialogs()
+        self.show()
 
     def action_estop(self) -> None:
         """Stop and latch the error state."""
-        self._arm.estop()
-        self._apply(self._deadman.disarm("emergency stop"))
+        self.arm.estop()
+        self.disarm("emergency stop")
 
     def action_reset(self) -> None:
         """Leave the error state."""
-        if not self._nobody_there():
-            self._in_thread(self._arm.reset, panels.after_reset)
+        if not self.nobody_there():
+            self.call(self.arm.reset, partial(panels.after_reset, keys=self.keys))
 
     def action_leave(self) -> None:
         """Stop the arm and end the desk."""
-        self._arm.request_stop()
+        self.arm.request_stop()
         self.exit(0)
+
+    def on_app_blur(self) -> None:
+        """Disarm when the terminal says that another window has the keyboard."""
+        self.disarm("the terminal lost the keyboard focus")
+
+    def on_paste(self, event: events.Paste) -> None:
+        """Disarm on pasted text: it may be backlog that a multiplexer took for a paste."""
+        event.stop()
+        self.disarm("text was pasted, and dropped")
 
     def on_unmount(self) -> None:
         """Stop the arm, whatever it was that ended the desk."""
-        self._arm.request_stop()
+        self.arm.request_stop()
 
     def _end_by_signal(self, number: int) -> None:
         """Leave the arm standing and closed before the framework tidies up."""
-        self._arm.request_stop()
+        self.arm.request_stop()
         try:
-            self._arm.close()
+            self.arm.close()
         except ArmError:
-            self._arm.request_stop()  # it would not confirm that it stands; nobody is there to tell
+            self.arm.request_stop()  # it would not confirm that it stands; nobody is there to tell
         self.exit(_SIGNAL_EXIT + number, return_code=_SIGNAL_EXIT + number)

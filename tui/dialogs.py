@@ -5,25 +5,27 @@ from __future__ import annotations
 from typing import ClassVar
 
 from textual.app import ComposeResult
-from textual.binding import Binding, BindingType
+from textual.binding import BindingType
 from textual.containers import Vertical, VerticalScroll
 from textual.screen import ModalScreen
 
 from armdrive.draw.armview import ArmScene, side_view, top_view
 from tui.framework import PlainText
-from tui.keys import JogPair, help_lines
+from tui.keyboard import Keyboard, label
+from tui.keys import JogPair
+from tui.layout import bindings
 from tui.views import ArmView
 
 
 class HelpScreen(ModalScreen[bool]):
     """All keys, from the table."""
 
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("question_mark,enter,n", "close", "close", id="help.close"),
-    ]
+    BINDINGS: ClassVar[list[BindingType]] = bindings("help")
 
-    def __init__(self, pairs: tuple[JogPair, ...]) -> None:
+    def __init__(self, keys: Keyboard, place: str, pairs: tuple[JogPair, ...]) -> None:
         super().__init__()
+        self._keys = keys
+        self._place = place
         self._pairs = pairs
 
     def compose(self) -> ComposeResult:
@@ -33,10 +35,12 @@ class HelpScreen(ModalScreen[bool]):
 
     def on_mount(self) -> None:
         """Fill in the keys."""
+        closes = " or ".join(label(key) for key in self._keys.of("help-close")[:2])
+        stops = " and ".join(label(key) for key in self._keys.of("stop")[:2])
         lines = (
-            "Keys (? or enter closes; space and Esc also stop the arm)",
+            f"Keys ({closes} closes; {stops} also stop the arm)",
             "",
-            *help_lines(self._pairs),
+            *self._keys.help(self._place, self._pairs),
         )
         self.query_one("#help-text", PlainText).show("\n".join(lines))
 
@@ -48,13 +52,13 @@ class HelpScreen(ModalScreen[bool]):
 class PostureScreen(ModalScreen[bool]):
     """A posture, drawn and in words, with a yes and a no. Enter is neither."""
 
-    BINDINGS: ClassVar[list[BindingType]] = [
-        Binding("y", "answer(True)", "it stands so", id="posture.yes"),
-        Binding("n", "answer(False)", "it does not", id="posture.no"),
-    ]
+    BINDINGS: ClassVar[list[BindingType]] = bindings("question")
 
-    def __init__(self, description: str, scene: ArmScene | None, *, braille: bool) -> None:
+    def __init__(
+        self, description: str, scene: ArmScene | None, keys: Keyboard, *, braille: bool
+    ) -> None:
         super().__init__()
+        self._keys = keys
         self._description = description
         self._scene = scene
         self._braille = braille
@@ -71,7 +75,8 @@ class PostureScreen(ModalScreen[bool]):
         """Draw the posture and put the question."""
         self.query_one("#posture-text", PlainText).show(self._description)
         self.query_one("#posture-question", PlainText).show(
-            "Does the arm stand exactly so?   y yes   n no"
+            f"Does the arm stand exactly so?   {self._keys.label('yes')} yes   "
+            f"{self._keys.label('no')} no"
         )
         for view in self.query(ArmView):
             view.show(self._scene)

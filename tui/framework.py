@@ -6,8 +6,9 @@ import asyncio
 import os
 import signal
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
+from textual import events
 from textual.app import App
 from textual.content import Content
 from textual.timer import Timer
@@ -52,6 +53,28 @@ def forget_a_closed_terminal() -> None:
             nowhere = os.open(os.devnull, os.O_WRONLY)
             os.dup2(nowhere, stream.fileno())
             os.close(nowhere)
+
+
+class FirstKeys(App[int]):
+    """An app with keys that come before every widget.
+
+    The framework gives printable keys, priority or not, to a text field that is being typed into;
+    so a space there, also in the command palette, would be no stop.
+    """
+
+    def first_keys(self) -> Mapping[str, Callable[[], None]]:
+        """Return these keys, with what they do."""
+        return {}
+
+    async def on_event(self, event: events.Event) -> None:
+        """Take the first keys before anything else sees them."""
+        if isinstance(event, events.Key) and not event.is_forwarded:
+            deed = self.first_keys().get(event.key)
+            if deed is not None:
+                event.stop().prevent_default()
+                deed()
+                return
+        await super().on_event(event)
 
 
 class PlainText(Static):

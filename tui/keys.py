@@ -1,19 +1,24 @@
-"""The keys of the desk, in one table: bindings, footer, help and tests are made from it."""
+"""The keys of the desk, in one table: bindings, footer, help, documentation and tests use it.
+
+What the keys are on the keyboard at hand, and how they are shown, is keyboard.py's.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 
 from kinematics import JOINT_NAMES
+from tui.screens import SCREENS
 
 
 @dataclass(frozen=True, slots=True)
 class DeskKey:
     """One thing to do, and the keys that do it, named as the framework names them.
 
-    `everywhere` keys work on every screen and in every dialog, before anything else.
+    `place` is the screen (or kind of dialog) on which they do it; without one it is all screens.
+    `everywhere` keys work in every dialog too, before anything else. Those without a description
+    stand in no footer.
     """
 
     id: str
@@ -21,34 +26,23 @@ class DeskKey:
     action: str
     description: str
     tooltip: str
+    place: str = ""
     everywhere: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class JogPair:
-    """Two keys that move one axis, up and down: a joint in joint mode, else a task axis."""
+STOP = "stop"
+"""The row that no file of keys can take the space bar from."""
 
-    plus: str
-    minus: str
-    joint: str
-    cartesian: str
-
-    def axis(self, *, cartesian: bool) -> str:
-        """Return the axis that the pair moves in this mode."""
-        return self.cartesian if cartesian else self.joint
-
-
-KEYS = (
+DESK_KEYS = (
     DeskKey(
-        "stop",
+        STOP,
         ("space", "escape", "ctrl+c"),
         "stop_arm",
         "STOP",
         "Stop, disarm, close any dialog; works everywhere. Space is 0.1 s quicker than Esc.",
         everywhere=True,
     ),
-    DeskKey("arm", ("enter",), "arm_keys", "arm", "Arm the jog keys; they disarm after 60 s idle."),
-    DeskKey("help", ("question_mark",), "help", "help", "Show all keys."),
+    DeskKey("help", ("question_mark", "f1"), "help", "help", "Show all keys."),
     DeskKey(
         "quit",
         ("ctrl+q",),
@@ -57,7 +51,6 @@ KEYS = (
         "Stop the arm and leave the desk.",
         everywhere=True,
     ),
-    DeskKey("mode", ("m",), "mode", "mode", "Switch between joint and Cartesian mode."),
     DeskKey(
         "reference",
         ("H",),
@@ -73,12 +66,6 @@ KEYS = (
         "confirm",
         "Show the posture that the last program left, and say that the arm stands in it.",
     ),
-    DeskKey("finer", ("left_square_bracket",), "finer", "finer", "Make the increment smaller."),
-    DeskKey(
-        "coarser", ("right_square_bracket",), "coarser", "coarser", "Make the increment larger."
-    ),
-    DeskKey("slower", ("minus",), "slower", "slower", "Jog more slowly."),
-    DeskKey("faster", ("plus", "equals_sign"), "faster", "faster", "Jog faster."),
     DeskKey(
         "motors",
         ("P",),
@@ -93,14 +80,6 @@ KEYS = (
         "link",
         "Look for a lost link once, now. Moves nothing; what was under way is not taken up again.",
     ),
-    DeskKey(
-        "frame",
-        ("F",),
-        "frame",
-        "frame",
-        "In Cartesian mode, whose x, y and z are meant: the base's, the tool's, or those of a "
-        "frame of the arm file.",
-    ),
     DeskKey("reset", ("R",), "reset", "reset", "Leave error-stop. Moves nothing."),
     DeskKey(
         "estop",
@@ -110,6 +89,78 @@ KEYS = (
         "Stop and latch error-stop: nothing moves until a reset.",
     ),
 )
+"""What can be done on every screen."""
+
+JOG_KEYS = (
+    DeskKey(
+        "arm",
+        ("enter",),
+        "arm_keys",
+        "arm",
+        "Arm the jog keys; they disarm after 60 s idle.",
+        "jog",
+    ),
+    DeskKey("mode", ("m",), "mode", "mode", "Switch between joint and Cartesian mode.", "jog"),
+    DeskKey(
+        "finer", ("left_square_bracket",), "finer", "finer", "Make the increment smaller.", "jog"
+    ),
+    DeskKey(
+        "coarser",
+        ("right_square_bracket",),
+        "coarser",
+        "coarser",
+        "Make the increment larger.",
+        "jog",
+    ),
+    DeskKey("slower", ("minus",), "slower", "slower", "Jog more slowly.", "jog"),
+    DeskKey("faster", ("plus", "equals_sign"), "faster", "faster", "Jog faster.", "jog"),
+    DeskKey(
+        "frame",
+        ("F",),
+        "frame",
+        "frame",
+        "In Cartesian mode, whose x, y and z are meant: the base's, the tool's, or those of a "
+        "frame of the arm file.",
+        "jog",
+    ),
+)
+
+DIALOG_KEYS = (
+    DeskKey(
+        "help-close", ("question_mark", "f1", "enter", "n"), "close", "close", "Close it.", "help"
+    ),
+    DeskKey("yes", ("y",), "answer(True)", "yes", "It is so: do it.", "question"),
+    DeskKey("no", ("n",), "answer(False)", "no", "It is not so: do nothing.", "question"),
+)
+
+SCREEN_KEYS = tuple(
+    DeskKey(
+        f"screen-{entry.id}",
+        (entry.key,),
+        f"show_screen('{entry.id}')",
+        entry.title,
+        entry.summary,
+    )
+    for entry in SCREENS
+)
+
+
+@dataclass(frozen=True, slots=True)
+class JogPair:
+    """Two keys that move one axis, up and down: a joint in joint mode, else a task axis.
+
+    The keys go by what they are in the table, wherever a file of keys has put them.
+    """
+
+    plus: str
+    minus: str
+    joint: str
+    cartesian: str
+
+    def axis(self, *, cartesian: bool) -> str:
+        """Return the axis that the pair moves in this mode."""
+        return self.cartesian if cartesian else self.joint
+
 
 LETTERS = (("q", "a"), ("w", "s"), ("e", "d"), ("r", "f"), ("t", "g"), ("y", "h"), ("u", "j"))
 """The keys of the screen's rows, from the base to the gripper."""
@@ -139,48 +190,20 @@ JOG_PAIRS = jog_pairs(JOINT_NAMES)
 ALL_JOG_KEYS = tuple(key for pair in (*LETTERS, *ARROWS) for key in pair[:2])
 """Every key that jogs on some arm."""
 
-_LABELS: Mapping[str, str] = MappingProxyType(
-    {
-        "escape": "Esc",
-        "question_mark": "?",
-        "left_square_bracket": "[",
-        "right_square_bracket": "]",
-        "minus": "-",
-        "plus": "+",
-        "equals_sign": "=",
-    }
+AXIS_KEYS = tuple(
+    DeskKey(f"axis-{row}-{way}", (key,), f"jog('{key}')", "", f"Jog axis {row}, {way}.", "jog")
+    for row, keys in enumerate(LETTERS, 1)
+    for way, key in zip(("plus", "minus"), keys, strict=True)
+) + tuple(
+    DeskKey(f"arrow-{key}", (key,), f"jog('{key}')", "", f"Jog as the {key} arrow looks.", "jog")
+    for keys in ARROWS
+    for key in keys[:2]
 )
 
-
-def label(key: str) -> str:
-    """Return what is printed on a key."""
-    return _LABELS.get(key, key)
+TABLE = (*DESK_KEYS, *SCREEN_KEYS, *JOG_KEYS, *DIALOG_KEYS, *AXIS_KEYS)
+"""Every key of the desk. Ids are for good: files of keys go by them."""
 
 
 def words(axis: str) -> str:
     """Return an axis as people write it."""
     return axis.replace("_", " ")
-
-
-def footer(width: int) -> str:
-    """Return as much of the key line as fits whole, the stop first."""
-    line = ""
-    for entry in KEYS:
-        item = f"{label(entry.keys[0])} {entry.description}"
-        longer = f"{line}  {item}" if line else item
-        if len(longer) > width:
-            break
-        line = longer
-    return line
-
-
-def help_lines(pairs: Sequence[JogPair] = JOG_PAIRS) -> Iterator[str]:
-    """Yield one line for each row of the table, jog keys last."""
-    for entry in KEYS:
-        keys = " ".join(label(key) for key in entry.keys)
-        yield f"{keys:<17} {entry.tooltip}"
-    yield ""
-    yield "Jog keys, while armed: tap for one increment, hold to keep moving."
-    for pair in pairs:
-        moves = f"{words(pair.joint)} (Cartesian mode: {pair.cartesian})"
-        yield f"{label(pair.plus) + ' ' + label(pair.minus):<17} {moves} + and -"

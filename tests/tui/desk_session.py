@@ -50,7 +50,11 @@ class Session:
         await self.pilot.pause()
 
     def text(self, name):
-        return self.desk.screen_stack[0].query_one(f"#{name}", PlainText).shown
+        return self.desk.place.query_one(f"#{name}", PlainText).shown
+
+    def tick(self):
+        """Let the time of what is held pass, as the desk's own alarm does."""
+        self.desk.place.hand.tick()
 
     @property
     def everything(self):

@@ -13,9 +13,10 @@ from armdrive.intents import Jog, Space
 from armdrive.status import State, Trust
 from kinematics import Joints, system
 from kinematics.chain_arm import ChainArm
-from tui.desk import IDLE_DISARMS_S, Desk
+from tui.desk import Desk
 from tui.framework import ENDING_SIGNALS
-from tui.keys import JOG_PAIRS, KEYS
+from tui.jogging import IDLE_DISARMS_S
+from tui.keys import DESK_KEYS, JOG_KEYS, JOG_PAIRS
 
 
 async def test_the_screen_says_which_arm_this_is_and_starts_disarmed():
@@ -103,7 +104,7 @@ async def test_every_other_key_of_the_table_does_what_it_says():
     assert session.desk.return_value == 0
     assert session.arm.calls[0] == ("stop",)
     tested = {*deeds, "ctrl+q", "enter", "m", "left_square_bracket", "right_square_bracket"}
-    assert {entry.keys[0] for entry in KEYS} == tested | {"minus", "plus", "F"}
+    assert {row.keys[0] for row in (*DESK_KEYS, *JOG_KEYS)} == tested | {"minus", "plus", "F"}
 
 
 @pytest.mark.parametrize("key", ["space", "escape", "ctrl+c"])
@@ -134,7 +135,7 @@ async def test_holding_a_key_jogs_and_letting_go_stops():
         await session.press("w")
         await session.press("w", after_s=0.4)
         session.clock.now_s += 0.03
-        session.desk.tick()
+        session.tick()
         for _ in range(20):
             await session.press("w", after_s=0.04)
         holds = session.arm.asked("hold")
@@ -144,7 +145,7 @@ async def test_holding_a_key_jogs_and_letting_go_stops():
         assert all(call[3] <= 0.25 for call in holds)
         assert holds[-1][3] == pytest.approx(0.12)
         session.clock.now_s += 0.13
-        session.desk.tick()
+        session.tick()
         assert session.arm.calls[-1] == ("release",)
         assert session.desk.armed
 
@@ -163,7 +164,7 @@ async def test_a_real_timer_ends_a_hold_by_itself():
 
 async def _press_again(pilot, desk):
     """Repeat the key, as slowly as no backlog would come, until it counts as held."""
-    while not desk._deadman.next_s() < float("inf"):
+    while not desk.place.hand.next_s() < float("inf"):
         await pilot.press("w")
         await asyncio.sleep(0.06)
 
@@ -174,7 +175,7 @@ async def test_backlog_disarms_and_moves_nothing():
         await session.press("w")
         await session.press("w", after_s=0.4)
         session.clock.now_s += 0.4
-        session.desk.tick()
+        session.tick()
         session.arm.calls.clear()
         await session.press(*["w"] * 12, after_s=0.002)
         assert not session.desk.armed
@@ -198,7 +199,7 @@ async def test_losing_the_focus_ends_a_hold_and_disarms():
         await session.press("w")
         await session.press("w", after_s=0.4)
         session.clock.now_s += 0.03
-        session.desk.tick()
+        session.tick()
         await session.send(events.AppBlur())
         assert session.arm.calls[-1] == ("release",)
         assert not session.desk.armed
@@ -231,7 +232,7 @@ async def test_changing_the_mode_ends_what_is_held():
         await session.press("w")
         await session.press("w", after_s=0.4)
         session.clock.now_s += 0.03
-        session.desk.tick()
+        session.tick()
         await session.press("m")
         assert session.arm.calls[-1] == ("release",)
 
@@ -332,12 +333,12 @@ async def test_the_arms_own_refusal_of_cartesian_jogging_is_shown():
         await session.poll()
         assert "needs a known position" in session.text("remarks")
         assert "nothing is recorded" in session.text("conduct")
-        assert "posture not known" in "".join(session.desk.query_one("#side").rows)
+        assert "posture not known" in "".join(session.desk.place.query_one("#side").rows)
 
 
 async def test_the_drawing_follows_the_arm_and_repaints_only_then():
     async with Session() as session:
-        view = session.desk.query_one("#side")
+        view = session.desk.place.query_one("#side")
         before = view.rows
         await session.poll()
         assert view.rows == before

@@ -3,8 +3,9 @@
 import pytest
 from desk_fake import MODEL, Clock, FakeArm, unknown_position
 
-from tui import panels
+from tui import tables
 from tui.desk import Desk
+from tui.keyboard import DEFAULT_KEYS
 from tui.settings import Settings
 
 
@@ -24,13 +25,13 @@ def test_the_jog_screen_in_plain_ascii_with_an_unknown_position(snap_compare):
     [(None, "[-----]"), (0, "[o----]"), (10, "[----o]"), (-1, "[<----]"), (11, "[---->]")],
 )
 def test_a_bar_shows_the_place_between_the_limits_and_beyond(value, shown):
-    assert panels.bar(value, 0.0, 10.0, 5) == shown
+    assert tables.bar(value, 0.0, 10.0, 5) == shown
 
 
 @pytest.mark.parametrize("settings", [Settings(), Settings().other_mode()])
 def test_the_tables_fit_the_smallest_panel(settings):
     known, unknown = FakeArm().status, FakeArm(**unknown_position()).status
-    lines = panels.joint_table(known, MODEL, settings, 41).splitlines()
-    lines += panels.joint_table(unknown, MODEL, settings, 41).splitlines()
-    lines += panels.tip_lines(known, settings).splitlines()
+    lines = tables.joint_table(known, MODEL, settings, DEFAULT_KEYS, 41).splitlines()
+    lines += tables.joint_table(unknown, MODEL, settings, DEFAULT_KEYS, 41).splitlines()
+    lines += tables.tip_lines(known, settings, DEFAULT_KEYS).splitlines()
     assert max(len(line) for line in lines) <= 41

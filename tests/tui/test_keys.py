@@ -1,26 +1,39 @@
-"""The key table is complete, free of clashes, and the source of footer and help."""
+"""The key table is complete, free of clashes, and the source of bindings, footer and help."""
 
 import pytest
 
-from tui.keys import ALL_JOG_KEYS, JOG_PAIRS, KEYS, footer, help_lines, label
+from tui.keyboard import DEFAULT_KEYS, label
+from tui.keys import ALL_JOG_KEYS, JOG_PAIRS, TABLE
 from tui.layout import bindings
+from tui.screens import SCREENS
+
+PLACES = sorted({row.place for row in TABLE})
 
 
-def test_no_key_does_two_things():
-    keys = [key for binding in bindings() for key in binding.key.split(",")]
+@pytest.mark.parametrize("place", PLACES)
+def test_no_key_does_two_things_at_one_place(place):
+    # what counts in dialogs need not differ from the screens': nothing goes through a dialog
+    places = (place, "") if place in {entry.id for entry in SCREENS} else (place,)
+    keys = [key for binding in bindings(*places) for key in binding.key.split(",")]
     assert len(keys) == len(set(keys))
 
 
-def test_every_binding_has_an_id_and_a_tooltip_or_is_a_jog_key():
-    made = bindings()
-    assert len({binding.id for binding in made}) == len(made)
-    assert all(binding.tooltip or binding.id.startswith("jog.") for binding in made)
+def test_nothing_anywhere_takes_a_key_that_works_everywhere():
+    everywhere = {key for row in TABLE if row.everywhere for key in row.keys}
+    assert not everywhere & {key for row in TABLE if not row.everywhere for key in row.keys}
+
+
+def test_every_row_becomes_one_binding_that_says_what_it_does():
+    made = bindings(*PLACES)
+    assert sorted(binding.id for binding in made) == sorted(row.id for row in TABLE)
+    assert len({row.id for row in TABLE}) == len(TABLE)
+    assert all(binding.tooltip for binding in made)
 
 
 def test_stopping_and_quitting_work_everywhere():
-    everywhere = {entry.id for entry in KEYS if entry.everywhere}
+    everywhere = {row.id for row in TABLE if row.everywhere}
     assert everywhere == {"stop", "quit"}
-    assert {"space", "escape"} <= set(KEYS[0].keys)
+    assert {"space", "escape"} <= set(DEFAULT_KEYS.of("stop"))
 
 
 def test_every_axis_of_either_mode_has_a_pair():
@@ -30,17 +43,25 @@ def test_every_axis_of_either_mode_has_a_pair():
     assert {pair.cartesian for pair in JOG_PAIRS} == {"x", "y", "z", "pitch", "roll", "gripper"}
 
 
+@pytest.mark.parametrize("place", [entry.id for entry in SCREENS])
 @pytest.mark.parametrize("width", [12, 40, 80, 120, 300])
-def test_the_footer_begins_with_the_stop_and_never_runs_over(width):
-    line = footer(width)
+def test_the_footer_begins_with_the_stop_and_never_runs_over(place, width):
+    line = DEFAULT_KEYS.footer(place, width)
     assert line.startswith("space STOP")
     assert len(line) <= width
 
 
-def test_a_wide_footer_and_the_help_name_every_key():
-    wide, listed = footer(1000), "\n".join(help_lines())
-    for entry in KEYS:
-        assert f"{label(entry.keys[0])} {entry.description}" in wide
-        assert entry.tooltip in listed
-    for key in (k for k in ALL_JOG_KEYS if k not in "uj"):
+@pytest.mark.parametrize("place", [entry.id for entry in SCREENS])
+def test_a_wide_footer_and_the_help_name_every_key(place):
+    wide = DEFAULT_KEYS.footer(place, 2000)
+    listed = "\n".join(DEFAULT_KEYS.help(place, JOG_PAIRS))
+    for row in TABLE:
+        if row.place in (place, "") and row.description:
+            assert f"{label(row.keys[0])} {row.description}" in wide
+            assert row.tooltip in listed
+
+
+def test_the_help_of_the_jog_screen_names_the_jog_keys():
+    listed = "\n".join(DEFAULT_KEYS.help("jog", JOG_PAIRS))
+    for key in (key for key in ALL_JOG_KEYS if key not in "uj"):
         assert label(key) in listed

@@ -1,0 +1,125 @@
+"""The keyboard at hand: which keys do what, how they are printed, and footer and help from that."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+
+from tui.keys import STOP, TABLE, DeskKey, JogPair, words
+from tui.screens import titled
+
+FOOTER_FIRST = (STOP, "arm", "help", "quit")
+"""What a narrow footer shows before everything else, where it applies."""
+
+_LABELS: Mapping[str, str] = MappingProxyType(
+    {
+        "escape": "Esc",
+        "question_mark": "?",
+        "left_square_bracket": "[",
+        "right_square_bracket": "]",
+        "minus": "-",
+        "plus": "+",
+        "equals_sign": "=",
+        "comma": ",",
+        "full_stop": ".",
+        "semicolon": ";",
+        "colon": ":",
+        "less_than_sign": "<",
+        "greater_than_sign": ">",
+        "apostrophe": "'",
+        "slash": "/",
+    }
+)
+
+
+def label(key: str) -> str:
+    """Return what is printed on a key."""
+    return _LABELS.get(key, key)
+
+
+@dataclass(frozen=True, slots=True)
+class Keyboard:
+    """The table of keys as it is on this keyboard: the same rows, maybe with other keys."""
+
+    rows: tuple[DeskKey, ...] = TABLE
+
+    def row(self, name: str) -> DeskKey:
+        """Return the row of an id; raises `KeyError`."""
+        found = next((row for row in self.rows if row.id == name), None)
+        if found is None:
+            raise KeyError(name)
+        return found
+
+    def of(self, name: str) -> tuple[str, ...]:
+        """Return the keys of a row."""
+        return self.row(name).keys
+
+    def label(self, name: str) -> str:
+        """Return what is printed on the first key of a row."""
+        return label(self.of(name)[0])
+
+    def jog(self, key: str) -> str:
+        """Return what is printed on the key that jogs as this one of the table does."""
+        return next(
+            (label(row.keys[0]) for row in self.rows if row.action == f"jog('{key}')"), label(key)
+        )
+
+    def at(self, place: str) -> tuple[DeskKey, ...]:
+        """Return the rows that count on one screen, those of all screens after its own."""
+        own = tuple(row for row in self.rows if row.place == place)
+        return (*own, *(row for row in self.rows if not row.place)) if place else own
+
+    def changed(self, keys: Mapping[str, tuple[str, ...]]) -> Keyboard:
+        """Return a keyboard on which these rows have other keys."""
+        rows = (replace(row, keys=keys.get(row.id, row.keys)) for row in self.rows)
+        return Keyboard(tuple(rows))
+
+    def keymap(self) -> dict[str, str]:
+        """Return the keys by id, as the framework takes them."""
+        return {row.id: ",".join(row.keys) for row in self.rows}
+
+    def footer(self, place: str, width: int) -> str:
+        """Return as much of the key line as fits whole, the stop first."""
+        shown = [row for row in self.at(place) if row.description]
+        order = {name: number for number, name in enumerate(FOOTER_FIRST)}
+        line = ""
+        for row in sorted(shown, key=lambda row: order.get(row.id, len(order))):
+            item = f"{label(row.keys[0])} {row.description}"
+            longer = f"{line}  {item}" if line else item
+            if len(longer) > width:
+                break
+            line = longer
+        return line
+
+    def help(self, place: str, pairs: Sequence[JogPair]) -> Iterator[str]:
+        """Yield one line for each row that counts on a screen, and its jog keys last."""
+        rows = [row for row in self.at(place) if not row.action.startswith("jog(")]
+        yield f"On the {titled(place)} screen"
+        for row in rows:
+            if row.place:
+                yield _line(row)
+        yield ""
+        yield "On every screen"
+        for row in rows:
+            if not row.place:
+                yield _line(row)
+        if any(row.action.startswith("jog(") for row in self.at(place)):
+            yield from self._jog_help(pairs)
+
+    def _jog_help(self, pairs: Sequence[JogPair]) -> Iterator[str]:
+        yield ""
+        yield "Jog keys, while armed: tap for one increment, hold to keep moving."
+        for pair in pairs:
+            moves = f"{words(pair.joint)} (Cartesian mode: {pair.cartesian})"
+            keys = f"{self.jog(pair.plus)} {self.jog(pair.minus)}"
+            yield f"{keys:<17} {moves} + and -"
+
+
+def _line(row: DeskKey) -> str:
+    keys = " ".join(label(key) for key in row.keys)
+    return f"{keys:<17} {row.tooltip}"
+
+
+DEFAULT_KEYS = Keyboard()
+"""The table as it stands."""

@@ -1,0 +1,96 @@
+"""What all screens of the desk have in common: title, banner, remarks, footer, and the desk.
+
+A screen of its own says what it is called in `place`, gives `BINDINGS = bindings(place)`, lays out
+its middle in `compose_body` and shows each status in `show_body`. It keeps nothing that moves the
+arm alive while it is not shown: `disarm` is called before another screen or a dialog comes.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar, cast
+
+from textual.app import ComposeResult
+from textual.containers import Container
+from textual.screen import Screen
+
+from armdrive.status import Status
+from tui import panels
+from tui.framework import PlainText
+
+if TYPE_CHECKING:
+    from tui.desk import Desk
+
+
+class DeskScreen(Screen[None]):
+    """One screen of the desk. Nothing on it is focused unless somebody chooses it."""
+
+    AUTO_FOCUS = ""
+    place: ClassVar[str] = ""
+    """The id of the screen's row in `SCREENS`, and of its rows in the table of keys."""
+
+    _laid_out = False
+
+    @property
+    def desk(self) -> Desk:
+        """The desk that the screen belongs to."""
+        return cast("Desk", self.app)
+
+    @property
+    def armed(self) -> bool:
+        """Whether keys of this screen move the arm at once."""
+        return False
+
+    def disarm(self, reason: str) -> None:
+        """Let go of what this screen holds, and let no key of it move the arm."""
+
+    def compose(self) -> ComposeResult:
+        """Lay out what every screen has; the middle is the screen's own."""
+        yield PlainText(id="title")
+        yield PlainText(id="banner")
+        with Container(id="body"):
+            yield from self.compose_body()
+        yield PlainText(id="remarks")
+        yield PlainText(id="footer")
+
+    def compose_body(self) -> ComposeResult:
+        """Lay out the middle of the screen."""
+        yield from ()
+
+    def on_mount(self) -> None:
+        """Show the arm as soon as there is room to show it in."""
+        self._laid_out = True
+        self.call_after_refresh(self.desk.poll)
+
+    def on_resize(self) -> None:
+        """Fit the texts to the new width."""
+        self.call_after_refresh(self.desk.poll)
+
+    def on_screen_resume(self) -> None:
+        """Show what has happened meanwhile."""
+        self.call_after_refresh(self.desk.poll)
+
+    def on_screen_suspend(self) -> None:
+        """Let no key move the arm behind a dialog or another screen."""
+        self.disarm("another screen is shown")
+
+    def show(self, status: Status) -> None:
+        """Show this status: called at each poll of the desk while it is at this screen."""
+        if not (self._laid_out and self.is_attached):
+            return  # not laid out yet, or already being taken down
+        desk = self.desk
+        width = self.size.width
+        banner = panels.banner(status, desk.keys, looked_for=desk.arm.reconnects)
+        self.text("title").show(panels.title(status, width))
+        self.text("banner").show(banner)
+        self.text("remarks").show(panels.remarks(status, desk.message, bannered=bool(banner)))
+        self.text("footer").show(desk.keys.footer(self.place, width))
+        self.text("title").set_class(not status.simulated, "-real")
+        self.text("banner").set_class(bool(banner), "-shown")
+        self.show_body(status)
+
+    def show_body(self, status: Status) -> None:
+        """Show this status in the middle of the screen."""
+
+    def text(self, name: str) -> PlainText:
+        """Return one of the screen's texts."""
+        return self.query_one(f"#{name}", PlainText)

@@ -1,0 +1,229 @@
+"""The arm in three dimensions, as a widget that repaints only the spans that changed.
+
+    view = SpaceView(desk.arm.model, braille=desk.braille, id="space")
+    view.show(Moment(status.joints, status.gripper_mm))              # at each poll
+    view.show(Moment(status.joints, status.gripper_mm, goal=joints, planned=tip_points))
+
+Keys come to it by `look`, from rows of the table of keys; the mouse orbits by dragging, and zooms.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping
+from functools import partial
+from types import MappingProxyType
+from typing import TYPE_CHECKING, ClassVar
+
+from rich.segment import Segment
+from rich.style import Style
+from textual import events
+from textual.dom import DOMNode
+from textual.geometry import Region
+from textual.strip import Strip
+from textual.widget import Widget
+
+from armdrive.draw.camera import VIEWS, Camera, next_view
+from armdrive.draw.inks import Ink
+from armdrive.draw.scene import Moment, Scene
+from armdrive.draw.studio import Studio
+
+if TYPE_CHECKING:
+    from armdrive.draw.outline import Key, Outline
+    from armdrive.draw.painted import Painted
+    from kinematics import ArmModel
+
+ORBIT_DEG = 10
+"""One press of an orbit key; 36 of them lead back."""
+
+DRAG_DEG = (3, 6)
+"""Dragging by one cell to the side, and by one row, which is twice as high."""
+
+REST_S = 1.0
+"""Outlines of the reach are worked out no more often: it takes time from the arm's own thread."""
+
+_Look = Callable[["SpaceView"], Camera]
+
+LOOKS: Mapping[str, _Look] = MappingProxyType(
+    {
+        "left": lambda view: view.camera.orbited(-ORBIT_DEG),
+        "right": lambda view: view.camera.orbited(ORBIT_DEG),
+        "up": lambda view: view.camera.orbited(0, ORBIT_DEG),
+        "down": lambda view: view.camera.orbited(0, -ORBIT_DEG),
+        "nearer": lambda view: view.zoomed(1),
+        "farther": lambda view: view.zoomed(-1),
+        "fit": lambda view: view.camera.fitted(),
+        "next": lambda view: next_view(view.camera),
+        **{name: partial(lambda camera, _: camera, camera) for name, camera in VIEWS.items()},
+    }
+)
+"""What keys can ask of a view, and where its camera then stands."""
+
+CLEAR = "clear"
+"""Asks for the driven way to be forgotten."""
+
+
+def look(at: DOMNode, what: str) -> bool:
+    """Have every arm view below a node do this; return whether there is one."""
+    views = list(at.query(SpaceView))
+    for view in views:
+        view.look(what)
+    return bool(views)
+
+
+class SpaceView(Widget):
+    """An arm with its table, guards, reach, way and goal, seen from wherever the watcher stands."""
+
+    COMPONENT_CLASSES: ClassVar[set[str]] = {f"space--{ink.name.lower()}" for ink in Ink}
+    DEFAULT_CSS = """
+    SpaceView { width: 1fr; height: 1fr; }
+    SpaceView .space--table { color: $text-muted; }
+    SpaceView .space--reach { color: $secondary; }
+    SpaceView .space--guard { color: $error; }
+    SpaceView .space--base { color: $foreground; }
+    SpaceView .space--planned { color: $accent; }
+    SpaceView .space--driven { color: $success; }
+    SpaceView .space--goal { color: $accent; text-style: bold; }
+    SpaceView .space--arm { color: $foreground; text-style: bold; }
+    SpaceView .space--gripper { color: $foreground; text-style: bold; }
+    SpaceView .space--joint { color: $primary; text-style: bold; }
+    SpaceView .space--axis { color: $warning; text-style: bold; }
+    SpaceView .space--word { color: $foreground; text-style: bold; }
+    """
+
+    def __init__(
+        self,
+        model: ArmModel,
+        *,
+        braille: bool,
+        unknown: str = "posture not known",
+        camera: Camera = VIEWS["iso"],
+        clock: Callable[[], float] = time.monotonic,
+        id: str | None = None,  # noqa: A002
+    ) -> None:
+        super().__init__(id=id)
+        self.camera: Camera = camera
+        self._unknown = unknown
+        self._clock = clock
+        self._scene = Scene(model)
+        self._studio = Studio(self._scene.dome, braille=braille)
+        self._moment = Moment()
+        self._painted: Painted | None = None
+        self._styles: dict[Ink, Style] = {}
+        self._worked_s = -math.inf
+        self._working = False
+        self._dragging = False
+
+    @property
+    def rows(self) -> tuple[str, ...]:
+        """The picture, row by row."""
+        return tuple(self._painted.rows()) if self._painted is not None else ()
+
+    def show(self, moment: Moment) -> None:
+        """Draw the arm as it is now; nothing is done where nothing changed."""
+        if moment != self._moment or self._painted is None:
+            self._moment = moment
+            self._redraw()
+        if self._scene.missing is not None:
+            self._work_out(self._scene.missing)
+
+    def look(self, what: str) -> None:
+        """Move the camera as a key asks, or forget the driven way; `LOOKS` and `CLEAR` name it."""
+        if what == CLEAR:
+            self._scene.trail.clear()
+        else:
+            self.camera = LOOKS[what](self)
+        self._redraw()
+
+    def zoomed(self, steps: int) -> Camera:
+        """Return a camera that much nearer to the tip."""
+        return self.camera.zoomed(steps, self._scene.tip, self._scene.dome)
+
+    # -- drawing ------------------------------------------------------------------------------
+
+    def on_resize(self) -> None:
+        """Draw again at the new size."""
+        self._redraw()
+
+    def notify_style_update(self) -> None:
+        """Take the colours of another theme."""
+        super().notify_style_update()
+        self._styles = {}
+
+    def render_line(self, y: int) -> Strip:
+        """Return one row of the picture."""
+        painted = self._painted
+        if painted is None or y >= painted.height:
+            return Strip.blank(self.size.width, self.rich_style)
+        segments = [Segment(text, self._style(ink)) for text, ink in painted.runs(y)]
+        return Strip(segments, painted.width)
+
+    def _style(self, ink: Ink) -> Style:
+        found = self._styles.get(ink)
+        if found is None:
+            found = self.get_component_rich_style(f"space--{ink.name.lower()}")
+            self._styles[ink] = found
+        return found
+
+    def _redraw(self) -> None:
+        if not self.size:
+            return
+        space = self._scene.space(self._moment, self._unknown)
+        before = self._painted
+        self._painted = self._studio.draw(space, self.camera, self.size.width, self.size.height)
+        changed = [Region(x, y, width, 1) for x, y, width in self._painted.changes(before)]
+        if changed:
+            self.refresh(*changed)
+
+    # -- the reach ----------------------------------------------------------------------------
+
+    def _work_out(self, key: Key) -> None:
+        """Have an outline worked out in a thread, one at a time, and not too often."""
+        if self._working or self._clock() - self._worked_s < REST_S or not self.is_attached:
+            return
+        self._working, self._worked_s = True, self._clock()
+        work = partial(self._worked, key)
+        self.run_worker(work, thread=True, exit_on_error=False, group="reach")
+
+    def _worked(self, key: Key) -> None:
+        try:
+            found = self._scene.work_out(key)
+            self.app.call_from_thread(self._keep, key, found)
+        finally:
+            self._working = False
+
+    def _keep(self, key: Key, found: Outline) -> None:
+        self._scene.keep(key, found)
+        self._redraw()
+
+    # -- the mouse ----------------------------------------------------------------------------
+
+    def on_mouse_down(self, event: events.MouseDown) -> None:
+        """Take hold of the picture."""
+        event.stop()
+        self._dragging = True
+        self.capture_mouse()
+
+    def on_mouse_up(self, event: events.MouseUp) -> None:
+        """Let go of it."""
+        event.stop()
+        self._dragging = False
+        self.release_mouse()
+
+    def on_mouse_move(self, event: events.MouseMove) -> None:
+        """Go round the arm, as if the table were turned by hand."""
+        if self._dragging and (event.delta_x or event.delta_y):
+            across, down = DRAG_DEG
+            self.camera = self.camera.orbited(-event.delta_x * across, event.delta_y * down)
+            self._redraw()
+
+    def on_mouse_scroll_up(self, event: events.MouseScrollUp) -> None:
+        """Come nearer."""
+        event.stop()
+        self.look("nearer")
+
+    def on_mouse_scroll_down(self, event: events.MouseScrollDown) -> None:
+        """Go farther away."""
+        event.stop()
+        self.look("farther")
