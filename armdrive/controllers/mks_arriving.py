@@ -62,7 +62,8 @@ class MksArriving(MksContact):
             if self.stop_asked:
                 continue  # after a suspension the look is an old one, and no drive is to blame
             for node in left:
-                self._weigh(node, states.get(node), short)
+                if self.drive(node).seen_s >= asked_s:
+                    self._weigh(node, states.get(node), short)
             if any(count >= MUTE_LOOKS for count in mute.values()):
                 return (yield from self.lose(began_s))
             stuck = [node for node in self.under_way if short.get(node, 0) >= SHORT_LOOKS * TRIES]
@@ -98,7 +99,7 @@ class MksArriving(MksContact):
 
     def _weigh(self, node: int, state: MotorState | None, short: dict[int, int]) -> None:
         drive = self.drive(node)
-        if state is not MotorState.STOPPED or drive.seen_s < self.now_s - 2 * ARRIVE_POLL_S:
+        if state is not MotorState.STOPPED:
             return
         if self._near(node):
             self._host.settle(node)

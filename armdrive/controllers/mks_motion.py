@@ -55,11 +55,11 @@ class MksMotion(MksArriving):
         trip = Trip(request.segments, request.ahead_s, request.let_go, track)
         trip.polled_s = self.now_s
         for drive in self.drives:
-            drive.heard_s = self.now_s
+            drive.heard_s, drive.unanswered = self.now_s, 0
         while not trip.sent_all:
             if self.stop_asked or request.let_go():
                 return (yield from self.halted())
-            if self.now_s >= trip.steered_s + self.settings.segment_s - 1e-9:
+            if trip.is_due(self.now_s, self.settings.segment_s):
                 trip.go_on(self.now_s)
                 trip.held = request.held_back()
                 self.underruns += trip.draw()
@@ -67,7 +67,7 @@ class MksMotion(MksArriving):
                     yield from self.halted()
                     return refused
             self._poll(trip)
-            wake_s = min(trip.steered_s + self.settings.segment_s, self._poll_s(trip))
+            wake_s = min(trip.due_s, self._poll_s(trip))
             heard = yield wake_s
             end = (yield from self._weighed(trip, heard)) if heard is not None else None
             if end is None and not self.stop_asked:  # who was suspended has heard nobody, and stops
@@ -223,11 +223,10 @@ class MksMotion(MksArriving):
         return None
 
     def _unheard(self) -> Generator[float, Event | None, Reply | None]:
-        """End a motion in which a drive has not been heard for a while."""
-        silent_s = self.now_s - MUTE_LOOKS * self.settings.poll_s - self.settings.answer_s
-        if all(drive.heard_s >= silent_s for drive in self.drives):
+        """End a motion in which a drive has been asked again and again, and was not heard."""
+        if all(drive.unanswered <= MUTE_LOOKS for drive in self.drives):
             return None
-        return (yield from self.lose(silent_s))
+        return (yield from self.lose(self.now_s - MUTE_LOOKS * self.settings.poll_s))
 
 
 def _shares(speeds: list[float]) -> list[float]:

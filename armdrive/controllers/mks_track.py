@@ -103,6 +103,8 @@ class Trip:
     sent_s: float = 0.0
     """How far on it they have been sent."""
     steered_s: float = -math.inf
+    due_s: float = -math.inf
+    """When the drives are to be steered next."""
     polled_s: float = -math.inf
     guess_s: float = 0.0
     exhausted: bool = False
@@ -115,6 +117,13 @@ class Trip:
     def sent_all(self) -> bool:
         """Whether nothing is left to be steered."""
         return (self.exhausted or self.held) and self.time_s >= self.track.end_s
+
+    def is_due(self, now_s: float, period_s: float) -> bool:
+        """Tell whether it is time to steer, and then set the next one: late ones do not add up."""
+        if now_s < self.due_s - 1e-9:
+            return False
+        self.due_s = max(self.due_s, now_s - period_s / 2.0) + period_s
+        return True
 
     def go_on(self, now_s: float) -> None:
         """Let the time since the last steering pass, as far as the motors had been sent."""
