@@ -10,6 +10,7 @@ from types import TracebackType
 from typing import Any, Self
 
 from armdrive.calls.conducting import Conducting
+from armdrive.calls.foreseeing import Foreseeing
 from armdrive.calls.jogging import Jogging
 from armdrive.calls.reconnecting import Reconnecting
 from armdrive.calls.routing import Routing
@@ -23,7 +24,7 @@ from armdrive.status import State
 
 
 @witnessed
-class Arm(Verifying, Routing, Jogging, Reconnecting, Conducting):
+class Arm(Verifying, Routing, Foreseeing, Jogging, Reconnecting, Conducting):
     """One arm, connected. Make one with `Arm.connect`; use it in a `with` statement."""
 
     @classmethod

@@ -103,7 +103,7 @@ class GuardedArm:
         return (
             *(
                 GuardViolation(*reading[:4], -reading.clearance_mm, sentence_of(reading, self))
-                for reading in self._readings(joints)
+                for reading in self.readings(joints)
                 if reading.room_mm < 0.0
             ),
             *self._broken_sums(joints),
@@ -126,7 +126,8 @@ class GuardedArm:
             own.append(-1.0)
         return Room(min(own, default=math.inf), boxes)
 
-    def _readings(self, joints: Joints) -> Iterator[Reading]:
+    def readings(self, joints: Joints) -> Iterator[Reading]:
+        """Yield what every guard on a distance measures of a posture."""
         points = self.arm.points(joints)
         yield from self._own(joints, points)
         if self.links is not None:

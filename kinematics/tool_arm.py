@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from kinematics.arm_geometry import ArmGeometry, Point
 from kinematics.errors import Constraint, KinematicsError, Unreachable
-from kinematics.five_axis import FiveAxisArm
+from kinematics.five_axis import Branch, FiveAxisArm
 from kinematics.frames import compose, translation
 from kinematics.limits import JointRange, LimitViolation, wrap
 from kinematics.rotations import Matrix3
@@ -87,6 +87,11 @@ class ToolArm:
         """Return the posture within the limits nearest to the seed, or None."""
         fingers = self._fingers(pose)
         return None if fingers is None else self.bare.solve(fingers, seed)
+
+    def branches(self, pose: Pose, seed: Joints | None = None) -> tuple[Branch, ...]:
+        """Return every posture for a pose, those beyond the limits included: see `FiveAxisArm`."""
+        fingers = self._fingers(pose)
+        return () if fingers is None else self.bare.branches(fingers, seed)
 
     def ik(self, pose: Pose, seed: Joints | None = None) -> Joints:
         """Return the posture within the limits nearest to the seed; raises `Unreachable`."""

@@ -12,16 +12,10 @@ from armdrive.errors import BadRequest, OutOfBounds, Refused
 from armdrive.flows import motion
 from armdrive.flows.gripping import require_gripper, set_gripper
 from armdrive.flows.motion import Moved
-from armdrive.frames import BASE, goal_in_base
+from armdrive.frames import BASE
+from armdrive.goals import Goal, Ground, JointGoal, LineGoal, PoseGoal
 from armdrive.handle import Handle
-from armdrive.planning import (
-    Plan,
-    named_joints,
-    plan_joints,
-    plan_line,
-    posture_for,
-    speed_fraction,
-)
+from armdrive.planning import Plan, plan_joints, speed_fraction
 from armdrive.states import Event, after
 from armdrive.status import State
 from armdrive.whereabouts import Coordinates
@@ -54,18 +48,7 @@ class Moving(Connected):
         first: `OutOfBounds` names the joint or guard, and nothing has moved. With `wait=False` a
         `Handle` is returned at once.
         """
-        fraction = speed_fraction(speed)
-        if not joints_deg:
-            raise BadRequest("name at least one joint, for example shoulder_deg=40")
-        handle = self._start(
-            lambda here: plan_joints(
-                self.config,
-                self.speeds,
-                here,
-                Coordinates(named_joints(here.joints, joints_deg), here.opening_mm),
-                fraction,
-            )
-        )
+        handle = self._go(JointGoal(joints_deg), speed)
         return handle.wait() if wait else handle
 
     @overload
@@ -85,24 +68,7 @@ class Moving(Connected):
         a change from where the tool is (frames.py).
         Raises `kinematics.Unreachable` or `OutOfBounds` with the nearest pose that is allowed.
         """
-        self.core.require_geometry()
-        fraction = speed_fraction(speed)
-        handle = self._start(
-            lambda here: plan_joints(
-                self.config,
-                self.speeds,
-                here,
-                Coordinates(
-                    posture_for(
-                        self.config,
-                        goal_in_base(self.config, here.joints, goal, frame),
-                        here.joints,
-                    ),
-                    here.opening_mm,
-                ),
-                fraction,
-            )
-        )
+        handle = self._go(PoseGoal(goal, frame), speed)
         return handle.wait() if wait else handle
 
     @overload
@@ -123,17 +89,7 @@ class Moving(Connected):
         The tip leaves the line by at most `motion.line_tolerance_mm` of the arm file and what one
         motor step is worth. Raises `kinematics.PathBroken` where the line leaves the reach.
         """
-        self.core.require_geometry()
-        fraction = speed_fraction(speed)
-        handle = self._start(
-            lambda here: plan_line(
-                self.config,
-                self.speeds,
-                here,
-                goal_in_base(self.config, here.joints, goal, frame),
-                fraction,
-            )
-        )
+        handle = self._go(LineGoal(goal, frame), speed)
         return handle.wait() if wait else handle
 
     def move_gripper(self, opening_mm: float, speed: float) -> Moved:
@@ -187,6 +143,13 @@ class Moving(Connected):
         if self.model.reference is None:
             raise Refused("this arm has no park posture: write [park] into its arm file")
         return raised(self.model.reference.pose, PARK_HEIGHT_MM)
+
+    def _go(self, goal: Goal, speed: float) -> Handle[Moved]:
+        """Plan a way to a goal and hand it to the engine."""
+        if goal.cartesian:
+            self.core.require_geometry()
+        fraction = speed_fraction(speed)
+        return self._start(lambda here: goal.plan(Ground(self.config, self.speeds, here), fraction))
 
     def _start(self, plan: Callable[[Coordinates], Plan]) -> Handle[Moved]:
         """Plan from where the arm is, and hand the audited plan to the engine."""

@@ -8,6 +8,7 @@ Examples:
   armdrive move --shoulder 40 --elbow -60 --speed 0.5
   armdrive move --gripper 40
   armdrive move --park
+  armdrive move --y 80 --line --preview               moves nothing: what it would be
 
 """
 
@@ -21,13 +22,14 @@ from armdrive.cli.choosing import add_allow_restored, add_arm_options, connect_c
 from armdrive.cli.confirming import settle_trust
 from armdrive.cli.numbers import fraction, number
 from armdrive.cli.output import emit, say, say_which
-from armdrive.errors import BadRequest
+from armdrive.errors import BadRequest, Refused
 from armdrive.frames import BASE, TOOL
 from armdrive.view import status_view
 from kinematics import JOINT_NAMES, Pose
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm
+    from armdrive.preview import Preview
 
 COORDINATES = (
     ("x", "mm"), ("y", "mm"), ("z", "mm"), ("pitch", "deg"), ("roll", "deg"), ("yaw", "deg"),
@@ -63,6 +65,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--gripper", type=number, metavar="MM", help="open or close to a width")
     parser.add_argument("--park", action="store_true", help="to the park posture")
     parser.add_argument("--speed", type=fraction, default=1.0, help="fraction of the limits")
+    parser.add_argument(
+        "--preview",
+        action="store_true",
+        help="say what the motion would be, every solution and margin; moves nothing",
+    )
     add_allow_restored(parser)
     add_arm_options(parser)
 
@@ -74,6 +81,8 @@ def run(options: argparse.Namespace) -> int:
         if not options.json:
             say_which(arm.status)
         settle_trust(arm)
+        if options.preview:
+            return _show(_preview(arm, options), options)
         for moved in _moves(arm, options):
             if not options.json:
                 say(str(moved))
@@ -96,6 +105,8 @@ def _check(options: argparse.Namespace) -> None:
         raise BadRequest("--frame needs a pose, for example --frame tool --z -30 --line")
     if options.via is not None and (options.line or not pose):
         raise BadRequest("--via needs a pose to lead to and no --line, for example --via 250,0,120")
+    if options.preview and (options.via is not None or not (pose or joints)):
+        raise BadRequest("--preview is of a pose or of joints, without --via")
     if options.line and not pose:
         raise BadRequest("--line needs a pose to lead to, for example --y 80 --line")
 
@@ -117,6 +128,27 @@ def _moves(arm: Arm, options: argparse.Namespace) -> list[object]:
     if options.gripper is not None:
         done.append(arm.gripper.move(options.gripper, speed=options.speed))
     return done
+
+
+def _preview(arm: Arm, options: argparse.Namespace) -> Preview:
+    """Return what the motion would be; fingers that are to be moved besides are not in it."""
+    named = _joints(options)
+    if named:
+        return arm.preview(speed=options.speed, **named)
+    goal = _goal(_here(arm, options.frame), options)
+    return arm.preview(goal, line=options.line, frame=options.frame, speed=options.speed)
+
+
+def _show(preview: Preview, options: argparse.Namespace) -> int:
+    """Print a preview; return the code that the motion itself would be refused with, or 0."""
+    from armdrive.previewing import preview_lines, preview_view
+
+    if options.json:
+        emit(preview_view(preview))
+    else:
+        for line in preview_lines(preview):
+            say(line)
+    return getattr(preview.refusal, "exit_code", Refused.exit_code) if preview.refusal else 0
 
 
 def _joints(options: argparse.Namespace) -> dict[str, Any]:

@@ -1,0 +1,134 @@
+"""What a planned motion leads to, in the words of the public calls, and the plan of each kind.
+
+One piece of code plans what `move_*` carries out and what `preview` shows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+from armdrive.errors import BadRequest
+from armdrive.frames import BASE, goal_in_base
+from armdrive.planning import Plan, named_joints, plan_joints, plan_line, posture_for
+from armdrive.whereabouts import Coordinates
+
+if TYPE_CHECKING:
+    from armdrive.armfile import ArmConfig
+    from armdrive.legs import Speeds
+    from kinematics import Joints, Pose
+
+
+@dataclass(frozen=True, slots=True)
+class Ground:
+    """What a plan is made on: the arm, its limits of speed, and where it stands."""
+
+    config: ArmConfig
+    speeds: Speeds
+    here: Coordinates
+
+    def to_joints(self, joints: Joints, fraction: float) -> Plan:
+        """Plan a motion straight in joint space; the fingers stay as they are."""
+        end = Coordinates(joints, self.here.opening_mm)
+        return plan_joints(self.config, self.speeds, self.here, end, fraction)
+
+    def in_base(self, pose: Pose, frame: str) -> Pose:
+        """Return a pose of a frame as the base sees it."""
+        return goal_in_base(self.config, self.here.joints, pose, frame)
+
+
+class Goal(Protocol):
+    """Somewhere to go. All that it raises says why it is refused."""
+
+    @property
+    def cartesian(self) -> bool:
+        """Whether it means nothing before the arm's lengths are known."""
+        ...
+
+    def plan(self, ground: Ground, fraction: float) -> Plan:
+        """Return the audited plan that leads there."""
+        ...
+
+    def pose(self, ground: Ground) -> Pose | None:
+        """Return the pose that is asked for, in the base; None where joint angles are."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class JointGoal:
+    """Angles of the joints that are named, `shoulder_deg`; the others stay."""
+
+    named_deg: Mapping[str, float]
+    cartesian = False
+
+    def __post_init__(self) -> None:
+        if not self.named_deg:
+            raise BadRequest("name at least one joint, for example shoulder_deg=40")
+
+    def joints(self, ground: Ground) -> Joints:
+        """Return the angles of all joints."""
+        return named_joints(ground.here.joints, self.named_deg)
+
+    def plan(self, ground: Ground, fraction: float) -> Plan:
+        """Return the joint motion there."""
+        return ground.to_joints(self.joints(ground), fraction)
+
+    def pose(self, ground: Ground) -> Pose | None:  # noqa: ARG002 - as every goal
+        """Ask for no pose."""
+        return None
+
+
+@dataclass(frozen=True, slots=True)
+class PostureGoal:
+    """A posture of all joints, such as a named point's."""
+
+    posture: Joints
+    cartesian = False
+
+    def joints(self, ground: Ground) -> Joints:  # noqa: ARG002 - as every goal of joints
+        """Return the angles of all joints."""
+        return self.posture
+
+    def plan(self, ground: Ground, fraction: float) -> Plan:
+        """Return the joint motion there."""
+        return ground.to_joints(self.posture, fraction)
+
+    def pose(self, ground: Ground) -> Pose | None:  # noqa: ARG002 - as every goal
+        """Ask for no pose."""
+        return None
+
+
+@dataclass(frozen=True, slots=True)
+class PoseGoal:
+    """A pose of a frame, by a joint motion to the nearest posture."""
+
+    asked: Pose
+    frame: str = BASE
+    cartesian = True
+
+    def plan(self, ground: Ground, fraction: float) -> Plan:
+        """Return the joint motion to the posture nearest to the present one."""
+        goal = self.pose(ground)
+        return ground.to_joints(posture_for(ground.config, goal, ground.here.joints), fraction)
+
+    def pose(self, ground: Ground) -> Pose:
+        """Return the pose in the base."""
+        return ground.in_base(self.asked, self.frame)
+
+
+@dataclass(frozen=True, slots=True)
+class LineGoal:
+    """A pose of a frame, along a straight line of the tip in the posture that the arm has."""
+
+    asked: Pose
+    frame: str = BASE
+    cartesian = True
+
+    def plan(self, ground: Ground, fraction: float) -> Plan:
+        """Return the straight line there."""
+        return plan_line(ground.config, ground.speeds, ground.here, self.pose(ground), fraction)
+
+    def pose(self, ground: Ground) -> Pose:
+        """Return the pose in the base."""
+        return ground.in_base(self.asked, self.frame)

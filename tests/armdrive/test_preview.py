@@ -1,0 +1,257 @@
+"""A preview is the motion itself before it begins: same plan, same refusal, and nothing is sent."""
+
+import math
+from dataclasses import replace
+
+import pytest
+from chain_files import connected, five_joints
+from faults import OVER_THE_TABLE, ready_arm, sim_arm, sim_config
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from armdrive.armsections import MotionSettings
+from armdrive.errors import BadRequest, NotReferenced, OutOfBounds, Refused, WrongState
+from armdrive.previewing import preview_view
+from kinematics import JointRange, PathBroken, Pose, Unreachable
+
+GOAL = Pose.of(x_mm=250, y_mm=100, z_mm=120, pitch_deg=-80)
+FAR = Pose.of(x_mm=600, y_mm=0, z_mm=120, pitch_deg=-80)
+UNDER = Pose.of(x_mm=220, y_mm=10, z_mm=-60, pitch_deg=-90)
+
+
+@pytest.fixture
+def arm():
+    return ready_arm(sim_config(planned_burst_s=2.0))
+
+
+def asked(arm, goal, **how):
+    """Ask for the motion that a preview is of."""
+    if isinstance(goal, Pose):
+        line = how.pop("line", False)
+        return (arm.move_l if line else arm.move_to)(goal, **how)
+    return arm.move_j(**goal, **how)
+
+
+def foreseen(arm, goal, **how):
+    return arm.preview(goal, **how) if isinstance(goal, Pose) else arm.preview(**goal, **how)
+
+
+GOALS = [
+    (GOAL, {}),
+    (GOAL, {"line": True, "speed": 0.5}),
+    ({"base_deg": 40.0, "elbow_deg": -60.0}, {"speed": 0.3}),
+    (Pose.of(x_mm=0, y_mm=0, z_mm=-30, pitch_deg=0), {"frame": "tool", "line": True}),
+]
+
+
+@pytest.mark.parametrize(("goal", "how"), GOALS)
+def test_what_was_foreseen_is_what_is_done(arm, goal, how):
+    before = len(arm.twin.link.sent)
+    preview = foreseen(arm, goal, **how)
+    assert len(arm.twin.link.sent) == before
+    assert preview.possible
+    began = arm.core.coordinates
+    moved = asked(arm, goal, **how)
+    assert preview.start == began.joints
+    assert preview.end == arm.core.coordinates.joints
+    assert math.dist(preview.path[-1], arm.model.arm.points(moved.joints)[-1]) < 1.0
+    assert preview.duration_s <= moved.duration_s <= preview.slowest_s * 1.1 + 1.0
+
+
+@pytest.mark.parametrize(
+    ("goal", "how", "kind"),
+    [
+        (FAR, {}, Unreachable),
+        (FAR, {"line": True}, Unreachable),
+        (UNDER, {}, OutOfBounds),
+        ({"shoulder_deg": 300.0}, {}, OutOfBounds),
+        ({"shoulder_deg": -30.0}, {}, OutOfBounds),
+    ],
+)
+def test_the_refusal_is_the_very_one_and_what_is_named_instead_can_be_gone_to(arm, goal, how, kind):
+    preview = foreseen(arm, goal, **how)
+    assert isinstance(preview.refusal, kind)
+    with pytest.raises(kind) as refused:
+        asked(arm, goal, **how)
+    assert str(preview.refusal) == str(refused.value)
+    assert preview.plan is None
+    assert preview.nearest is not None
+    named = {f"{name}_deg": angle for name, angle in preview.nearest.joints.deg.items()}
+    arm.move_j(**named)
+    assert math.dist(arm.twin.world.tip, arm.model.arm.points(preview.nearest.joints)[-1]) < 1.5
+
+
+def test_a_line_that_is_barred_on_its_way_leads_as_far_as_it_can(arm):
+    start = Pose.of(x_mm=200, y_mm=-120, z_mm=200, pitch_deg=0)
+    arm.move_to(start)
+    through = Pose.of(x_mm=100, y_mm=180, z_mm=200, pitch_deg=0)
+    preview = arm.preview(through, line=True)
+    assert isinstance(preview.problem, PathBroken | OutOfBounds)
+    assert 0.0 < preview.nearest.share < 1.0
+    arm.move_l(preview.nearest.pose)
+    assert not arm.preview(through, line=True).possible
+    way_mm = math.dist((200, -120, 200), (100, 180, 200)) * preview.nearest.share
+    assert math.dist(arm.twin.world.tip, (200, -120, 200)) == pytest.approx(way_mm, abs=1.5)
+
+
+def test_every_posture_is_named_and_the_others_say_why_not(arm):
+    preview = arm.preview(GOAL)
+    first, *others = preview.ways
+    assert first.taken
+    assert first.name == "elbow up, base front"
+    assert len(others) == 3
+    assert all(way.against and not way.taken and not way.allowed for way in others)
+    assert not arm.preview(base_deg=10).ways
+
+
+def test_an_allowed_posture_that_is_further_off_says_so_and_can_be_taken_by_its_joints():
+    config = sim_config(planned_burst_s=2.0)
+    wide = tuple(JointRange.of(-180, 180) for _ in config.model.arm.limits)
+    model = replace(config.model, arm=replace(config.model.arm, limits=wide))
+    arm = ready_arm(replace(config, model=model))
+    preview = arm.preview(GOAL)
+    second = [way for way in preview.ways if way.allowed and not way.taken]
+    assert second
+    assert "further" in second[0].against
+    line = arm.preview(GOAL, line=True)
+    assert any("straight line keeps" in way.against for way in line.ways if not way.taken)
+    named = {f"{name}_deg": angle for name, angle in second[0].joints.deg.items()}
+    assert arm.model.arm.fk(second[0].joints).x_mm == pytest.approx(GOAL.x_mm)
+    assert arm.preview(**named).possible
+    arm.move_j(**named)
+    assert math.dist(arm.twin.world.tip, (250, 100, 120)) < 1.5
+
+
+def test_margins_and_clearances_are_the_least_on_the_way(arm):
+    preview = arm.preview(Pose.of(x_mm=250, y_mm=60, z_mm=20, pitch_deg=-80), line=True)
+    table = next(each for each in preview.clearances if each.guard == "table")
+    heights = [
+        min(point[2] for point in arm.model.arm.points(joints)[-3:]) for joints in preview.postures
+    ]
+    assert table.clearance_mm == pytest.approx(min(heights))
+    assert table.quantity == "tip z"
+    shoulder = next(one for one in preview.margins if one.joint == "shoulder")
+    bounds = arm.model.arm.limits[1]
+    margins = [min(j[1] - bounds.low_rad, bounds.high_rad - j[1]) for j in preview.postures]
+    assert shoulder.margin_rad == pytest.approx(min(margins))
+    assert preview.margin is preview.margins[0]
+    assert preview.clearance is preview.clearances[0]
+
+
+def test_no_point_travels_far_between_two_postures_of_a_preview(arm):
+    preview = arm.preview(GOAL)
+    for before, behind in zip(preview.postures, preview.postures[1:], strict=False):
+        ends = zip(arm.model.arm.points(before), arm.model.arm.points(behind), strict=True)
+        assert max(math.dist(a, b) for a, b in ends) <= 2.0
+
+
+def test_an_arm_that_nobody_has_referenced_foresees_nothing():
+    arm = sim_arm()
+    preview = arm.preview(GOAL)
+    assert isinstance(preview.refusal, NotReferenced)
+    assert preview.start is None
+    assert preview.path == ()
+    assert "refused" in str(preview)
+
+
+def test_an_arm_in_motion_shows_the_plan_and_the_reason_why_not_now(arm):
+    handle = arm.move_j(base_deg=60, wait=False)
+    arm.sleep(0.5)
+    preview = arm.preview(base_deg=0)
+    assert isinstance(preview.refusal, WrongState)
+    assert preview.plan is not None
+    handle.wait()
+    assert arm.preview(base_deg=0).possible
+
+
+def test_an_arm_of_a_template_refuses_poses_and_shows_joints(arm):
+    arm.core.geometry_known = False
+    assert isinstance(arm.preview(GOAL).refusal, Refused)
+    assert arm.preview(base_deg=10).possible
+
+
+@pytest.mark.parametrize(
+    ("words", "named"),
+    [
+        ((), {}),
+        ((), {"knee_deg": 3.0}),
+        ((), {"line": True, "base_deg": 3.0}),
+        ((GOAL,), {"base_deg": 3.0}),
+        ((GOAL,), {"frame": "moon"}),
+        ((GOAL,), {"speed": 2.0}),
+    ],
+)
+def test_what_is_no_goal_is_a_bad_request(arm, words, named):
+    with pytest.raises(BadRequest):
+        arm.preview(*words, **named)
+
+
+def test_an_arm_of_a_model_file_is_foreseen_as_well(tmp_path):
+    config = replace(five_joints(tmp_path), motion=MotionSettings(planned_burst_s=2.0))
+    with connected(config) as arm:
+        arm.home()
+        goal = Pose.of(x_mm=250, y_mm=-60, z_mm=140, pitch_deg=-80)
+        preview = arm.preview(goal)
+        assert preview.possible
+        assert [way.taken for way in preview.ways] == [True]
+        assert preview.ways[0].name == ""
+        arm.move_to(goal)
+        assert preview.end == arm.core.coordinates.joints
+
+
+@settings(max_examples=25)
+@given(
+    st.floats(-300, 450), st.floats(-300, 300), st.floats(-80, 450), st.floats(-120, 60),
+    st.booleans(),
+)  # fmt: skip
+def test_every_goal_is_foreseen_as_it_would_end(x, y, z, pitch, line):
+    arm = ready_arm(sim_config(planned_burst_s=10.0))
+    goal = Pose.of(x_mm=x, y_mm=y, z_mm=z, pitch_deg=pitch)
+    preview = arm.preview(goal, line=line)
+    if preview.possible:
+        asked(arm, goal, line=line)
+        assert preview.end == arm.core.coordinates.joints
+        least = -arm.model.guards.tolerance_mm - 1e-6
+        assert all(each.clearance_mm >= least for each in preview.clearances)
+        return
+    with pytest.raises(type(preview.refusal)):
+        asked(arm, goal, line=line)
+    if preview.nearest is not None:
+        assert arm.model.arm.violations(preview.nearest.joints) == ()
+        assert arm.model.guards.violation(arm.model.arm, preview.nearest.joints) is None
+
+
+def test_a_preview_is_plain_data_too(arm):
+    view = preview_view(arm.preview(GOAL))
+    assert view["possible"] is True
+    assert view["refusal"] is None
+    assert view["ways"][0]["taken"] is True
+    assert view["path_mm"][0] == [
+        round(each, 2) for each in arm.model.arm.points(OVER_THE_TABLE)[-1]
+    ]
+    refused = preview_view(arm.preview(FAR))
+    assert refused["possible"] is False
+    assert refused["refusal"]["code"].startswith("E")
+    assert refused["nearest"]["pose"]["x_mm"] < 450
+
+
+def test_the_command_shows_and_moves_nothing(call):
+    call("home", code=0)
+    before = call("status", "--json", code=0).json
+    seen = call("move", "--x", "250", "--z", "120", "--pitch", "-90", "--preview", code=0).out
+    assert "-> elbow up, base front" in seen
+    assert "table:" in seen
+    view = call("move", "--x", "250", "--z", "120", "--preview", "--json", code=0).json
+    assert view["possible"] is True
+    assert call("status", "--json", code=0).json["joints"] == before["joints"]
+
+
+def test_the_command_ends_with_the_code_of_the_refusal(call):
+    call("home", code=0)
+    seen = call("move", "--x", "900", "--z", "120", "--preview", code=3).out
+    assert "refused:" in seen
+    assert "possible instead:" in seen
+    view = call("move", "--shoulder", "900", "--preview", "--json", code=3).json
+    assert view["refusal"]["code"] == "E205"
+    call("move", "--park", "--preview", code=2)
+    call("move", "--x", "250", "--via", "240,10,120", "--preview", code=2)
