@@ -7,6 +7,7 @@ from collections.abc import Collection, Generator, Mapping
 from armdrive.controllers.mks_stops import MksStopping
 from armdrive.controllers.mks_talk import TRIES, Script
 from armdrive.controllers.requests import Alert, AlertKind, Denied, Done, Silence
+from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.mks import (
     LATEST,
     Ability,
@@ -53,7 +54,7 @@ class MksContact(MksStopping):
     def contact(self) -> Hindrance:
         """Find every drive and wait until all stand; return what stands against it."""
         began_s = self.now_s
-        self.doubles.clear()
+        self.extra.clear()
         for _ in range(TRIES):
             if missing := (yield from self.look()):
                 return self.absence(missing, began_s)
@@ -198,8 +199,11 @@ class MksContact(MksStopping):
         found = yield from self.ask(dict.fromkeys(self.nodes, timeout), text="WATCHDOG")
         if not all(isinstance(found.get(node), Taken) for node in self.nodes):
             return False
-        told = yield from self.read(ReadSetting(Code.WATCHDOG))
-        return all(_setting(told.get(node)) in (None, timeout) for node in self.nodes)
+        for _ in range(TRIES):  # a late answer to the setting looks like its value
+            told = yield from self.read(ReadSetting(Code.WATCHDOG))
+            if all(_setting(told.get(node)) in (None, timeout) for node in self.nodes):
+                return True
+        return False
 
     def command(self, message: Message, text: str) -> Hindrance:
         """Have every drive do something that may be said twice; return why one did not."""
@@ -237,7 +241,10 @@ def _states(found: Mapping[int, Event]) -> dict[int, MotorState]:
 
 
 def _setting(heard: Event | None) -> object:
-    """Return a setting that was read; None where the drive does not tell it."""
+    """Return a setting that was read, None where it was not told; what is none as it came."""
     if not isinstance(heard, Answered) or not isinstance(heard.answer, SettingRead):
         return None
-    return as_setting(heard.answer)
+    try:
+        return as_setting(heard.answer)
+    except RemoteProtocolError:
+        return heard.answer

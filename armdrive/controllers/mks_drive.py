@@ -18,8 +18,8 @@ SLOW = 2.0 * COUNTS_S_PER_RPM
 """A drive this slow stops at once."""
 WAY_S = 0.1
 """A drive may be behind its model by what it runs in this time: loops and wires are late."""
-
-
+PROMPT_S = 0.03
+"""An answer that took longer is of another moment than now."""
 LEAST_SHARE = 0.1
 """A slow drive's ramp is at least this share of the steepest: it has corners to follow."""
 
@@ -63,6 +63,11 @@ class Drive:
     """Whether it stands as it was found, and was sent nowhere since."""
     off: int = 0
     """How often in a row it was seen off its way."""
+    unanswered: int = 0
+    """How often it was asked where it is since it was heard last."""
+    asked_s: float = -math.inf
+    asked_at: float = 0.0
+    """Where it was by its orders when it was asked last."""
 
     def __str__(self) -> str:
         return f"drive {self.node} ({self.name})"
@@ -72,6 +77,7 @@ class Drive:
         self.position, self.speed, self.target, self.told = float(count), 0.0, count, 0.0
         self.origin = count
         self.at_s, self.moving, self.off, self.fresh = now_s, False, 0, False
+        self.asked_at = self.position
 
     @property
     def slope(self) -> float:
@@ -108,11 +114,18 @@ class Drive:
         else:
             self.position += way
 
-    def off_by(self, count: int, asked_s: float) -> float:
-        """Return how far a count that was read is from the model, beyond what is only late."""
-        self.advance(asked_s)
+    def ask(self, now_s: float) -> None:
+        """Take note that it is asked where it is: its answer is of some moment from now on."""
+        self.advance(now_s)
+        self.unanswered += 1
+        self.asked_s, self.asked_at = now_s, self.position
+
+    def off_by(self, count: int, now_s: float) -> float:
+        """Return how far a count that was heard is off the model, beyond what is only late."""
+        self.advance(now_s)
         late = max(abs(self.speed), abs(self.told) if self.moving else 0.0) * WAY_S
-        return max(abs(count - self.position) - late, 0.0)
+        low, high = sorted((self.asked_at, self.position))
+        return max(low - count - late, count - high - late, 0.0)
 
     def found_near(self, there: int, reach: int) -> int:
         """Return where it stands: where it was left, if it was found within reach of that."""
@@ -132,5 +145,6 @@ class Drive:
         return low - margin <= count <= high + margin
 
     def believe(self, count: int, gain: float) -> None:
-        """Draw the model towards what was read."""
-        self.position += gain * (count - self.position)
+        """Draw the model towards what was read, if that is of now."""
+        if self.at_s <= self.asked_s + PROMPT_S:
+            self.position += gain * (count - self.position)

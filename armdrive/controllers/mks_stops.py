@@ -13,6 +13,7 @@ from armdrive.controllers.mks_drive import shared_acc
 from armdrive.controllers.mks_settings import MksSettings
 from armdrive.controllers.mks_talk import MksTalk
 from armdrive.controllers.requests import Denied, Progress, Silence
+from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.mks import (
     COUNTS_PER_TURN,
     HARD_STOP_MAX_RPM,
@@ -162,7 +163,10 @@ class MksStopping(MksTalk):
         found = yield from self.read(ReadSetting(Code.MODE), (node,))
         heard = found.get(node)
         read = heard.answer if isinstance(heard, Answered) else None
-        mode = as_setting(read) if isinstance(read, SettingRead) else None
+        try:
+            mode = as_setting(read) if isinstance(read, SettingRead) else None
+        except RemoteProtocolError:
+            return ""
         if not isinstance(mode, SetMode) or mode.mode.on_bus:
             return ""
         return (

@@ -44,7 +44,7 @@ Asking: TypeAlias = Generator[float, Event | None, dict[int, Event]]
 TRIES = 3
 """How often something that may be said twice is said."""
 SHARED = 2
-"""So many answers to one request, again and again, are those of two drives."""
+"""So many more answers than questions are those of two drives; late ones are as many."""
 
 
 class MksTalk(Scripted[Event]):
@@ -58,8 +58,8 @@ class MksTalk(Scripted[Event]):
         self.drives = tuple(Drive(node, name, settings.acceleration) for node, name in named)
         self._by_node: Mapping[int, Drive] = {drive.node: drive for drive in self.drives}
         self.said_s = 0.0
-        self.doubles: dict[int, int] = {}
-        """How often a drive's reading came once more than it was asked for."""
+        self.extra: dict[int, int] = {}
+        """How many readings of its encoder a drive has told beyond those it was asked for."""
 
     def give_up(self) -> None:
         """Wait for no answer any more."""
@@ -84,6 +84,9 @@ class MksTalk(Scripted[Event]):
             self._host.forget(node, message)
         self.say(self._host.send(node, message), text)
         self.said_s = self.now_s
+        if isinstance(message, ReadEncoder):
+            self._count(node, -1)
+            self.drive(node).ask(self.now_s)
 
     def ask(self, messages: Mapping[int, Message], *, tries: int = TRIES, text: str = "") -> Asking:
         """Say one thing to each of some drives; return what they answered, as far as they did.
@@ -108,9 +111,11 @@ class MksTalk(Scripted[Event]):
     ) -> Generator[float, Event | None, None]:
         until_s = self.now_s + self.settings.answer_s
         left = set(wanted)
-        while left and self.now_s < until_s:
+        while left:  # what was read late has come in time, perhaps: it is heard to its end
             heard = yield until_s
             if heard is None:
+                if self.now_s >= until_s:
+                    return
                 continue
             node = getattr(heard, "node", None)
             answers = isinstance(heard, Answered | Done | Failed | Started | StoredForStart)
@@ -144,16 +149,20 @@ class MksTalk(Scripted[Event]):
         drive = None if node is None else self._by_node.get(node)
         if drive is None:
             return
-        drive.heard_s = self.now_s
+        drive.heard_s, drive.unanswered = self.now_s, 0
+        if isinstance(heard, Answered | Stray) and isinstance(heard.answer, EncoderRead):
+            self._count(drive.node, 1)
         if isinstance(heard, Answered) and isinstance(heard.answer, EncoderRead):
             drive.seen, drive.seen_s = heard.answer.counts, self.now_s
+
+    def _count(self, node: int, change: int) -> None:
+        self.extra[node] = self.extra.get(node, 0) + change
 
     def unasked(self, heard: Event) -> None:
         """Weigh what no script waits for."""
         self.heed(heard)
         match heard:
             case Stray(node, answer) if not isinstance(answer, Status):
-                self.doubles[node] = self.doubles.get(node, 0) + 1
                 self.tell(Oddity(f"drive {node} answered twice, or late: {answer}"))
             case Stray(_, Status(code)) if code not in MOTION_CODES and code is not Code.HOME:
                 self.tell(Oddity(str(heard)))
@@ -188,7 +197,7 @@ class MksTalk(Scripted[Event]):
 
     def shared_words(self) -> str:
         """Say which ids two drives answer to; empty where none is."""
-        shared = [node for node, count in self.doubles.items() if count >= SHARED]
+        shared = [node for node, count in self.extra.items() if count >= SHARED]
         if not shared:
             return ""
         named = ", ".join(map(str, shared))

@@ -1,0 +1,102 @@
+"""A busy computer: what drives have answered in time and was read late is heard all the same."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from mks_bench import MksBench
+from test_mks_controller_motion import along, straight
+
+from armdrive.controllers.requests import Done, ReadPosition, Registers, SwitchOn
+from firmware_protocol.frames import Unpacker, pack
+from firmware_protocol.mks import (
+    Code,
+    EncoderRead,
+    Outcome,
+    ReadEncoder,
+    Status,
+)
+from firmware_protocol.mks.wire import encode
+from kinematics import Motors
+
+STARTS = (0, 100, -200, 4000, 5, 16384)
+
+
+def stand_still(bench, for_s):
+    """Have the program stand still, and find all that came meanwhile at once."""
+    controller, held = bench.controller, []
+    controller.receive = lambda data, _now_s: held.append(data)
+    controller.next_s, controller.advance = lambda: math.inf, lambda _now_s: b""
+    bench.run(for_s)
+    del controller.receive, controller.next_s, controller.advance
+    controller.receive(b"".join(held), bench.now_s)
+    bench._speak()
+
+
+@pytest.mark.parametrize("every_s", [0.04, 0.06, 0.2])
+@pytest.mark.parametrize("request_", [ReadPosition(), SwitchOn()])
+def test_a_program_that_is_always_late_hears_all_drives(every_s, request_):
+    bench = MksBench(starts=STARTS)
+    bench.begin(request_)
+    for _ in range(40):
+        stand_still(bench, every_s)
+        if (reply := bench._reply()) is not None:
+            break
+    assert str(reply) in ("done", str(Registers(Motors(STARTS))))
+
+
+@pytest.mark.parametrize("late_s", [0.06, 0.12])
+def test_late_answers_are_not_taken_for_those_of_a_second_drive(late_s):
+    bench = MksBench(starts=STARTS)
+    answer = bench._answer
+
+    def later(data):
+        if data:
+            bench.at_s[bench.now_s + late_s + 1e-6 * len(bench.at_s)] = lambda: answer(data)
+
+    bench._answer = later
+    bench.begin(ReadPosition())
+    bench.run(0.5)
+    bench._answer = answer
+    assert bench.finish() == Registers(Motors(STARTS))
+
+
+def test_a_program_that_stood_still_blames_no_drive_in_motion():
+    bench = MksBench().ready()
+    bench.begin(along(straight(30)))
+    bench.run(0.3)
+    stand_still(bench, 0.6)
+    assert isinstance(bench.finish(), Done)
+    assert not bench.alerts()
+
+
+def test_a_late_answer_to_setting_the_watchdog_is_not_its_value():
+    bench = MksBench()
+    bench.do(ReadPosition())
+    hear, told = bench.node(3).hear, []
+
+    def late(data, now_s):
+        asked = Unpacker().feed(data)[0]
+        if asked.can_id == 3 and asked.data[0] == Code.READ_SETTING and not told:
+            told.append(pack(encode(3, Status(Code.WATCHDOG, Outcome.DONE))))
+            return told[0] + hear(data, now_s)
+        return hear(data, now_s)
+
+    bench.node(3).hear = late
+    assert isinstance(bench.do(SwitchOn()), Done)
+    assert told
+    assert bench.controller.watched
+
+
+def test_two_drives_of_one_id_are_told_from_one_that_is_late():
+    bench = MksBench()
+    bench.nodes.append(type(bench.node(1))(2, at=7000))
+    assert "id 2:" in str(bench.do(ReadPosition()))
+
+
+def test_an_answer_more_now_and_then_is_no_second_drive():
+    bench = MksBench(starts=STARTS)
+    bench.back.append((0.0001, pack(encode(2, EncoderRead(100)))))
+    assert bench.do(ReadPosition()) == Registers(Motors(STARTS))
+    assert ReadEncoder().code is Code.ENCODER
