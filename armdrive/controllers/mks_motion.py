@@ -59,7 +59,7 @@ class MksMotion(MksArriving):
         while not trip.sent_all:
             if self.stop_asked or request.let_go():
                 return (yield from self.halted())
-            if self.now_s >= trip.steered_s + self.settings.segment_s - 1e-9:
+            if trip.is_due(self.now_s, self.settings.segment_s):
                 trip.go_on(self.now_s)
                 trip.held = request.held_back()
                 self.underruns += trip.draw()
@@ -67,7 +67,7 @@ class MksMotion(MksArriving):
                     yield from self.halted()
                     return refused
             self._poll(trip)
-            wake_s = min(trip.steered_s + self.settings.segment_s, self._poll_s(trip))
+            wake_s = min(trip.due_s, self._poll_s(trip))
             heard = yield wake_s
             end = (yield from self._weighed(trip, heard)) if heard is not None else None
             if end is None and not self.stop_asked:  # who was suspended has heard nobody, and stops
