@@ -70,7 +70,8 @@ def test_a_thread_that_wakes_late_does_not_put_off_what_comes_after():
     next_s = bench.controller.next_s
     bench.controller.next_s = lambda: next_s() + 0.003
     began_s = bench.now_s
-    assert isinstance(bench.do(along(straight(20))), Done)
+    moves = segments(*([(1200, -600, 300, 0, 140, 4)] * 100), piece_s=0.02)
+    assert isinstance(bench.do(along(moves)), Done)
     orders = [at_s for at_s, frame in bench.sent if frame.can_id == 1 and frame.data[0] == 0xF5]
     orders = [at_s for at_s in orders if began_s < at_s < began_s + 1.8]
     periods = [after - before for before, after in pairwise(orders)]
@@ -305,7 +306,7 @@ def test_lost_frames_delay_nothing_and_lose_nothing(seed):
     bench.loses = lambda frame, host: dice.random() < 0.1
     moves = straight()
     assert isinstance(bench.do(along(moves)), Done)
-    assert bench.positions == total(moves)
+    assert (bench.positions - total(moves)).largest <= bench.controller.reach
 
 
 def test_a_drive_that_falls_silent_ends_the_motion_of_all():
