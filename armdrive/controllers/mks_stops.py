@@ -79,7 +79,7 @@ class MksStopping(MksTalk):
                 hard, said_s = True, self.now_s
                 self._say_stop(left, hard)
             found = yield from self.ask(dict.fromkeys(left, ReadState()), tries=1)
-            yield from self.look(left)
+            yield from self.look(left, patient=False)
             self.tell(Progress(self.registers()))
             for node in tuple(left):
                 if self._stands(node, found.get(node), last):

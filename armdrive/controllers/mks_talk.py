@@ -26,6 +26,7 @@ from firmware_protocol.mks import (
     Garbled,
     Host,
     LimitStop,
+    Motion,
     Overrun,
     Read,
     ReadEncoder,
@@ -36,6 +37,7 @@ from firmware_protocol.mks import (
     Stray,
 )
 from firmware_protocol.mks import Request as Message
+from firmware_protocol.mks.expecting import answer_code
 from kinematics.spaces import Motors
 
 Script: TypeAlias = Generator[float, Event | None, Reply]
@@ -43,6 +45,8 @@ Asking: TypeAlias = Generator[float, Event | None, dict[int, Event]]
 
 TRIES = 3
 """How often something that may be said twice is said."""
+PATIENT_S = 0.25
+"""How much longer than any other the last answer to that is waited for."""
 SHARED = 2
 """So many more answers than questions are those of two drives; late ones are as many."""
 
@@ -79,37 +83,51 @@ class MksTalk(Scripted[Event]):
     # -- saying and hearing -------------------------------------------------------------------
 
     def put(self, node: int, message: Message, text: str = "") -> None:
-        """Say something to a drive; what it was asked before in the same words is forgotten."""
-        if message in self._host.unanswered(node):
-            self._host.forget(node, message)
+        """Say something to a drive; what it was asked before, and would answer alike, is forgotten.
+
+        Of motions, the same one alone: they may follow each other unanswered.
+        """
+        for earlier in self._host.unanswered(node):
+            alike = answer_code(earlier) == answer_code(message) and not isinstance(message, Motion)
+            if earlier == message or alike:
+                self._host.forget(node, earlier)
         self.say(self._host.send(node, message), text)
         self.said_s = self.now_s
         if isinstance(message, ReadEncoder):
             self._count(node, -1)
             self.drive(node).ask(self.now_s)
 
-    def ask(self, messages: Mapping[int, Message], *, tries: int = TRIES, text: str = "") -> Asking:
+    def ask(
+        self,
+        messages: Mapping[int, Message],
+        *,
+        tries: int = TRIES,
+        text: str = "",
+        patient: bool = True,
+    ) -> Asking:
         """Say one thing to each of some drives; return what they answered, as far as they did.
 
-        A drive that does not answer is asked again, at once: waiting for it takes the time.
+        A drive that does not answer is asked again, at once: waiting for it takes the time. Who is
+        `patient` waits longer for the last answer of several: computers are busy.
         """
         found: dict[int, Event] = {}
-        for _ in range(tries):
+        for left in range(tries, 0, -1):
             missing = {node: each for node, each in messages.items() if node not in found}
             if not missing:
                 break
             for node, message in missing.items():
                 self.put(node, message, text)
-            yield from self._collect(missing, found)
+            patient_s = PATIENT_S if patient and left == 1 < tries else 0.0
+            yield from self._collect(missing, found, patient_s)
             for node, message in missing.items():
                 if node not in found:
                     self._host.forget(node, message)
         return found
 
     def _collect(
-        self, wanted: Mapping[int, Message], found: dict[int, Event]
+        self, wanted: Mapping[int, Message], found: dict[int, Event], patient_s: float
     ) -> Generator[float, Event | None, None]:
-        until_s = self.now_s + self.settings.answer_s
+        until_s = self.now_s + self.settings.answer_s + patient_s
         left = set(wanted)
         while left:  # what was read late has come in time, perhaps: it is heard to its end
             heard = yield until_s
@@ -136,11 +154,11 @@ class MksTalk(Scripted[Event]):
         return tuple(node for node in nodes if node not in found)
 
     def look(
-        self, nodes: Collection[int] | None = None
+        self, nodes: Collection[int] | None = None, *, patient: bool = True
     ) -> Generator[float, Event | None, tuple[int, ...]]:
         """Read where drives are; return the ids of those that did not tell."""
         asked = self.nodes if nodes is None else tuple(nodes)
-        found = yield from self.read(ReadEncoder(), asked)
+        found = yield from self.ask(dict.fromkeys(asked, ReadEncoder()), patient=patient)
         return tuple(node for node in asked if node not in found)
 
     def heed(self, heard: Event) -> None:

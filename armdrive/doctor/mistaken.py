@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from armdrive.errors import DeviceFault
+from armdrive.transports.can_address import PREFIX, is_can
 
 if TYPE_CHECKING:
     from armdrive.armsections import Connection
@@ -73,7 +74,8 @@ def overheard(link: Link, wire: Connection) -> Iterator[Ears]:
 
 def explained(fault: DeviceFault, heard: bytes, wire: Connection) -> DeviceFault:
     """Return the fault of a failed connection with what was heard, and who finds out more."""
-    told = [str(fault).rstrip(".") + ".", _instead(heard, wire.dialect), _doctor(wire.port)]
+    instead = "" if is_can(wire.port) else _instead(heard, wire.dialect)
+    told = [str(fault).rstrip(".") + ".", instead, _doctor(wire.port)]
     return type(fault)(" ".join(part for part in told if part))
 
 
@@ -92,5 +94,8 @@ def _instead(heard: bytes, dialect: str) -> str:
 
 
 def _doctor(port: str) -> str:
+    if is_can(port):
+        bus = port.removeprefix(PREFIX)
+        return f"`armdrive doctor --can '{bus}'` finds out who is there, and moves nothing."
     where, which = (port, "") if port else ("PORT", ", for the port that `armdrive ports` shows,")
     return f"`armdrive doctor {where}`{which} finds out who is there, and moves nothing."

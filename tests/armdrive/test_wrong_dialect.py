@@ -103,3 +103,10 @@ def test_a_banner_in_mid_stream_does_no_harm(asked):
 def test_an_arm_that_is_found_by_its_number_alone_has_no_port_to_name(port, named):
     wire = Connection("teachmover", port, usb_serial="A50285BI")
     assert named in str(explained(DeviceFault("no answer"), b"", wire))
+
+
+def test_a_bus_is_looked_at_by_the_survey_of_buses():
+    wire = Connection("mks", "can:slcan:/dev/ttyACM0?bitrate=500000")
+    sentence = str(explained(DeviceFault("no answer"), b"\xc5\x08\x00\x01", wire))
+    assert "baud rate" not in sentence
+    assert "`armdrive doctor --can 'slcan:/dev/ttyACM0?bitrate=500000'`" in sentence
