@@ -20,7 +20,7 @@ from pathlib import Path
 from armdrive.dialects import DIALECTS
 
 from .behaviours import BEHAVIOURS
-from .benches import BENCHES
+from .benches import BENCHES, stands_on
 from .running import Result, Verdict, run_row
 from .table import page, text
 
@@ -50,6 +50,7 @@ def tasks(chosen: argparse.Namespace) -> list[Task]:
         for row in BEHAVIOURS
         if chosen.only in row.name and row.meant_for(transport)
         for dialect in chosen.dialect or DIALECTS
+        if stands_on(dialect, transport)
     ]
 
 

@@ -33,6 +33,8 @@ class Bench(abc.ABC):
     """What a busy computer may add to a time that was announced."""
     moments_s: ClassVar[tuple[float, ...]] = (0.4,)
     """When a fault comes, after a motion has been asked for: one time after the other."""
+    on_bus: ClassVar[bool] = False
+    """Whether drives on a CAN bus can stand on it as well."""
     simulated: ClassVar[bool] = True
     """Whether the arm itself is one that nobody can hurt or be hurt by."""
     knows_geometry: ClassVar[bool] = False

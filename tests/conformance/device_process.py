@@ -11,7 +11,7 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 from sim_process import SimProcess
 
 ROOT = Path(__file__).parents[2]
-SCHEMES = {"--pty": "", "--tcp": "socket://", "--udp": "udp://"}
+SCHEMES = {"--pty": "", "--slcan": "", "--tcp": "socket://", "--udp": "udp://"}
 """What a program opens, before the address that the device names."""
 
 
@@ -27,6 +27,6 @@ class DeviceProcess(SimProcess):
             text=True,
             bufsize=1,
         )
-        where, asked = door
+        where, _ = door
         told = self._heard().partition(f" speaks {dialect} at ")[2].partition(";")[0]
-        self.port = asked if where == "--pty" else SCHEMES[where] + told
+        self.port = SCHEMES[where] + told

@@ -17,8 +17,7 @@ from armdrive.posture import Operator
 from armdrive.record import FileRecorder
 from armdrive.sim.fault_request import parse_words
 from armdrive.sim.faults import Faults
-from armdrive.sim.twin import Twin, make_twin
-from armdrive.transports.memory import MemoryLink
+from armdrive.sim.twin import Twin, link_to, make_twin
 
 from .bench import Bench
 from .fitted import fitted_config
@@ -40,6 +39,7 @@ class MemoryBench(Bench):
 
     transport: ClassVar[str] = "memory"
     real_time: ClassVar[bool] = False
+    on_bus: ClassVar[bool] = True
     look_s: ClassVar[float] = 0.02
     noise_s: ClassVar[float] = 0.021  # one look late
     knows_geometry: ClassVar[bool] = True
@@ -155,7 +155,7 @@ class MemoryBench(Bench):
     def _rewired(self) -> Twin:
         """Return the twin with a wire of its own for the next driver."""
         device = self.twin.device
-        link = MemoryLink(device, device.baud)
+        link = link_to(device)
         return replace(self.twin, link=link, faults=Faults(device, link.line, link))
 
 

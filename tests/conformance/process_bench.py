@@ -135,8 +135,9 @@ class ProcessBench(Bench):
 
     def replug_elsewhere(self) -> None:
         """Put the cable back under another name."""
-        self.port = str(self._home / "elsewhere")
-        self._tell(f"replug as {self.port}")
+        there = str(self._home / "elsewhere")
+        self.port = self.port.replace(str(self._home / "arm"), there)
+        self._tell(f"replug as {there}")
 
     def _tell(self, line: str) -> str:
         """Give the console a command; raises `BadRequest` where it was refused."""
@@ -147,12 +148,13 @@ class ProcessBench(Bench):
 
 
 class PtyBench(ProcessBench):
-    """Over a pseudo-terminal."""
+    """Over a pseudo-terminal: a serial line, or a serial CAN adapter and the bus behind it."""
 
     transport: ClassVar[str] = "pty"
+    on_bus: ClassVar[bool] = True
 
     def _door(self) -> tuple[str, str]:
-        return "--pty", str(self._home / "arm")
+        return "--slcan" if self.row.can else "--pty", str(self._home / "arm")
 
 
 class TcpBench(ProcessBench):

@@ -11,7 +11,7 @@ from .running import Result, Verdict
 NOT_RUN = "–"
 WORDS = {
     "memory": "in process, on simulated time",
-    "pty": "another process, over a pseudo-terminal",
+    "pty": "another process, over a pseudo-terminal (drives: over a serial CAN adapter on one)",
     "tcp": "another process, over TCP",
     "udp": "another process, over UDP, in rows of its own",
     "port": "a real arm",
@@ -116,11 +116,18 @@ def _markdown(behaviours: Sequence[Behaviour], results: Sequence[Result]) -> Ite
 
 def _rows(behaviours: Sequence[Behaviour], results: Sequence[Result]) -> list[tuple[str, ...]]:
     known = {(each.behaviour, each.dialect, each.transport): each for each in results}
+    reached = {(each.dialect, each.transport) for each in results}
     return [
         (
             row.name,
             *(
-                _cell([known.get((row.name, dialect, each)) for each in _columns(row, results)])
+                _cell(
+                    [
+                        known.get((row.name, dialect, each))
+                        for each in _columns(row, results)
+                        if (dialect, each) in reached
+                    ]
+                )
                 for dialect in _dialects(results)
             ),
         )
@@ -141,6 +148,8 @@ def _columns(row: Behaviour, results: Sequence[Result]) -> tuple[str, ...]:
 def _cell(results: Sequence[Result | None]) -> str:
     """Return one word where all transports agree, else one for each."""
     words = [NOT_RUN if each is None else each.verdict.value for each in results]
+    if not words:
+        return Verdict.NOT_APPLICABLE.value
     return words[0] if len(set(words)) == 1 else " · ".join(words)
 
 
