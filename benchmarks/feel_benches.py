@@ -5,6 +5,7 @@ The conformance suite's own: in this process on simulated time, or in another on
 
 from __future__ import annotations
 
+import contextlib
 import random
 import sys
 import time
@@ -12,7 +13,9 @@ from pathlib import Path
 from typing import ClassVar
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from kinematics import Motors
+from armdrive.errors import ArmError
+from armdrive.status import State
+from kinematics import Joints, Motors
 from tests.conformance.behaviour import cartesian
 from tests.conformance.bench import Bench
 from tests.conformance.memory_bench import MemoryBench
@@ -32,6 +35,17 @@ class DenseMemoryBench(MemoryBench):
     def turning(self) -> bool:
         """Whether motors turn."""
         return self.twin.device.moving
+
+    def bring(self, joints: Joints) -> None:
+        """Have a person bring the arm to a posture, and say so; drives with encoders notice it."""
+        arm = self.arm
+        assert arm is not None
+        self.twin.device.bring_to(joints, self.look().opening_mm)
+        with contextlib.suppress(ArmError):
+            arm.read_inputs()
+        if arm.status.state is State.ERROR_STOP:
+            arm.reset()
+        self.refer(arm)
 
 
 class DensePtyBench(PtyBench):

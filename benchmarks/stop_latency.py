@@ -21,6 +21,7 @@ from collections.abc import Callable, Iterator
 
 from feel import Figures, Measured, Options, report
 from feel_benches import DensePtyBench, chance
+from tapping import tap
 
 from armdrive.abilities import Abort
 from armdrive.arm import Arm
@@ -28,6 +29,10 @@ from armdrive.controllers.requests import MoveAlong, MoveBy
 from armdrive.dialects import DIALECTS
 from armdrive.errors import ArmError
 from armdrive.status import State, Trust
+from firmware_protocol.errors import RemoteProtocolError
+from firmware_protocol.frames import Frame, Unpacker
+from firmware_protocol.mks import EmergencyStop, decode_request
+from firmware_protocol.mks import Stop as DriveStop
 from firmware_protocol.robko01 import Device, Stop
 from kinematics import Motors
 from tests.conformance.going import begin_sweep
@@ -42,9 +47,11 @@ STANDING_TIMES, QUICK_STANDING = 60, 1
 PORTION = 10
 """So often is an arm stopped until it begins anew: what is left of each way leads it to a limit."""
 
-OFTEN = "[grbl]\npoll_s = 0.01\n"
+OFTEN = {"grbl": "[grbl]\npoll_s = 0.01\n", "mks": "[mks]\npoll_s = 0.02\n"}
+"""A position is asked for in motion as often as an arm file may have it."""
 STATUS_S = 0.002
-SEGMENT_S, SEGMENT_STEPS = 0.02, 4
+SEGMENT_S = 0.02
+SEGMENT_STEPS = {"grbl": 4, "mks": 400}
 MOMENTS_S = (0.1, 0.4)
 """When the stop is asked for, after the motion has begun: the queue is full within a tenth."""
 SWEEP_DEG = 40.0
@@ -58,9 +65,24 @@ def is_robko_stop(data: bytes) -> bool:
     return isinstance(device.next_event(), Stop)
 
 
+def is_drive_stop(data: bytes) -> bool:
+    """Tell whether frames carry a drive's stop."""
+    return any(
+        isinstance(_asked(frame), DriveStop | EmergencyStop) for frame in Unpacker().feed(data)
+    )
+
+
+def _asked(frame: Frame) -> object:
+    try:
+        return decode_request(frame)
+    except RemoteProtocolError:
+        return None
+
+
 STOPS: dict[str, Callable[[bytes], bool]] = {
     "grbl": lambda data: b"!" in data,
     "robko01": is_robko_stop,
+    "mks": is_drive_stop,
 }
 """How a stop looks on the wire, of the devices that obey one."""
 
@@ -71,16 +93,13 @@ class Watched:
     def __init__(self, arm: Arm, is_stop: Callable[[bytes], bool]) -> None:
         self.written = threading.Event()
         self.written_s = 0.0
-        link = arm.engine.link
-        write = link.write
+        tap(arm, self._said)
+        self._is_stop = is_stop
 
-        def watched(data: bytes, now_s: float) -> None:
-            write(data, now_s)
-            if is_stop(data) and not self.written.is_set():
-                self.written_s = time.perf_counter()
-                self.written.set()
-
-        link.write = watched  # type: ignore[method-assign]
+    def _said(self, data: bytes) -> None:
+        if self._is_stop(data) and not self.written.is_set():
+            self.written_s = time.perf_counter()
+            self.written.set()
 
     def begin(self) -> None:
         """Forget what was seen."""
@@ -92,9 +111,8 @@ class Stream:
 
     def __init__(self, arm: Arm, direction: int) -> None:
         self._arm = arm
-        self._piece = MoveBy(
-            Motors((direction * SEGMENT_STEPS, 0, 0, 0, 0, 0)), SEGMENT_STEPS / SEGMENT_S
-        )
+        steps = SEGMENT_STEPS[arm.config.connection.dialect]
+        self._piece = MoveBy(Motors((direction * steps, 0, 0, 0, 0, 0)), steps / SEGMENT_S)
         self.drawn = 0
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
@@ -163,8 +181,8 @@ def to_the_wire(dialect: str, times: int) -> Iterator[Figures]:
     queued: list[Measured] = []
     needless = 0
     with DensePtyBench(dialect) as bench:
-        if dialect == "grbl":
-            bench.fit(OFTEN)
+        if dialect in OFTEN:
+            bench.fit(OFTEN[dialect])
         arm = bench.ready()
         kind = Stream if arm.abilities.queued_segments else Sweep
         watched = Watched(arm, STOPS[dialect])

@@ -69,8 +69,7 @@ def measure(options: Options, dialect: str) -> Iterator[Figures]:
             luck = chance(dialect, kind)
             found = []
             for way in ways(arm, kind, luck, options.times):
-                bench.twin.device.bring_to(way.start, bench.look().opening_mm)
-                bench.refer(arm)
+                bench.bring(way.start)
                 found.append(drawn(bench, way, luck.uniform(SLOWEST, 1.0)))
             if apart:
                 ends = [each.at_ends for each in found]

@@ -1,0 +1,113 @@
+"""The benchmarks of drives on a CAN bus run, with counts too small to measure anything."""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
+import can_coordination
+import can_overhead
+import can_silence
+import can_strategies
+import can_streaming
+import stop_latency
+from feel_benches import DenseMemoryBench
+
+from firmware_protocol.frames import Frame, pack
+from firmware_protocol.mks import Code, EmergencyStop, MoveAbsoluteAxis, Stop
+from firmware_protocol.mks.wire import encode
+
+needs_pty = pytest.mark.skipif(
+    sys.platform == "win32", reason="Windows has no pseudo-terminal that a test could open"
+)
+
+
+def run(capsys, program, *words):
+    """Return the exit code of a benchmark, and its rows by what they say and their unit."""
+    code = program.main([*words, "--json"])
+    _, *rows = map(json.loads, capsys.readouterr().out.splitlines())
+    return code, {(row["what"], row["unit"]): row for row in rows}
+
+
+def test_what_is_coordinated_keeps_to_its_way_and_what_is_not_leaves_it(capsys, monkeypatch):
+    monkeypatch.setattr(can_coordination, "KINDS", {})
+    beside = "joint motions: the tip beside its way", "mm"
+    code, steered = run(capsys, can_coordination, "steered", "--times", "1")
+    assert code == 0
+    assert 0.0 < steered[beside]["worst"] < steered[beside]["bound"]
+    _, plain = run(capsys, can_coordination, "plain", "--times", "1")
+    assert plain[beside]["worst"] > 10.0 * steered[beside]["worst"]
+
+
+def test_a_place_beside_a_straight_way_is_as_far_from_it_as_it_is():
+    with DenseMemoryBench(can_strategies.DIALECT) as bench:
+        bench.fit(can_strategies.MEASURED)
+        start = bench.look().motors
+        end = start + type(start)((40_000, 0, 0, 0, 0, 0))
+        way = can_coordination.StraightWay(bench, start, end)
+        half = start + type(start)((20_000, 0, 0, 0, 0, 0))
+        assert way.beside(half).tip_mm < 0.01
+        counts = 2_000
+        off = way.beside(half + type(start)((0, 0, 0, 0, 0, counts // 10)))
+        assert off.joint_deg == pytest.approx(0.0, abs=1e-6)  # the fingers turn no joint
+        off = way.beside(half + type(start)((0, counts, 0, 0, 0, 0)))
+        turned = math.degrees(counts / 130_379.73)
+        assert off.joint_deg == pytest.approx(turned, rel=0.01)
+        assert off.tip_mm > 1.0
+
+
+def test_every_strategy_is_made_silent():
+    assert set(can_silence.GUARDS) == set(can_strategies.STRATEGIES)
+
+
+def test_stops_of_drives_are_recognised_on_the_bus():
+    for stop in (Stop(Code.ABSOLUTE_AXIS, 252), EmergencyStop()):
+        assert stop_latency.STOPS["mks"](pack(encode(3, stop)))
+    assert not stop_latency.STOPS["mks"](pack(encode(3, MoveAbsoluteAxis(5, 60, 252))))
+    assert not stop_latency.STOPS["mks"](pack(Frame(3, b"\xff")))
+
+
+def test_rounds_of_orders_begin_where_the_ids_do():
+    wire = can_streaming.Wire()
+    order = MoveAbsoluteAxis(5, 60, 252)
+    for time_s, node in ((0.0, 1), (0.001, 2), (0.002, 6), (0.04, 2), (0.041, 6), (0.08, 1)):
+        wire.sent([encode(node, order)], time_s)
+    wire.sent([encode(1, Stop(Code.SPEED_MODE, 0))], 0.1)
+    assert wire.periods_s() == pytest.approx([0.04, 0.04])
+    assert wire.frames == 7
+
+
+def test_codec_and_link_stand_beside_their_floors():
+    for section in (can_overhead.codec(rounds=20), can_overhead.link(rounds=20)):
+        assert all(row.value > 0.0 for row in section.rows)
+        assert any(row.times for row in section.rows)
+
+
+@needs_pty
+def test_an_adapter_on_a_pty_is_slower_than_its_bus():
+    floor, *measured = can_overhead.slcan(rounds=3).rows
+    assert all(row.value > floor.value for row in measured)
+
+
+@needs_pty
+def test_a_killed_program_leaves_drives_that_stop(capsys, monkeypatch):
+    monkeypatch.setattr(can_silence, "BEGINNINGS", {"jog": "a jog"})
+    monkeypatch.setattr(can_silence, "GUARDS", {"steered": can_silence.GUARDS["steered"][:1]})
+    monkeypatch.setattr(can_silence, "SILENCES", can_silence.SILENCES[:1])
+    _, rows = run(capsys, can_silence, "steered", "--quick")
+    assert {unit for _, unit in rows} == {"ms", "mm"}
+    assert all(row["worst"] > 0.0 for row in rows.values())
+
+
+@needs_pty
+def test_a_path_is_streamed(capsys):
+    _, rows = run(capsys, can_streaming, "25 Hz", "--quick")
+    periods = rows["from one round of targets to the next", "ms"]
+    assert periods["n"] > 5
+    assert periods["p50"] >= 20.0
+    assert 0.0 < rows["the bus, used both ways", "%"]["worst"] < 100.0
