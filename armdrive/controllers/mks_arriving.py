@@ -10,7 +10,7 @@ from collections.abc import Callable, Collection, Generator, Mapping
 
 from armdrive.controllers.mks_contact import MksContact
 from armdrive.controllers.mks_drive import COUNTS_S_PER_RPM
-from armdrive.controllers.mks_stops import MUTE_LOOKS
+from armdrive.controllers.mks_stops import ALL_MUTE_LOOKS, MUTE_LOOKS
 from armdrive.controllers.mks_talk import TRIES
 from armdrive.controllers.requests import (
     Alert,
@@ -64,7 +64,8 @@ class MksArriving(MksContact):
             for node in left:
                 if self.drive(node).seen_s >= asked_s:
                     self._weigh(node, states.get(node), short)
-            if any(count >= MUTE_LOOKS for count in mute.values()):
+            most = MUTE_LOOKS if any(not mute.get(node) for node in left) else ALL_MUTE_LOOKS
+            if any(count >= most for count in mute.values()):
                 return (yield from self.lose(began_s))
             stuck = [node for node in self.under_way if short.get(node, 0) >= SHORT_LOOKS * TRIES]
             if stuck or self.now_s >= given_up_s:

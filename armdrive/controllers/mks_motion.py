@@ -14,7 +14,7 @@ from collections.abc import Generator
 
 from armdrive.controllers.mks_arriving import Ending, MksArriving
 from armdrive.controllers.mks_drive import COUNTS_S_PER_RPM, Drive, shared_acc
-from armdrive.controllers.mks_stops import MUTE_LOOKS
+from armdrive.controllers.mks_stops import ALL_MUTE_LOOKS, MUTE_LOOKS
 from armdrive.controllers.mks_track import Lead, Track, Trip
 from armdrive.controllers.requests import Alert, AlertKind, Denied, MoveAlong, Progress, Reply
 from firmware_protocol.mks import (
@@ -224,9 +224,11 @@ class MksMotion(MksArriving):
 
     def _unheard(self) -> Generator[float, Event | None, Reply | None]:
         """End a motion in which a drive has been asked again and again, and was not heard."""
-        if all(drive.unanswered <= MUTE_LOOKS for drive in self.drives):
+        unanswered = [drive.unanswered for drive in self.drives]
+        most = MUTE_LOOKS if min(unanswered) <= 1 else ALL_MUTE_LOOKS
+        if max(unanswered) <= most:
             return None
-        return (yield from self.lose(self.now_s - MUTE_LOOKS * self.settings.poll_s))
+        return (yield from self.lose(self.now_s - most * self.settings.poll_s))
 
 
 def _shares(speeds: list[float]) -> list[float]:

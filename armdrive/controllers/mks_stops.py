@@ -40,7 +40,9 @@ STOP_POLL_S = 0.02
 STOP_AGAIN_S = 0.06
 """A stop without effect by then was lost."""
 MUTE_LOOKS = 4
-"""A drive that answers none of so many looks is mute."""
+"""A drive that answers none of so many looks is mute, where another one answers."""
+ALL_MUTE_LOOKS = 10
+"""So many are given to drives that all are silent: then it is the computer that is late, mostly."""
 
 
 class MksStopping(MksTalk):
