@@ -123,7 +123,6 @@ class TestSag:
         assert world.scene.held is None
         assert block(world).z_mm == 0.0
 
-
     def test_of_very_many_incidents_the_latest_are_remembered(self, monkeypatch):
         monkeypatch.setattr(world_module, "MOST_INCIDENTS", 3)
         world = World()
