@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 _BRAILLE_BASE = 0x2800
-_BRAILLE_BITS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))
+BRAILLE_BITS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))
 """Bit of a dot in its cell by row and column (Unicode block U+2800, dots 1 to 8)."""
 
 _STROKES = "-|/\\+"
@@ -50,10 +50,10 @@ class Canvas:
 
         In ASCII the stroke is chosen by the slope unless one character is given.
         """
-        kept = _clip((x0, y0, x1, y1), self.width_dots - 1, self.height_dots - 1)
+        kept = clip((x0, y0, x1, y1), self.width_dots - 1, self.height_dots - 1)
         if kept is None:
             return
-        mark = stroke or _stroke(x1 - x0, y1 - y0)
+        mark = stroke or slope_stroke(x1 - x0, y1 - y0)
         ends = (round(kept[0]), round(kept[1]), round(kept[2]), round(kept[3]))
         for count, (x, y) in enumerate(_bresenham(*ends)):
             if count % every == 0:
@@ -87,7 +87,7 @@ class Canvas:
 
     def _set(self, x: int, y: int, mark: str) -> None:
         if self.braille:
-            self._bits[y // 4][x // 2] |= _BRAILLE_BITS[y % 4][x % 2]
+            self._bits[y // 4][x // 2] |= BRAILLE_BITS[y % 4][x % 2]
         else:
             row = self._bits[y]
             row[x] = ord(_crossed(chr(row[x]) if row[x] else "", mark))
@@ -104,7 +104,7 @@ def _crossed(there: str, mark: str) -> str:
     return mark
 
 
-def _stroke(dx: float, dy: float) -> str:
+def slope_stroke(dx: float, dy: float) -> str:
     """Choose the ASCII character that looks most like a line of this slope."""
     if abs(dx) >= 2 * abs(dy):
         return "-"
@@ -113,7 +113,7 @@ def _stroke(dx: float, dy: float) -> str:
     return "\\" if (dx > 0) == (dy > 0) else "/"
 
 
-def _clip(segment: Segment, right: float, bottom: float) -> Segment | None:
+def clip(segment: Segment, right: float, bottom: float) -> Segment | None:
     """Cut a segment to 0..right, 0..bottom (Liang and Barsky 1984), or None when all is outside.
 
     Half a dot beyond each edge still rounds to a dot that exists, so the bounds are exact ones.

@@ -1,0 +1,116 @@
+"""What stands about an arm as lines in space: the table, the base, and the guards."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import product
+
+from armdrive.draw.camera import Dome
+from armdrive.draw.inks import Ink, Layer, Letters, Stroke
+from kinematics.arm_geometry import ArmGeometry, Point
+from kinematics.boxes import Box
+from kinematics.guards import Guards
+
+GRID_MM = 100.0
+"""The table is drawn in squares of this size."""
+
+_FOOT = 0.13
+"""Radius of a base of unknown size, as a share of the reach."""
+
+_CORNERS = 36
+_NAME_LENGTH = 10
+
+
+def surroundings(arm: ArmGeometry, guards: Guards, dome: Dome) -> Layer:
+    """Return what does not move: the table with its axes, base column, boxes and radii."""
+    return _table(dome) + _turn(arm, dome) + _base(guards, dome) + _radii(guards) + _boxes(guards)
+
+
+def _table(dome: Dome) -> Layer:
+    """Return the squares of the table, as far as the arm reaches, and which way x and y run."""
+    count = math.floor(dome.reach_mm / GRID_MM)
+    lines = []
+    for index in range(-count, count + 1):
+        at = index * GRID_MM
+        half = math.sqrt(max(dome.reach_mm**2 - at**2, 0.0))
+        lines.append(((at, -half, 0.0), (at, half, 0.0)))
+        lines.append(((-half, at, 0.0), (half, at, 0.0)))
+    strokes = tuple(Stroke(Ink.TABLE, line) for line in lines)
+    letters = (
+        Letters(Ink.TABLE, (dome.reach_mm, 0.0, 0.0), "X"),
+        Letters(Ink.TABLE, (0.0, dome.reach_mm, 0.0), "Y"),
+    )
+    return Layer(strokes, letters)
+
+
+def _turn(arm: ArmGeometry, dome: Dome) -> Layer:
+    """Return how far the base turns either way, where it is less than a full turn."""
+    base = arm.limits[0]
+    if base.high_rad - base.low_rad >= math.tau:
+        return Layer()
+    x, y, _ = dome.centre
+    bounds = tuple(
+        Stroke(
+            Ink.REACH,
+            (
+                (x, y, 0.0),
+                (x + dome.reach_mm * math.cos(angle), y + dome.reach_mm * math.sin(angle), 0.0),
+            ),
+        )
+        for angle in (base.low_rad, base.high_rad)
+    )
+    return Layer(bounds)
+
+
+def _base(guards: Guards, dome: Dome) -> Layer:
+    """Return the base column that the guards know, or a foot on the table."""
+    x, y, _ = dome.centre
+    if guards.base_radius_mm is None:
+        return Layer((Stroke(Ink.BASE, _ring(x, y, dome.reach_mm * _FOOT, 0.0)),))
+    radius, top = guards.base_radius_mm, guards.base_top_mm
+    rings = tuple(Stroke(Ink.BASE, _ring(x, y, radius, z)) for z in (0.0, top))
+    posts = tuple(
+        Stroke(Ink.BASE, ((px, py, 0.0), (px, py, top)))
+        for px, py, _ in _ring(x, y, radius, 0.0)[: -1 : _CORNERS // 4]
+    )
+    return Layer((*rings, *posts))
+
+
+def _radii(guards: Guards) -> Layer:
+    """Return the circles on the table between which the tip stays."""
+    radii = (guards.inner_radius_mm, guards.outer_radius_mm)
+    return Layer(
+        tuple(Stroke(Ink.GUARD, _ring(0.0, 0.0, one, 0.0)) for one in radii if one is not None)
+    )
+
+
+def _boxes(guards: Guards) -> Layer:
+    """Return the edges of the keep-out boxes, each with the beginning of its name on top."""
+    strokes = tuple(Stroke(Ink.GUARD, edge) for box in guards.boxes for edge in _edges(box))
+    letters = tuple(
+        Letters(Ink.GUARD, _above(box), box.name[:_NAME_LENGTH]) for box in guards.boxes
+    )
+    return Layer(strokes, letters)
+
+
+def _edges(box: Box) -> Iterator[tuple[Point, Point]]:
+    """Yield the twelve edges: pairs of corners that differ in one coordinate."""
+    corners: list[Point] = [
+        (x, y, z) for x, y, z in product(*zip(box.min_mm, box.max_mm, strict=True))
+    ]
+    for index, one in enumerate(corners):
+        for other in corners[index + 1 :]:
+            if sum(a != b for a, b in zip(one, other, strict=True)) == 1:
+                yield one, other
+
+
+def _above(box: Box) -> Point:
+    (x0, y0, _), (x1, y1, z1) = box.min_mm, box.max_mm
+    return (x0 + x1) / 2.0, (y0 + y1) / 2.0, z1
+
+
+def _ring(x: float, y: float, radius: float, z: float) -> tuple[Point, ...]:
+    """Return a closed circle about an upright axis."""
+    angles = (math.tau * corner / _CORNERS for corner in range(_CORNERS + 1))
+    return tuple((x + radius * math.cos(a), y + radius * math.sin(a), z) for a in angles)

@@ -1,0 +1,201 @@
+"""Drawings in space: they stay on their canvas, kept sheets change nothing, inks look unlike."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from space_cases import (
+    CAMERAS,
+    GOAL,
+    HERE,
+    PLANNED,
+    SIZES,
+    driven,
+    guarded,
+    picture,
+    picture_file,
+    six_axes,
+)
+
+from armdrive.draw.camera import VIEWS
+from armdrive.draw.inks import PATTERNS, Ink, Layer, Letters, Stroke
+from armdrive.draw.raster import raster
+from armdrive.draw.scene import Moment, Scene
+from armdrive.draw.studio import Space, Studio
+from kinematics import Joints
+from kinematics.boxes import Box
+
+INKS = st.sampled_from(sorted(PATTERNS))
+POINTS = st.tuples(*(st.floats(-2000.0, 2000.0) for _ in "xyz"))
+LAYERS = st.builds(
+    Layer,
+    st.lists(st.builds(Stroke, INKS, st.lists(POINTS, max_size=4).map(tuple)), max_size=4).map(
+        tuple
+    ),
+    st.lists(st.builds(Letters, INKS, POINTS, st.text(max_size=6)), max_size=3).map(tuple),
+    st.lists(POINTS, max_size=3).map(tuple),
+)
+SHEETS = st.lists(st.lists(LAYERS, max_size=3).map(tuple), min_size=1, max_size=3).map(tuple)
+SPACES = st.builds(Space, SHEETS, st.sampled_from(("", "reach at pitch 5")), st.text(max_size=9))
+DOME = Scene(guarded()).dome
+
+
+@given(SPACES, CAMERAS, SIZES, st.booleans())
+def test_what_is_drawn_lies_on_the_canvas_in_characters_of_its_kind(space, camera, size, braille):
+    painted = Studio(DOME, braille=braille).draw(space, camera, *size)
+    rows = painted.rows()
+    assert [len(row) for row in rows] == [size[0]] * size[1]
+    for y, row in enumerate(rows):
+        assert "".join(text for text, _ in painted.runs(y)) == row
+    for letter in "".join(rows):
+        assert " " <= letter <= "~" or (braille and "\u2800" < letter <= "\u28ff")
+
+
+@given(st.lists(SPACES, min_size=1, max_size=4), CAMERAS, st.booleans())
+def test_kept_sheets_show_what_a_fresh_drawing_shows(spaces, camera, braille):
+    kept = Studio(DOME, braille=braille)
+    for space in (*spaces, *spaces):
+        fresh = Studio(DOME, braille=braille).draw(space, camera, 40, 20)
+        assert kept.draw(space, camera, 40, 20) == fresh
+
+
+@given(st.lists(LAYERS, min_size=1, max_size=4), LAYERS)
+def test_a_sheet_that_grows_shows_what_a_fresh_one_shows(layers, moving):
+    kept = Studio(DOME, braille=True)
+    for count in range(len(layers) + 1):
+        space = Space((tuple(layers[:count]), (moving,)))
+        fresh = Studio(DOME, braille=True).draw(space, VIEWS["iso"], 40, 20)
+        assert kept.draw(space, VIEWS["iso"], 40, 20) == fresh
+
+
+@given(SPACES, SPACES, SIZES, st.booleans())
+def test_painting_the_changed_spans_over_the_old_picture_gives_the_new_one(old, new, size, braille):
+    studio = Studio(DOME, braille=braille)
+    before = studio.draw(old, VIEWS["iso"], *size)
+    after = studio.draw(new, VIEWS["side"], *size)
+    screen = cells(before)
+    target = cells(after)
+    for x, y, width in after.changes(before):
+        assert width > 0
+        screen[y][x : x + width] = target[y][x : x + width]
+    assert screen == target
+    assert list(after.changes(after)) == []
+
+
+def cells(painted):
+    """Characters with their inks, where an empty cell has none that could be seen."""
+    return [
+        [
+            (letter, ink if letter != " " else 0)
+            for letter, ink in zip(painted.row(y), inks(painted, y), strict=True)
+        ]
+        for y in range(painted.height)
+    ]
+
+
+def inks(painted, y):
+    return painted.inks[y * painted.width : (y + 1) * painted.width]
+
+
+def test_the_spans_of_a_picture_in_which_nothing_moved_but_the_arm_are_few():
+    scene = driven(guarded())
+    studio = Studio(scene.dome, braille=True)
+    one, two = (
+        studio.draw(
+            scene.space(Moment(Joints.of(20.0 + by, 60.0, -80.0, -60.0, 0.0))),
+            VIEWS["iso"],
+            100,
+            34,
+        )
+        for by in (0.0, 0.4)
+    )
+    changed = sum(width for *_, width in two.changes(one))
+    assert 0 < changed < 100 * 34 / 20
+
+
+@given(CAMERAS, st.integers(0, 360))
+def test_going_all_the_way_round_gives_the_same_picture(camera, by):
+    scene = driven(guarded())
+    studio = Studio(scene.dome, braille=True)
+    space = scene.space(Moment(HERE, 38.0, goal=GOAL))
+    there = studio.draw(space, camera, 60, 24)
+    studio.draw(space, camera.orbited(by), 60, 24)
+    assert studio.draw(space, camera.orbited(by).orbited(360 - by), 60, 24) == there
+
+
+@pytest.mark.parametrize("view", VIEWS)
+@pytest.mark.parametrize("braille", [True, False])
+def test_the_pictures_are_those_that_somebody_looked_at(view, braille):
+    kept = picture_file(view, braille=braille).read_text(encoding="utf-8").splitlines()
+    assert [row.rstrip() for row in picture(view, braille=braille)] == kept
+
+
+@pytest.mark.parametrize("view", VIEWS)
+def test_plain_pictures_are_plain(view):
+    assert all(row.isascii() for row in picture(view, braille=False))
+
+
+def test_no_two_inks_that_run_in_lines_look_alike():
+    """Solid ones differ by place and thickness, and axes by their letters."""
+    dashed = [PATTERNS[ink] for ink in PATTERNS if PATTERNS[ink].period > 1]
+    assert len({(one.on, one.period) for one in dashed}) == len(dashed)
+    marks = [one.mark for one in PATTERNS.values() if one.mark]
+    assert len(set(marks)) == len(marks)
+
+
+@pytest.mark.parametrize("ink", [ink for ink in PATTERNS if PATTERNS[ink].period > 1])
+def test_a_dashed_line_has_its_gaps_over_corners_too(ink):
+    drawn = raster(60, 1, braille=True)
+    drawn.line([(x, 0.0) for x in range(0, 120, 3)], ink)
+    pattern = PATTERNS[ink]
+    bits = [drawn.painted().cells[x // 2] >> (0 if x % 2 == 0 else 3) & 1 for x in range(118)]
+    assert bits == [int(x % pattern.period < pattern.on) for x in range(118)]
+
+
+@pytest.mark.parametrize("model", [guarded(), six_axes()])
+def test_the_arm_its_ghost_its_way_and_its_axes_are_all_there(model):
+    scene = Scene(model)
+    middle = tuple((one.low_rad + one.high_rad) / 2 for one in model.arm.limits)
+    goal = Joints(tuple(angle + 0.3 for angle in middle), model.arm.joint_names)
+    here = Joints(middle, model.arm.joint_names)
+    moment = Moment(here, 30.0, goal=goal, goal_opening_mm=10.0, planned=PLANNED)
+    scene.space(moment)
+    scene.keep(scene.missing, scene.work_out(scene.missing))
+    studio = Studio(scene.dome, braille=True)
+    painted = studio.draw(scene.space(moment), VIEWS["iso"], 120, 40)
+    wanted = {Ink.TABLE, Ink.REACH, Ink.BASE, Ink.PLANNED, Ink.GOAL, Ink.ARM, Ink.JOINT, Ink.AXIS}
+    assert wanted <= {Ink(ink) for ink in painted.inks}
+    nearer = VIEWS["iso"].zoomed(7, scene.tip, scene.dome)
+    assert Ink.GRIPPER in set(studio.draw(scene.space(moment), nearer, 120, 40).inks)
+    assert {"x", "y", "z", "G"} <= set("".join(painted.rows()[1:-1]))
+    assert "goal G" in painted.rows()[-1]
+    assert "reach at" in painted.rows()[-1]
+
+
+def test_an_unknown_posture_is_said_and_not_drawn():
+    scene = driven(guarded())
+    painted = Studio(scene.dome, braille=True).draw(
+        scene.space(Moment(), "posture not known"), VIEWS["iso"], 60, 24
+    )
+    assert any("posture not known" in row for row in painted.rows())
+    assert not {Ink.ARM, Ink.AXIS, Ink.JOINT} & {Ink(ink) for ink in painted.inks}
+
+
+def test_the_name_of_a_box_can_send_nothing_to_the_terminal():
+    box = Box("\x1b[2J\u202e\xe4", (200.0, -150.0, 0.0), (320.0, -60.0, 60.0))
+    scene = Scene(guarded(boxes=(box,)))
+    painted = Studio(scene.dome, braille=False).draw(scene.space(Moment()), VIEWS["top"], 80, 30)
+    assert any("?[2J??" in row for row in painted.rows())
+
+
+def test_open_fingers_are_as_far_apart_as_they_are():
+    scene = Scene(guarded())
+    widths = []
+    for opening_mm in (0.0, 70.0):
+        studio = Studio(scene.dome, braille=True)
+        space = scene.space(Moment(Joints.of(0.0, 60.0, -60.0, 0.0, 0.0), opening_mm))
+        painted = studio.draw(space, VIEWS["top"], 200, 60)
+        columns = [index % 200 for index, ink in enumerate(painted.inks) if ink == Ink.GRIPPER]
+        widths.append(max(columns) - min(columns))
+    scale = (200 * 2 - 1) / (2 * scene.dome.reach_mm * 1.04)
+    tall = (59 * 4 - 1) / (2 * scene.dome.reach_mm * 1.04)
+    assert widths[1] - widths[0] == pytest.approx(70.0 * min(scale, tall) / 2, abs=2.0)
