@@ -154,9 +154,9 @@ def test_a_dashed_line_has_its_gaps_over_corners_too(ink):
 @pytest.mark.parametrize("model", [guarded(), six_axes()])
 def test_the_arm_its_ghost_its_way_and_its_axes_are_all_there(model):
     scene = Scene(model)
-    middle = tuple((one.low_rad + one.high_rad) / 2 for one in model.arm.limits)
-    goal = Joints(tuple(angle + 0.3 for angle in middle), model.arm.joint_names)
-    here = Joints(middle, model.arm.joint_names)
+    bent = tuple(0.6 * one.low_rad + 0.4 * one.high_rad for one in model.arm.limits)
+    goal = Joints(tuple(angle + 0.3 for angle in bent), model.arm.joint_names)
+    here = Joints(bent, model.arm.joint_names)
     moment = Moment(here, 30.0, goal=goal, goal_opening_mm=10.0, planned=PLANNED)
     scene.space(moment)
     scene.keep(scene.missing, scene.work_out(scene.missing))
