@@ -7,6 +7,7 @@ drives. Nothing is set without --mend and a yes.
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -82,26 +83,24 @@ def bus_of(options: argparse.Namespace, config: ArmConfig | None) -> str:
 
 def run(options: argparse.Namespace, config: ArmConfig | None) -> int:
     """Survey the bus, and say what was found."""
-    from armdrive.holding import hold
-
     port = bus_of(options, config)
     if not is_can(port):
         raise BadRequest(f"{port} is no CAN bus: write can:INTERFACE:CHANNEL")
     report = Report(port, options.json)
     ids = ids_of(options.ids) if options.ids else _known_ids(config)
-    holding = hold(config.name if config is not None else port, port)
-    try:
-        heard, found = _surveyed(CanAddress.parse(port), ids, report)
-        if options.every_rate and not found.drives and not heard.commands:
-            _every_rate(CanAddress.parse(port), ids, report)
-    finally:
-        holding.release()
-    report.more |= {"drives": [_view(each) for each in found.drives], "next": []}
+    address = CanAddress.parse(port)
+    heard = _alone(config, port, lambda: _listened(address))
+    report.add(can_findings.of_listening(heard, LISTEN_S, _bits_s(address)))
     if heard.commands:
         return report.end(MENDING)
+    if config is not None and options.mend:  # first, so that what is told then is as it is now
+        _compare(config, report, options)
+    found = _alone(config, port, lambda: _told(address, ids, report, config, options))
+    report.more["drives"] = [_view(each) for each in found.drives]
     if config is not None:
-        report.add(can_findings.of_arm(config.device.ids, found.drives))
-        if set(config.device.ids) <= {each.node for each in found.drives}:
+        report.add(can_findings.of_arm(config.device.ids, found.drives, config.name))
+        everyone = set(config.device.ids) <= {each.node for each in found.drives}
+        if everyone and not options.mend:
             _compare(config, report, options)
     if not found.drives:
         return report.end(NOBODY)
@@ -110,22 +109,41 @@ def run(options: argparse.Namespace, config: ArmConfig | None) -> int:
     return report.end(MENDING if any_problem(report.findings) else DONE)
 
 
+def _alone(config: ArmConfig | None, port: str, look: Callable[[], Survey]) -> Survey:
+    """Look at a bus while no other armdrive has it."""
+    from armdrive.holding import hold
+
+    holding = hold(config.name if config is not None else port, port)
+    try:
+        return look()
+    finally:
+        holding.release()
+
+
 def _known_ids(config: ArmConfig | None) -> tuple[int, ...]:
     return tuple(sorted({*IDS, *(config.device.ids if config is not None else ())}))
 
 
-def _surveyed(address: CanAddress, ids: tuple[int, ...], report: Report) -> tuple[Survey, Survey]:
-    """Listen, then ask; add what was found to the report."""
-    bits_s = _bits_s(address)
-    heard = _listened(address)
-    report.add(can_findings.of_listening(heard, LISTEN_S, bits_s))
-    if heard.commands:
-        return heard, Survey()
+def _told(
+    address: CanAddress,
+    ids: tuple[int, ...],
+    report: Report,
+    config: ArmConfig | None,
+    options: argparse.Namespace,
+) -> Survey:
+    """Ask the ids, at other bit rates too where nobody answers; add findings to the report."""
     found, health, lost = _asked(address, ids)
     report.add(can_findings.of_health(health, lost))
-    report.add(can_findings.of_answers(found, health))
-    report.more |= {"bus": {"state": health.state.value, "sent": health.sent}}
-    return heard, found
+    report.add(can_findings.of_answers(found, health, config.name if config else "NAME"))
+    report.more["bus"] = {"state": health.state.value, **_counters(health)}
+    if options.every_rate and not found.drives:
+        _every_rate(address, ids, report)
+    return found
+
+
+def _counters(health: BusHealth) -> dict[str, int]:
+    names = ("sent", "heard", "refused", "error_frames", "read_errors", "overrun")
+    return {name: getattr(health, name) for name in names}
 
 
 def _listened(address: CanAddress) -> Survey:

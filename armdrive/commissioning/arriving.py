@@ -30,9 +30,11 @@ def arrive(plan: Plan, drive: Planned) -> Talk[Known | None]:
             return found
         if not (yield from _plug_in(drive)):
             return None
-        ready = yield from answers(drive.node)
+        ready: bool | None = yield from answers(drive.node)
         if not ready:
             ready = yield from _give_id(drive)
+        if ready is None:
+            return None
         if ready:
             found = yield from _checked(drive)
             if found is not None:
@@ -84,8 +86,11 @@ def _calibrated(is_so: bool) -> str:
     return ", calibrated" if is_so else ", its encoder not calibrated"
 
 
-def _give_id(drive: Planned) -> Talk[bool]:
-    """Give the new drive, which answers as id 1, the id of its motor."""
+def _give_id(drive: Planned) -> Talk[bool | None]:
+    """Give the new drive, which answers as id 1, the id of its motor; None where nobody wants it.
+
+    False where it did not work: the person may plug something else in, and try again.
+    """
     if not (yield from answers(NODE_DEFAULT)):
         yield from say(CHECKS)
         return False
@@ -100,7 +105,7 @@ def _give_id(drive: Planned) -> Talk[bool]:
             motor=drive.motor,
         )
     ):
-        return False
+        return None
     heard: tuple[Event, ...] = yield Put(NODE_DEFAULT, SetId(drive.node))
     yield Hear(SETTLE_S)
     if not (yield from answers(drive.node)):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from armdrive.commissioning.acts import About, Hear, Put, Stands, Talk, agreed, say
-from armdrive.commissioning.drives import Known, reading
+from armdrive.commissioning.drives import Known, answer_of
 from armdrive.commissioning.plan import Planned
 from firmware_protocol.mks import (
     Calibrate,
@@ -16,7 +16,10 @@ from firmware_protocol.mks import (
 )
 
 LONGEST_S = 60.0
-LOOK_S = 0.5
+LOOK_S = 0.1
+"""So often it is asked how it fares, which feeds the watchdog where that is on already."""
+BEGUN_S = 0.5
+"""A drive that stands so long after it was told to calibrate does not do it."""
 _ALREADY = "It says that it is calibrated already. Do it all the same?"
 
 
@@ -48,13 +51,13 @@ def calibrate(drive: Planned, found: Known) -> Talk[bool]:
 
 def _carry_out(drive: Planned) -> Talk[bool]:
     heard: tuple[Event, ...] = yield Put(drive.node, Calibrate())
-    ended = _ending(heard)
-    waited_s = 0.0
+    ended, waited_s = _ending(heard), 0.0
     while ended is None and waited_s < LONGEST_S:
         heard = yield Hear(LOOK_S)
+        heard += yield Put(drive.node, ReadState())
         waited_s += LOOK_S
         ended = _ending(heard)
-        if ended is None and not (yield from _busy(drive.node)):
+        if ended is None and waited_s > BEGUN_S and _stands(heard):
             heard = yield Hear(LOOK_S)  # the word that ends it may be on its way
             ended = _ending(heard) is True
     yield Stands(drive.node)
@@ -76,6 +79,7 @@ def _ending(heard: tuple[Event, ...]) -> bool | None:
     return None
 
 
-def _busy(node: int) -> Talk[bool]:
-    found = yield from reading(node, ReadState())
-    return isinstance(found, StateRead) and found.state is not MotorState.STOPPED
+def _stands(heard: tuple[Event, ...]) -> bool:
+    """Tell whether a drive says that its motor stands; one that is busy may say nothing."""
+    found = answer_of(heard)
+    return isinstance(found, StateRead) and found.state is MotorState.STOPPED

@@ -129,8 +129,9 @@ class Carrier:
 
     def _send(self, node: int, request: Request) -> None:
         self._host.add(node)
-        if not isinstance(request, Motion):
-            self._host.forget(node)
+        for before in self._host.unanswered(node):
+            if not isinstance(before, Motion):  # of which the end is still to come
+                self._host.forget(node, before)
         self._link.write(self._host.send(node, request), self._clock.now_s())
 
     def _listen(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from armdrive.commissioning.acts import ANSWER_S, LINGER_S, Put, Talk
+from armdrive.commissioning.acts import ANSWER_S, LINGER_S, Hear, Put, Talk
 from firmware_protocol.errors import ProtocolError
 from firmware_protocol.mks import (
     BOARDS,
@@ -42,6 +42,8 @@ from firmware_protocol.mks import (
 
 TRIES = 3
 """How often a question is put: frames can be lost."""
+LATE_S = 0.2
+"""An answer that has not come by then never will, on however busy a computer."""
 SMALL_MAX_MA = 3000
 """Of every board but the SERVO57D."""
 _LARGE_BOARDS = (3, 4)
@@ -128,12 +130,21 @@ def answers(node: int, wait_s: float = ANSWER_S) -> Talk[bool]:
 
 
 def doubled(node: int) -> Talk[bool]:
-    """Tell whether two drives were heard to answer to an id. Those that say the same are not."""
+    """Tell whether two drives were heard to answer to an id. Those that say the same are not.
+
+    Once is not enough: an answer that came too late looks like that too.
+    """
     for request in _TELLTALES:
+        twice = 0
         for _ in range(TRIES):
-            heard = yield Put(node, request, ANSWER_S, LINGER_S)
-            if any(isinstance(each, Stray) and each.answer.code is request.code for each in heard):
-                return True
+            heard: tuple[Event, ...] = yield Put(node, request, ANSWER_S, LINGER_S)
+            if answer_of(heard) is None:
+                yield Hear(LATE_S)
+            twice += any(
+                isinstance(each, Stray) and each.answer.code is request.code for each in heard
+            )
+        if twice > 1:
+            return True
     return False
 
 

@@ -53,13 +53,9 @@ def walk(plan: Plan, notes: dict[str, Notes], *, again: bool = False) -> Talk[Ou
     yield from _introduce(plan, notes, again=again)
     left_out = []
     for drive in plan.order:
-        noted = notes.get(drive.name, Notes())
         yield from say("", f"--- {drive.title}")
-        settled = yield from _one(plan, drive, noted, again=again)
-        if not settled:
+        if not (yield from one(plan, drive, notes, again=again)):
             left_out.append(drive.name)
-        notes[drive.name] = noted
-        yield Keep(dict(notes))
     missing = yield from _together(plan)
     return Outcome(notes, tuple(left_out), missing)
 
@@ -80,23 +76,27 @@ def _introduce(plan: Plan, notes: Mapping[str, Notes], *, again: bool) -> Talk[N
         yield from say(f"Done in an earlier run: {', '.join(done)}; --again does them once more.")
 
 
-def _one(plan: Plan, drive: Planned, noted: Notes, *, again: bool) -> Talk[bool]:
-    """Take one drive through its steps; return whether it is ready."""
+def one(plan: Plan, drive: Planned, notes: dict[str, Notes], *, again: bool) -> Talk[bool]:
+    """Take one drive through its steps, keeping notes after each; return whether it is ready."""
     found = yield from arrive(plan, drive)
     if found is None:
         return False
+    noted = notes.setdefault(drive.name, Notes())
     noted.firmware = ".".join(map(str, found.firmware)) if found.told else noted.firmware
     if noted.done and not again and _still_right(found):
         yield from say("It has its id and its settings: nothing is to be done.")
         return True
     noted.current_ma = yield from settle(plan, drive, found)
+    yield Keep(notes)
     noted.calibrated = yield from calibrate(drive, found)
     yield from _zero(drive, found)
     tried = bool(noted.way or noted.done) and not again
     tried = tried or (yield from try_out(plan, drive, noted))
+    yield Keep(notes)
     if tried and noted.gear and (again or noted.watchdog is None):
         noted.watchdog = yield from try_watchdog(plan, drive, found, noted.gear)
     noted.done = tried and bool(noted.current_ma)
+    yield Keep(notes)
     return noted.done
 
 

@@ -74,7 +74,7 @@ def of_health(health: BusHealth, lost: str = "") -> list[Finding]:
     return [ok(state)] if not lost else [note(f"{state}; then {lost}", RESISTORS)]
 
 
-def of_answers(found: Survey, health: BusHealth) -> list[Finding]:
+def of_answers(found: Survey, health: BusHealth, arm: str = "NAME") -> list[Finding]:
     """Say who answered, or why perhaps nobody did."""
     if not found.drives:
         return [_nobody(found, health)]
@@ -91,7 +91,7 @@ def of_answers(found: Survey, health: BusHealth) -> list[Finding]:
             )
         )
     for each in found.drives:
-        findings += of_drive(each)
+        findings += of_drive(each, arm)
     return findings
 
 
@@ -113,7 +113,7 @@ def _nobody(found: Survey, health: BusHealth) -> Finding:
     )
 
 
-def of_drive(drive: Known) -> list[Finding]:
+def of_drive(drive: Known, arm: str = "NAME") -> list[Finding]:
     """Say what one drive tells of itself, and what is wrong with it."""
     mode = drive.mode
     words = [drive.board, drive.firmware_words, f"at {drive.counts} counts"]
@@ -126,14 +126,14 @@ def of_drive(drive: Known) -> list[Finding]:
         found.append(
             problem(
                 f"{name}: two drives have this id",
-                "plug in one at a time: `armdrive can setup NAME`",
+                f"plug in one at a time: `armdrive can setup {arm}`",
             )
         )
     if mode is not None and mode.mode is not Mode.BUS_FOC:
         found.append(
             problem(
                 f"{name}: mode {int(mode.mode)} ({mode.mode.name}) obeys no motion of the bus",
-                "`armdrive doctor --arm NAME --mend`, or `armdrive can setup NAME`, sets mode 5",
+                f"`armdrive doctor --arm {arm} --mend`, or `armdrive can setup {arm}`, sets mode 5",
             )
         )
     if drive.stalled:
@@ -145,7 +145,9 @@ def of_drive(drive: Known) -> list[Finding]:
         )
     if drive.version is not None and not drive.version.calibrated:
         found.append(
-            problem(f"{name}: its encoder is not calibrated", "`armdrive can setup NAME` does that")
+            problem(
+                f"{name}: its encoder is not calibrated", f"`armdrive can setup {arm}` does that"
+            )
         )
     if Ability.SILENCE_WATCHDOG not in drive.able:
         found.append(
@@ -156,7 +158,7 @@ def of_drive(drive: Known) -> list[Finding]:
     return found
 
 
-def of_arm(ids: Sequence[int], drives: Iterable[Known]) -> list[Finding]:
+def of_arm(ids: Sequence[int], drives: Iterable[Known], arm: str) -> list[Finding]:
     """Compare who answers with the ids of an arm file."""
     there = {each.node for each in drives}
     missing = [node for node in ids if node not in there]
@@ -165,7 +167,7 @@ def of_arm(ids: Sequence[int], drives: Iterable[Known]) -> list[Finding]:
     if missing:
         mend = "see its supply and plug"
         if there and NODE_DEFAULT in there:
-            mend += "; a new drive is id 1 whatever it turns: `armdrive can setup NAME`"
+            mend += f"; a new drive is id 1 whatever it turns: `armdrive can setup {arm}`"
         found.append(problem(f"the arm file's drives {_ids(missing)} do not answer", mend))
     if more:
         found.append(note(f"drives {_ids(more)} answer that are not in the arm file's mks.ids", ""))
