@@ -3,6 +3,7 @@
     ArmError                      1   root: something is wrong, and the sentence says what to do
     +-- Refused                   3   nothing was sent, nothing moved
     |   +-- BadRequest            2   a word or number of the call itself is wrong
+    |   |   +-- UnknownPoint      2   no point or sequence has that name
     |   +-- NotReferenced         3   planned motion needs a position that can be trusted
     |   +-- OperatorNeeded        3   a person has to look at the arm first
     |   +-- WrongState            3   not allowed in the present state of the arm
@@ -18,8 +19,11 @@
     |   +-- PortUnavailable       4   the port cannot be opened
     |   +-- LinkLost              4   the wire broke
     +-- ArmFileError              2   an arm file that cannot be used
+    +-- PointsFileError           2   a file of points that cannot be used
+    |   +-- PointsChanged         2   somebody else has changed a point meanwhile
     +-- StateFileError            1   a state file that cannot be used
     +-- RecordingError            2   a recording that cannot be used
+    +-- KeyFileError              2   a file of the desk's keys that cannot be used
 
 A goal that cannot be reached is kinematics' own `Unreachable`, and ends with 3. What each means for
 the arm and what to do stands in armdrive/catalogue, by `error.code`.
@@ -56,6 +60,12 @@ class BadRequest(Refused, ValueError):
     """A name or a number in the call is wrong."""
 
     exit_code = 2
+
+
+class UnknownPoint(BadRequest, KeyError):
+    """No point, or no sequence, has that name; the message suggests one."""
+
+    __str__ = Exception.__str__  # a KeyError would show the message in quotes
 
 
 class NotReferenced(Refused):
@@ -147,11 +157,27 @@ class ArmFileError(ArmError):
     exit_code = 2
 
 
+class PointsFileError(ArmError):
+    """A file of points that cannot be used; the message names the key."""
+
+    exit_code = 2
+
+
+class PointsChanged(PointsFileError):
+    """A point or a sequence was changed in the file since it was read: nothing was written."""
+
+
 class StateFileError(ArmError):
     """A saved state that cannot be used; the message says why."""
 
 
 class RecordingError(ArmError):
     """A flight recorder's file that cannot be used; the message says which line and why."""
+
+    exit_code = 2
+
+
+class KeyFileError(ArmError):
+    """A file of the desk's keys that cannot be used; the message names the row or the key."""
 
     exit_code = 2

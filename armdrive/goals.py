@@ -5,8 +5,9 @@ One piece of code plans what `move_*` carries out and what `preview` shows.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Protocol
 
 from armdrive.errors import BadRequest
@@ -18,6 +19,12 @@ if TYPE_CHECKING:
     from armdrive.armfile import ArmConfig
     from armdrive.legs import Speeds
     from kinematics import Joints, Pose
+
+
+ALIKE_RAD = math.radians(0.5)
+"""A posture whose joints are all as near as this is the one that a point was taught in."""
+
+OTHER_POSTURE = "the point's pose, but not its posture: a straight line keeps the one it begins in"
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,16 +126,27 @@ class PoseGoal:
 
 @dataclass(frozen=True, slots=True)
 class LineGoal:
-    """A pose of a frame, along a straight line of the tip in the posture that the arm has."""
+    """A pose of a frame, along a straight line of the tip in the posture that the arm has.
+
+    `posture` is a point's: the note of the plan says so where the line ends in another one.
+    """
 
     asked: Pose
     frame: str = BASE
+    posture: Joints | None = None
     cartesian = True
 
     def plan(self, ground: Ground, fraction: float) -> Plan:
         """Return the straight line there."""
-        return plan_line(ground.config, ground.speeds, ground.here, self.pose(ground), fraction)
+        made = plan_line(ground.config, ground.speeds, ground.here, self.pose(ground), fraction)
+        if self.posture is None or _alike(made.end.joints, self.posture):
+            return made
+        return replace(made, note=OTHER_POSTURE)
 
     def pose(self, ground: Ground) -> Pose:
         """Return the pose in the base."""
         return ground.in_base(self.asked, self.frame)
+
+
+def _alike(a: Joints, b: Joints) -> bool:
+    return all(abs(x - y) <= ALIKE_RAD for x, y in zip(a, b, strict=True))

@@ -1,4 +1,4 @@
-"""Where arm files and remembered states live on this computer.
+"""Where arm files, points and remembered states live on this computer.
 
 `ARMDRIVE_HOME` in the environment moves both into one folder, for tests and for shared computers.
 """
@@ -14,6 +14,16 @@ from pathlib import Path
 def arm_files() -> Path:
     """Return the folder of arm files."""
     return _folder("config") / "arms"
+
+
+def key_file() -> Path:
+    """Return the file in which a person gives the desk other keys."""
+    return _folder("config") / "keys.toml"
+
+
+def points_file(arm: str) -> Path:
+    """Return the file of an arm's named points: beside the folder of arm files, one an arm."""
+    return _folder("config") / "points" / f"{file_name(arm)}.toml"
 
 
 def states() -> Path:

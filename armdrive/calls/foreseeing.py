@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from armdrive.calls.moving import Moving
+from armdrive.calls.teaching import Place
 from armdrive.errors import BadRequest, Refused
 from armdrive.frames import BASE
-from armdrive.goals import Goal, Ground, JointGoal, LineGoal, PoseGoal
+from armdrive.goals import Goal, Ground, JointGoal
 from armdrive.planning import speed_fraction
 from armdrive.preview import Preview, Refusal, preview_goal
 from armdrive.states import Event, after
 from armdrive.status import Trust
-from kinematics import Pose
 
 
 class Foreseeing(Moving):
@@ -18,7 +18,7 @@ class Foreseeing(Moving):
 
     def preview(
         self,
-        goal: Pose | None = None,
+        goal: Place | None = None,
         *,
         line: bool = False,
         frame: str = BASE,
@@ -27,11 +27,19 @@ class Foreseeing(Moving):
     ) -> Preview:
         """Return what a motion would be, or why it is refused. Sends nothing, moves nothing.
 
-        `preview(pose)` foresees `move_to`, `preview(pose, line=True)` foresees `move_l`, and
-        `preview(shoulder_deg=40)` foresees `move_j`. A refusal is part of the answer: its typed
-        error, and where the arm could go instead. Raises `BadRequest` for what is no goal.
+        `preview(pose)` (or a named point) foresees `move_to`, `preview(pose, line=True)` foresees
+        `move_l`, and `preview(shoulder_deg=40)` foresees `move_j`. A refusal is part of the answer:
+        its typed error, and where the arm could go instead. Raises `BadRequest` for what is no
+        goal.
         """
-        return self._foreseen(_goal(goal, joints_deg, line, frame), speed_fraction(speed))
+        fraction = speed_fraction(speed)
+        if goal is None:
+            if line or frame != BASE:
+                raise BadRequest("a line and a frame are of a pose: give one, as Pose.of(...)")
+            return self._foreseen(JointGoal(joints_deg), fraction)
+        if joints_deg:
+            raise BadRequest("give a pose or joint angles, not both")
+        return self._foreseen(self.goal_of(goal, frame, line=line), fraction)
 
     def _foreseen(self, goal: Goal, fraction: float) -> Preview:
         with self.pace.lock:
@@ -53,13 +61,3 @@ class Foreseeing(Moving):
         except Refused as refusal:
             return refusal
         return None
-
-
-def _goal(pose: Pose | None, joints_deg: dict[str, float], line: bool, frame: str) -> Goal:
-    if pose is None:
-        if line or frame != BASE:
-            raise BadRequest("a line and a frame are of a pose: give one, for example Pose.of(...)")
-        return JointGoal(joints_deg)
-    if joints_deg:
-        raise BadRequest("give a pose or joint angles, not both")
-    return LineGoal(pose, frame) if line else PoseGoal(pose, frame)

@@ -6,14 +6,14 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Literal, overload
 
-from armdrive.calls.connected import Connected
+from armdrive.calls.teaching import Place, Teaching
 from armdrive.calls.waiting import PATIENCE_S
-from armdrive.errors import BadRequest, OutOfBounds, Refused
+from armdrive.errors import BadRequest, OutOfBounds, Refused, Stopped
 from armdrive.flows import motion
 from armdrive.flows.gripping import require_gripper, set_gripper
 from armdrive.flows.motion import Moved
 from armdrive.frames import BASE
-from armdrive.goals import Goal, Ground, JointGoal, LineGoal, PoseGoal
+from armdrive.goals import Goal, Ground, JointGoal
 from armdrive.handle import Handle
 from armdrive.planning import Plan, plan_joints, speed_fraction
 from armdrive.states import Event, after
@@ -28,7 +28,7 @@ PARK_HEIGHT_MM = 30.0
 PARK_RISE_MM = 60.0
 
 
-class Moving(Connected):
+class Moving(Teaching):
     """The calls that move to a goal."""
 
     @overload
@@ -53,44 +53,54 @@ class Moving(Connected):
 
     @overload
     def move_to(
-        self, goal: Pose, *, speed: float = 1.0, frame: str = BASE, wait: Literal[True] = True
+        self, goal: Place, *, speed: float = 1.0, frame: str = BASE, wait: Literal[True] = True
     ) -> Moved: ...
     @overload
     def move_to(
-        self, goal: Pose, *, speed: float = 1.0, frame: str = BASE, wait: Literal[False]
+        self, goal: Place, *, speed: float = 1.0, frame: str = BASE, wait: Literal[False]
     ) -> Handle[Moved]: ...
     def move_to(
-        self, goal: Pose, *, speed: float = 1.0, frame: str = BASE, wait: bool = True
+        self, goal: Place, *, speed: float = 1.0, frame: str = BASE, wait: bool = True
     ) -> Moved | Handle[Moved]:
         """Move the tip to a pose by a joint motion, to the posture nearest to the present one.
 
+        Or to a named point, `move_to("pick")`: to its joints; the fingers stay as they are.
         The pose is one of `frame`: the base, a frame of the arm file, or the tool, in which it is
         a change from where the tool is (frames.py).
         Raises `kinematics.Unreachable` or `OutOfBounds` with the nearest pose that is allowed.
         """
-        handle = self._go(PoseGoal(goal, frame), speed)
+        handle = self._go(self.goal_of(goal, frame), speed)
         return handle.wait() if wait else handle
 
     @overload
     def move_l(
-        self, goal: Pose, *, speed: float = 1.0, frame: str = BASE, wait: Literal[True] = True
+        self, goal: Place, *, speed: float = 1.0, frame: str = BASE, wait: Literal[True] = True
     ) -> Moved: ...
     @overload
     def move_l(
-        self, goal: Pose, *, speed: float = 1.0, frame: str = BASE, wait: Literal[False]
+        self, goal: Place, *, speed: float = 1.0, frame: str = BASE, wait: Literal[False]
     ) -> Handle[Moved]: ...
     def move_l(
-        self, goal: Pose, *, speed: float = 1.0, frame: str = BASE, wait: bool = True
+        self, goal: Place, *, speed: float = 1.0, frame: str = BASE, wait: bool = True
     ) -> Moved | Handle[Moved]:
-        """Move the tip to a pose along a straight line in x, y, z, pitch and roll.
+        """Move the tip to a pose, or to a named point's, along a straight line.
 
+        Straight in x, y, z, pitch and roll. Of a point, `note` says so where the line ends in
+        another posture than it was taught in.
         `frame` is as of `move_to`: `move_l(Pose.of(x_mm=0, y_mm=0, z_mm=-30, pitch_deg=0),
         frame="tool")` draws the hand 30 mm back.
         The tip leaves the line by at most `motion.line_tolerance_mm` of the arm file and what one
         motor step is worth. Raises `kinematics.PathBroken` where the line leaves the reach.
         """
-        handle = self._go(LineGoal(goal, frame), speed)
+        handle = self._go(self.goal_of(goal, frame, line=True), speed)
         return handle.wait() if wait else handle
+
+    def go(self, place: Place, *, how: str = "joint", speed: float = 1.0) -> Handle[Moved]:
+        """Begin to move to a pose or a point, by a "joint" motion or along a "line"; never waits.
+
+        As a step of a sequence says it: `move_to` and `move_l` with `wait=False`.
+        """
+        return self._go(self.goal_of(place, line=how == "line"), speed)
 
     def move_gripper(self, opening_mm: float, speed: float) -> Moved:
         """Bring the fingers to an opening in mm; see `Arm.gripper`."""
@@ -145,18 +155,31 @@ class Moving(Connected):
         return raised(self.model.reference.pose, PARK_HEIGHT_MM)
 
     def _go(self, goal: Goal, speed: float) -> Handle[Moved]:
-        """Plan a way to a goal and hand it to the engine."""
+        """Plan a way to a goal and hand it to the engine, unless a stop comes meanwhile."""
+        stops = self.stops
         if goal.cartesian:
             self.core.require_geometry()
         fraction = speed_fraction(speed)
-        return self._start(lambda here: goal.plan(Ground(self.config, self.speeds, here), fraction))
 
-    def _start(self, plan: Callable[[Coordinates], Plan]) -> Handle[Moved]:
-        """Plan from where the arm is, and hand the audited plan to the engine."""
+        def plan(here: Coordinates) -> Plan:
+            return goal.plan(Ground(self.config, self.speeds, here), fraction)
+
+        return self._start(plan, stops)
+
+    def _start(
+        self, plan: Callable[[Coordinates], Plan], stops: int | None = None
+    ) -> Handle[Moved]:
+        """Plan from where the arm is, and hand the audited plan to the engine.
+
+        A stop finds nothing to end before that: with `stops`, one that was asked for since then
+        is what becomes of the motion.
+        """
         with self.pace.lock:
             self.core.require_reference()
             after(self.core.state, Event.MOVE)
             made = plan(self.core.coordinates)
+            if stops is not None and self.stops != stops:
+                raise Stopped("a stop was asked for before the motion began")
             task = self.submit(motion.follow(self.wire, made), alone=True)
         return Handle(self, task, made.duration_s * PATIENCE + PATIENCE_S)
 

@@ -27,11 +27,14 @@ class Waiting(Knowing):
     """The calls that stop, and what every other call waits with."""
 
     wire: Wire
+    stops = 0
+    """How often a stop was asked for: what was decided on before the latest is not begun."""
 
     # -- stopping -----------------------------------------------------------------------------
 
     def request_stop(self, *, hard: bool = False) -> None:
         """Ask for a stop and return at once: the one call that a signal handler may make."""
+        self.stops += 1
         self.core.hold = None
         self.engine.stop_hard = self.engine.stop_hard or hard
         self.engine.stop_asked = True

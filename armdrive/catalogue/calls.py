@@ -78,6 +78,33 @@ REQUESTS = (
         NO_ARM,
         "Choose another recording; a damaged one is of use up to the line that the sentence names.",
     ),
+    Entry(
+        "E108", "PointsFileError", "a file of points that cannot be used",
+        "The file is no TOML, has a key or a value that makes no sense, is of an arm with other "
+        "joints, or has a sequence that goes to a point there is not.",
+        "Nothing moved, and the file is as it was.",
+        "Correct the key that the sentence names; `armdrive points list` reads the file anew.",
+    ),
+    Entry(
+        "E109", "UnknownPoint", "no point has that name",
+        "A point or a sequence was asked for that the arm's file of points does not have.",
+        NOTHING_SENT,
+        "`armdrive points list` shows the names; `armdrive points save NAME` makes one.",
+    ),
+    Entry(
+        "E110", "PointsChanged", "a point was changed meanwhile",
+        "Another program, or somebody with an editor, has changed this point or sequence in the "
+        "file since it was read.",
+        "Nothing was written: the other change stays.",
+        "Look at what stands there now, and make the change again.",
+    ),
+    Entry(
+        "E111", "KeyFileError", "a file of keys that cannot be used",
+        "It is missing, is no TOML, names what is no key or nothing that the desk does, or gives "
+        "one key to two things.",
+        "Nothing was opened, nothing moved.",
+        "Correct the line that the sentence names; `armdrive jog --show-keys` lists what has keys.",
+    ),
 )  # fmt: skip
 
 REFUSALS = (

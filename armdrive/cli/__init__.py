@@ -17,6 +17,7 @@ COMMANDS: Mapping[str, str] = MappingProxyType(
         "demo": "watch the simulated arm pick and place blocks",
         "jog": "drive an arm from the keyboard",
         "move": "move an arm to joint angles or to a pose",
+        "points": "name places of an arm, and go to them; step through sequences of them",
         "home": "reference an arm in its reference posture",
         "verify": "measure at the reference mark how far an arm has drifted",
         "enable": "switch the motors on, where the controller can",

@@ -22,7 +22,7 @@ from armdrive.cli.choosing import add_allow_restored, add_arm_options, connect_c
 from armdrive.cli.confirming import settle_trust
 from armdrive.cli.numbers import fraction, number
 from armdrive.cli.output import emit, say, say_which
-from armdrive.errors import BadRequest, Refused
+from armdrive.errors import BadRequest
 from armdrive.frames import BASE, TOOL
 from armdrive.view import status_view
 from kinematics import JOINT_NAMES, Pose
@@ -82,7 +82,9 @@ def run(options: argparse.Namespace) -> int:
             say_which(arm.status)
         settle_trust(arm)
         if options.preview:
-            return _show(_preview(arm, options), options)
+            from armdrive.cli.previewing import show_preview
+
+            return show_preview(_preview(arm, options), as_json=options.json)
         for moved in _moves(arm, options):
             if not options.json:
                 say(str(moved))
@@ -137,18 +139,6 @@ def _preview(arm: Arm, options: argparse.Namespace) -> Preview:
         return arm.preview(speed=options.speed, **named)
     goal = _goal(_here(arm, options.frame), options)
     return arm.preview(goal, line=options.line, frame=options.frame, speed=options.speed)
-
-
-def _show(preview: Preview, options: argparse.Namespace) -> int:
-    """Print a preview; return the code that the motion itself would be refused with, or 0."""
-    from armdrive.previewing import preview_lines, preview_view
-
-    if options.json:
-        emit(preview_view(preview))
-    else:
-        for line in preview_lines(preview):
-            say(line)
-    return getattr(preview.refusal, "exit_code", Refused.exit_code) if preview.refusal else 0
 
 
 def _joints(options: argparse.Namespace) -> dict[str, Any]:

@@ -1,0 +1,24 @@
+"""Printing a preview, and the exit code of a motion that would be refused."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from armdrive.cli.output import emit, say
+from armdrive.errors import Refused
+from armdrive.previewing import preview_lines, preview_view
+
+if TYPE_CHECKING:
+    from armdrive.preview import Preview
+
+
+def show_preview(preview: Preview, *, as_json: bool) -> int:
+    """Print a preview; return the code that the motion itself would end with, 0 where it may go."""
+    if as_json:
+        emit(preview_view(preview))
+    else:
+        for line in preview_lines(preview):
+            say(line)
+    if preview.refusal is None:
+        return 0
+    return getattr(preview.refusal, "exit_code", Refused.exit_code)

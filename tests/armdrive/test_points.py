@@ -1,0 +1,420 @@
+"""Named points: a file that a person and programs share, and nobody loses what another wrote."""
+
+import math
+import tomllib
+from dataclasses import replace
+from datetime import datetime
+
+import pytest
+from chain_files import connected, five_joints
+from faults import OVER_THE_TABLE, ready_arm, sim_arm, sim_config
+from hypothesis import given
+from hypothesis import strategies as st
+
+from armdrive import places
+from armdrive.durable import Files
+from armdrive.errors import (
+    BadRequest,
+    NotReferenced,
+    OutOfBounds,
+    PointsChanged,
+    PointsFileError,
+    Refused,
+    UnknownPoint,
+)
+from armdrive.pointbook import Points, points_of
+from armdrive.points import Point, Step, StepList, Taught
+from armdrive.pointtext import parse_points
+from armdrive.pointwriting import Writer, rounded
+from kinematics import JOINT_NAMES, Joints, preset
+
+ARM = preset("teachmover").arm
+HERE = Point(OVER_THE_TABLE, 20.0, "", datetime(2026, 11, 22, 10, 30))
+THERE = Point(Joints.of(30.0, 50.0, -80.0, -40.0, 10.0), 5.0, "above the block")
+STACK = StepList(
+    (Step("pick", "line", 0.5), Step(gripper="grasp"), Step(wait_s=0.5), Step(gripper=12.0)),
+    "one block",
+)
+
+
+@pytest.fixture
+def book(tmp_path):
+    return a_book(tmp_path / "points" / "bench.toml")
+
+
+def a_book(path, **more):
+    return Points(path, "bench", JOINT_NAMES, ARM.fk, lambda: HERE, **more)
+
+
+@pytest.fixture
+def arm():
+    return ready_arm(sim_config(planned_burst_s=2.0))
+
+
+# -- as a mapping -----------------------------------------------------------------------------
+
+
+def test_points_are_kept_like_a_mapping_and_read_anew(book):
+    assert not book
+    book["pick"] = THERE
+    book["place"] = HERE
+    other = a_book(book.path)
+    assert list(other) == ["pick", "place"]
+    assert other["pick"] == rounded(Taught({"pick": THERE})).points["pick"]
+    assert "pick" in other
+    assert other.get("nowhere") is None
+    del other["pick"]
+    assert list(book) == ["place"]
+
+
+def test_a_name_that_is_not_there_suggests_one(book):
+    book["pick"] = THERE
+    with pytest.raises(UnknownPoint, match=r"no point 'pik'.*did you mean 'pick'") as missed:
+        book["pik"]
+    assert isinstance(missed.value, KeyError)
+    with pytest.raises(UnknownPoint, match="known are none"):
+        book.sequence("stack")
+
+
+@pytest.mark.parametrize("name", ["", "2nd", "a b", "a.b", "ä", "a" * 41, "a\n"])
+def test_what_is_no_name_is_refused(book, name):
+    with pytest.raises(BadRequest, match="is no name"):
+        book[name] = THERE
+    with pytest.raises(BadRequest):
+        book.teach(name)
+    assert not book.path.exists()
+
+
+def test_teaching_names_the_present_place_and_moves_a_point_only_on_request(book):
+    assert book.teach("pick", note="first") == replace(HERE, note="first")
+    with pytest.raises(BadRequest, match="already"):
+        book.teach("pick")
+    assert book.teach("pick", again=True).note == "first"
+    assert book.teach("pick", again=True, note="second").note == "second"
+
+
+# -- what a file may hold ---------------------------------------------------------------------
+
+
+def joints_line(angle=0):
+    return f"joints_deg = {{ base = {angle}, shoulder = 40, elbow = -80, wrist_pitch = -40, wrist_roll = 0 }}"  # noqa: E501
+
+
+WRONG = [
+    ("[points.a]\njoints_deg = 3\n", "points.a.joints_deg"),
+    (f"[point.a]\n{joints_line()}\n", "did you mean 'points'"),
+    (f"[points.a]\n{joints_line()}\ngriper_mm = 3\n", "did you mean 'gripper_mm'"),
+    ("[points.a]\njoints_deg = { base = 3 }\n", "missing shoulder, elbow"),
+    (f"[points.a]\n{joints_line('nan')}\n", "finite"),
+    (f"[points.a]\n{joints_line()}\nknee = 3\n", "unknown key 'knee'"),
+    (f"[points.a]\n{joints_line().replace('base', 'bse')}\n", "did you mean 'base'"),
+    (f"[points.a]\n{joints_line()}\ngripper_mm = inf\n", "finite"),
+    (f'[points.a]\n{joints_line()}\ntaught = "today"\n', "a date and a time"),
+    (f"[points.a]\n{joints_line()}\nnote = 3\n", "must be text"),
+    (f'[points."a b"]\n{joints_line()}\n', "is no name"),
+    ('[sequences.s]\nsteps = [{ point = "b" }]\n', "goes to the point 'b'"),
+    ('[sequences.s]\nsteps = [{ gripper = "shut" }]\n', "steps[1]: gripper is one of"),
+    ('[sequences.s]\nsteps = [{ gripper = "open", wait_s = 1 }]\n', "no two of them"),
+    ("[sequences.s]\nsteps = [{}]\n", "is one of point, gripper and wait_s"),
+    ("[sequences.s]\nsteps = [{ wait_s = -1 }]\n", "wait_s is from 0"),
+    ("[sequences.s]\nsteps = [{ gripper = true }]\n", "must be text"),
+    ("[sequences.s]\nsteps = 3\n", "is a list"),
+    ('[sequences.s]\nsteps = [{ wait_s = 1, how = "line" }]\n', "how belongs to"),
+    (f'[points.a]\n{joints_line()}\n[sequences.s]\nsteps = [{{ point = "a", speed = 2 }}]\n',
+     "speed is above 0"),
+    (f'[points.a]\n{joints_line()}\n[sequences.s]\nsteps = [{{ point = "a", how = "arc" }}]\n',
+     "how is one of"),
+    ("[points\n", "line 1"),
+    ("a = " + "[" * 3000, ""),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "words"), WRONG)
+def test_a_file_that_makes_no_sense_says_where_and_stays_as_it_is(book, text, words):
+    book.path.parent.mkdir(parents=True)
+    book.path.write_text(text, encoding="utf-8")
+    with pytest.raises(PointsFileError) as wrong:
+        book["a"]
+    assert words in str(wrong.value)
+    assert str(book.path) in str(wrong.value)
+    with pytest.raises(PointsFileError):
+        book["new"] = THERE
+    assert book.path.read_text(encoding="utf-8") == text
+
+
+def test_bytes_that_are_no_text_and_a_folder_in_the_files_place_are_said(book):
+    book.path.parent.mkdir(parents=True)
+    book.path.write_bytes(b"\xff\xfe")
+    with pytest.raises(PointsFileError, match="utf-8"):
+        book.read()
+    book.path.unlink()
+    book.path.mkdir()
+    with pytest.raises(PointsFileError, match="cannot be read"):
+        book.read()
+
+
+# -- by hand and by program -------------------------------------------------------------------
+
+BY_HAND = f"""\
+# my own heading
+
+[points.old] # mine
+{joints_line(1.23456789)}
+
+# where blocks come from
+[points.pick]
+{joints_line()}   # checked on Monday
+note = "x"
+
+[sequences.stack]   # the demo
+steps = [
+  {{ point = "pick" }},   # slowly
+]
+"""
+
+
+def write(book, text):
+    book.path.parent.mkdir(parents=True, exist_ok=True)
+    book.path.write_text(text, encoding="utf-8")
+
+
+def test_a_change_leaves_every_other_line_as_a_person_wrote_it(book):
+    write(book, BY_HAND)
+    book["new"] = HERE
+    text = book.path.read_text(encoding="utf-8")
+    assert text.startswith(BY_HAND)
+    book["pick"] = replace(HERE, note="y")
+    text = book.path.read_text(encoding="utf-8")
+    assert "# where blocks come from\n[points.pick]" in text
+    assert "checked on Monday" not in text
+    for line in ("# my own heading", "[points.old] # mine", joints_line(1.23456789), "# slowly"):
+        assert line in text
+    del book["old"]
+    assert "1.23456789" not in book.path.read_text(encoding="utf-8")
+    assert list(book) == ["pick", "new"]
+
+
+def test_renaming_reaches_the_sequences(book):
+    write(book, BY_HAND)
+    book.rename("pick", "grip")
+    assert book.sequence("stack").points == ("grip",)
+    assert set(book) == {"old", "grip"}
+    with pytest.raises(BadRequest, match="already"):
+        book.rename("grip", "old")
+    with pytest.raises(UnknownPoint):
+        book.rename("pick", "other")
+
+
+def test_a_point_that_a_sequence_goes_to_is_not_taken_away(book):
+    write(book, BY_HAND)
+    with pytest.raises(BadRequest, match="used by stack"):
+        del book["pick"]
+    book.remove_sequence("stack", instead_of=book.sequence("stack"))
+    del book["pick"]
+    assert list(book) == ["old"]
+
+
+def test_a_layout_that_cannot_be_kept_is_written_anew_and_the_old_file_stays_beside(book):
+    inline = f"points.pick = {{ {joints_line()} }}\n"
+    write(book, inline)
+    book["new"] = HERE
+    assert inline in book.path.read_text(encoding="utf-8")
+    write(book, inline)
+    book["pick"] = HERE
+    assert book["pick"].taught == HERE.taught
+    assert book.path.with_name("bench.toml.before").read_text(encoding="utf-8") == inline
+
+
+def test_what_somebody_changed_meanwhile_is_not_overwritten(book):
+    book["pick"] = THERE
+    shown = book["pick"]
+    a_book(book.path)["pick"] = HERE
+    with pytest.raises(PointsChanged, match="'pick' was changed"):
+        book.put("pick", THERE, instead_of=shown)
+    with pytest.raises(PointsChanged):
+        book.remove("pick", instead_of=shown)
+    with pytest.raises(PointsChanged, match="is new"):
+        book.put("pick", THERE, instead_of=None)
+    del a_book(book.path)["pick"]
+    with pytest.raises(PointsChanged, match="has gone"):
+        book.put("pick", THERE, instead_of=shown)
+    assert not book
+    book.put_sequence("wait", StepList((Step(wait_s=1.0),)), instead_of=None)
+    with pytest.raises(PointsChanged):
+        book.put_sequence("wait", STACK, instead_of=None)
+
+
+class Meddler(Files):
+    """A disk on which somebody else writes the file just before it is replaced."""
+
+    def __init__(self, path, times, number=0):
+        self.path, self.times, self.number = path, times, number
+
+    def sync(self, handle):
+        if self.times > 0:
+            self.times -= 1
+            self.number += 1
+            a_book(self.path)[f"other{self.number}"] = THERE
+
+
+def test_a_file_that_changes_while_it_is_written_loses_nothing(tmp_path):
+    path = tmp_path / "bench.toml"
+    book = a_book(path, files=Meddler(path, 2))
+    book["mine"] = HERE
+    assert set(book) == {"mine", "other1", "other2"}
+    busy = a_book(path, files=Meddler(path, 1000, number=10))
+    with pytest.raises(PointsChanged, match="being written"):
+        busy["late"] = HERE
+    assert "late" not in book
+
+
+class FullDisk(Files):
+    def write(self, handle, data):
+        raise OSError(28, "No space left on device")
+
+
+def test_a_full_disk_leaves_the_old_file(tmp_path):
+    path = tmp_path / "bench.toml"
+    a_book(path)["pick"] = THERE
+    before = path.read_bytes()
+    with pytest.raises(PointsFileError, match="No space left"):
+        a_book(path, files=FullDisk())["place"] = HERE
+    assert path.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_link_to_a_shared_file_stays_a_link(tmp_path):
+    shared = tmp_path / "shared.toml"
+    a_book(shared)["pick"] = THERE
+    link = tmp_path / "bench.toml"
+    link.symlink_to(shared)
+    a_book(link)["place"] = HERE
+    assert link.is_symlink()
+    assert set(a_book(shared)) == {"pick", "place"}
+
+
+# -- laws -------------------------------------------------------------------------------------
+
+NAMES = st.sampled_from(["a", "b-c", "Pick", "x_1", "points", "steps"])
+ANGLES = st.floats(-400.0, 400.0)
+POINTS = st.builds(
+    lambda angles, opening, note, day: Point(Joints.of(*angles), opening, note, day),
+    st.tuples(*[ANGLES] * 5),
+    st.none() | st.floats(0.0, 100.0),
+    st.text(max_size=12),
+    st.none() | st.datetimes(datetime(1990, 1, 1), datetime(2100, 1, 1)),
+)
+STEPS = st.one_of(
+    st.builds(Step, st.just("a"), st.sampled_from(["joint", "line"]), st.floats(0.01, 1.0)),
+    st.builds(lambda g: Step(gripper=g), st.sampled_from(["open", "close", "grasp", 12.5])),
+    st.builds(lambda s: Step(wait_s=s), st.floats(0.0, 100.0)),
+)
+LISTS = st.builds(StepList, st.lists(STEPS, max_size=4).map(tuple), st.text(max_size=8))
+TAUGHT = st.builds(
+    lambda first, points, lists: Taught({"a": first, **points}, lists),
+    POINTS,
+    st.dictionaries(NAMES, POINTS, max_size=4),
+    st.dictionaries(NAMES, LISTS, max_size=3),
+)
+WRITER = Writer("bench", ARM.fk)
+
+
+@given(TAUGHT)
+def test_what_is_written_reads_as_the_same(taught):
+    text = WRITER.document(taught)
+    tomllib.loads(text)
+    assert rounded(parse_points(text, JOINT_NAMES)) == rounded(taught)
+
+
+@given(TAUGHT, TAUGHT)
+def test_every_change_of_our_own_layout_is_made_in_place(before, after):
+    text = WRITER.edited(WRITER.document(before), rounded(before), rounded(after))
+    assert text is not None
+    assert rounded(parse_points(text, JOINT_NAMES)) == rounded(after)
+    assert WRITER.edited(text, rounded(after), rounded(after)) == text
+
+
+# -- going to points --------------------------------------------------------------------------
+
+
+def test_a_point_is_gone_back_to_on_the_very_steps_it_was_taught_on(arm):
+    arm.move_j(base_deg=23.456, elbow_deg=-71.3)
+    taught = arm.status.acknowledged
+    arm.points.teach("pick")
+    arm.move_j(base_deg=-40, shoulder_deg=60)
+    arm.move_to("pick", speed=0.5)
+    assert arm.status.acknowledged == taught
+    assert arm.twin.world.motors == taught
+
+
+def test_going_to_a_point_leaves_the_fingers_alone(arm):
+    arm.points.teach("pick")
+    arm.gripper.open(50)
+    opened = arm.gripper.opening_mm
+    arm.move_j(base_deg=30)
+    arm.move_to("pick")
+    assert arm.gripper.opening_mm == opened
+
+
+def test_a_line_to_a_point_ends_in_its_pose_and_says_where_the_posture_is_another(arm):
+    arm.points.teach("start")
+    arm.move_j(base_deg=20)
+    moved = arm.move_l("start")
+    assert moved.note == ""
+    assert math.dist(arm.twin.world.tip, ARM.points(OVER_THE_TABLE)[-1]) < 1.0
+    turned = arm.points["start"].joints
+    arm.points["over"] = Point(turned.replace(wrist_roll=turned[4] + math.tau))
+    arm.move_j(base_deg=20)
+    assert "posture" in arm.move_l("over").note
+
+
+def test_a_preview_of_a_point_is_the_motion_to_it(arm):
+    arm.move_j(base_deg=20)
+    arm.points.teach("aside")
+    arm.move_j(base_deg=-20)
+    assert arm.preview("aside").end == arm.points["aside"].joints
+    line = arm.preview("aside", line=True)
+    arm.move_l("aside")
+    assert line.end == arm.core.coordinates.joints
+
+
+def test_a_point_that_a_person_edited_beyond_a_limit_is_audited(arm):
+    arm.points["far"] = Point(Joints.of(0.0, 300.0, -80.0, -40.0, 0.0))
+    before = arm.status.acknowledged
+    with pytest.raises(OutOfBounds, match="shoulder"):
+        arm.move_to("far")
+    assert arm.status.acknowledged == before
+
+
+def test_a_place_that_nobody_knows_is_not_taught():
+    arm = sim_arm()
+    with pytest.raises(NotReferenced):
+        arm.points.teach("pick")
+    assert not arm.points.path.exists()
+
+
+def test_what_is_no_goal_is_refused_by_name(arm):
+    arm.points.teach("pick")
+    with pytest.raises(UnknownPoint):
+        arm.move_to("nowhere")
+    with pytest.raises(BadRequest, match="every frame"):
+        arm.move_to("pick", frame="tool")
+    with pytest.raises(BadRequest, match="point of an arm with"):
+        arm.move_to(Point(Joints((0.0,), ("lift",))))
+
+
+def test_every_arm_has_a_file_of_its_own_for_its_own_joints(tmp_path, arm):
+    assert arm.points.path == places.points_file("sim:teachmover")
+    with connected(five_joints(tmp_path)) as other:
+        other.home()
+        other.points.teach("pick")
+        assert other.points.path != arm.points.path
+        assert tuple(other.points["pick"].joints.names) == other.model.arm.joint_names
+
+
+def test_the_points_of_an_arm_that_is_not_connected_can_be_read_and_not_taught(arm):
+    arm.points.teach("pick")
+    book = points_of(arm.config)
+    assert list(book) == ["pick"]
+    with pytest.raises(Refused, match="not connected"):
+        book.teach("place")
