@@ -13,6 +13,8 @@ from firmware_protocol.mks import CURRENT_MAX_MA, NODE_MAX
 
 MICROSTEPS = (16, 32, 64)
 """With these alone the drive's speeds are rpm."""
+FEEDS = 2
+"""So many looks the drives' watchdog must outlast: one may be lost."""
 _FIRMWARE = re.compile(r"(\d{1,3})\.(\d{1,3})\.(\d{1,3})")
 
 
@@ -61,6 +63,11 @@ class MksSettings:
             )
         for name, (low, high) in _BOUNDS.items():
             within(f"mks.{name}", getattr(self, name), low, high)
+        if 0.0 < self.watchdog_s < FEEDS * self.poll_s - 1e-9:
+            raise ArmFileError(
+                f"mks.watchdog_s must be 0, or {FEEDS} times mks.poll_s at least, which feeds it: "
+                f"with {self.watchdog_s:g} and {self.poll_s:g} the drives would stop in mid-motion"
+            )
         if self.segment_s:  # 0 is none
             within("mks.segment_s", self.segment_s, 0.01, 0.1)
 

@@ -206,7 +206,8 @@ def test_homing_that_finds_nothing_is_ended():
 @pytest.mark.parametrize(
     "wrong",
     [{"ids": (1, 1)}, {"ids": ()}, {"ids": (0,)}, {"ids": (2048,)}, {"firmware": "new"},
-     {"microsteps": 8}, {"acceleration": 256}, {"segment_s": 0.5}],
+     {"microsteps": 8}, {"acceleration": 256}, {"segment_s": 0.5}, {"watchdog_s": 0.15},
+     {"poll_s": 0.3}],
 )  # fmt: skip
 def test_settings_that_cannot_be_are_refused(wrong):
     with pytest.raises(ArmFileError, match="mks"):
