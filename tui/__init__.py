@@ -1,4 +1,4 @@
-"""The desk: a terminal screen that jogs an arm."""
+"""The desk: terminal screens from which a person drives an arm."""
 
 from __future__ import annotations
 
@@ -6,13 +6,15 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from tui.arm_port import DeskArm
+    from tui.keyboard import Keyboard
 
 __all__ = ["run_desk"]
 
 
-def run_desk(arm: DeskArm, *, ascii_only: bool = False) -> int:
+def run_desk(arm: DeskArm, *, ascii_only: bool = False, keys: Keyboard | None = None) -> int:
     """Show the desk until somebody leaves it, and return the exit code.
 
+    `keys` is the keyboard; without one it is the user's own file of keys, where there is one.
     However it ends, the arm has been told to stop; closing the arm remains the caller's duty,
     except after SIGTERM and SIGHUP, when it is closed at once.
     """
@@ -22,9 +24,12 @@ def run_desk(arm: DeskArm, *, ascii_only: bool = False) -> int:
     from armdrive.draw.terminal import can_braille
     from tui.desk import Desk
     from tui.framework import forget_a_closed_terminal
+    from tui.remap import load_keys
 
+    if keys is None:
+        keys = load_keys(None)
     braille = not ascii_only and can_braille(sys.stdout.encoding, os.environ)
-    desk = Desk(arm, braille=braille, handle_signals=True)
+    desk = Desk(arm, braille=braille, handle_signals=True, keys=keys)
     try:
         desk.run()
     finally:

@@ -7,12 +7,16 @@ import os
 import signal
 import sys
 from collections.abc import Callable, Mapping
+from functools import cache
 
 from textual import events
 from textual.app import App
 from textual.content import Content
+from textual.keys import KEY_NAME_REPLACEMENTS, Keys, _character_to_key, key_to_character
 from textual.timer import Timer
 from textual.widgets import Static
+
+from kinematics.near_words import suggestion
 
 ENDING_SIGNALS = tuple(
     getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)
@@ -53,6 +57,38 @@ def forget_a_closed_terminal() -> None:
             nowhere = os.open(os.devnull, os.O_WRONLY)
             os.dup2(nowhere, stream.fileno())
             os.close(nowhere)
+
+
+def key_named(word: str) -> str:
+    """Return the framework's name of a key that is given by it, or as it is printed on the key.
+
+    Raises `ValueError` for what is neither. The framework itself takes any word for a key.
+    """
+    if len(word) == 1:
+        return _character_to_key(word)
+    *modifiers, key = word.split("+")
+    known = len(key) == 1 or key in _key_names() or key_to_character(key) is not None
+    if known and all(each in _MODIFIERS for each in modifiers):
+        return word
+    raise ValueError(f"{word!r} is no key{suggestion(word, _key_names())}")
+
+
+_MODIFIERS = ("ctrl", "shift", "alt")
+
+
+_UNICODE_NAMES = {name: unicode for unicode, name in KEY_NAME_REPLACEMENTS.items()}
+
+
+@cache
+def _key_names() -> frozenset[str]:
+    names = {key.value for key in Keys if not key.value.startswith("<")}
+    return frozenset(names | set(KEY_NAME_REPLACEMENTS.values()) | {"space"})
+
+
+def printed(key: str) -> str:
+    """Return what is printed on a key, by the framework's name of it."""
+    character = key_to_character(_UNICODE_NAMES.get(key, key))
+    return character if character and character.isprintable() and character != " " else key
 
 
 class FirstKeys(App[int]):

@@ -5,37 +5,21 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
+from typing import Any
 
+from tui.framework import printed
 from tui.keys import STOP, TABLE, DeskKey, JogPair, words
 from tui.screens import titled
 
 FOOTER_FIRST = (STOP, "arm", "help", "quit")
 """What a narrow footer shows before everything else, where it applies."""
 
-_LABELS: Mapping[str, str] = MappingProxyType(
-    {
-        "escape": "Esc",
-        "question_mark": "?",
-        "left_square_bracket": "[",
-        "right_square_bracket": "]",
-        "minus": "-",
-        "plus": "+",
-        "equals_sign": "=",
-        "comma": ",",
-        "full_stop": ".",
-        "semicolon": ";",
-        "colon": ":",
-        "less_than_sign": "<",
-        "greater_than_sign": ">",
-        "apostrophe": "'",
-        "slash": "/",
-    }
-)
+_LABELS: Mapping[str, str] = MappingProxyType({"escape": "Esc"})
 
 
 def label(key: str) -> str:
     """Return what is printed on a key."""
-    return _LABELS.get(key, key)
+    return _LABELS.get(key) or printed(key)
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,3 +107,31 @@ def _line(row: DeskKey) -> str:
 
 DEFAULT_KEYS = Keyboard()
 """The table as it stands."""
+
+
+def as_rows(keyboard: Keyboard) -> list[dict[str, Any]]:
+    """Return the table as plain data: what `--json` prints."""
+    return [
+        {
+            "id": row.id,
+            "keys": [label(key) for key in row.keys],
+            "screen": row.place or "all",
+            "does": row.tooltip,
+        }
+        for row in keyboard.rows
+    ]
+
+
+def as_text(keyboard: Keyboard) -> Iterator[str]:
+    """Yield the table line by line, with the ids by which a file of keys goes."""
+    for row in as_rows(keyboard):
+        yield f"{row['id']:<15} {' '.join(row['keys']):<15} {row['screen']:<9} {row['does']}"
+
+
+def as_markdown(keyboard: Keyboard) -> Iterator[str]:
+    """Yield the table as documentation has it."""
+    yield "| id | keys | on screen | does |"
+    yield "|---|---|---|---|"
+    for row in as_rows(keyboard):
+        keys = " ".join(f"`{key}`" for key in row["keys"])
+        yield f"| `{row['id']}` | {keys} | {row['screen']} | {row['does']} |"

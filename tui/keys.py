@@ -190,14 +190,30 @@ JOG_PAIRS = jog_pairs(JOINT_NAMES)
 ALL_JOG_KEYS = tuple(key for pair in (*LETTERS, *ARROWS) for key in pair[:2])
 """Every key that jogs on some arm."""
 
+_WAYS = ("plus", "minus")
+
 AXIS_KEYS = tuple(
-    DeskKey(f"axis-{row}-{way}", (key,), f"jog('{key}')", "", f"Jog axis {row}, {way}.", "jog")
-    for row, keys in enumerate(LETTERS, 1)
-    for way, key in zip(("plus", "minus"), keys, strict=True)
+    DeskKey(
+        f"axis-{number}-{way}",
+        (key,),
+        f"jog('{key}')",
+        "",
+        f"Jog row {number} of the joints, {way}; in Cartesian mode that axis of the tip.",
+        "jog",
+    )
+    for number, keys in enumerate(LETTERS, 1)
+    for way, key in zip(_WAYS, keys, strict=True)
 ) + tuple(
-    DeskKey(f"arrow-{key}", (key,), f"jog('{key}')", "", f"Jog as the {key} arrow looks.", "jog")
-    for keys in ARROWS
-    for key in keys[:2]
+    DeskKey(
+        f"arrow-{key}",
+        (key,),
+        f"jog('{key}')",
+        "",
+        f"Jog the {joint}, {way}; in Cartesian mode {axis}.",
+        "jog",
+    )
+    for *keys, joint, axis in ARROWS
+    for way, key in zip(_WAYS, keys, strict=True)
 )
 
 TABLE = (*DESK_KEYS, *SCREEN_KEYS, *JOG_KEYS, *DIALOG_KEYS, *AXIS_KEYS)

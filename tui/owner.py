@@ -57,7 +57,7 @@ class Owner(FirstKeys):
 
     def show(self) -> None:
         """Show the latest status on the current screen."""
-        if self.is_running:  # else the widgets are already being taken down
+        if self.is_running and self.screen_stack:  # else they are already being taken down
             self.place.show(self.status)
 
     def say(self, message: str) -> None:
@@ -74,7 +74,8 @@ class Owner(FirstKeys):
 
     def disarm(self, reason: str) -> None:
         """Let go of what the current screen holds, and let no key of it move the arm."""
-        self.place.disarm(reason)
+        if self.screen_stack:  # else they are already being taken down
+            self.place.disarm(reason)
 
     def call(self, call: Callable[[], object], done: Done) -> None:
         """Make a call that takes a moment, without keeping the stop key waiting.

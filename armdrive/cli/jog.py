@@ -8,12 +8,16 @@ from __future__ import annotations
 
 import argparse
 import sys
+from typing import TYPE_CHECKING
 
 from armdrive.cli.choosing import add_arm_options, connect_chosen
 from armdrive.cli.confirming import confirm_simulated
-from armdrive.cli.output import say
+from armdrive.cli.output import emit, say
 from armdrive.errors import BadRequest
 from armdrive.status import State, coded
+
+if TYPE_CHECKING:
+    from tui.keyboard import Keyboard
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -25,11 +29,24 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=None,
         help="look for a lost link until it is back, as `reconnect = true` in the arm file does",
     )
+    parser.add_argument(
+        "--keys",
+        metavar="FILE",
+        help="a file of keys, or a layout: azerty, qwertz, dvorak, colemak, qwerty",
+    )
+    parser.add_argument(
+        "--show-keys", action="store_true", help="print all keys with their ids, and open nothing"
+    )
     add_arm_options(parser)
 
 
 def run(options: argparse.Namespace) -> int:
     """Open the desk."""
+    from tui.remap import load_keys
+
+    keys = load_keys(options.keys)  # what is wrong with it is said before anything is opened
+    if options.show_keys:
+        return _show_keys(keys, json=options.json)
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
         raise BadRequest("jogging needs a terminal; scripts use jog_j() and jog_l()")
     from tui import run_desk
@@ -37,8 +54,19 @@ def run(options: argparse.Namespace) -> int:
     # in real time also the simulated twin of a port's arm
     with connect_chosen(options, pace="real", reconnect=options.reconnect) as arm:
         confirm_simulated(arm)
-        code = run_desk(arm, ascii_only=options.ascii)
+        code = run_desk(arm, ascii_only=options.ascii, keys=keys)
         last = arm.status
     if last.error and last.state is State.DISCONNECTED and not code:
         say(f"left while the link was lost: {coded(last.error, last.error_code)}")
     return code
+
+
+def _show_keys(keys: Keyboard, *, json: bool) -> int:
+    from tui.keyboard import as_rows, as_text
+
+    if json:
+        emit({"keys": as_rows(keys)})
+    else:
+        for line in as_text(keys):
+            say(line)
+    return 0

@@ -19,7 +19,7 @@ def desk(monkeypatch):
     monkeypatch.setattr(jog, "sys", SimpleNamespace(stdin=terminal, stdout=terminal))
     shown = []
 
-    def run_desk(arm, *, ascii_only):
+    def run_desk(arm, *, ascii_only, keys):
         shown.append(arm)
         return 0
 
@@ -43,7 +43,7 @@ def test_a_lost_link_is_looked_for_as_the_command_or_the_arm_file_says(call, des
 
 
 def test_who_leaves_a_desk_without_its_link_is_told_what_became_of_it(call, desk, monkeypatch):
-    def run_desk(arm, *, ascii_only):
+    def run_desk(arm, *, ascii_only, keys):
         arm.twin.faults.add("unplug")
         arm.sleep(1.0)
         return 0
