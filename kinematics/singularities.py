@@ -27,6 +27,7 @@ SMALL_PART = 0.05
 """Components of a unit direction below this are left out of its description."""
 
 _AXES = ("x", "y", "z")
+_TURNS = (*_AXES, "the wrist's axis", "the hand's axis")
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,25 +75,32 @@ def condition(
     turning), by default `default_rows`. Raises as `Chain.fk` does.
     """
     chosen = default_rows(chain) if rows is None else tuple(rows)
-    return _condition(
+    return condition_of(
         chain, scaled_rows(chain, generated(chain), chain.checked(values), chosen), chosen
     )
 
 
 def in_words(rates: Sequence[float], rows: Sequence[int]) -> str:
-    """Say a direction of the tip in words: move along these axes, turn about those."""
+    """Say a direction of the tip in words: move along these axes, turn about those.
+
+    Rows 0 to 5 are those of a geometric Jacobian; 6 and 7 are pitch and roll of five-axis arms.
+    """
     moves = _named(
         [(f"{_AXES[row]}", part) for row, part in zip(rows, rates, strict=True) if row < 3]
     )
     turns = _named(
-        [(f"{_AXES[row - 3]}", part) for row, part in zip(rows, rates, strict=True) if row >= 3]
+        [(f"{_TURNS[row - 3]}", part) for row, part in zip(rows, rates, strict=True) if row >= 3]
     )
     said = [f"move along {moves}"] if moves else []
     said += [f"turn about {turns}"] if turns else []
     return " and ".join(said)
 
 
-def _condition(chain: Chain, jacobian: Jacobian, rows: Sequence[int]) -> Condition:
+def condition_of(chain: Chain, jacobian: Jacobian, rows: Sequence[int]) -> Condition:
+    """Return how well a posture can move by a dimensionless Jacobian; `rows` say what its rows are.
+
+    They are numbered as for `in_words`.
+    """
     parts = singular(jacobian)
     idle = parts.right[-1]
     if len(jacobian) <= len(chain):  # the left vector of a zero is found among the right ones
