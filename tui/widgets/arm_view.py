@@ -11,21 +11,22 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
-from types import MappingProxyType
 from typing import TYPE_CHECKING, ClassVar
 
 from rich.segment import Segment
 from rich.style import Style
 from textual import events
 from textual.dom import DOMNode
+from textual.filter import LineFilter
 from textual.geometry import Region
 from textual.strip import Strip
 from textual.widget import Widget
 
-from armdrive.draw.camera import VIEWS, Camera, next_view
+from armdrive.draw.camera import VIEWS, Camera
 from armdrive.draw.inks import Ink
+from armdrive.draw.looks import LOOKS
 from armdrive.draw.scene import Moment, Scene
 from armdrive.draw.studio import Studio
 
@@ -34,31 +35,11 @@ if TYPE_CHECKING:
     from armdrive.draw.painted import Painted
     from kinematics import ArmModel
 
-ORBIT_DEG = 10
-"""One press of an orbit key; 36 of them lead back."""
-
 DRAG_DEG = (3, 6)
 """Dragging by one cell to the side, and by one row, which is twice as high."""
 
 REST_S = 1.0
 """Outlines of the reach are worked out no more often: it takes time from the arm's own thread."""
-
-_Look = Callable[["SpaceView"], Camera]
-
-LOOKS: Mapping[str, _Look] = MappingProxyType(
-    {
-        "left": lambda view: view.camera.orbited(-ORBIT_DEG),
-        "right": lambda view: view.camera.orbited(ORBIT_DEG),
-        "up": lambda view: view.camera.orbited(0, ORBIT_DEG),
-        "down": lambda view: view.camera.orbited(0, -ORBIT_DEG),
-        "nearer": lambda view: view.zoomed(1),
-        "farther": lambda view: view.zoomed(-1),
-        "fit": lambda view: view.camera.fitted(),
-        "next": lambda view: next_view(view.camera),
-        **{name: partial(lambda camera, _: camera, camera) for name, camera in VIEWS.items()},
-    }
-)
-"""What keys can ask of a view, and where its camera then stands."""
 
 CLEAR = "clear"
 """Asks for the driven way to be forgotten."""
@@ -111,9 +92,11 @@ class SpaceView(Widget):
         self._moment = Moment()
         self._painted: Painted | None = None
         self._styles: dict[Ink, Style] = {}
+        self._filters: tuple[LineFilter, ...] = ()
+        self._strips: dict[int, Strip] = {}
         self._worked_s = -math.inf
         self._working = False
-        self._dragging = False
+        self._held_at: tuple[float, float] | None = None
 
     @property
     def rows(self) -> tuple[str, ...]:
@@ -133,12 +116,8 @@ class SpaceView(Widget):
         if what == CLEAR:
             self._scene.trail.clear()
         else:
-            self.camera = LOOKS[what](self)
+            self.camera = LOOKS[what](self.camera, self._scene.tip, self._scene.dome)
         self._redraw()
-
-    def zoomed(self, steps: int) -> Camera:
-        """Return a camera that much nearer to the tip."""
-        return self.camera.zoomed(steps, self._scene.tip, self._scene.dome)
 
     # -- drawing ------------------------------------------------------------------------------
 
@@ -150,14 +129,35 @@ class SpaceView(Widget):
         """Take the colours of another theme."""
         super().notify_style_update()
         self._styles = {}
+        self._strips = {}
 
-    def render_line(self, y: int) -> Strip:
-        """Return one row of the picture."""
-        painted = self._painted
-        if painted is None or y >= painted.height:
-            return Strip.blank(self.size.width, self.rich_style)
-        segments = [Segment(text, self._style(ink)) for text, ink in painted.runs(y)]
-        return Strip(segments, painted.width)
+    def render_lines(self, crop: Region) -> list[Strip]:
+        """Return rows of the picture.
+
+        The framework's own way by single lines looks for borders and tints in each, which this
+        widget has not, and takes twice as long.
+        """
+        filters = tuple(self.get_line_filters())
+        if filters != self._filters:
+            self._filters, self._strips = filters, {}
+        strips = [self._strip(y) for y in crop.line_range]
+        if crop.column_span != (0, self.size.width):
+            strips = [strip.crop(*crop.column_span) for strip in strips]
+        return strips
+
+    def _strip(self, y: int) -> Strip:
+        """Return one row, the very same one until it changes."""
+        strip = self._strips.get(y)
+        if strip is None:
+            painted = self._painted
+            if painted is None or y >= painted.height:
+                return Strip.blank(self.size.width, self.rich_style)
+            segments = [Segment(text, self._style(ink)) for text, ink in painted.runs(y)]
+            strip = Strip(segments, painted.width)
+            for line_filter in self._filters:
+                strip = strip.apply_filter(line_filter, self.background_colors[1])
+            self._strips[y] = strip
+        return strip
 
     def _style(self, ink: Ink) -> Style:
         found = self._styles.get(ink)
@@ -173,6 +173,8 @@ class SpaceView(Widget):
         before = self._painted
         self._painted = self._studio.draw(space, self.camera, self.size.width, self.size.height)
         changed = [Region(x, y, width, 1) for x, y, width in self._painted.changes(before)]
+        for region in changed:
+            self._strips.pop(region.y, None)
         if changed:
             self.refresh(*changed)
 
@@ -202,20 +204,25 @@ class SpaceView(Widget):
     def on_mouse_down(self, event: events.MouseDown) -> None:
         """Take hold of the picture."""
         event.stop()
-        self._dragging = True
+        self._held_at = (event.screen_x, event.screen_y)
         self.capture_mouse()
 
     def on_mouse_up(self, event: events.MouseUp) -> None:
         """Let go of it."""
         event.stop()
-        self._dragging = False
+        self._held_at = None
         self.release_mouse()
 
     def on_mouse_move(self, event: events.MouseMove) -> None:
         """Go round the arm, as if the table were turned by hand."""
-        if self._dragging and (event.delta_x or event.delta_y):
-            across, down = DRAG_DEG
-            self.camera = self.camera.orbited(-event.delta_x * across, event.delta_y * down)
+        if self._held_at is None:
+            return
+        x, y = self._held_at
+        self._held_at = (event.screen_x, event.screen_y)
+        across, down = DRAG_DEG
+        by_x, by_y = event.screen_x - x, event.screen_y - y
+        if by_x or by_y:
+            self.camera = self.camera.orbited(round(-by_x * across), round(by_y * down))
             self._redraw()
 
     def on_mouse_scroll_up(self, event: events.MouseScrollUp) -> None:

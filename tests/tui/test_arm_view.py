@@ -1,0 +1,233 @@
+"""The arm view: keys and mouse move its camera, little is repainted, the reach takes its time."""
+
+import io
+from dataclasses import replace
+
+import pytest
+from desk_fake import MODEL, Clock
+from rich.console import Console
+from textual.app import App
+from textual.events import MouseScrollUp
+
+from armdrive.draw.camera import VIEWS
+from armdrive.draw.looks import LOOKS
+from armdrive.draw.scene import Moment
+from kinematics import Joints
+from kinematics.boxes import Box
+from tui.spans import SpansUpdate, send_spans_alone
+from tui.widgets.arm_view import CLEAR, REST_S, SpaceView, look
+
+TRAY = Box("tray", (200.0, -150.0, 0.0), (320.0, -60.0, 60.0))
+GUARDED = replace(
+    MODEL,
+    guards=replace(MODEL.guards, boxes=(TRAY,), radii_mm=(20.0, 20.0, 15.0), base_radius_mm=70.0),
+)
+GOAL = Joints.of(-30.0, 40.0, -60.0, -60.0, 15.0)
+
+
+def posture(base_deg=20.0, wrist_deg=-60.0):
+    return Joints.of(base_deg, 60.0, -80.0, wrist_deg, 15.0)
+
+
+class Viewer(App):
+    """An app with an arm view, and what it was asked to repaint."""
+
+    def __init__(self, *, braille=True, moment=None):
+        super().__init__()
+        self.clock = Clock()
+        self.view = SpaceView(GUARDED, braille=braille, clock=self.clock, id="space")
+        self.moment = moment or Moment(posture(), 38.0, goal=GOAL, goal_opening_mm=30.0)
+        self.painted = []
+        self.begun = False
+
+    def get_default_screen(self):
+        screen = super().get_default_screen()
+        send_spans_alone(screen)
+        return screen
+
+    def compose(self):
+        yield self.view
+
+    def on_mount(self):
+        self.call_after_refresh(self.begin)
+
+    def begin(self):
+        self.view.show(self.moment)
+        self.begun = True
+
+    def _display(self, screen, renderable):
+        if isinstance(renderable, SpansUpdate):
+            self.painted.append(renderable.render_segments(Console(file=io.StringIO())))
+        super()._display(screen, renderable)
+
+
+async def settled(pilot):
+    """Wait until the view is shown and nothing is being worked out for it."""
+    while not pilot.app.begun:
+        await pilot.pause()
+    await pilot.app.workers.wait_for_complete()
+    await pilot.pause()
+
+
+@pytest.mark.parametrize("size", [(80, 24), (120, 40), (200, 60)])
+def test_the_arm_view(snap_compare, size):
+    assert snap_compare(Viewer(), terminal_size=size, run_before=settled)
+
+
+def test_the_arm_view_in_plain_ascii_from_above(snap_compare):
+    async def from_above(pilot):
+        pilot.app.view.look("top")
+        await settled(pilot)
+
+    assert snap_compare(Viewer(braille=False), terminal_size=(80, 24), run_before=from_above)
+
+
+def test_the_arm_view_of_an_unknown_posture(snap_compare):
+    assert snap_compare(Viewer(moment=Moment()), terminal_size=(80, 24), run_before=settled)
+
+
+async def test_every_look_moves_the_camera_or_leaves_the_first_view():
+    app = Viewer()
+    async with app.run_test(size=(80, 24)) as pilot:
+        await settled(pilot)
+        for what in LOOKS:
+            app.view.camera = VIEWS["front"].orbited(33, 20).zoomed(1, None, app.view._scene.dome)
+            before = app.view.camera
+            assert look(app.screen, what)
+            assert app.view.camera != before, what
+            assert len(app.view.rows) == 24
+
+
+async def test_looking_where_no_arm_is_drawn_says_so():
+    app = App()
+    async with app.run_test():
+        assert not look(app.screen, "left")
+
+
+async def test_thirty_six_orbits_lead_back_to_the_same_picture():
+    app = Viewer()
+    async with app.run_test(size=(80, 24)) as pilot:
+        await settled(pilot)
+        before = app.view.rows
+        for _ in range(36):
+            app.view.look("left")
+        assert app.view.rows == before
+
+
+async def test_a_small_motion_repaints_a_small_part_of_the_screen():
+    app = Viewer()
+    async with app.run_test(size=(120, 40)) as pilot:
+        await settled(pilot)
+        app.painted.clear()
+        app.view.show(Moment(posture(20.3), 38.0, goal=GOAL, goal_opening_mm=30.0))
+        await pilot.pause()
+        assert app.painted
+        assert 0 < sum(len(text) for text in app.painted) < 4000
+        assert sum(text.count("\x1b[") for text in app.painted) < 200
+
+
+async def test_nothing_is_repainted_while_nothing_changes():
+    app = Viewer()
+    async with app.run_test(size=(80, 24)) as pilot:
+        await settled(pilot)
+        app.painted.clear()
+        for _ in range(5):
+            app.view.show(app.moment)
+            await pilot.pause()
+        assert app.painted == []
+
+
+async def test_spans_paint_what_a_whole_repaint_shows():
+    app = Viewer()
+    async with app.run_test(size=(80, 24)) as pilot:
+        await settled(pilot)
+        screen = Terminal(80, 24, app.view.rows)
+        for step in range(1, 12):
+            app.painted.clear()
+            app.view.show(Moment(posture(20.0 - 3.0 * step), 38.0, goal=GOAL))
+            await pilot.pause()
+            for text in app.painted:
+                screen.feed(text)
+            assert screen.rows == list(app.view.rows)
+
+
+class Terminal:
+    """As much of a terminal as spans need: a place to write at, and letters."""
+
+    def __init__(self, width, height, rows):
+        self.cells = [list(row.ljust(width)) for row in rows]
+        assert len(self.cells) == height
+        self.x = self.y = 0
+
+    @property
+    def rows(self):
+        return ["".join(row) for row in self.cells]
+
+    def feed(self, text):
+        while text:
+            if text.startswith("\x1b["):
+                end = next(at for at, letter in enumerate(text[2:], 2) if letter.isalpha())
+                if text[end] == "H":
+                    self.y, self.x = (int(part) - 1 for part in text[2:end].split(";"))
+                else:
+                    assert text[end] == "m"
+                text = text[end + 1 :]
+            else:
+                self.cells[self.y][self.x] = text[0]
+                self.x += 1
+                text = text[1:]
+
+
+async def test_the_reach_is_worked_out_beside_the_polls_and_not_too_often():
+    app = Viewer()
+    async with app.run_test(size=(120, 40)) as pilot:
+        await settled(pilot)
+        assert "reach at pitch -80" in app.view.rows[-1]
+        turned = Moment(posture(wrist_deg=0.0), 38.0)
+        app.view.show(turned)
+        await settled(pilot)
+        assert "reach at pitch -80" in app.view.rows[-1]
+        app.clock.now_s += REST_S
+        app.view.show(turned)
+        await settled(pilot)
+        assert "reach at pitch -20" in app.view.rows[-1]
+        app.view.show(app.moment)
+        assert "reach at pitch -80" in app.view.rows[-1]
+
+
+async def test_dragging_orbits_and_the_wheel_zooms():
+    app = Viewer()
+    async with app.run_test(size=(80, 24)) as pilot:
+        await settled(pilot)
+        await pilot.mouse_down("#space", offset=(40, 12))
+        await pilot.hover("#space", offset=(45, 13))
+        await pilot.mouse_up("#space", offset=(45, 13))
+        orbited = app.view.camera
+        assert (orbited.azimuth_deg, orbited.elevation_deg) == (225 - 5 * 3, 35 + 6)
+        await pilot.hover("#space", offset=(50, 13))
+        assert app.view.camera == orbited
+        await pilot._post_mouse_events([MouseScrollUp], "#space", button=0)
+        assert app.view.camera.zoom == 1
+
+
+async def test_another_theme_and_no_colour_take_hold_at_once():
+    app = Viewer()
+    async with app.run_test(size=(80, 24)) as pilot:
+        await settled(pilot)
+        dark = app.view.render_lines(app.view.size.region)
+        app.theme = "textual-light"
+        await pilot.pause()
+        light = app.view.render_lines(app.view.size.region)
+        assert [strip.text for strip in light] == [strip.text for strip in dark]
+        assert light != dark
+
+
+async def test_the_driven_way_is_shown_and_forgotten_on_request():
+    app = Viewer()
+    async with app.run_test(size=(80, 24)) as pilot:
+        await settled(pilot)
+        for step in range(20):
+            app.view.show(Moment(posture(20.0 - 2.0 * step), 38.0))
+        assert "driven" in app.view.rows[-1]
+        app.view.look(CLEAR)
+        assert "driven" not in app.view.rows[-1]
