@@ -27,6 +27,8 @@ SEND_S = 0.25
 """What a driver may take for one frame; not every one keeps to it, so that it is watched."""
 PATIENCE_S = 0.8
 """A frame that has not left by then never will."""
+MOST_AWAKE_S = 0.4
+"""What takes longer from one look to the next was a suspension of this program, and counts so."""
 AGAIN_S = 0.005
 LOOK_S = 0.1
 ASK_AGAIN_S = 1.0
@@ -47,6 +49,9 @@ class Writer:
         self._frames: deque[tuple[Frame, float]] = deque()  # each with when it was written
         self._work = threading.Condition()
         self._began_s: float | None = None
+        self._looked_s = -math.inf
+        self._stuck_s = 0.0
+        """For how long a frame has been on its way while this program was awake to see it."""
         self._refused = 0
         self._asked_s = -math.inf
         self._thread = threading.Thread(target=self._run, name="armdrive-can-out", daemon=True)
@@ -63,8 +68,13 @@ class Writer:
 
     def look(self) -> None:
         """Judge a frame that is being sent: its driver may never come back from it."""
-        began_s = self._began_s
-        if began_s is not None and self._clock() - began_s > PATIENCE_S:
+        began_s, now_s = self._began_s, self._clock()
+        since_s = math.inf if began_s is None else max(began_s, self._looked_s)
+        if since_s == began_s:
+            self._stuck_s = 0.0
+        self._stuck_s += min(max(now_s - since_s, 0.0), MOST_AWAKE_S)
+        self._looked_s = now_s
+        if began_s is not None and self._stuck_s > PATIENCE_S:
             self._watch.lose(not_heard(f"the adapter took no frame for {PATIENCE_S} s"))
 
     @property
@@ -114,17 +124,24 @@ class Writer:
             self._work.notify_all()
 
     def _send(self, message: can.Message) -> None:
+        began_s = last_s = self._clock()
+        waited_s = 0.0
         while not self._watch.ended.is_set():
             try:
                 self._bus.send(message, timeout=SEND_S)
             except Exception as error:  # every backend has its own kinds
-                self._failed(error)
+                now_s = self._clock()
+                waited_s += min(now_s - last_s, MOST_AWAKE_S)
+                last_s = now_s
+                self._failed(error, waited_s)
+                if now_s - began_s > PATIENCE_S:  # this program was suspended meanwhile
+                    self._watch.count(forgotten=1)
+                    return
             else:
                 self._watch.count(sent=1)
                 return
 
-    def _failed(self, error: Exception) -> None:
-        waited_s = self._clock() - (self._began_s or self._clock())
+    def _failed(self, error: Exception, waited_s: float) -> None:
         if not _is_full(error):
             self._watch.lose(f"it cannot be written to ({error})")
         elif waited_s > PATIENCE_S - SEND_S:
