@@ -24,6 +24,7 @@ from straightness import drawn
 
 from armdrive.arm import Arm
 from armdrive.controllers.mks_drive import COUNTS_S_PER_RPM
+from armdrive.errors import OutOfBounds
 from firmware_protocol.mks import Host, MoveAbsoluteAxis
 from kinematics import Joints, Motors
 from tests.conformance.rows_moving import line_allowance_mm
@@ -113,11 +114,14 @@ def joint_motions(bench: DenseMemoryBench, times: int) -> list[tuple[Beside, flo
     arm, found = bench.arm, []
     assert arm is not None
     luck = chance("joints")
-    for _ in range(times):
+    while len(found) < times:
         start = posture(arm, luck)
         bench.bring(start)
         before, goal = bench.look().motors, goal_from(start, luck)
-        handle = arm.move_j(wait=False, speed=luck.uniform(SLOWEST, 1.0), **goal)
+        try:
+            handle = arm.move_j(wait=False, speed=luck.uniform(SLOWEST, 1.0), **goal)
+        except OutOfBounds:
+            continue  # into the table: another one
         seen = {each.motors for each in bench.watch(lambda: handle.done, PATIENCE_S)}  # noqa: B023
         moved = handle.wait()
         beside = _worst(StraightWay(bench, before, bench.look().motors), seen)
