@@ -84,7 +84,8 @@ def _config(name: str) -> ArmConfig:
     path = _path(name)
     if path.is_file():
         return load_arm_file(path)
-    if places.file_name(path.stem) != path.stem:
+    word = path.stem if name.endswith(".toml") else name
+    if places.file_name(word) != word:
         raise BadRequest(f"{name!r} is no name for a file: use small letters, digits, - and _")
     row = dialect("mks")
     wire = Connection(dialect=row.name, port="", baud=row.baud)

@@ -24,10 +24,8 @@ CHECKS = (
 
 def arrive(plan: Plan, drive: Planned) -> Talk[Known | None]:
     """Bring a drive to its id; None where the person leaves it out."""
-    while True:
-        found = yield from _recognised(plan, drive)
-        if found is not None:
-            return found
+    found = yield from _recognised(plan, drive)
+    while found is None:
         if not (yield from _plug_in(drive)):
             return None
         ready: bool | None = yield from answers(drive.node)
@@ -37,8 +35,7 @@ def arrive(plan: Plan, drive: Planned) -> Talk[Known | None]:
             return None
         if ready:
             found = yield from _checked(drive)
-            if found is not None:
-                return found
+    return found
 
 
 def _recognised(plan: Plan, drive: Planned) -> Talk[Known | None]:

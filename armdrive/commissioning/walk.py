@@ -56,7 +56,7 @@ def walk(plan: Plan, notes: dict[str, Notes], *, again: bool = False) -> Talk[Ou
         yield from say("", f"--- {drive.title}")
         if not (yield from one(plan, drive, notes, again=again)):
             left_out.append(drive.name)
-    missing = yield from _together(plan)
+    missing = yield from together(plan)
     return Outcome(notes, tuple(left_out), missing)
 
 
@@ -124,7 +124,7 @@ def _zero(drive: Planned, found: Known) -> Talk[None]:
     yield from say("It counts from here." if taken else "The drive did not take the zero.")
 
 
-def _together(plan: Plan) -> Talk[tuple[str, ...]]:
+def together(plan: Plan) -> Talk[tuple[str, ...]]:
     """Ask all drives, once all are plugged in; return who does not answer alone."""
     yield from say("", "--- all together")
     while True:

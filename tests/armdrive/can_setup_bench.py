@@ -1,0 +1,179 @@
+"""New drives on a simulated bus, a person who answers as a test likes, and all that was said."""
+
+from __future__ import annotations
+
+import io
+import os
+import threading
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from served import PATIENCE_S, until
+
+from armdrive.armfile import ArmConfig, Source
+from armdrive.armsections import Connection
+from armdrive.commissioning.acts import About, Ask
+from armdrive.commissioning.carrier import Carrier, SimulatedClock
+from armdrive.commissioning.plan import Plan, plan_of
+from armdrive.commissioning.practice import Practice
+from armdrive.commissioning.walk import Outcome, one, walk
+from armdrive.controllers.mks_settings import MksSettings
+from armdrive.sim.mks import SimMks
+from armdrive.sim.run import make_server, run_device
+from armdrive.sim.twin import make_device, make_twin
+from firmware_protocol.errors import ProtocolError
+from firmware_protocol.frames import Frame, Unpacker
+from firmware_protocol.mks import Code, Request, decode_request
+from kinematics import ArmModel, preset
+
+MODEL = preset("minimover5-mks")
+NAMES = tuple(motor.name for motor in MODEL.transmission.motors)
+MOST_QUESTIONS = 300
+TURNING = frozenset(
+    {Code.RELATIVE_AXIS, Code.ABSOLUTE_AXIS, Code.SPEED_MODE, Code.RELATIVE_PULSES}
+    | {Code.ABSOLUTE_PULSES, Code.HOME, Code.CALIBRATE}
+)
+READING = frozenset(code for code in Code if code < Code.CLEAR_STALL) | {
+    Code.STALL,
+    Code.VERSION,
+    Code.STATE,
+}
+
+
+def arm(model: ArmModel = MODEL, **mks: Any) -> ArmConfig:
+    """Return an arm on six drives as its file would have it."""
+    wire = Connection("mks", "", 500_000)
+    source = Source({"model": "minimover5-mks"})
+    device = MksSettings(**mks)
+    return ArmConfig("bench", model.title, model, wire, device=device, source=source)
+
+
+def really(signs: tuple[int, ...] = (1,) * 6, gears: tuple[float, ...] = (1.0,) * 6) -> ArmModel:
+    """Return the arm as it is built, where its file believes the preset."""
+    transmission = MODEL.transmission.with_signs(signs, (1,) * 6)
+    motors = [
+        replace(motor, steps_per_unit=motor.steps_per_unit * gear)
+        for motor, gear in zip(transmission.motors, gears, strict=True)
+    ]
+    return replace(MODEL, transmission=replace(transmission, motors=tuple(motors)))
+
+
+class Person(Practice):
+    """Sees what there is to see; `says` has the answers that are another's, by words or by kind."""
+
+    def __init__(self, twin: Any, plan: Plan) -> None:
+        super().__init__(twin, plan, self._told)
+        self.heard: list[str] = []
+        self.asked: list[Ask] = []
+        self.says: dict[str | About, str | Callable[[], str]] = {}
+
+    def _told(self, text: str) -> None:
+        self.heard.append(text)
+
+    @property
+    def text(self) -> str:
+        """All that was said to the person, and by it."""
+        return "\n".join(self.heard)
+
+    def answer(self, asked: Ask) -> Any:
+        """Answer as the test said, else as one who looks and agrees."""
+        self.asked.append(asked)
+        assert len(self.asked) < MOST_QUESTIONS, f"asked for ever: {asked.question.words}"
+        for key, word in self.says.items():
+            fits = asked.about is key if isinstance(key, About) else key in asked.question.words
+            if fits:
+                if asked.about is About.CONNECT:
+                    super().answer(asked)
+                return asked.question.read(word if isinstance(word, str) else word())
+        return super().answer(asked)
+
+
+class Bench:
+    """A bus with new drives, and a talk about them."""
+
+    def __init__(
+        self, config: ArmConfig | None = None, truth: ArmModel = MODEL, **settings: Any
+    ) -> None:
+        self.config = config or arm()
+        self.plan = plan_of(self.config)
+        self.twin = make_twin(arm(truth), **({"factory": True} | settings))
+        assert isinstance(self.twin.device, SimMks)
+        self.device: SimMks = self.twin.device
+        self.clock = SimulatedClock()
+        self.person = Person(self.twin, self.plan)
+        self.kept: dict[str, Any] = {}
+        self.said: list[tuple[int, Request]] = []
+        self._spy()
+
+    def walk(self, notes: dict[str, Any] | None = None, *, again: bool = False) -> Outcome:
+        """Hold the whole talk."""
+        return self.run(walk(self.plan, {} if notes is None else notes, again=again))
+
+    def one(self, name: str = "shoulder", notes: dict[str, Any] | None = None) -> bool:
+        """Hold the talk about one motor alone; `self.kept` has its notes."""
+        drive = next(each for each in self.plan.drives if each.name == name)
+        notes = self.kept if notes is None else notes
+        return bool(self.run(one(self.plan, drive, notes, again=False)))
+
+    def run(self, talk: Any) -> Any:
+        """Hold any talk."""
+        return Carrier(self.twin.link, self.clock, self.person, self.kept.update).run(talk)
+
+    def codes(self) -> set[Code]:
+        """Return the codes of all that was put to drives."""
+        return {request.code for _, request in self.said}
+
+    def ids(self) -> tuple[int, ...]:
+        """Return the ids of the drives, in the order of the motors."""
+        return tuple(node.device.node for node in self.device.nodes)
+
+    def flashes(self) -> list[dict[str, Any]]:
+        """Return what the drives keep without current."""
+        return [node.flash.to_json() for node in self.device.nodes]
+
+    def _spy(self) -> None:
+        line, unpacker = self.twin.link.line, Unpacker()
+        send = line.send
+
+        def sent(data: bytes, now_s: float) -> None:
+            self.said += [(each.can_id, _request(each)) for each in unpacker.feed(data)]
+            send(data, now_s)
+
+        line.send = sent  # type: ignore[method-assign]
+
+
+def _request(frame: Frame) -> Request:
+    try:
+        return decode_request(frame)
+    except ProtocolError as error:
+        raise AssertionError(f"{frame} is no request: {error}") from None
+
+
+class ServedBus:
+    """New or commissioned drives in real time behind one or two adapters on pseudo-terminals."""
+
+    def __init__(self, folder: Any, **settings: Any) -> None:
+        self.server = make_server(slcan=folder / "can0", beside=folder / "can1")
+        self.device = make_device(arm(), settings=settings)
+        self.port = self.server.can_address
+        self.beside = self.server.second.can_address
+        self.out = io.StringIO()
+        ear, self._mouth = os.pipe()
+        self._thread = threading.Thread(
+            target=run_device, args=(self.device, self.server, ear, self.out), daemon=True
+        )
+        self._thread.start()
+
+    def tell(self, line: str) -> str:
+        """Give a command of the console, and return its answer."""
+        count = self.out.getvalue().count("\n")
+        os.write(self._mouth, line.encode() + b"\n")
+        until(lambda: self.out.getvalue().count("\n") > count)
+        return self.out.getvalue().splitlines()[-1]
+
+    def end(self) -> None:
+        """End the simulation."""
+        os.write(self._mouth, b"quit\n")
+        self._thread.join(PATIENCE_S)
+        os.close(self._mouth)

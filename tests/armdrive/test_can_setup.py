@@ -1,0 +1,276 @@
+"""Commissioning: new drives come out ready, and nothing is written or turned without a yes."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import replace
+
+import pytest
+from can_setup_bench import NAMES, READING, TURNING, Bench, arm, really
+
+from armdrive.armfile import Source, parse_arm_file
+from armdrive.commissioning.acts import About
+from armdrive.commissioning.armtext import merged, signs_of, text_of
+from armdrive.commissioning.notes import Notes
+from armdrive.commissioning.plan import plan_of
+from armdrive.commissioning.walk import together
+from armdrive.errors import BadRequest
+from firmware_protocol.mks import (
+    Code,
+    Mode,
+    ReplyMode,
+    SetCurrent,
+    SetId,
+    SetMode,
+    SetReplies,
+    SilenceWatchdog,
+)
+
+IDS = (1, 2, 3, 4, 5, 6)
+
+
+SIGNS = (1, -1, 1, 1, -1, -1)
+TRUTH = really(SIGNS, (1.0, 2.0, 1.0, 1.0, 1.0, 1.0))
+
+
+@pytest.fixture(scope="module")
+def walked():
+    """Return a bus whose six drives were new, and what came of the whole talk."""
+    bench = Bench(truth=TRUTH)
+    before = bench.twin.world.motors
+    outcome = bench.walk()
+    assert bench.twin.world.motors == before  # every motor is back where it was
+    return bench, outcome
+
+
+def test_new_drives_come_out_with_ids_settings_and_a_watchdog_that_was_seen_to_work(walked):
+    bench, outcome = walked
+    assert outcome.finished
+    assert bench.ids() == IDS
+    for node in bench.device.nodes:
+        assert node.mode is Mode.BUS_FOC
+        assert node.flash.of(SetReplies).mode is ReplyMode.FULL
+        assert node.flash.of(SilenceWatchdog).timeout_ms == 500
+        assert node.watchdog_stops == 1
+    assert set(outcome.notes) == set(NAMES)
+    assert all(each.done and each.watchdog for each in outcome.notes.values())
+
+
+def test_directions_are_found_by_looking(walked):
+    bench, outcome = walked
+    found = signs_of(bench.plan, outcome.notes)
+    reversed_ones = [name for name, sign in zip(NAMES, SIGNS, strict=True) if sign < 0]
+    assert sorted(found.motors) == sorted(reversed_ones)
+    assert found.joints == found.unclear == ()
+
+
+def test_the_arm_file_that_comes_of_it_is_the_arm_as_it_is_built(walked):
+    bench, outcome = walked
+    port = "can:slcan:/dev/ttyACM0?bitrate=500000"
+    table = merged(bench.config, bench.plan, outcome.notes, port)
+    read = tomllib.loads(text_of(table, "bench"))
+    assert read["mks"]["ids"] == list(IDS)
+    assert read["connection"] == {"dialect": "mks", "port": port}
+    assert read["motor_signs"] == {"shoulder": -1, "left wrist": -1, "gripper": -1}
+    built = parse_arm_file(read, name="bench").model.transmission
+    for is_so, found in zip(TRUTH.transmission.motors, built.motors, strict=True):
+        assert found.steps_per_unit == pytest.approx(is_so.steps_per_unit, rel=0.01)
+        assert found.sees == is_so.sees
+
+
+def test_an_arm_of_a_link_table_gets_its_numbers_where_its_motors_are(walked):
+    bench, outcome = walked
+    motors = [
+        {"name": "base", "steps_per_turn": 1, "sees": {"base": 1}},
+        {"name": "shoulder", "steps_per_turn": 1, "sees": {"shoulder": 1, "elbow": -1}},
+        {"name": "gripper", "steps_per_mm": 1},
+    ]
+    source = Source({"model": "models/a.toml", "motors": motors, "speeds_deg_s": {"base": 30}})
+    table = merged(replace(bench.config, source=source), bench.plan, outcome.notes, "")
+    read = tomllib.loads(text_of(table, "bench"))
+    assert read["speeds_deg_s"] == {"base": 30}
+    base, shoulder, gripper = read["motors"]
+    assert base == {"name": "base", "steps_per_turn": 50 * 16384, "sees": {"base": 1}}
+    assert shoulder["sees"] == {"shoulder": -1, "elbow": 1}
+    assert shoulder["steps_per_turn"] == pytest.approx(100 * 16384, rel=0.01)
+    assert gripper["steps_per_mm"] == 2400
+    assert motors[1]["sees"] == {"shoulder": 1, "elbow": -1}  # what was read stays as it was
+
+
+def test_who_says_no_to_everything_has_nothing_written_and_nothing_turned():
+    bench = Bench()
+    bench.person.says[About.AGREEMENT] = bench.person.says[About.CONNECT] = "no"
+    flashes, motors = bench.flashes(), bench.twin.world.motors
+    outcome = bench.walk()
+    assert sorted(outcome.left_out) == sorted(NAMES)
+    assert bench.codes() <= READING
+    assert bench.flashes() == flashes
+    assert bench.twin.world.motors == motors
+
+
+SETTINGS = {Code.MODE, Code.WATCHDOG}
+AFTER = (
+    set(),
+    {Code.NODE},
+    {Code.NODE, *SETTINGS},
+    {Code.NODE, *SETTINGS},
+    {Code.NODE, *SETTINGS, Code.ENABLE},
+    {Code.NODE, *SETTINGS, Code.ENABLE, Code.ABSOLUTE_AXIS},
+    {Code.NODE, *SETTINGS, Code.ENABLE, Code.ABSOLUTE_AXIS},
+)
+"""What may have been said, beside readings, after so many yeses: id, settings, built in, current,
+the smallest motion, the trial."""
+
+
+@pytest.mark.parametrize("yeses", range(len(AFTER)))
+def test_no_is_no_at_every_single_question(yeses):
+    """From the first no on, only what was agreed to before has been said to drives."""
+    bench = Bench(arm(ids=(2, 3, 4, 5, 6, 7)))
+    met = [0]
+
+    def sometimes() -> str:
+        met[0] += 1
+        return "yes" if met[0] <= yeses else "no"
+
+    bench.person.says["It says that it is calibrated"] = "no"
+    for kind in (About.AGREEMENT, About.MOUNTED):
+        bench.person.says[kind] = sometimes
+    bench.walk()
+    assert bench.codes() - READING == AFTER[yeses]
+    assert {node for node, request in bench.said if request.code not in READING} <= {1, 2}
+
+
+def test_two_new_drives_at_once_are_found_out_and_explained():
+    bench = Bench(keeps_angle=True)  # so that their encoders say different things
+    plugged: list[int] = []
+
+    def two_then_one() -> str:
+        bench.device.plug_drive(2, not plugged)
+        plugged.append(1)
+        return "yes"
+
+    bench.person.says["drive of the shoulder plugged"] = two_then_one
+    assert bench.one()
+    assert "More than one drive answers as id 1" in bench.person.text
+    assert "plug in one new drive at a time" in bench.person.text
+    assert len(plugged) == 2
+    assert bench.ids() == (1, 2, 1, 1, 1, 1)
+
+
+def test_a_second_new_drive_that_speaks_up_once_the_id_was_given_is_told_of():
+    bench = Bench()
+    taken, put = bench.device.nodes[1].flash, []
+
+    def plug_another(data: bytes, now_s: float) -> None:
+        if taken.of(SetId).node == 2 and not put:
+            bench.device.plug_drive(0, True)
+            put.append(1)
+        send(data, now_s)
+
+    send, bench.twin.link.line.send = bench.twin.link.line.send, plug_another
+    turns = iter(["yes", "no"])
+    bench.person.says["drive of the shoulder plugged"] = lambda: next(turns)
+    assert not bench.one()
+    assert "so does id 1 still" in bench.person.text
+
+
+def test_a_drive_without_power_is_looked_for_with_what_to_check():
+    bench = Bench()
+    bench.twin.faults.add("drive-dead", "shoulder")
+    turns = iter(["yes", "no"])
+    bench.person.says["drive of the shoulder plugged"] = lambda: next(turns)
+    assert not bench.one()
+    assert "motor supply" in bench.person.text
+    assert "120 ohm" in bench.person.text
+
+
+def test_at_last_all_are_asked_together_and_who_is_missing_is_named():
+    bench = Bench(factory=False)
+    for motor in (0, 1, 2, 3, 5):
+        bench.device.plug_drive(motor, True)
+    answers = iter(["yes", "no"])
+    bench.person.says["plugged in, to be asked together"] = lambda: next(answers)
+    missing = bench.run(together(bench.plan))
+    assert "Not there, or two of one id: left wrist (drive 5)" in bench.person.text
+    assert missing == NAMES
+
+
+class Leaves(Exception):
+    """Somebody has had enough."""
+
+
+def leaves() -> str:
+    raise Leaves
+
+
+def test_left_in_the_middle_and_taken_up_again_it_goes_on_there():
+    bench = Bench()
+    bench.person.says["Try the watchdog?"] = leaves
+    with pytest.raises(Leaves):
+        bench.one()
+    del bench.person.says["Try the watchdog?"]
+    bench.said.clear()
+    bench.person.asked.clear()
+    assert bench.one()
+    words = [ask.question.words for ask in bench.person.asked]
+    assert not any("plugged in" in each or "Write" in each or "Which way" in each for each in words)
+    assert any("Try the watchdog?" in each for each in words)
+    assert bench.kept["shoulder"].way
+    assert SetId(2) not in [request for _, request in bench.said]
+    bench.said.clear()
+    assert bench.one()
+    assert "nothing is to be done" in bench.person.text
+    assert bench.codes() <= READING
+
+
+def test_what_was_done_before_is_said_at_the_beginning():
+    bench = Bench()
+    bench.person.says[About.CONNECT] = bench.person.says[About.AGREEMENT] = "no"
+    bench.walk({"elbow": Notes(done=True)})
+    assert "Done in an earlier run: elbow" in bench.person.text
+
+
+def test_a_drive_that_was_done_and_has_lost_its_mode_is_set_up_once_more():
+    bench = Bench(factory=False)
+    bench.device.plug_drive(2, True)
+    bench.device.set_drive_mode(2, Mode.PULSE_FOC)
+    bench.kept["elbow"] = Notes(done=True, watchdog=True)
+    assert bench.one("elbow")
+    assert (3, SetMode(Mode.BUS_FOC)) in bench.said
+    assert not bench.codes() & TURNING
+
+
+@pytest.mark.parametrize("firmware", ["1.0.4", "1.0.6", "1.0.8", "1.0.9"])
+def test_every_firmware_is_set_up_as_far_as_it_goes(firmware):
+    bench = Bench(firmware=firmware)
+    bench.person.says["Current of the"] = "900"  # the oldest does not tell what it has
+    assert bench.one()
+    node = bench.device.nodes[1]
+    assert (node.device.node, node.mode) == (2, Mode.BUS_FOC)
+    assert node.flash.of(SetCurrent).current_ma == 900
+    guarded = bench.kept["shoulder"].watchdog is True
+    assert guarded is (firmware == "1.0.9")
+    assert ("no watchdog (98" in bench.person.text) is not guarded
+
+
+def test_a_drive_that_answers_its_new_id_by_the_old_one_is_no_trouble():
+    bench = Bench(new_id_answers=False)
+    assert bench.one()
+    assert bench.ids()[1] == 2
+
+
+def test_a_drive_far_from_its_zero_is_offered_a_new_one():
+    bench = Bench()
+    bench.device.nodes[1].zero -= 3_000_000
+    bench.one()
+    assert any(request.code is Code.ZERO and node == 2 for node, request in bench.said)
+    assert abs(bench.device.nodes[1].counts) < 1000
+
+
+def test_an_arm_without_such_drives_is_refused():
+    from armdrive.connecting import simulated_config
+
+    with pytest.raises(BadRequest, match='dialect = "mks"'):
+        plan_of(simulated_config("grbl"))
+    with pytest.raises(BadRequest, match="6 motors"):
+        plan_of(arm(ids=(1, 2, 3)))

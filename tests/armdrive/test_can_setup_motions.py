@@ -1,0 +1,131 @@
+"""Commissioning, what turns: small motions, what is seen of them, and what stops them."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from can_setup_bench import Bench, really
+
+from armdrive.commissioning.acts import About, Hear
+from armdrive.interview.signs import NOTHING, OTHER
+from firmware_protocol.mks import Calibrate, EmergencyStop, MoveAbsoluteAxis
+
+
+def hear(seconds):
+    """A talk in which only time passes."""
+    yield Hear(seconds)
+
+
+def test_ctrl_c_in_motion_stops_the_motor():
+    bench = Bench()
+    sleep, end = bench.clock.sleep, []
+
+    def interrupted(link, until_s):
+        if not end and any(isinstance(each, MoveAbsoluteAxis) for _, each in bench.said):
+            end.append(bench.clock.now_s())
+            raise KeyboardInterrupt
+        sleep(link, until_s)
+
+    bench.clock.sleep = interrupted
+    with pytest.raises(KeyboardInterrupt):
+        bench.one()
+    assert (2, EmergencyStop()) in bench.said[-9:]
+    moved = abs(bench.twin.world.motors[1] - bench.plan.drives[1].trial.steps)
+    bench.run(hear(1.0))
+    assert not any(node.point.moving(bench.clock.now_s()) for node in bench.device.nodes)
+    assert abs(bench.twin.world.motors[1] - bench.plan.drives[1].trial.steps) == moved
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_lost_frames_turn_nothing_farther_than_was_announced(seed):
+    bench = Bench()
+    bench.twin.faults.add("lose-frame", 0.04, seed=seed)
+    start, most = bench.twin.world.motors, [0]
+    sleep = bench.clock.sleep
+
+    def watched(link, until_s):
+        sleep(link, until_s)
+        off = [abs(now - was) for now, was in zip(bench.twin.world.motors, start, strict=True)]
+        most[0] = max(most[0], *off)
+
+    bench.clock.sleep = watched
+    bench.one()
+    bench.one()
+    assert bench.ids()[1] == 2
+    assert most[0] <= abs(bench.plan.drives[1].trial.steps) + 2
+
+
+def test_a_gear_that_is_believed_ten_times_too_high_shows_at_the_first_small_motion():
+    bench = Bench(truth=really(gears=(1.0, 0.1, 1.0, 1.0, 1.0, 1.0)))
+    start, most = bench.twin.world.joints[1], [0.0]
+    sleep = bench.clock.sleep
+
+    def watched(link, until_s):
+        sleep(link, until_s)
+        most[0] = max(most[0], abs(bench.twin.world.joints[1] - start))
+
+    bench.clock.sleep = watched
+    assert bench.one()
+    assert bench.kept["shoulder"].gear == pytest.approx(5.0, rel=0.05)
+    assert most[0] < 0.12  # rad: what was announced, or an eighth of it ten times
+
+
+def test_a_gear_that_is_off_by_two_is_corrected_by_what_was_measured():
+    bench = Bench(truth=really(gears=(1.0, 0.5, 1.0, 1.0, 1.0, 1.0)))
+    assert bench.one()
+    assert bench.kept["shoulder"].gear == pytest.approx(25.0, rel=0.02)
+    bench = Bench()
+    assert bench.one("gripper")
+    assert bench.kept["gripper"].gear == bench.plan.drives[5].gear  # to the last digit
+
+
+@pytest.mark.parametrize(("word", "told"), [(NOTHING, "seat"), (OTHER, "Exchange the cables")])
+def test_a_motor_of_which_nothing_was_seen_is_left_for_later(word, told):
+    bench = Bench()
+    bench.person.says[About.WAY] = word
+    assert not bench.one()
+    assert told in bench.person.text
+    assert not bench.kept["shoulder"].way
+
+
+def test_what_was_not_seen_well_is_shown_again():
+    bench = Bench()
+    words = iter(["again", "out"])
+    bench.person.says[About.WAY] = lambda: next(words)
+    assert bench.one()
+    assert bench.kept["shoulder"].way == "out"
+
+
+def test_a_blocked_motor_ends_its_trial_and_says_where_it_stands():
+    bench = Bench(stall_protection=False)
+    bench.twin.faults.add("stall", "shoulder")
+    assert not bench.one()
+    assert "where it should not" in bench.person.text
+
+
+@pytest.mark.parametrize("word", ["no", "yes"])
+def test_calibration_turns_a_motor_only_after_its_own_yes(word):
+    bench = Bench()
+    bench.device.nodes[1].calibrated = False
+    bench.person.says["Is the shaft of the shoulder motor free"] = word
+    bench.one()
+    calibrated = [node for node, request in bench.said if isinstance(request, Calibrate)]
+    assert calibrated == ([2] if word == "yes" else [])
+    assert ("Drive 2 is calibrated." in bench.person.text) is (word == "yes")
+
+
+def test_a_watchdog_that_does_not_stop_the_motor_is_found_out():
+    bench = Bench()
+    node = bench.device.nodes[1]
+    bench.person.says["Try the watchdog?"] = lambda: setattr(node, "heard_s", math.inf) or "yes"
+    bring = bench.device._bring
+
+    def deaf_to_silence(one, frame):
+        bring(one, frame)
+        one.heard_s = math.inf
+
+    bench.device._bring = deaf_to_silence
+    bench.one()
+    assert "The watchdog did not stop it." in bench.person.text
+    assert bench.kept["shoulder"].watchdog is False
