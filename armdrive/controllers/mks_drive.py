@@ -20,6 +20,8 @@ WAY_S = 0.1
 """A drive may be behind its model by what it runs in this time: loops and wires are late."""
 PROMPT_S = 0.03
 """An answer that took longer is of another moment than now."""
+BRAKES_SURELY = 1.1
+"""How much steeper than it just needs a drive brakes at its end."""
 LEAST_SHARE = 0.1
 """A slow drive's ramp is at least this share of the steepest: it has corners to follow."""
 
@@ -89,6 +91,18 @@ class Drive:
         self.advance(now_s)
         self.acc, self.fresh = acc, False
         self.target, self.told, self.moving = target, rpm * COUNTS_S_PER_RPM, True
+
+    def ramp_to(self, target: int, acc: int, share: float) -> int:
+        """Return the ramp by which it goes to a target: its share, or what it needs to end there.
+
+        A gentler one than that by which it came to its speed would have it run past its end.
+        """
+        shared = shared_acc(acc, share)
+        brakes = BRAKES_SURELY * self.speed**2 / (2.0 * max(abs(target - self.position), 1.0))
+        if not acc or brakes <= slope_of(shared):
+            return shared
+        needed = acc_of(brakes / COUNTS_S_PER_RPM)
+        return min(needed + (slope_of(needed) < brakes), acc)
 
     def advance(self, now_s: float) -> None:
         """Let the model go on until now."""

@@ -13,7 +13,7 @@ import math
 from collections.abc import Generator
 
 from armdrive.controllers.mks_arriving import Ending, MksArriving
-from armdrive.controllers.mks_drive import COUNTS_S_PER_RPM, Drive, shared_acc
+from armdrive.controllers.mks_drive import COUNTS_S_PER_RPM, Drive
 from armdrive.controllers.mks_stops import ALL_MUTE_LOOKS, MUTE_LOOKS
 from armdrive.controllers.mks_track import Lead, Track, Trip
 from armdrive.controllers.requests import Alert, AlertKind, Denied, MoveAlong, Progress, Reply
@@ -110,7 +110,7 @@ class MksMotion(MksArriving):
             if (refused := self.beyond(target, drive.node)) is not None:
                 return refused
             if target != drive.target or (drive.moving and rpm * COUNTS_S_PER_RPM != drive.told):
-                acc = shared_acc(self.settings.acceleration, shares[motor])
+                acc = drive.ramp_to(target, self.settings.acceleration, shares[motor])
                 self.send(drive.node, target, rpm, acc)
                 self.last_said = f"F5 to {self._targets()}"
         if last:

@@ -1,0 +1,38 @@
+"""A drive that is steered ends where it is sent, and does not run past that to come back."""
+
+from __future__ import annotations
+
+import pytest
+from mks_bench import MksBench
+from test_mks_controller_motion import along
+
+from armdrive.controllers.mks_drive import Drive, slope_of
+from armdrive.controllers.requests import Done, MoveBy
+from kinematics import Motors
+
+CONFIGURED = 252
+
+
+@pytest.mark.parametrize("share", [0.05, 0.3, 1.0])
+@pytest.mark.parametrize(("speed", "left"), [(20_000.0, 4000), (20_000.0, -4000), (3000.0, 60)])
+def test_a_drive_is_given_a_ramp_by_which_it_can_end(share, speed, left):
+    drive = Drive(1, "base")
+    drive.speed = speed if left > 0 else -speed
+    slope = slope_of(drive.ramp_to(left, CONFIGURED, share))
+    assert slope <= slope_of(CONFIGURED)
+    assert speed**2 / (2.0 * slope) <= max(abs(left), speed**2 / (2.0 * slope_of(CONFIGURED)))
+
+
+@pytest.mark.parametrize("ways", [(3000, 100), (3000, 20, 5), (2500, 1200, 300)])
+def test_a_motor_that_slows_more_than_the_others_does_not_pass_its_end(ways):
+    bench = MksBench().ready()
+    moves = [MoveBy(Motors((4000, way, 0, 0, 0, 0)), 40_000.0) for way in ways]
+    end, most = sum(ways), 0
+    bench.begin(along(moves))
+    for _ in range(2000):
+        bench.run(0.001)
+        most = max(most, bench.positions[1])
+        if (reply := bench._reply()) is not None:
+            break
+    assert isinstance(reply, Done)
+    assert most <= end + 2
