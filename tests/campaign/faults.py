@@ -7,47 +7,16 @@ time. What a fault excuses is said to the watch at that moment, and nothing more
 from __future__ import annotations
 
 import random
-from collections.abc import Callable
-from dataclasses import dataclass
 
-from armdrive.errors import ArmError, BadRequest
+from armdrive.errors import ArmError
 from armdrive.flows.vouching import PROMPT_S
-from armdrive.sim.device import HasPendant, HasSwitches, Resettable, SimDevice
-from armdrive.sim.fault_request import parse_words
+from armdrive.sim.device import HasPendant, HasSwitches, Resettable
 from kinematics import Motors
 
+from .asking import DEVICE, HOST, Fault, ask, motor
+from .faults_can import ON_A_BUS
 from .stage import STATE, Stage
 from .untold import fail_power, seen_by_s
-
-OF_THE_ARM = ("brown-out", "reset", "lose-steps", "stall", "switch")
-HOST, DEVICE = "--from host", "--from device"
-
-
-@dataclass(frozen=True, slots=True)
-class Fault:
-    """One row: `begin` makes it happen; `needs` is what a device must be able to do."""
-
-    name: str
-    begin: Callable[[Stage], str]
-    needs: type | None = None
-
-    def befalls(self, device: SimDevice) -> bool:
-        """Tell whether this device can have it."""
-        return self.needs is None or isinstance(device, self.needs)
-
-
-def _ask(stage: Stage, words: str, *, strays: bool = False) -> str:
-    if strays:
-        stage.watch.stray = True
-    if not words.startswith(OF_THE_ARM):  # what a restart has to tell may be lost
-        stage.watch.untold(stage.now_s)
-    seed = stage.draw.randrange(1 << 30)
-    stage.look()
-    try:
-        stage.twin.faults.ask(parse_words(f"{words} --seed {seed}".split()))
-    except BadRequest as error:
-        return f"{words}: {error}"
-    return words
 
 
 def _unchecked(stage: Stage) -> bool:
@@ -62,20 +31,20 @@ def _amount(draw: random.Random) -> str:
 def _drop(stage: Stage) -> str:
     amount = _amount(stage.draw)
     if stage.draw.random() < 0.5:
-        return _ask(stage, f"drop {amount} {DEVICE}")
-    return _ask(stage, f"drop {amount} {HOST}", strays=amount != "next" and _unchecked(stage))
+        return ask(stage, f"drop {amount} {DEVICE}")
+    return ask(stage, f"drop {amount} {HOST}", strays=amount != "next" and _unchecked(stage))
 
 
 def _corrupt(stage: Stage) -> str:
     side = stage.draw.choice((HOST, DEVICE))
-    return _ask(
+    return ask(
         stage, f"corrupt {_amount(stage.draw)} {side}", strays=side == HOST and _unchecked(stage)
     )
 
 
 def _duplicate(stage: Stage) -> str:
     side = stage.draw.choice((HOST, DEVICE))
-    return _ask(stage, f"duplicate {_amount(stage.draw)} {side}", strays=side == HOST)
+    return ask(stage, f"duplicate {_amount(stage.draw)} {side}", strays=side == HOST)
 
 
 def _delay(stage: Stage) -> str:
@@ -83,7 +52,7 @@ def _delay(stage: Stage) -> str:
     by_s = stage.draw.choice((0.05, 0.2, 0.4, 1.0, 2.5))
     if side == HOST:
         stage.watch.late_s = by_s
-    return _ask(stage, f"delay {by_s} next {side}", strays=side == HOST and by_s > 0.4)
+    return ask(stage, f"delay {by_s} next {side}", strays=side == HOST and by_s > 0.4)
 
 
 def _noise(stage: Stage) -> str:
@@ -91,48 +60,44 @@ def _noise(stage: Stage) -> str:
     side = stage.draw.choice((HOST, DEVICE))
     for_s = stage.draw.choice((0.5, 1.0, 3.0))
     words = f"{kind} {share} {side} --for {for_s}"
-    return _ask(stage, words, strays=side == HOST and _unchecked(stage))
+    return ask(stage, words, strays=side == HOST and _unchecked(stage))
 
 
 def _garbage(stage: Stage) -> str:
-    return _ask(stage, f"garbage {stage.draw.choice((1, 8, 40, 300))}")
+    return ask(stage, f"garbage {stage.draw.choice((1, 8, 40, 300))}")
 
 
 def _mute(stage: Stage) -> str:
-    return _ask(stage, f"mute --for {stage.draw.choice((0.2, 1.0, 3.0, 8.0))}")
+    return ask(stage, f"mute --for {stage.draw.choice((0.2, 1.0, 3.0, 8.0))}")
 
 
 def _unplug(stage: Stage) -> str:
     stage.promise_silence("the cable was pulled")
-    return _ask(stage, f"unplug --for {stage.draw.choice((0.05, 0.5, 2.0, 6.0))}")
+    return ask(stage, f"unplug --for {stage.draw.choice((0.05, 0.5, 2.0, 6.0))}")
 
 
 def _brown_out(stage: Stage) -> str:
     for_s = stage.draw.choice((0.1, 0.5, 2.0))
     fail_power(stage, for_s)
-    return _ask(stage, f"brown-out --for {for_s}")
+    return ask(stage, f"brown-out --for {for_s}")
 
 
 def _reset(stage: Stage) -> str:
     fail_power(stage)
-    return _ask(stage, "reset")
+    return ask(stage, "reset")
 
 
 def _lose_steps(stage: Stage) -> str:
-    return _ask(stage, f"lose-steps {_motor(stage)} {stage.draw.choice((1, 5, 40))}")
+    return ask(stage, f"lose-steps {motor(stage)} {stage.draw.choice((1, 5, 40))}")
 
 
 def _stall(stage: Stage) -> str:
-    return _ask(stage, f"stall {_motor(stage)} --for {stage.draw.choice((0.3, 2.0))}")
-
-
-def _motor(stage: Stage) -> int:
-    return stage.draw.randint(1, len(stage.world.motors))
+    return ask(stage, f"stall {motor(stage)} --for {stage.draw.choice((0.3, 2.0))}")
 
 
 def _switch(stage: Stage) -> str:
     state = stage.draw.choice(("open", "closed"))
-    return _ask(stage, f"switch {_motor(stage)} {state} --for {stage.draw.choice((0.5, 4.0))}")
+    return ask(stage, f"switch {motor(stage)} {state} --for {stage.draw.choice((0.5, 4.0))}")
 
 
 def _pendant(stage: Stage) -> str:
@@ -143,7 +108,7 @@ def _pendant(stage: Stage) -> str:
         device.press_named("STOP")
         return "the pendant's STOP"
     steps = [0] * len(stage.world.motors)
-    steps[_motor(stage) - 1] = stage.draw.choice((-60, -7, 3, 25))
+    steps[motor(stage) - 1] = stage.draw.choice((-60, -7, 3, 25))
     stage.watch.change(stage.now_s, seen_by_s(stage))
     try:
         done = stage.turn_by_hand(Motors(steps))
@@ -234,6 +199,7 @@ FAULTS: tuple[Fault, ...] = (
     Fault("record damaged", _damage),
     Fault("program suspended", _jump),
     Fault("disk full", _disk_full),
+    *ON_A_BUS,
 )
 NONE = "nothing"
 """The row of missions without a fault."""

@@ -193,6 +193,8 @@ class Watch:
             self._disturbed = True  # the present command does not know of it
         if self.world.by_person or self.stray:
             return
+        if self.sagged and not self.world.energised:
+            return  # what still holds does so against what does not
         if time_s > self._until_s:
             late_s = time_s - self._until_s
             self._break(f"it moved without a command, {late_s:.2f} s after: {self._last_what}")

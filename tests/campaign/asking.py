@@ -1,0 +1,47 @@
+"""A row of the campaign's table of faults, and how one is asked of the simulator."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from armdrive.errors import BadRequest
+from armdrive.sim.device import SimDevice
+from armdrive.sim.fault_request import parse_words
+
+from .stage import Stage
+
+OF_THE_ARM = ("brown-out", "reset", "lose-steps", "stall", "switch", "drive-dead", "drive-reset")
+HOST, DEVICE = "--from host", "--from device"
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """One row: `begin` makes it happen; `needs` is what a device must be able to do."""
+
+    name: str
+    begin: Callable[[Stage], str]
+    needs: type | None = None
+
+    def befalls(self, device: SimDevice) -> bool:
+        """Tell whether this device can have it."""
+        return self.needs is None or isinstance(device, self.needs)
+
+
+def ask(stage: Stage, words: str, *, strays: bool = False) -> str:
+    if strays:
+        stage.watch.stray = True
+    if not words.startswith(OF_THE_ARM):  # what a restart has to tell may be lost
+        stage.watch.untold(stage.now_s)
+    seed = stage.draw.randrange(1 << 30)
+    stage.look()
+    try:
+        stage.twin.faults.ask(parse_words(f"{words} --seed {seed}".split()))
+    except BadRequest as error:
+        return f"{words}: {error}"
+    return words
+
+
+def motor(stage: Stage) -> int:
+    """Draw a motor, counted from 1."""
+    return stage.draw.randint(1, len(stage.world.motors))
