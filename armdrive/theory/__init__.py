@@ -1,0 +1,1 @@
+"""A named system or a link table, studied posture by posture with no arm connected."""

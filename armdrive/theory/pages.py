@@ -1,0 +1,191 @@
+"""A study as text, section by section: matrices with three decimals, mm and degrees."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from collections.abc import Iterator, Sequence
+
+from armdrive.theory.study import Study
+from kinematics.frames import IN_PLACE, Transform, position_of
+from kinematics.named_singularities import Lost
+from kinematics.own_jacobian import ROW_NAMES
+from kinematics.systems import NamedBranch
+from kinematics.tables import table_text
+from kinematics.worked_symbols import symbolic_chain_example, symbolic_sections
+from kinematics.worked_symbols import symbolic_system_example as symbolic_system
+from kinematics.worked_text import Section, joints_text, violation_text
+
+DIGITS = 3
+
+NONE_NAMED = "searching: it takes a moment, while the arm rests"
+"""What is said of the singularities of a link table before one has been found."""
+
+
+def sections(
+    of: Study, width: int, searched: tuple[Lost, ...] | None = None
+) -> tuple[Section, ...]:
+    """Return a study in text no wider than `width` where words can be broken.
+
+    `searched` is the singularity that was found nearest for a link table, None before it is.
+    """
+    found = (
+        Section("link table", tuple(table_text(of.subject.chain).splitlines())),
+        Section("A matrices", tuple(_matrices(of))),
+        Section("T, the hand in the base's frame", tuple(_forward(of))),
+        Section("Jacobian", tuple(_jacobian(of, width))),
+        Section("how well it moves", tuple(_measures(of))),
+        Section("singularities", tuple(_lost(of, searched))),
+        Section("solutions for this place of the hand", tuple(_branches(of))),
+    )
+    return tuple(Section(one.title, tuple(wrapped(one.lines, width))) for one in found)
+
+
+def symbol_sections(of: Study, width: int) -> tuple[Section, ...]:
+    """Return matrices, product and solutions in C1, S12. Takes up to seconds for six joints."""
+    subject = of.subject
+    example = (
+        symbolic_chain_example(subject.chain)
+        if subject.system is None
+        else symbolic_system(subject.system)
+    )
+    return tuple(
+        Section(f"{one.title}, in symbols", tuple(wrapped(one.lines, width)))
+        for one in symbolic_sections(example)
+    )
+
+
+def summary(of: Study, searched: tuple[Lost, ...] | None = None) -> str:
+    """Return how well the posture moves and what is nearest to going wrong, in one line."""
+    near = nearest_of(of.lost or searched or ())
+    said = f"manipulability {fixed(of.condition.manipulability)}, condition "
+    said += "infinite: SINGULAR" if of.condition.is_singular else fixed(of.conditioning)
+    return said if near is None else f"{said}; {distance_text(near)} to: {near.reason}"
+
+
+def nearest_of(lost: Sequence[Lost]) -> Lost | None:
+    """Return the nearest singularity: by joint moves where there are any, else by mm."""
+    turning = [one for one in lost if one.distance_rad is not None]
+    if turning:
+        return min(turning, key=lambda one: one.distance_rad or 0.0)
+    return min(lost, key=lambda one: one.distance_mm or 0.0, default=None)
+
+
+def distance_text(lost: Lost) -> str:
+    """Say how far away a singularity is."""
+    said = []
+    if lost.distance_rad is not None:
+        said.append(f"{math.degrees(lost.distance_rad):.1f}°")
+    if lost.distance_mm is not None:
+        said.append(f"{lost.distance_mm:.1f} mm")
+    return ", ".join(said)
+
+
+def fixed(value: float) -> str:
+    """Format with three decimals, without the minus of a zero that was rounded."""
+    return f"{round(value, DIGITS) + 0.0:.{DIGITS}f}"
+
+
+def rows_text(rows: Sequence[Sequence[float]], names: Sequence[str] = ()) -> list[str]:
+    """Return the rows of a matrix, columns in line, each after its name."""
+    cells = [[fixed(entry) for entry in row] for row in rows]
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    first = max(map(len, names), default=0)
+    heads = [f"{name:<{first}} " for name in names] or ["" for _ in rows]
+    return [
+        f"{head}[ {' '.join(map(str.rjust, row, widths))} ]"
+        for head, row in zip(heads, cells, strict=True)
+    ]
+
+
+def wrapped(lines: Sequence[str], width: int) -> Iterator[str]:
+    """Yield the lines, those of words broken to the width; what is in columns stays as it is."""
+    for line in lines:
+        if len(line) <= width or "[" in line or "  " in line.strip():
+            yield line
+        else:
+            own = len(line) - len(line.lstrip())
+            yield from textwrap.wrap(line, max(width, 1), subsequent_indent=" " * (own + 2))
+
+
+def _matrices(of: Study) -> Iterator[str]:
+    if of.subject.chain.base != IN_PLACE:
+        yield from _matrix("base", of.subject.chain.base)
+    for number, matrix in enumerate(of.matrices, 1):
+        yield from _matrix(f"A{number}", matrix)
+    if of.subject.chain.tool != IN_PLACE:
+        yield from _matrix("tool", of.subject.chain.tool)
+
+
+def _matrix(name: str, matrix: Transform) -> Iterator[str]:
+    yield f"{name} ="
+    yield from rows_text(matrix)
+
+
+def _forward(of: Study) -> Iterator[str]:
+    yield from rows_text(of.frame)
+    x, y, z = map(fixed, position_of(of.frame))
+    yield f"x {x}, y {y}, z {z} mm"
+    angles = of.orientation.first
+    turns = (angles.phi_rad, angles.theta_rad, angles.psi_rad)
+    phi, theta, psi = (fixed(math.degrees(each)) for each in turns)
+    yield f"phi {phi}°, theta {theta}°, psi {psi}°"
+    if of.orientation.degeneracy is not None:
+        yield f"  degenerate: {of.orientation.degeneracy.value}"
+
+
+def _jacobian(of: Study, width: int) -> Iterator[str]:
+    names = [ROW_NAMES[row] for row in of.subject.rows]
+    rows = rows_text(of.jacobian, names)
+    joints = of.subject.chain.joint_names
+    if max(map(len, rows)) <= width:
+        yield f"columns: {', '.join(joints)}"
+        yield from rows
+        return
+    places = [index for index, row in enumerate(of.subject.rows) if row < 3]
+    turns = [index for index in range(len(names)) if index not in places]
+    for part in (places, turns):  # too wide for this place: a line for each column
+        if part:
+            yield f"columns, a line each: {', '.join(names[index] for index in part)}"
+            columns = zip(*(of.jacobian[index] for index in part), strict=True)
+            yield from rows_text(tuple(columns), joints)
+
+
+def _measures(of: Study) -> Iterator[str]:
+    values = " ".join(map(fixed, of.condition.singular_values))
+    yield f"singular values {values}"
+    yield f"condition {'infinite' if of.condition.is_singular else fixed(of.conditioning)}"
+    yield f"manipulability {fixed(of.condition.manipulability)}"
+    yield "(mm counted in the length of the arm)"
+    yield of.condition.sentence
+
+
+def _lost(of: Study, searched: tuple[Lost, ...] | None) -> Iterator[str]:
+    if of.subject.system is not None:
+        found: tuple[Lost, ...] | None = of.lost
+    else:
+        found = searched
+    if found is None:
+        yield NONE_NAMED
+    elif not found:
+        yield "none: no posture loses a direction" if of.subject.system else "none was found"
+    for one in found or ():
+        yield f"{distance_text(one)} away: {one.reason}"
+
+
+def _branches(of: Study) -> Iterator[str]:
+    if of.refusal:
+        yield of.refusal
+    for index, branch in enumerate(of.branches):
+        yield f"{'>' if index == of.here else ' '} {branch.name}"
+        yield f"    {joints_text(of.subject.chain, branch.joints)}"
+        yield from _remarks(branch)
+
+
+def _remarks(branch: NamedBranch) -> Iterator[str]:
+    if branch.free:
+        yield f"    free: {', '.join(branch.free)}"
+    if branch.degenerate:
+        yield f"    degenerate: {branch.degenerate}"
+    for violation in branch.violations:
+        yield f"    not within the limits: {violation_text(violation)}"

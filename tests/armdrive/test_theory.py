@@ -1,0 +1,207 @@
+"""Studying a model with no arm: postures against the textbook, steps against the Jacobian."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from armdrive.errors import BadRequest
+from armdrive.theory.columns import laid
+from armdrive.theory.pages import fixed, sections, summary, symbol_sections
+from armdrive.theory.stepping import (
+    axes_of,
+    axis_unit,
+    has_inverse,
+    step_axis,
+    step_joint,
+)
+from armdrive.theory.study import searched, study
+from armdrive.theory.subject import find_subject, subject_names, subject_of_arm
+from kinematics import preset
+from kinematics.chain_arm import ChainArm
+from kinematics.frames import position_of
+from kinematics.own_jacobian import ROW_NAMES
+from kinematics.systems import SYSTEMS
+from kinematics.worked_example import example_posture
+from kinematics.worked_text import Section
+
+SCARA = """
+title = "A SCARA"
+[[links]]
+a_mm = 200.0
+low_deg = -150
+high_deg = 150
+[[links]]
+a_mm = 150.0
+alpha_deg = 180.0
+low_deg = -150
+high_deg = 150
+[[links]]
+kind = "prismatic"
+low_mm = 0.0
+high_mm = 100.0
+[[links]]
+low_deg = -180
+high_deg = 180
+"""
+
+
+@pytest.fixture
+def scara(tmp_path):
+    file = tmp_path / "scara.toml"
+    file.write_text(SCARA, encoding="utf-8")
+    return find_subject(str(file))
+
+
+def example(name):
+    subject = find_subject(name)
+    return subject, example_posture(subject.chain)
+
+
+def text_of(of, width=60):
+    return "\n".join(line for one in sections(of, width) for line in one.lines)
+
+
+@pytest.mark.parametrize("name", subject_names())
+def test_every_name_has_its_matrices_and_their_product(name):
+    subject, values = example(name)
+    found = study(subject, values)
+    assert len(found.matrices) == len(subject.chain) == len(found.jacobian[0])
+    if subject.system is not None:
+        closed = subject.system.fk(values)
+        for row, other in zip(found.frame, closed, strict=True):
+            assert row == pytest.approx(other, abs=1e-9)
+    assert found.branches[found.here].joints == pytest.approx(values)
+
+
+def test_an_unknown_name_is_answered_with_the_nearest_and_all():
+    with pytest.raises(BadRequest, match="did you mean 'puma'") as said:
+        find_subject("pumma")
+    assert all(name in str(said.value) for name in subject_names())
+
+
+def test_the_study_of_the_two_link_arm_reads_as_section_7_prints_it():
+    subject = find_subject("two-link-1")
+    of = study(subject, (math.radians(30), math.radians(40)))
+    c1, s12 = math.cos(math.radians(30)), math.sin(math.radians(70))
+    x = 200 * c1 + 150 * math.cos(math.radians(70))
+    text = text_of(of)
+    assert "[ 0.866 -0.500 0.000 173.205 ]" in text
+    assert fixed(s12) in text
+    assert f"x {fixed(x)}" in text
+    short = 350 - math.sqrt(200**2 + 150**2 + 2 * 200 * 150 * math.cos(math.radians(40)))
+    assert f"40.0°, {short:.1f} mm away: elbow stretched" in text
+    assert "> elbow down" in text
+    assert "  elbow up" in text
+
+
+def test_a_stretched_elbow_is_singular_in_the_summary():
+    of = study(find_subject("two-link-1"), (0.3, 0.0))
+    assert summary(of).startswith("manipulability 0.000, condition infinite: SINGULAR; 0.0°")
+    assert of.conditioning == math.inf
+    assert "singular: the tip cannot move along" in text_of(of, 200)
+
+
+def test_a_jacobian_too_wide_is_shown_column_by_column():
+    of = study(*example("minimover5"))
+    narrow, wide = sections(of, 41), sections(of, 80)
+    assert max(len(line) for one in narrow for line in one.lines) <= 46
+    assert any("columns, a line each: x, y, z" in one.lines for one in narrow)
+    assert any(line.startswith("pitch") for one in wide for line in one.lines)
+
+
+def test_symbols_are_shown_where_numbers_were():
+    of = study(*example("two-link-1"))
+    text = "\n".join(line for one in symbol_sections(of, 60) for line in one.lines)
+    assert "C1" in text
+    assert "theta2 = " in text
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_a_step_along_each_axis_of_the_hand_goes_that_far_and_nowhere_else(name):
+    subject, values = example(name)
+    before = study(subject, values)
+    for index, axis in enumerate(axes_of(subject)):
+        by = -1.0 if axis_unit(axis) == "mm" else -0.01
+        stepped = step_axis(subject, values, index, by)
+        assert stepped.said == "" or name == "two-link-2", (axis, stepped.said)
+        after = study(subject, stepped.values)
+        if has_inverse(subject):
+            wanted = list(before.goal)
+            wanted[index] += by
+            assert after.goal == pytest.approx(wanted, abs=1e-6)
+            assert after.branches[after.here].name == before.branches[before.here].name
+
+
+def test_a_table_without_closed_form_follows_its_jacobian(scara):
+    assert axes_of(scara) == ("x", "y", "z", "about z")
+    values = example_posture(scara.chain)
+    x, y, z = position_of(scara.chain.fk(values))
+    stepped = step_axis(scara, values, 0, -20.0)
+    assert stepped.said == ""
+    assert position_of(scara.chain.fk(stepped.values)) == pytest.approx((x - 20.0, y, z), abs=0.2)
+    turned = step_axis(scara, values, 3, math.radians(10))
+    assert turned.said == ""
+    assert position_of(scara.chain.fk(turned.values)) == pytest.approx((x, y, z), abs=0.2)
+    assert turned.values[3] - values[3] == pytest.approx(-math.radians(10), abs=1e-3)
+
+
+def test_a_table_that_is_stretched_says_why_it_stays(scara):
+    values = (0.0, 0.0, 50.0, 0.0)
+    stepped = step_axis(scara, values, 0, 20.0)
+    assert stepped.values == values
+    assert stepped.said.startswith("no step along x from here: singular")
+
+
+def test_the_singularity_of_a_table_is_found_by_searching(scara):
+    values = (0.2, 0.5, 50.0, 0.0)
+    (found,) = searched(scara, values)
+    assert found.distance_rad == pytest.approx(0.5, abs=1e-3)
+    assert "28.6° away: singular" in "\n".join(
+        line for one in sections(study(scara, values), 200, (found,)) for line in one.lines
+    )
+    assert "searching" in text_of(study(scara, values))
+
+
+def test_a_joint_stops_at_its_limit_and_says_how_much_is_left():
+    subject = find_subject("two-link-3")
+    stepped = step_joint(subject, (0.0, 295.0), 1, 20.0)
+    assert stepped.values == (0.0, 300.0)
+    assert stepped.said == "d2 stands at its limit of 300 mm: 15 mm of the step are left"
+    assert step_joint(subject, (0.0, 295.0), 0, 0.5).values == (0.5, 295.0)
+
+
+def test_a_goal_out_of_reach_leaves_the_model_where_it_is():
+    subject, values = example("two-link-1")
+    stepped = step_axis(subject, values, 0, 500.0)
+    assert stepped.values == values
+    assert stepped.said.startswith("out of reach: ")
+
+
+def test_a_step_that_would_break_a_limit_is_not_made():
+    subject = find_subject("minimover5")
+    values = tuple(math.radians(one) for one in (0, 40, -60, -89, 0))
+    stepped = step_axis(subject, values, axes_of(subject).index("pitch"), math.radians(-5))
+    assert stepped.values == values
+    assert "wrist_pitch" in stepped.said
+    assert "limit" in stepped.said
+
+
+def test_the_theory_of_an_arm_that_is_driven():
+    arm = preset("teachmover").arm
+    subject = subject_of_arm("bench", arm)
+    assert subject.system.arm is arm
+    chain = SYSTEMS["puma"].chain()
+    assert subject_of_arm("six", ChainArm(chain)).system is None
+    assert ROW_NAMES[subject.rows[3]] == "pitch"
+
+
+def test_columns_hold_every_line_in_order_and_none_is_too_high():
+    parts = [Section(f"part {n}", tuple(f"{n}.{i}" for i in range(n))) for n in (3, 9, 2, 30, 1)]
+    columns = laid(parts, 20, 12)
+    assert all(len(column) <= 12 for column in columns)
+    lines = [line for column in columns for line in column]
+    assert [line for line in lines if "." in line] == [one for p in parts for one in p.lines]
+    assert columns[1][0].startswith("── part 9 ───")
+    assert laid(parts, 20, 12, plain=True)[0][0] == "-- part 3 ----------"
