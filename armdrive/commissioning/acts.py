@@ -17,8 +17,8 @@ from firmware_protocol.mks import Event, Request
 
 T = TypeVar("T")
 
-ANSWER_S = 0.06
-"""An answer is waited for so long; a drive needs some ms on a busy bus."""
+ANSWER_S = 0.12
+"""An answer is waited for so long: a drive needs some ms, a busy computer more."""
 LINGER_S = 0.03
 """A second drive of the same id answers within this time after the first."""
 

@@ -1,0 +1,162 @@
+"""What passes on a bus in words, and the command that listens."""
+
+from __future__ import annotations
+
+import sys
+import threading
+
+import pytest
+from can_setup_bench import ServedBus
+from hypothesis import given
+from hypothesis import strategies as st
+
+from armdrive.commissioning.frame_words import Check, Ear, Kind
+from armdrive.transports.url import open_link
+from firmware_protocol.frames import Frame, Unpacker, pack
+from firmware_protocol.mks import (
+    Code,
+    EnabledRead,
+    EncoderRead,
+    GoSynchronous,
+    Mode,
+    MoveAbsoluteAxis,
+    Outcome,
+    ReadEncoder,
+    ReadSetting,
+    SetMode,
+    SettingRead,
+    Status,
+    encode,
+)
+
+needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+REQUEST, ANSWER, UNKNOWN = Kind.REQUEST, Kind.ANSWER, Kind.UNKNOWN
+
+CONVERSATION = (
+    (encode(1, ReadEncoder()), REQUEST, "drive 1: read encoder"),
+    (encode(1, EncoderRead(16384)), ANSWER, "encoder read: 16384 counts"),
+    (encode(1, MoveAbsoluteAxis(-9, 600, 2)), REQUEST, "move absolute axis: -9 counts, 600 rpm"),
+    (encode(1, Status(Code.ABSOLUTE_AXIS, Outcome.STARTED)), ANSWER, "absolute axis: started"),
+    (encode(1, Status(Code.ABSOLUTE_AXIS, Outcome.LIMIT_STOP)), ANSWER, "stopped by a limit"),
+    # the same bytes: first the request, then its answer
+    (encode(2, SetMode(Mode.PULSE_CLOSED)), REQUEST, "drive 2: set mode: pulse closed"),
+    (encode(2, Status(Code.MODE, Outcome.DONE)), ANSWER, "mode: done"),
+    (encode(2, ReadSetting(Code.MODE)), REQUEST, "drive 2: read setting mode"),
+    (encode(2, SettingRead(Code.MODE, b"\x05")), ANSWER, "setting mode: bus foc"),
+    (encode(0, GoSynchronous()), REQUEST, "all: go synchronous"),
+    (encode(3, EnabledRead(on=True)), ANSWER, "enabled read: on"),
+    (Frame(1, bytes.fromhex("3133")), UNKNOWN, "perhaps encoder, but its last byte would be 32"),
+    (Frame(0x123, b"\xde\xad\xbe\xef"), UNKNOWN, "not of an MKS drive"),
+    (Frame(0x123, b"", extended=True), UNKNOWN, "(extended)"),
+    (Frame(5, b"", remote=True), UNKNOWN, "(remote)"),
+    (Frame(5, b"\x01"), UNKNOWN, "(short)"),
+)
+
+
+def test_a_conversation_is_told_in_words():
+    ear = Ear()
+    for frame, kind, words in CONVERSATION:
+        said = ear.hear(frame)
+        assert said.kind is kind, frame
+        assert words in said.words
+        assert str(frame) in said.line(1.5)
+
+
+def test_a_wrong_check_byte_is_told():
+    said = Ear().hear(Frame(1, bytes.fromhex("3133")))
+    assert said.check is Check.WRONG
+    assert "CHECK BYTE WRONG" in said.line(0.0)
+    assert said.view(0.25) == {
+        "time_s": 0.25,
+        "id": 1,
+        "frame": "001#3133",
+        "kind": "unknown",
+        "command": "encoder",
+        "words": said.words,
+        "check": "wrong",
+    }
+
+
+frames = st.builds(
+    Frame, st.integers(0, 0x7FF), st.binary(max_size=8), st.booleans(), st.just(False)
+)
+
+
+@given(st.lists(frames, max_size=20))
+def test_nothing_on_a_bus_confuses_the_ear_for_good(noise):
+    ear = Ear()
+    for frame in noise:
+        assert ear.hear(frame).frame == frame
+    assert ear.hear(encode(0x7F0, ReadEncoder())).words == "drive 2032: read encoder"
+
+
+@pytest.fixture
+def bus(tmp_path):
+    served = ServedBus(tmp_path)
+    yield served
+    served.end()
+
+
+@needs_pty
+def test_a_second_adapter_hears_both_sides_and_sends_nothing(call, bus):
+    master = open_link(bus.port, 0)
+    heard = threading.Event()
+
+    def speak():
+        while not heard.wait(0.02):
+            master.write(pack(encode(3, ReadEncoder())), 0.0)
+            master.write(pack(encode(1, ReadEncoder())), 0.0)
+
+    speaking = threading.Thread(target=speak, daemon=True)
+    speaking.start()
+    try:
+        lines = call("can", "monitor", bus.beside, "--id", "3", "--count", "6", "--json", code=0)
+        told = call("can", "monitor", bus.beside, "--count", "4", code=0).out
+    finally:
+        heard.set()
+        speaking.join()
+        master.close()
+    views = lines.json_lines
+    assert {each["id"] for each in views} == {3}
+    assert {each["kind"] for each in views} == {"request", "answer"}
+    assert {each["check"] for each in views} == {"right"}
+    assert "read encoder" in told
+    assert bus.server.second.adapter.refused == 0
+
+
+@needs_pty
+def test_what_a_second_program_sends_the_first_one_hears_too(bus):
+    first, second = open_link(bus.port, 0), open_link(bus.beside, 0)
+    try:
+        second.write(pack(encode(4, ReadEncoder())), 0.0)
+        unpacker, found = Unpacker(), []
+        while len(found) < 2:
+            first.wait(5.0)
+            found += unpacker.feed(first.read(0.0))
+        assert found == [encode(4, ReadEncoder()), encode(4, EncoderRead(0))]
+    finally:
+        first.close()
+        second.close()
+
+
+@needs_pty
+def test_a_silent_bus_is_explained_and_ends_in_time(call, bus):
+    said = call("can", "monitor", bus.beside, "--seconds", "0.1", code=0).out
+    assert "An idle bus of drives is silent" in said
+    assert call("can", "monitor", bus.beside, "--seconds", "0.1", "--json", code=0).out == ""
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "sentence"),
+    [
+        ((), 2, "name one bus"),
+        (("/dev/ttyUSB0",), 2, "no CAN bus"),
+        (("can:nothing:0",), 4, "python-can has no interface"),
+    ],
+)
+def test_what_cannot_be_listened_to_is_said(call, words, code, sentence):
+    assert sentence in call.refused("can", "monitor", *words, code=code)
+
+
+def test_an_id_is_a_number(call):
+    assert "an id is a number" in call("can", "monitor", "can:virtual:x", "--id", "x", code=2).err
