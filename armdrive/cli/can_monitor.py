@@ -32,6 +32,11 @@ if TYPE_CHECKING:
     from armdrive.transports.can_address import CanAddress
     from armdrive.transports.link import Link
 
+ONE_PROGRAM = (
+    "A serial adapter is one program's alone: listen by a second adapter on the bus, or have "
+    "`armdrive record` write down what the other program exchanges"
+)
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
@@ -47,9 +52,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Listen until it is enough, or Ctrl-C."""
+    from armdrive.transports.refusals import PortInUse
     from armdrive.transports.url import open_link
 
-    link = open_link(str(_address(options)), 0)
+    try:
+        link = open_link(str(_address(options)), 0)
+    except PortInUse as error:
+        raise PortInUse(f"{error}. {ONE_PROGRAM}") from None
     heard = 0
     try:
         with contextlib.suppress(KeyboardInterrupt):

@@ -146,6 +146,17 @@ def test_a_silent_bus_is_explained_and_ends_in_time(call, bus):
     assert call("can", "monitor", bus.beside, "--seconds", "0.1", "--json", code=0).out == ""
 
 
+@needs_pty
+def test_an_adapter_that_another_program_has_is_said_with_another_way(call, bus):
+    link = open_link(bus.beside, 0)
+    try:
+        said = call.refused("can", "monitor", bus.beside, code=4)
+    finally:
+        link.close()
+    assert "in use" in said
+    assert "a second adapter" in said
+
+
 @pytest.mark.parametrize(
     ("words", "code", "sentence"),
     [
