@@ -24,12 +24,13 @@ def run_desk(arm: DeskArm, *, ascii_only: bool = False, keys: Keyboard | None = 
     from armdrive.draw.terminal import can_braille
     from tui.desk import Desk
     from tui.framework import forget_a_closed_terminal
+    from tui.memory import memory_file
     from tui.remap import load_keys
 
     if keys is None:
         keys = load_keys(None)
     braille = not ascii_only and can_braille(sys.stdout.encoding, os.environ)
-    desk = Desk(arm, braille=braille, handle_signals=True, keys=keys)
+    desk = Desk(arm, braille=braille, handle_signals=True, keys=keys, memory=memory_file())
     try:
         desk.run()
     finally:

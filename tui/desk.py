@@ -2,25 +2,33 @@
 
 from __future__ import annotations
 
+import contextlib
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import ClassVar
 
 from textual import events
+from textual.app import SystemCommand
 from textual.binding import BindingType
+from textual.screen import Screen
 
 from armdrive.errors import ArmError
 from armdrive.status import State
 from tui import panels
 from tui.arm_port import DeskArm
 from tui.asking import ask_confirm, ask_motors, ask_reference
-from tui.dialogs import HelpScreen
+from tui.dialogs import FirstScreen, HelpScreen
 from tui.framework import on_ending_signals
 from tui.keyboard import DEFAULT_KEYS, Keyboard
 from tui.layout import CSS, bindings
+from tui.memory import Remembered, left_at, recall, remember, set_as
 from tui.owner import Owner
+from tui.palette import commands
 from tui.screens import SCREENS
+from tui.themes import look_after, put_on
 
 POLL_S = 0.05
 """The arm's latest status is looked at so often, however often it changes."""
@@ -31,7 +39,6 @@ _SIGNAL_EXIT = 128  # a shell's way to say which signal ended a program
 class Desk(Owner):
     """One arm and its screens. Every way out of it, and every change of screen, stops a jog."""
 
-    ENABLE_COMMAND_PALETTE = False
     TITLE = "armdrive"
     BINDINGS: ClassVar[list[BindingType]] = bindings("")
     CSS = CSS
@@ -47,10 +54,15 @@ class Desk(Owner):
         clock: Callable[[], float] = time.monotonic,
         handle_signals: bool = False,
         keys: Keyboard = DEFAULT_KEYS,
+        memory: Path | None = None,
     ) -> None:
         super().__init__(arm, braille=braille, clock=clock, keys=keys)
         self._handle_signals = handle_signals
         self._was_lost = False
+        self._memory = memory
+        self._left = Remembered(instructed=True) if memory is None else recall(memory)
+        self.settings = set_as(self.settings, self._left)
+        self.look_name = self._left.look
 
     # -- what is shown ------------------------------------------------------------------------
 
@@ -59,7 +71,15 @@ class Desk(Owner):
         if self._handle_signals:
             on_ending_signals(self._end_by_signal)
         self.set_keymap(self.keys.keymap())
+        self.look(self.look_name)
         self.set_interval(POLL_S, self.poll)
+        if self._left.screen in self.MODES:
+            self.show_screen(self._left.screen)
+        if not self._left.instructed:
+            self.push_screen(FirstScreen(self.keys, self.status), self._instructed)
+
+    def _instructed(self, understood: bool | None) -> None:
+        self._left = replace(self._left, instructed=bool(understood))
 
     def poll(self) -> None:
         """Take the latest status and show what changed."""
@@ -79,6 +99,26 @@ class Desk(Owner):
     def action_show_screen(self, screen: str) -> None:
         """Go to a screen by its id."""
         self.show_screen(screen)
+
+    def look(self, name: str) -> None:
+        """Put on other colours."""
+        self.look_name = put_on(self, name)
+
+    def action_next_look(self) -> None:
+        """Put on the next colours."""
+        self.look(look_after(self.look_name).name)
+        none = " NO_COLOR is set: no others are shown." if self.no_color else ""
+        self.say(f"look: {self.look_name}.{none}")
+
+    def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
+        """Offer what the tables have, and nothing of the framework's own."""
+        del screen
+        return commands(self)
+
+    def action_command_palette(self) -> None:
+        """Open the palette; behind it no key moves the arm."""
+        self.disarm("the commands are shown")
+        super().action_command_palette()
 
     # -- what is asked ------------------------------------------------------------------------
 
@@ -172,8 +212,18 @@ class Desk(Owner):
         self.disarm("text was pasted, and dropped")
 
     def on_unmount(self) -> None:
-        """Stop the arm, whatever it was that ended the desk."""
+        """Stop the arm, whatever it was that ended the desk, and remember where it was left."""
         self.arm.request_stop()
+        if self._memory is None:
+            return
+        left = left_at(
+            self.settings,
+            self.current_mode,
+            self._left.look if self.no_color else self.look_name,
+            instructed=self._left.instructed,
+        )
+        with contextlib.suppress(OSError):  # a desk that is forgotten harms nobody
+            remember(self._memory, left)
 
     def _end_by_signal(self, number: int) -> None:
         """Leave the arm standing and closed before the framework tidies up."""

@@ -10,6 +10,7 @@ from textual.containers import Vertical, VerticalScroll
 from textual.screen import ModalScreen
 
 from armdrive.draw.armview import ArmScene, side_view, top_view
+from armdrive.status import Status
 from tui.framework import PlainText
 from tui.keyboard import Keyboard, label
 from tui.keys import JogPair
@@ -84,3 +85,40 @@ class PostureScreen(ModalScreen[bool]):
     def action_answer(self, answer: bool) -> None:
         """Give the answer to whoever asked."""
         self.dismiss(result=answer)
+
+
+class FirstScreen(ModalScreen[bool]):
+    """What somebody has to know before the first motion, in three lines; shown until it is read."""
+
+    BINDINGS: ClassVar[list[BindingType]] = bindings("first")
+
+    def __init__(self, keys: Keyboard, status: Status) -> None:
+        super().__init__()
+        self._keys = keys
+        self._status = status
+
+    def compose(self) -> ComposeResult:
+        """Lay the dialog out."""
+        with Vertical(classes="dialog short"):
+            yield PlainText(id="first-text")
+
+    def on_mount(self) -> None:
+        """Say it."""
+        lines = ("Before you move anything", "", *safety(self._keys, self._status), "")
+        close = f"{self._keys.label('understood')}: understood"
+        self.query_one("#first-text", PlainText).show("\n".join((*lines, close)))
+
+    def action_close(self) -> None:
+        """Go to the desk."""
+        self.dismiss(result=True)
+
+
+def safety(keys: Keyboard, status: Status) -> tuple[str, str, str]:
+    """Return the three facts, each of them one line."""
+    stop, reference = label(keys.of("stop")[0]).upper(), keys.label("reference")
+    way = f"{status.stop_time_s:.2f} s, {status.stop_distance_mm:.0f} mm"
+    return (
+        f"1 {stop} stops the arm from anywhere, but is no emergency switch.",
+        f"2 The arm feels nothing, and stops late: {way}. Hands off.",
+        f"3 Its numbers hold only after a reference ({reference}): look at the arm.",
+    )

@@ -12,6 +12,7 @@ from functools import cache
 from textual import events
 from textual.app import App
 from textual.content import Content
+from textual.filter import Monochrome
 from textual.keys import KEY_NAME_REPLACEMENTS, Keys, _character_to_key, key_to_character
 from textual.timer import Timer
 from textual.widgets import Static
@@ -91,12 +92,21 @@ def printed(key: str) -> str:
     return character if character and character.isprintable() and character != " " else key
 
 
-class FirstKeys(App[int]):
-    """An app with keys that come before every widget.
+class FirstKeys(App[int], inherit_bindings=False):
+    """An app with keys that come before every widget, and without the framework's own ones.
 
     The framework gives printable keys, priority or not, to a text field that is being typed into;
-    so a space there, also in the command palette, would be no stop.
+    so a space there, also in the command palette, would be no stop. Its own bindings would leave
+    without a stop where a file of keys has moved ours.
     """
+
+    def __init__(self) -> None:
+        # its other way to do without colours sends them all, as shades of grey
+        super().__init__(ansi_color=True if os.environ.get("NO_COLOR") else None)
+        if not self.no_color or os.environ.get("NO_COLOR"):
+            return
+        self.no_color = False  # set, but to nothing: no-color.org counts that as not set
+        self._filters = [each for each in self._filters if not isinstance(each, Monochrome)]
 
     def first_keys(self) -> Mapping[str, Callable[[], None]]:
         """Return these keys, with what they do."""

@@ -8,10 +8,11 @@ from types import MappingProxyType
 from typing import Any
 
 from tui.framework import printed
-from tui.keys import STOP, TABLE, DeskKey, JogPair, words
+from tui.key_row import DeskKey
+from tui.keys import STOP, TABLE, JogPair, words
 from tui.screens import titled
 
-FOOTER_FIRST = (STOP, "arm", "help", "quit")
+FOOTER_FIRST = (STOP, "arm", "move-go", "points-go", "help", "quit")
 """What a narrow footer shows before everything else, where it applies."""
 
 _LABELS: Mapping[str, str] = MappingProxyType({"escape": "Esc"})

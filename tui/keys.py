@@ -9,26 +9,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from kinematics import JOINT_NAMES
+from tui.key_row import DeskKey as DeskKey
+from tui.keys_errands import MOVE_KEYS
+from tui.keys_theory import MODEL_KEYS, THEORY_KEYS
 from tui.screens import SCREENS
-
-
-@dataclass(frozen=True, slots=True)
-class DeskKey:
-    """One thing to do, and the keys that do it, named as the framework names them.
-
-    `place` is the screen (or kind of dialog) on which they do it; without one it is all screens.
-    `everywhere` keys work in every dialog too, before anything else. Those without a description
-    stand in no footer.
-    """
-
-    id: str
-    keys: tuple[str, ...]
-    action: str
-    description: str
-    tooltip: str
-    place: str = ""
-    everywhere: bool = False
-
 
 STOP = "stop"
 """The row that no file of keys can take the space bar from."""
@@ -80,6 +64,20 @@ DESK_KEYS = (
         "link",
         "Look for a lost link once, now. Moves nothing; what was under way is not taken up again.",
     ),
+    DeskKey(
+        "palette",
+        ("ctrl+p",),
+        "command_palette",
+        "commands",
+        "Find by a few letters what can be done here; enter does it.",
+    ),
+    DeskKey(
+        "look",
+        ("T",),
+        "next_look",
+        "look",
+        "Other colours: dark, light, of high contrast, or your terminal's own.",
+    ),
     DeskKey("reset", ("R",), "reset", "reset", "Leave error-stop. Moves nothing."),
     DeskKey(
         "estop",
@@ -129,6 +127,7 @@ DIALOG_KEYS = (
     DeskKey(
         "help-close", ("question_mark", "f1", "enter", "n"), "close", "close", "Close it.", "help"
     ),
+    DeskKey("understood", ("enter",), "close", "understood", "Go to the desk.", "first"),
     DeskKey("yes", ("y",), "answer(True)", "yes", "It is so: do it.", "question"),
     DeskKey("no", ("n",), "answer(False)", "no", "It is not so: do nothing.", "question"),
 )
@@ -216,7 +215,16 @@ AXIS_KEYS = tuple(
     for way, key in zip(_WAYS, keys, strict=True)
 )
 
-TABLE = (*DESK_KEYS, *SCREEN_KEYS, *JOG_KEYS, *DIALOG_KEYS, *AXIS_KEYS)
+TABLE = (
+    *DESK_KEYS,
+    *SCREEN_KEYS,
+    *JOG_KEYS,
+    *MOVE_KEYS,
+    *THEORY_KEYS,
+    *MODEL_KEYS,
+    *DIALOG_KEYS,
+    *AXIS_KEYS,
+)
 """Every key of the desk. Ids are for good: files of keys go by them."""
 
 

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from textual.binding import Binding, BindingType
 
+from tui.key_row import DeskKey
 from tui.keys import TABLE
 
 CSS = """
@@ -16,6 +19,7 @@ CSS = """
 ArmView { height: 1fr; }
 ModalScreen { align: center middle; }
 .dialog { width: 90%; max-width: 100; height: 90%; border: solid $primary; padding: 0 1; }
+.short { height: auto; }
 .dialog PlainText { height: auto; }
 """
 
@@ -25,6 +29,11 @@ def bindings(*places: str) -> list[BindingType]:
 
     A file of keys changes them later, by their ids.
     """
+    return bindings_of(row for row in TABLE if row.place in places)
+
+
+def bindings_of(rows: Iterable[DeskKey]) -> list[BindingType]:
+    """Make the framework's bindings of these rows."""
     return [
         Binding(
             ",".join(row.keys),
@@ -35,6 +44,5 @@ def bindings(*places: str) -> list[BindingType]:
             show=bool(row.description),
             id=row.id,
         )
-        for row in TABLE
-        if row.place in places
+        for row in rows
     ]

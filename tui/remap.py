@@ -17,11 +17,13 @@ from armdrive import places
 from armdrive.errors import KeyFileError
 from kinematics.near_words import suggestion
 from tui.framework import key_named
+from tui.key_row import DeskKey
 from tui.keyboard import DEFAULT_KEYS, Keyboard, label
-from tui.keys import STOP, TABLE, DeskKey
+from tui.keys import STOP, TABLE
+from tui.screens import SCREENS
 
-STOP_KEY = "space"
-"""Stops whatever a file says: who comes to somebody else's desk has to know one key."""
+STOP_KEYS = ("space", "ctrl+c")
+"""Stop whatever a file says: who comes to somebody else's desk has to know one key."""
 
 QWERTY = "qwerty"
 LAYOUTS: Mapping[str, tuple[str, str, Mapping[str, str]]] = MappingProxyType(
@@ -106,7 +108,7 @@ def _keys(name: str, value: object, where: str) -> tuple[str, ...]:
         keys = tuple(key_named(word) for word in words)
     except ValueError as error:
         raise KeyFileError(f"{where}: {name}: {error}") from None
-    return tuple(dict.fromkeys((STOP_KEY, *keys))) if name == STOP else keys
+    return tuple(dict.fromkeys((STOP_KEYS[0], *keys, *STOP_KEYS[1:]))) if name == STOP else keys
 
 
 def _checked(keyboard: Keyboard, where: str) -> Keyboard:
@@ -136,4 +138,4 @@ def _heard_at(keyboard: Keyboard, place: str) -> Iterator[DeskKey]:
 
 
 def _is_screen(place: str) -> bool:
-    return place not in ("help", "question")
+    return place in {entry.id for entry in SCREENS}

@@ -79,13 +79,15 @@ async def test_every_other_key_of_the_table_does_what_it_says():
     deeds = {}
     arm = FakeArm(state=State.ERROR_STOP, trust=Trust.RESTORED, simulated=False)
     async with Session(arm) as session:
-        for key in ("space", "R", "X", "H", "C", "P", "L"):
+        for key in ("space", "R", "X", "H", "C", "P", "L", "ctrl+p"):
             session.arm.calls.clear()
             await session.press(key)
             await session.desk.workers.wait_for_complete()
             deeds[key] = session.arm.calls[:1] or [len(session.desk.screen_stack)]
-            if len(session.desk.screen_stack) > 1:
-                await session.press("n")
+            session.desk.close_dialogs()
+        before = session.desk.theme
+        await session.press("T")
+        deeds["T"] = session.desk.theme != before
         await session.press("question_mark")
         deeds["question_mark"] = len(session.desk.screen_stack)
         await session.press("question_mark")
@@ -99,6 +101,8 @@ async def test_every_other_key_of_the_table_does_what_it_says():
         "C": [2],
         "P": [2],
         "L": [("reconnect",)],
+        "ctrl+p": [2],
+        "T": True,
         "question_mark": 2,
     }
     assert session.desk.return_value == 0

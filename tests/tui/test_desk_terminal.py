@@ -48,6 +48,8 @@ def test_closing_the_terminal_stops_and_closes_the_arm(tmp_path):
     )
     os.close(theirs)
     try:
+        _read_until(ours, b"understood")
+        os.write(ours, b"\r")
         _read_until(ours, b"STOP")
         os.write(ours, b"\r")
         _read_until(ours, b"armed:")

@@ -56,7 +56,7 @@ def test_a_file_says_which_layout_and_which_keys_beside_it(written):
 
 def test_the_space_bar_stops_whatever_a_file_says(written):
     keyboard = load_keys(written('[keys]\nstop = "f12"\n'))
-    assert keyboard.of("stop") == ("space", "f12")
+    assert keyboard.of("stop") == ("space", "f12", "ctrl+c")
     assert keyboard.footer("jog", 80).startswith("space STOP")
 
 
