@@ -8,7 +8,6 @@ A picture in which a little changes in many rows then costs three times as many 
 from __future__ import annotations
 
 from rich.console import Console
-from rich.control import Control
 from textual._compositor import ChopsUpdate, Compositor
 from textual.screen import Screen
 
@@ -24,7 +23,7 @@ class SpansUpdate(ChopsUpdate):
                 first, last = max(x, left), min(end, right)
                 if strip is None or first >= last:
                     continue
-                written.append(Control.move_to(first, y).segment.text)
+                written.append(f"\x1b[{y + 1};{first + 1}H")
                 written.append(strip.crop(first - x, last - x).render(console))
         return "".join(written)
 

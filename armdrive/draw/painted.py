@@ -16,8 +16,8 @@ _PLAIN = " " + "".join(chr(code) for code in range(1, 128))
 _RUNS = re.compile(rb"\0*([^\0])(?:\1|\0)*|\0+")
 """Cells of one ink with the empty ones about them: of those nobody sees which ink they have."""
 
-_CHANGES = re.compile(rb"[^\0]+(?:\0{1,7}[^\0]+)*")
-"""Changed cells; to move the cursor past fewer unchanged ones takes as many bytes."""
+_CHANGES = re.compile(rb"[^\0]+(?:\0{1,16}[^\0]+)*")
+"""Changed cells. Past fewer unchanged ones, another span costs more than they do."""
 
 _INKS = tuple(Ink)
 

@@ -53,6 +53,8 @@ class Scene:
         self.trail = Trail(self.dome.reach_mm)
         self.tip: Point | None = None
         self._backdrop = (surroundings(model.arm, model.guards, self.dome),)
+        self._ahead: tuple[Layer, ...] = ()
+        self._wanted_ahead: tuple[Joints | None, float | None, tuple[Point, ...]] | None = None
         self._outlines: OrderedDict[Key, Outline] = OrderedDict()
         self._outline: Outline | None = None
         self._wanted: Key | None = None
@@ -81,20 +83,31 @@ class Scene:
 
     def space(self, moment: Moment, notice: str = "") -> Space:
         """Return what there is to see; `notice` is said while nobody knows the posture."""
-        moving = list(_wanted_layers(self, moment))
+        self._want(moment)
         if moment.joints is None:
             self.trail.add(None)
             self.tip = None
-            return Space((self._backdrop, self.trail.full, tuple(moving)), notice=notice)
+            return Space((self._backdrop, self._ahead, self.trail.full, ()), notice=notice)
         here = self.stance(moment.joints, moment.opening_mm)
         self.tip = here.tip
         self.trail.add(here.tip)
         self._turn_reach(moment.joints)
-        moving.append(self.trail.latest)
-        moving.append(figure(here))
         words = self._outline.words if self._outline is not None else ""
-        sheets = (self._backdrop, self.trail.full, (self._reach,), tuple(moving))
+        moving = (self.trail.latest, figure(here))
+        sheets = (self._backdrop, self._ahead, self.trail.full, (self._reach,), moving)
         return Space(sheets, words)
+
+    def _want(self, moment: Moment) -> None:
+        """Draw the way that is planned and the ghost at its end, where they are other ones."""
+        wanted = (moment.goal, moment.goal_opening_mm, moment.planned)
+        if wanted == self._wanted_ahead:
+            return
+        self._wanted_ahead = wanted
+        way = (Stroke(Ink.PLANNED, moment.planned),) if len(moment.planned) > 1 else ()
+        layers = [Layer(way)]
+        if moment.goal is not None:
+            layers.append(ghost(self.stance(moment.goal, moment.goal_opening_mm)))
+        self._ahead = tuple(layers)
 
     def _turn_reach(self, joints: Joints) -> None:
         """Lay this posture's outline in the arm's plane; the last one as long as it is missing."""
@@ -116,13 +129,3 @@ class Scene:
         assert self.tip is not None  # noqa: S101 - `space` has set it
         x, y, _ = self.dome.centre
         return math.atan2(self.tip[1] - y, self.tip[0] - x)
-
-
-def _wanted_layers(scene: Scene, moment: Moment) -> list[Layer]:
-    """Return the way that is planned and the ghost at its end."""
-    layers = []
-    if len(moment.planned) > 1:
-        layers.append(Layer((Stroke(Ink.PLANNED, moment.planned),)))
-    if moment.goal is not None:
-        layers.append(ghost(scene.stance(moment.goal, moment.goal_opening_mm)))
-    return layers

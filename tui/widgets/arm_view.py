@@ -139,7 +139,7 @@ class SpaceView(Widget):
         """
         filters = tuple(self.get_line_filters())
         if filters != self._filters:
-            self._filters, self._strips = filters, {}
+            self._filters, self._strips, self._styles = filters, {}, {}
         strips = [self._strip(y) for y in crop.line_range]
         if crop.column_span != (0, self.size.width):
             strips = [strip.crop(*crop.column_span) for strip in strips]
@@ -153,17 +153,18 @@ class SpaceView(Widget):
             if painted is None or y >= painted.height:
                 return Strip.blank(self.size.width, self.rich_style)
             segments = [Segment(text, self._style(ink)) for text, ink in painted.runs(y)]
-            strip = Strip(segments, painted.width)
-            for line_filter in self._filters:
-                strip = strip.apply_filter(line_filter, self.background_colors[1])
-            self._strips[y] = strip
+            strip = self._strips[y] = Strip(segments, painted.width)
         return strip
 
     def _style(self, ink: Ink) -> Style:
+        """Return how an ink looks in the present theme, as the app's filters leave it."""
         found = self._styles.get(ink)
         if found is None:
             found = self.get_component_rich_style(f"space--{ink.name.lower()}")
-            self._styles[ink] = found
+            sample = [Segment("x", found)]
+            for line_filter in self._filters:
+                sample = line_filter.apply(sample, self.background_colors[1])
+            found = self._styles[ink] = sample[0].style or found
         return found
 
     def _redraw(self) -> None:
