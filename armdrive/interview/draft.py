@@ -97,6 +97,11 @@ class Draft:
         """
         return {each.name: each.default for each in fields(self.dialect.settings())}
 
+    @property
+    def by_encoder(self) -> bool:
+        """Whether a motor step is a count of its drive's encoder, whatever the microsteps."""
+        return "rest_counts" in self.device_fields
+
     # -- joints ------------------------------------------------------------------------------
 
     @property
@@ -185,7 +190,7 @@ class Draft:
     def gearing(self, motor: str) -> Gearing:
         """Return how a motor turns its joint, from the answers."""
         answers = self.answers
-        return Gearing(answers["full_steps"], answers["microsteps"], answers[f"gear.{motor}"])
+        return Gearing(answers["full_steps"], self.get("microsteps", 1), answers[f"gear.{motor}"])
 
     def published_steps(self, motor: str) -> float:
         """Return a motor's published steps per turn (gripper: per mm), as the controller counts."""
@@ -201,5 +206,5 @@ class Draft:
         """The steps of the gripper's own motor for each mm of opening."""
         answers = self.answers
         return steps_per_mm(
-            answers["full_steps"], answers["microsteps"], answers["fingers.mm_per_turn"]
+            answers["full_steps"], self.get("microsteps", 1), answers["fingers.mm_per_turn"]
         )

@@ -65,6 +65,8 @@ class Gearing:
         return self.full_steps * self.microsteps * self.ratio.turns
 
     def __str__(self) -> str:
+        if self.microsteps == 1:
+            return f"{self.full_steps} counts a turn x {self.ratio} = {self.steps_per_turn:.6g}"
         return (
             f"{self.full_steps} full steps x {self.microsteps} microsteps x {self.ratio} "
             f"= {self.steps_per_turn:.6g}"

@@ -68,6 +68,8 @@ def _published(draft: Draft) -> bool:
 
 
 def _asks_microsteps(draft: Draft) -> bool:
+    if draft.by_encoder:
+        return False
     return _asks_gears(draft) or (draft.published_motors and draft.template.half_steps)
 
 
@@ -154,8 +156,10 @@ ROWS = (
     ),
     Row(
         "full_steps", "Full steps of a motor for one turn of its shaft?",
-        "200 for motors of 1.8 degrees, 400 for 0.9, 48 for 7.5.",
-        fixed(readers.whole(4, 10_000)), plain("200"), when=_asks_gears,
+        "200 for motors of 1.8 degrees, 400 for 0.9, 48 for 7.5. Of closed-loop drives that count "
+        "by their encoder: its counts, 16384 of the MKS drives.",
+        fixed(readers.whole(4, 1 << 20)),
+        lambda draft, _one: "16384" if draft.by_encoder else "200", when=_asks_gears,
     ),
     Row(
         "microsteps", "Microsteps for one full step?",

@@ -75,7 +75,7 @@ def _microstepped(draft: Draft) -> str:
 def _pulled(draft: Draft) -> str:
     answers = draft.answers
     return (
-        f"{answers['full_steps']} full steps x {answers['microsteps']} microsteps "
+        f"{answers['full_steps']} full steps x {answers.get('microsteps', 1)} microsteps "
         f"/ {answers['fingers.mm_per_turn']:g} mm a turn"
     )
 

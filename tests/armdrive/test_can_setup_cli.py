@@ -165,3 +165,17 @@ def test_notes_that_cannot_be_read_are_said_with_what_to_do():
     assert kept.read("bench", "y")["base"] == kept.Notes(done=True)  # steps mean something else
     assert kept.read("other", "x") == {}
     assert set(NAMES) == {each.name for each in plan_of(arm()).drives}
+
+
+def test_an_interview_about_drives_that_count_by_their_encoder_asks_for_no_microsteps(call):
+    answers = ("--template", "printed-six", "--yes")
+    file = places.arm_files().parent / "answers.toml"
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text('name = "six"\ntemplate = "printed-six"\ndialect = "mks"\n')
+    call("config", "new", "--answers", str(file), code=0)
+    table = tomllib.loads((places.arm_files() / "six.toml").read_text())
+    assert table["connection"]["dialect"] == "mks"
+    call("config", "new", "seven", *answers, code=0)
+    pulses = tomllib.loads((places.arm_files() / "seven.toml").read_text())
+    for drive, motor in zip(table["motors"], pulses["motors"], strict=False):
+        assert drive["steps_per_turn"] == pytest.approx(motor["steps_per_turn"] * 16384 / 3200)
