@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Literal, Protocol
+
+from armdrive.frames import BASE
 
 if TYPE_CHECKING:
+    from armdrive.calls.teaching import Place
+    from armdrive.flows.motion import Moved
+    from armdrive.handle import Handle
     from armdrive.intents import Jog
     from armdrive.posture import PostureRequest
+    from armdrive.preview import Preview
     from armdrive.status import Status
-    from kinematics import ArmModel
+    from kinematics import ArmModel, Pose
 
 
 class DeskArm(Protocol):
@@ -72,6 +78,41 @@ class DeskArm(Protocol):
 
     def confirm_restored(self) -> None:
         """Say that the arm stands where the last program left it; raises `ArmError`."""
+
+    # -- planned motion -------------------------------------------------------------------
+
+    @property
+    def stops(self) -> int:
+        """How often a stop was asked for."""
+
+    def pose_in(self, frame: str) -> Pose:
+        """The present pose as a frame of the arm file sees it; raises `ArmError`."""
+
+    def preview(
+        self,
+        goal: Place | None = None,
+        *,
+        line: bool = False,
+        frame: str = BASE,
+        speed: float = 1.0,
+        **joints_deg: float,
+    ) -> Preview:
+        """Return what a motion would be, or why it is refused. Moves nothing."""
+
+    def move_j(
+        self, *, speed: float = 1.0, wait: Literal[False], **joints_deg: float
+    ) -> Handle[Moved]:
+        """Begin to move the named joints; raises `ArmError`."""
+
+    def move_to(
+        self, goal: Place, *, speed: float = 1.0, frame: str = BASE, wait: Literal[False]
+    ) -> Handle[Moved]:
+        """Begin a joint motion to a pose; raises `ArmError` and `KinematicsError`."""
+
+    def move_l(
+        self, goal: Place, *, speed: float = 1.0, frame: str = BASE, wait: Literal[False]
+    ) -> Handle[Moved]:
+        """Begin a straight line to a pose; raises `ArmError` and `KinematicsError`."""
 
     def close(self) -> None:
         """Stop, and give the port back. Closing twice is no error."""

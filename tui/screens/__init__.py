@@ -42,6 +42,8 @@ class Entry:
 SCREENS = (
     Entry("jog", "f2", "jog", "Move the arm by hand, joint by joint or the tip along a line.",
           ("tui.screens.jog", "JogScreen")),
+    Entry("move", "f3", "move", "Type a goal, see what the motion would be, then move.",
+          ("tui.screens.move", "MoveScreen")),
 )  # fmt: skip
 """The first one is shown first."""
 

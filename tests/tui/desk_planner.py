@@ -1,0 +1,131 @@
+"""A fake arm that plans as a real one does, and moves at once when it is told to go."""
+
+from desk_fake import FakeArm
+
+from armdrive.calls.foreseeing import Foreseeing
+from armdrive.connecting import simulated_config
+from armdrive.dialects import dialect
+from armdrive.errors import Stopped
+from armdrive.frames import pose_in_frame
+from armdrive.goals import Ground, JointGoal, LineGoal, PoseGoal, PostureGoal
+from armdrive.legs import Speeds
+from armdrive.pointbook import points_of
+from armdrive.points import Point
+from armdrive.preview import preview_goal
+from armdrive.status import State
+from armdrive.whereabouts import Coordinates
+from kinematics import Motors, Pose
+
+CONFIG = simulated_config("teachmover")
+CONTROLLER = dialect("teachmover").controller(CONFIG)
+
+
+class Going:
+    """A motion that ends when it is waited for."""
+
+    def __init__(self, arm, joints):
+        self.arm, self.joints, self.cancelled = arm, joints, False
+
+    def cancel(self):
+        self.cancelled = True
+
+    def wait(self):
+        self.arm.during(self)
+        if self.cancelled:
+            raise Stopped("the motion was stopped before its goal")
+        self.arm.stand_at(self.joints)
+
+
+class PlannerArm(FakeArm):
+    """Previews are the real ones; `during` is called while a motion would be under way."""
+
+    frames = ("base", "tool")
+    stops = 0
+
+    def __init__(self, **more):
+        super().__init__(**more)
+        self.during = lambda _: None
+        self.asked_for = []
+        self.previews = 0
+        self.hindrance = None
+        self.points = points_of(CONFIG, self.here)
+        self.gripper = self
+
+    def here(self):
+        return Point(self.status.joints, self.status.gripper_mm)
+
+    def stand_at(self, joints):
+        steps, _ = Motors(round(angle * 1000) for angle in (*joints, 0.0)), None
+        pose = CONFIG.model.arm.fk(joints)
+        self.set(joints=joints, pose=pose, acknowledged=steps, state=State.STANDBY)
+
+    def request_stop(self):
+        super().request_stop()
+        self.stops += 1
+
+    def pose_in(self, frame):
+        return pose_in_frame(CONFIG, self.status.pose, frame)
+
+    def preview(self, goal=None, *, line=False, frame="base", speed=1.0, **joints_deg):
+        self.previews += 1
+        return preview_goal(
+            self._ground(), CONTROLLER, self._goal(goal, line, frame, joints_deg), speed,
+            self.hindrance,
+        )  # fmt: skip
+
+    def move_j(self, *, speed, wait, **joints_deg):
+        return self._begin(JointGoal(joints_deg), speed, wait)
+
+    def move_to(self, goal, *, speed, frame="base", wait=False):
+        return self._begin(self._goal(goal, False, frame, {}), speed, wait)
+
+    def move_l(self, goal, *, speed, frame="base", wait=False):
+        return self._begin(self._goal(goal, True, frame, {}), speed, wait)
+
+    def go(self, place, *, how="joint", speed=1.0):
+        return self._begin(self._goal(place, how == "line", "base", {}), speed, False)
+
+    def sleep(self, time_s):
+        self.calls.append(("sleep", time_s))
+
+    def open(self, opening_mm=None, *, speed=1.0):
+        self.calls.append(("open", opening_mm, speed))
+
+    def pause(self):
+        self.calls.append(("pause",))
+        self.set(paused=True)
+
+    def resume(self):
+        self.calls.append(("resume",))
+        self.set(paused=False)
+
+    def _ground(self):
+        return Ground(CONFIG, _speeds(), Coordinates(self.status.joints, 0.0))
+
+    def _goal(self, goal, line, frame, joints_deg):
+        if goal is None:
+            return JointGoal(joints_deg)
+        if isinstance(goal, str):
+            goal = self.points[goal]
+        if isinstance(goal, Pose):
+            return LineGoal(goal, frame) if line else PoseGoal(goal, frame)
+        if line:
+            return LineGoal(CONFIG.model.arm.fk(goal.joints), posture=goal.joints)
+        return PostureGoal(goal.joints)
+
+    def _begin(self, goal, speed, wait):
+        assert wait is False
+        self.asked_for.append((goal, speed))
+        return Going(self, goal.plan(self._ground(), speed).end.joints)
+
+
+def _speeds():
+    return Speeds(
+        CONFIG.model.joint_speeds_rad_s,
+        CONFIG.model.gripper_speed_mm_s,
+        CONTROLLER.usable_rate_hz(1e9),
+        CONFIG.model.transmission,
+    )
+
+
+assert Foreseeing.preview.__kwdefaults__.keys() <= PlannerArm.preview.__kwdefaults__.keys()

@@ -1,0 +1,86 @@
+"""One planned motion asked for at a screen: seen first, confirmed twice, begun, stopped with all.
+
+Two presses of a key confirm. A key that is held repeats, so that the second press counts only
+once no third one has followed it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from armdrive.flows.motion import Moved
+    from armdrive.handle import Handle
+    from armdrive.preview import Preview
+    from kinematics import Joints
+    from tui.arm_port import DeskArm
+
+QUIET_S = 0.3
+"""So long nothing may follow the second press: a key that is held repeats sooner."""
+
+ASKED_FOR_S = 10.0
+"""A first press that is older has been forgotten."""
+
+
+@dataclass(slots=True)
+class Twice:
+    """Two presses of one key, with a pause behind them; a held key is none."""
+
+    clock: Callable[[], float]
+    _presses: list[float] = field(default_factory=list)
+
+    @property
+    def waiting(self) -> bool:
+        """Whether a first press waits for its second one."""
+        return len(self._presses) == 1
+
+    def press(self) -> None:
+        """Take a press."""
+        now_s = self.clock()
+        if self._presses and now_s - self._presses[-1] > ASKED_FOR_S:
+            self._presses = []
+        self._presses.append(now_s)
+
+    def due(self) -> bool:
+        """Tell, once, whether two presses were meant; more of them were a held key."""
+        if self.waiting and self.clock() - self._presses[-1] > ASKED_FOR_S:
+            self.forget()
+        if len(self._presses) < 2 or self.clock() - self._presses[-1] < QUIET_S:
+            return False
+        meant = len(self._presses) == 2
+        self.forget()
+        return meant
+
+    def forget(self) -> None:
+        """Take everything back."""
+        self._presses = []
+
+
+def carried_out(arm: DeskArm, begin: Callable[[], Handle[Moved]], stops: int) -> Moved:
+    """Begin a motion and wait for its end; a stop that was asked for since `stops` ends it too."""
+    handle = begin()
+    if arm.stops != stops:  # it came while this was on its way to the arm
+        handle.cancel()
+    return handle.wait()
+
+
+@dataclass(slots=True)
+class Progress:
+    """How far along a previewed way the arm has been seen; it only ever goes on."""
+
+    preview: Preview
+    index: int = 0
+
+    def seen(self, joints: Joints | None) -> float:
+        """Take a look at the arm; return the share of the way behind it, 0 to 1."""
+        ahead = self.preview.postures
+        if joints is not None and self.index < len(ahead):
+            near = min(
+                range(self.index, len(ahead)),
+                key=lambda index: math.dist(ahead[index].angles_rad, joints.angles_rad),
+            )
+            self.index = near
+        return self.index / max(len(ahead) - 1, 1)

@@ -1,0 +1,120 @@
+"""The keys that fill in a goal: typing, stepping, mode, frame, and what was possible instead."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from textual import events
+
+from armdrive.errors import ArmError
+from armdrive.frames import BASE, TOOL
+from armdrive.status import Status
+from tui.errand import Twice
+from tui.goal_form import DIGITS, Form, present_of
+from tui.screens.base import DeskScreen
+
+if TYPE_CHECKING:
+    from armdrive.preview import Preview
+    from kinematics import Joints, Pose
+
+
+class FormKeys(DeskScreen):
+    """A screen with a form. Every change of it takes a first press of a confirmation back."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        arm = self.desk.arm
+        geometry = arm.model.arm
+        self.form = Form(geometry.joint_names, geometry.has_yaw, arm.frames)
+        self.confirming = Twice(self.desk.clock)
+        self.preview: Preview | None = None
+        """What the form would lead to, as soon as that is worked out."""
+
+    def present(self, status: Status) -> dict[str, float]:
+        """Return where the arm is, in the form's mode and frame."""
+        pose: Pose | None = status.pose
+        if self.form.cartesian and self.form.frame not in (BASE, TOOL) and pose is not None:
+            try:
+                pose = self.desk.arm.pose_in(self.form.frame)
+            except ArmError:
+                pose = None
+        return present_of(self.form, status, pose)
+
+    def on_key(self, event: events.Key) -> None:
+        """Type into the field; other keys go on to the table of keys."""
+        if event.character is not None and event.character in DIGITS:
+            event.stop()
+            event.prevent_default()
+            self._change(self.form.typed(event.character))
+
+    def _change(self, form: Form) -> None:
+        """Take another form; a first press was meant for the one before."""
+        self.confirming.forget()
+        self.form = form
+        self.desk.show()
+
+    def action_field(self, by: int) -> None:
+        """Go to another field."""
+        self._change(self.form.moved(by))
+
+    def action_step(self, sign: int) -> None:
+        """Change the field by a step."""
+        present = self.present(self.desk.status)
+        self._change(self.form.stepped(sign, present.get(self.form.name)))
+
+    def action_erase(self) -> None:
+        """Take the last character of the field away."""
+        self._change(self.form.erased())
+
+    def action_clear(self) -> None:
+        """Empty all fields."""
+        self._change(self.form.cleared())
+
+    def action_mode(self) -> None:
+        """Switch between joint angles and poses."""
+        self._change(self.form.other_mode())
+
+    def action_line(self) -> None:
+        """Switch between a straight line and a joint motion."""
+        if self.form.cartesian:
+            self._change(self.form.other_way())
+        else:
+            self.desk.say("a straight line is of a pose: switch the mode first")
+
+    def action_frame(self) -> None:
+        """Mean the pose in the next frame."""
+        if self.form.cartesian:
+            self._change(self.form.next_frame())
+        else:
+            self.desk.say("frames are of poses: switch the mode first")
+
+    def action_speed(self, by: int) -> None:
+        """Move faster or more slowly."""
+        self._change(self.form.with_speed(by))
+
+    def action_step_size(self, by: int) -> None:
+        """Make the arrows' step smaller or larger."""
+        self._change(self.form.with_step(by))
+
+    def action_nearest(self) -> None:
+        """Ask for what is possible instead of a goal that was refused."""
+        nearest = self.preview.nearest if self.preview is not None else None
+        if nearest is None:
+            self.desk.say("nothing was refused for which there is something nearer")
+        elif self.form.cartesian:
+            self._change(self.form.at_pose(nearest.pose))
+        else:
+            self._change(self.form.at_joints(nearest.joints))
+
+    def action_posture(self) -> None:
+        """Ask for the next posture at this goal that is allowed, by its joints."""
+        ways = [way for way in (self.preview.ways if self.preview else ()) if way.allowed]
+        others = [way for way in ways if not way.taken]
+        if not others:
+            self.desk.say("no other posture that is allowed holds the hand there")
+        else:
+            self._change(self.form.at_joints(others[0].joints))
+
+    def ask_for(self, joints: Joints) -> None:
+        """Ask for a posture that another screen knows."""
+        self._change(self.form.at_joints(joints))
