@@ -25,6 +25,9 @@ from tapping import tapped
 from wire_use import START, path
 
 from armdrive.arm import Arm
+from armdrive.errors import ArmError
+from armdrive.flows.motion import Moved
+from armdrive.handle import Handle
 from armdrive.transports.can_timing import frame_bits
 from firmware_protocol.frames import Frame, Unpacker
 from firmware_protocol.mks import Code
@@ -139,7 +142,7 @@ def measure(options: Options, rate: str) -> Iterator[Figures]:
             bare.begin()
             began_s, began_cpu_s = time.monotonic(), time.process_time()
             handle = arm.move_path(lap * options.times, wait=False)
-            moved = handle.wait()
+            fault = ended(handle)
             cpu_s = time.process_time() - began_cpu_s
             wall_s = time.monotonic() - began_s
         floor = bare.end()
@@ -155,7 +158,17 @@ def measure(options: Options, rate: str) -> Iterator[Figures]:
     yield Figures(rate, "one core, used by the driver", "%", [Measured(cpu_s / wall_s * 100.0)])
     yield Figures(rate, "the bus, used both ways", "%", [Measured(bus_share * 100.0, 100.0)])
     yield Figures(rate, "frames a second", "", [Measured(wire.frames / wall_s)])
-    yield Figures(rate, "the motion", "s", [Measured(moved.duration_s)])
+    yield Figures(rate, "the motion", "s", [Measured(wall_s)])
+    yield Figures(rate, f"motions that ended in a fault{fault}", "", [Measured(bool(fault), 0.0)])
+
+
+def ended(handle: Handle[Moved]) -> str:
+    """Wait for the end of a motion; return what went wrong, empty where nothing did."""
+    try:
+        handle.wait()
+    except ArmError as error:
+        return f": {error}"
+    return ""
 
 
 def _missed(found: list[float], period_s: float) -> Measured:

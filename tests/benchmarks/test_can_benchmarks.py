@@ -100,8 +100,11 @@ def test_a_killed_program_leaves_drives_that_stop(capsys, monkeypatch):
     monkeypatch.setattr(can_silence, "GUARDS", {"steered": can_silence.GUARDS["steered"][:1]})
     monkeypatch.setattr(can_silence, "SILENCES", can_silence.SILENCES[:1])
     _, rows = run(capsys, can_silence, "steered", "--quick")
-    assert {unit for _, unit in rows} == {"ms", "mm"}
-    assert all(row["worst"] > 0.0 for row in rows.values())
+    stood, moved, way = rows.values()
+    assert (stood["unit"], moved["unit"], way["unit"]) == ("ms", "ms", "mm")
+    assert moved["worst"] <= stood["worst"]
+    assert {row["bound"] for row in (stood, moved)} == {stood["bound"]}
+    assert way["worst"] > 0.0
 
 
 @needs_pty
