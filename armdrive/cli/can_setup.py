@@ -24,9 +24,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from armdrive import places
+from armdrive.cli.can_choosing import chosen_port
 from armdrive.cli.can_person import TerminalPerson
 from armdrive.cli.choosing import add_json_option
-from armdrive.cli.config_asking import agree, ask_value
+from armdrive.cli.config_asking import agree
 from armdrive.cli.output import emit, say
 from armdrive.commissioning import notes as kept
 from armdrive.commissioning.armtext import merged, signs_of, text_of
@@ -34,13 +35,13 @@ from armdrive.commissioning.carrier import Carrier, Person, SimulatedClock
 from armdrive.commissioning.plan import Plan, plan_of
 from armdrive.commissioning.walk import Outcome, walk
 from armdrive.errors import BadRequest, OperatorNeeded
-from armdrive.interview.rows import Question
 
 if TYPE_CHECKING:
     from armdrive.armfile import ArmConfig
     from armdrive.doctor.carrying import Clock
     from armdrive.transports.link import Link
 
+ADAPTERS = (__doc__ or "").partition("The adapter, exactly:\n")[2].rstrip()
 DIALECT = "mks"
 DONE, UNFINISHED = 0, 1
 BEFORE = ".before"
@@ -70,6 +71,11 @@ def run(options: argparse.Namespace) -> int:
         )
     config = _config(options.name)
     plan = plan_of(config)
+    if not (options.json or _path(options.name).is_file()):
+        say(
+            f"No arm file is called {options.name} yet: its arm is taken for a {config.title}. For "
+            "another arm write its file first, by `armdrive config new` say."
+        )
     if simulated:
         return _practise(config, plan, options, alone=alone)
     return _commission(config, plan, options)
@@ -100,7 +106,7 @@ def _commission(config: ArmConfig, plan: Plan, options: argparse.Namespace) -> i
     """Commission real drives."""
     from armdrive.doctor.carrying import RealClock
 
-    port = options.port or _known_port(config) or _chosen_port()
+    port = options.port or _known_port(config) or chosen_port(ADAPTERS)
     notes = kept.read(plan.name, config.calibration)
     with _opened(config, port) as link:
         keep = lambda found: kept.write(plan.name, config.calibration, found)  # noqa: E731
@@ -145,31 +151,6 @@ def _known_port(config: ArmConfig) -> str:
 
     wire = config.connection
     return Wiring(config).find() if wire.port or wire.usb_serial else ""
-
-
-def _chosen_port() -> str:
-    """Have the person choose an adapter of those that the system knows, or write one."""
-    from armdrive.transports.can_address import is_can
-    from armdrive.transports.can_ports import list_can_ports
-    from armdrive.transports.ports import list_ports
-
-    ports = list_ports()
-    found = list_can_ports(ports)
-    say((__doc__ or "").partition("The adapter, exactly:\n")[2].rstrip())
-    lines = tuple((each.port, each.todo or each.description) for each in found)
-
-    def read(line: str) -> str:
-        if line.isdecimal() and 1 <= int(line) <= len(lines):
-            return lines[int(line) - 1][0]
-        if not is_can(line):
-            from armdrive.interview.readers import WrongAnswer
-
-            raise WrongAnswer("write the adapter's line, can:slcan:/dev/ttyACM0?bitrate=500000 say")
-        return line
-
-    default = lines[0][0] if len(lines) == 1 else None
-    why = "With slcan firmware a CANable is a serial port, with candleLight it is none."
-    return str(ask_value(Question("", "Which adapter?", why, read, default, lines)))
 
 
 def _practise(config: ArmConfig, plan: Plan, options: argparse.Namespace, *, alone: bool) -> int:

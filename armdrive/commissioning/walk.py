@@ -14,6 +14,7 @@ from armdrive.commissioning.notes import Notes
 from armdrive.commissioning.plan import Plan, Planned
 from armdrive.commissioning.setting import settle
 from armdrive.commissioning.trying import try_out
+from armdrive.doctor.can_survey import listen
 from firmware_protocol.mks import COUNTS_PER_TURN, TARGET_MAX, Ability, Done, Event, Mode, SetZero
 
 FAR = TARGET_MAX // 4
@@ -51,6 +52,8 @@ def walk(plan: Plan, notes: dict[str, Notes], *, again: bool = False) -> Talk[Ou
     Ended at any question, it goes on there with the notes that were kept by then.
     """
     yield from _introduce(plan, notes, again=again)
+    if (yield from _others_command()):
+        return Outcome(notes, tuple(each.name for each in plan.drives))
     left_out = []
     for drive in plan.order:
         yield from say("", f"--- {drive.title}")
@@ -74,6 +77,17 @@ def _introduce(plan: Plan, notes: Mapping[str, Notes], *, again: bool) -> Talk[N
     done = [each.name for each in plan.drives if notes.get(each.name, Notes()).done]
     if done and not again:
         yield from say(f"Done in an earlier run: {', '.join(done)}; --again does them once more.")
+
+
+def _others_command() -> Talk[bool]:
+    """Tell whether another program is heard to command drives: two would set and move the same."""
+    heard = yield from listen()
+    if heard.commands:
+        yield from say(
+            "Another program commands drives on this bus: end it first, then begin again. "
+            "`armdrive can monitor` shows what it says. Nothing was asked or set."
+        )
+    return bool(heard.commands)
 
 
 def one(plan: Plan, drive: Planned, notes: dict[str, Notes], *, again: bool) -> Talk[bool]:
