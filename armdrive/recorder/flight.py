@@ -19,7 +19,13 @@ from armdrive.recorder.entries import Entry, Kind
 from armdrive.recorder.files import free_path, write_recording
 from armdrive.recorder.header import header_of
 from armdrive.recorder.ring import Ring
-from armdrive.recorder.words import call_words, error_words, event_words, request_words
+from armdrive.recorder.words import (
+    call_words,
+    coded_words,
+    error_words,
+    event_words,
+    request_words,
+)
 from armdrive.status import State
 from kinematics.errors import KinematicsError
 
@@ -101,7 +107,9 @@ class FlightRecorder:
         core = self._core
         if core is None:
             return
-        seen = (core.shift, core.state, core.belief, core.current, core.notice, core.error)
+        notice = coded_words(core.notice_code, core.notice)
+        error = coded_words(core.error_code, core.error)
+        seen = (core.shift, core.state, core.belief, core.current, notice, error)
         before = self._seen
         if seen == before:
             return
@@ -160,6 +168,11 @@ class FlightRecorder:
             return target
 
         return write
+
+    def since(self, number: int, most: int, back: int) -> tuple[int, tuple[Entry, ...]]:
+        """Return entries from a number on, no more than `most` and none further `back`."""
+        self._empty()
+        return self.ring.since(number, most, back)
 
     def close(self) -> None:
         """Wait until what is being written is on the disk."""

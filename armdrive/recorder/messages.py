@@ -10,8 +10,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
+from armdrive.controllers.teachmover import FIRST_LINE
 from armdrive.recorder import messages_mks
 from armdrive.recorder.weighing import Message, Splitter, Weight
+from armdrive.wording import armdroid, grbl, wording
 from firmware_protocol import robko01
 from firmware_protocol.armdroid.wire import decode_answer as armdroid_answer
 from firmware_protocol.errors import ProtocolError, RemoteProtocolError
@@ -99,6 +101,8 @@ def _hexadecimal(data: bytes) -> str:
 
 
 def _teachmover_request(data: bytes) -> object:
+    if data == FIRST_LINE:
+        return "moves nothing, and makes an Armdroid harmless that somebody took for a TeachMover"
     return decode_command(data.strip().lstrip(b"@"))
 
 
@@ -127,8 +131,8 @@ def _frame(data: bytes) -> Frame:
 class Talk:
     """How one dialect is cut into messages and put into words.
 
-    `sent` reads what a host writes at once, None where it can be read as it stands; `heard` reads
-    one message; `shown` writes bytes for people.
+    `sent` reads what a host writes at once, as a message or in words; `heard` reads one message;
+    `shown` writes bytes for people. None where nothing is known of the dialect.
     """
 
     splitter: Callable[[], Splitter]
@@ -144,7 +148,7 @@ class Talk:
     def words(self, data: bytes, read: Callable[[bytes], object] | None) -> str:
         """Return what bytes mean; nothing where that is not known."""
         try:
-            return "" if read is None else repr(read(data))
+            return "" if read is None else wording(read(data))
         except ProtocolError:
             return "unreadable"
 
@@ -153,8 +157,10 @@ TALKS: Mapping[str, Talk] = MappingProxyType(
     {
         "teachmover": Talk(lambda: Lines(b"\r\n", _answer), decode_reply, _teachmover_request),
         "robko01": Talk(Frames, _robko01_answer, _robko01_request, _hexadecimal),
-        "armdroid": Talk(lambda: Lines(b"\r\n", _armdroid_message), armdroid_answer),
-        "grbl": Talk(lambda: Lines(b"\r\n", _grbl_message), grbl_answer),
+        "armdroid": Talk(
+            lambda: Lines(b"\r\n", _armdroid_message), armdroid_answer, armdroid.commands
+        ),
+        "grbl": Talk(lambda: Lines(b"\r\n", _grbl_message), grbl_answer, grbl.lines),
         "mks": Talk(
             messages_mks.PackedFrames,
             messages_mks.heard,

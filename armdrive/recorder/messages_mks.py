@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from armdrive.recorder.weighing import Message, Weight
+from armdrive.wording import wording
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.frames import Frame, Unpacker, pack
 from firmware_protocol.mks import MOTION_CODES, SETTING_CODES, Code
@@ -35,16 +36,6 @@ def _message(frame: Frame) -> Message:
     return Message(data, Weight.MOMENT, code)
 
 
-class Words(str):
-    """Words that are shown as they are."""
-
-    __slots__ = ()
-
-    def __repr__(self) -> str:
-        """Return the words."""
-        return str(self)
-
-
 def heard(data: bytes) -> object:
     """Return what one answer means. Raises `RemoteProtocolError`."""
     return _words(data, _answer)
@@ -60,11 +51,14 @@ def shown(data: bytes) -> str:
     return " ".join(map(str, Unpacker().feed(data)))
 
 
-def _words(data: bytes, read: Callable[[Frame], object]) -> Words:
-    frames = Unpacker().feed(data)
-    if not frames:
+def _words(data: bytes, read: Callable[[Frame], object]) -> str:
+    """Return what frames mean; drives that are told the same stand together."""
+    told: dict[str, list[str]] = {}
+    for frame in Unpacker().feed(data):
+        told.setdefault(wording(read(frame)), []).append(str(frame.can_id))
+    if not told:
         raise RemoteProtocolError("no frame")
-    return Words(", ".join(f"{frame.can_id}: {read(frame)!r}" for frame in frames))
+    return "; ".join(f"{' '.join(drives)}: {words}" for words, drives in told.items())
 
 
 def _answer(frame: Frame) -> object:

@@ -7,6 +7,7 @@ device) are kept, so that a simulated twin can still be brought to where the res
 from __future__ import annotations
 
 from collections import deque
+from itertools import islice
 
 from armdrive.recorder.entries import WIRE, Entry, Kind
 
@@ -38,6 +39,8 @@ class Ring:
     ) -> None:
         self.bytes = 0
         self.dropped = 0
+        self.added = 0
+        """How many entries there ever were: the number of the next one."""
         self._longest_s = longest_s
         self._most_bytes = most_bytes
         self._most_opening_bytes = most_opening_bytes
@@ -55,6 +58,7 @@ class Ring:
     def add(self, entry: Entry) -> None:
         """Remember an entry, and forget the oldest where there are too many."""
         size = ENTRY_BYTES + len(entry.what)
+        self.added += 1
         if self._open:
             self._opening.append(entry)
             self._opening_bytes += size
@@ -76,6 +80,21 @@ class Ring:
         ended_s = self._lasting[-1].time_s if self._lasting else begun_s
         last = Entry(ended_s, Kind.GAP, "from here on nothing is missing")
         return (*self._opening, first, *self._lasting, last, *self._entries)
+
+    def since(self, number: int, most: int, back: int) -> tuple[int, tuple[Entry, ...]]:
+        """Return at most so many entries from a number on, and the number of the first of them.
+
+        That number is higher than the one asked for where what was asked for has gone, or lies
+        further `back` than so many entries. What it takes grows with what has come since, and not
+        with what is remembered.
+        """
+        begun, kept = len(self._opening), len(self._entries)
+        first = max(number, self.added - back, 0)
+        if first < begun:
+            return first, tuple(self._opening[first : first + most])
+        first = max(first, self.added - kept)
+        latest = islice(reversed(self._entries), max(self.added - first, 0))
+        return first, tuple(latest)[::-1][:most]
 
     def _drop(self) -> None:
         entry = self._entries.popleft()

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
 
     from armdrive.controllers.requests import Event, Request
     from armdrive.core import Core
+    from armdrive.recorder.entries import Entry
 
 
 class Witness(Protocol):
@@ -61,6 +62,9 @@ class Witness(Protocol):
     def snapshot(self, why: str) -> Callable[[Path | None], Path]:
         """Return what writes all that is remembered now, to a named file or one of its own."""
 
+    def since(self, number: int, most: int, back: int) -> tuple[int, tuple[Entry, ...]]:
+        """Return entries from a number on, and the number of the first; see `Ring.since`."""
+
     def close(self) -> None:
         """Finish what is being written."""
 
@@ -109,12 +113,20 @@ class NoWitness:
 
     def snapshot(self, why: str) -> Callable[[Path | None], Path]:  # noqa: ARG002 - no reason helps
         """Raise `WrongState`: nothing was recorded."""
-        from armdrive.errors import WrongState
+        raise _nothing()
 
-        raise WrongState("this arm was connected without a flight recorder: nothing was recorded")
+    def since(self, number: int, most: int, back: int) -> tuple[int, tuple[Entry, ...]]:  # noqa: ARG002
+        """Raise `WrongState`: nothing is recorded."""
+        raise _nothing()
 
     def close(self) -> None:
         """Nothing is being written."""
+
+
+def _nothing() -> Exception:
+    from armdrive.errors import WrongState
+
+    return WrongState("this arm was connected without a flight recorder: nothing was recorded")
 
 
 NO_WITNESS = NoWitness()

@@ -47,7 +47,7 @@ def test_a_replay_that_agrees_prints_the_timeline_and_ends_well(call, recording)
     out = call("replay", recording, code=0).out
     assert "call: move_motors(0, 0, 0, 0, 5, 0)" in out
     assert r"-> @STEP" in out
-    assert "Step(speed=" in out
+    assert "step at speed" in out
     assert "the twin answered as the arm did" in out.splitlines()[-1]
 
 
@@ -69,7 +69,7 @@ def test_the_replay_is_one_json_document_and_the_timeline_one_a_line(call, parte
     assert view["parting"]["twin_state"]["moving"] is False
     shown = call("replay", parted, "--show", "--json", code=0).json_lines
     assert len(shown) == view["entries"]
-    assert any(each.get("words", "").startswith("Step(") for each in shown)
+    assert any(each.get("words", "").startswith("step at speed") for each in shown)
 
 
 def test_the_twin_can_be_set_and_wrong_settings_are_refused(call, recording):

@@ -1,0 +1,112 @@
+"""What passes on the wire is told in words, in every dialect, and nothing in it is unreadable."""
+
+from __future__ import annotations
+
+import pytest
+from recorder_bench import recorded_arm
+
+from armdrive.controllers.teachmover import FIRST_LINE
+from armdrive.recorder.entries import WIRE, Kind
+from armdrive.recorder.messages import TALKS, talk
+from armdrive.recorder.timeline import Teller
+from armdrive.wording import wording
+from firmware_protocol.frames import Frame, pack
+from firmware_protocol.teachmover.messages import Close, Delay, Key, Registers, Status
+
+
+def sent(dialect, data):
+    row = talk(dialect)
+    return row.words(data, row.sent)
+
+
+SENT = [
+    (
+        "teachmover",
+        b"@STEP 214,37,0,-4,0,0,0\r",
+        "step at speed 214: base +37, elbow -4",
+    ),
+    ("teachmover", b"@STEP 214,0,0,0,0,0,0,5\r", "step at speed 214: no motor; outputs 5"),
+    ("teachmover", b"@READ\r", "read the registers"),
+    ("teachmover", b"@RESET\r", "zero the registers and switch the motors off"),
+    ("teachmover", b"@NONSENSE\r", "unreadable"),
+    (
+        "teachmover",
+        FIRST_LINE,
+        "moves nothing, and makes an Armdroid harmless that somebody took for a TeachMover",
+    ),
+    ("robko01", bytes.fromhex("aa 01 01 0b ab 0a"), "read the positions"),
+    ("armdroid", b"6,20-d", "move the base by -20"),
+    ("armdroid", b"d", "empty what is kept"),
+    ("armdroid", b"3-,0,0,0,0,12D", "move: gripper -3, base +12"),
+    ("armdroid", b"9,4-g", "keep these numbers and tell them: gripper +9, left wrist -4"),
+    ("armdroid", b"oD", "read the offsets; move by the numbers that are kept"),
+    ("armdroid", b"0t", "switch the motors off"),
+    ("armdroid", b"9z", "z: no command of the sketch"),
+    ("grbl", b"?", "status"),
+    ("grbl", b"\x18", "soft reset"),
+    ("grbl", b"G91G1F11014Y+8Z+3\n!", "feed hold; relative straight: feed 11014, Y +8, Z +3"),
+    ("grbl", b"$J=G91X-5F300\n", "jog relative: X -5, feed 300"),
+    ("grbl", b"$$\n$X\n", "read the settings; unlock"),
+    ("grbl", b"$110=500\n", "set $110=500"),
+    ("grbl", b"G21G94\n", "set the modes"),
+    ("grbl", b"))GG\n", "no G-code"),
+    ("mks", pack(Frame(3, bytes.fromhex("f301f7"))), "3: switch the motor on"),
+    (
+        "mks",
+        pack(Frame(1, bytes.fromhex("3132"))) + pack(Frame(2, bytes.fromhex("3133"))),
+        "1 2: read encoder",
+    ),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("dialect", "data", "words"), SENT)
+def test_what_a_host_writes_is_told_in_words(dialect, data, words):
+    assert sent(dialect, data) == words
+
+
+HEARD = [
+    ("teachmover", b"1", "done"),
+    ("teachmover", b"2", "the pendant's STOP key was pressed"),
+    (
+        "teachmover",
+        b"1,-2,3,4,5,6,0",
+        "registers: base 1, shoulder -2, elbow 3, right wrist 4, left wrist 5, gripper 6",
+    ),
+    ("armdroid", b"torque = disabled", "the motors are off"),
+    ("grbl", b"ok", "taken"),
+    ("grbl", b"error:9", "refused (9): locked: alarm or jog"),
+    ("grbl", b"ALARM:1", "alarm 1: "),
+    ("grbl", b"<Run|MPos:1.000,-2.500|FS:300,0|Bf:12,200>", "Run at 1 -2.5, feed 300"),
+    ("mks", pack(Frame(4, bytes.fromhex("3100000000000136"))), "4: the encoder is at 1"),
+]
+
+
+@pytest.mark.parametrize(("dialect", "data", "words"), HEARD)
+def test_what_a_device_says_is_told_in_words(dialect, data, words):
+    assert talk(dialect).words(data, talk(dialect).heard).startswith(words)
+
+
+def test_any_message_has_words_of_its_name_and_its_fields():
+    assert wording(Delay(12)) == "delay: count 12"
+    assert wording(Close()) == "close the gripper until its switch trips"
+    assert wording(Close(90)) == "close the gripper until its switch trips at speed 90"
+    pressed = Registers((0,) * 6, Key.STOP, 3)
+    assert wording(pressed).endswith("; last key stop; inputs 3")
+    assert wording(Status.FAILED) == "failed, or not understood"
+    assert wording("as it is") == "as it is"
+
+
+@pytest.mark.parametrize("dialect", sorted(TALKS))
+def test_a_whole_session_has_words_and_none_of_them_is_python(dialect):
+    arm = recorded_arm(dialect)
+    arm.move_motors(0, 0, 0, 0, 3, 0)
+    entries = arm.witness.ring.entries()
+    arm.close()
+    teller = Teller(dialect)
+    told = [(entry, teller.meaning(entry)) for entry in entries if entry.kind in WIRE]
+    assert all(words for entry, words in told if entry.kind is Kind.SENT)
+    assert any(words for entry, words in told if entry.kind is Kind.HEARD)
+    for _, words in told:
+        assert not {"(", "<", "unreadable"} & set(words.split()[:1])
+        assert "()" not in words
+        assert "=<" not in words
