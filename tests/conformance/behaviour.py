@@ -84,6 +84,11 @@ def board_reset(bench: Bench) -> str:
     return "" if _is(bench, Resettable) else "its board has no reset of its own"
 
 
+def on_bus(bench: Bench) -> str:
+    """Drives of their own on a CAN bus."""
+    return "" if bench.row.can else "it is not on a CAN bus"
+
+
 def own_homing(bench: Bench) -> str:
     """A controller that homes by switches."""
     return "" if bench.abilities.own_homing else "its controller does not home by switches"

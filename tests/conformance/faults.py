@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from .behaviour import Rule, board_reset, limit_switches
+from .behaviour import Rule, board_reset, limit_switches, on_bus
 from .bench import Bench
 
 
@@ -74,4 +74,21 @@ FAULTS: tuple[Fault, ...] = (
     Fault("a motor stalls", ("stall 1",), evident=False, idle=False),
     Fault("a limit switch sticks closed", ("switch 1 closed",), needs=(limit_switches,)),
     Fault("a limit switch sticks open", ("switch 1 open",), needs=(limit_switches,)),
+    # what is told to the one moves the other
+    Fault("two drives have one id", ("drive-id 2 3",), strays=_always, needs=(on_bus,)),
+    *(
+        Fault(name, tuple(words), needs=(on_bus,))
+        for name, *words in (
+            ("frames are lost on the bus", "lose-frame 0.1 --for 1"),
+            ("frames come twice on the bus", "double-frame 0.3 --for 1"),
+            ("frames overtake each other on the bus", "overtake 0.3 --for 1"),
+            ("the adapter leaves the bus", "bus-off"),
+            ("nobody acknowledges on the bus", "alone"),
+            ("a drive falls mute", "drive-mute 2"),
+            ("a drive loses its supply", "drive-dead 2"),
+            ("a drive begins anew", "drive-reset 2"),
+            ("a drive is given another mode", "drive-mode 2 2"),
+            ("a drive does not say done", "no-done 2"),
+        )
+    ),
 )
