@@ -69,7 +69,8 @@ def _other_mode(stage: Stage) -> str:
 
 def _other_id(stage: Stage) -> str:
     node = stage.draw.randint(1, 7)
-    return ask(stage, f"drive-id {motor(stage)} {node} --for {stage.draw.choice((0.5, 3.0))}")
+    words = f"drive-id {motor(stage)} {node} --for {stage.draw.choice((0.5, 3.0))}"
+    return ask(stage, words, strays=True)  # what is told to the one moves the other
 
 
 def _no_done(stage: Stage) -> str:
