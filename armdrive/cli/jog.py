@@ -2,6 +2,7 @@
 
 Holding a key jogs, releasing it stops; space always stops. The screen shows its keys. A link that
 was lost is looked for by L, or by itself with --reconnect; the arm then stands in error-stop.
+With --model a named system of the lecture notes, or a link table, is jogged with no arm at all.
 """
 
 from __future__ import annotations
@@ -37,6 +38,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--show-keys", action="store_true", help="print all keys with their ids, and open nothing"
     )
+    parser.add_argument(
+        "--model",
+        nargs="?",
+        const="",
+        metavar="NAME",
+        help="a named system or a .toml file, with no arm connected; without NAME: list them",
+    )
     add_arm_options(parser)
 
 
@@ -47,6 +55,10 @@ def run(options: argparse.Namespace) -> int:
     keys = load_keys(options.keys)  # what is wrong with it is said before anything is opened
     if options.show_keys:
         return _show_keys(keys, json=options.json)
+    if options.model is not None:
+        from armdrive.cli.jog_model import jog_model
+
+        return jog_model(options, keys)
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
         raise BadRequest("jogging needs a terminal; scripts use jog_j() and jog_l()")
     from tui import run_desk

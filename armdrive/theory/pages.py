@@ -8,13 +8,13 @@ from collections.abc import Iterator, Sequence
 
 from armdrive.theory.study import Study
 from kinematics.frames import IN_PLACE, Transform, position_of
+from kinematics.links import Convention, JointKind
 from kinematics.named_singularities import Lost
 from kinematics.own_jacobian import ROW_NAMES
 from kinematics.systems import NamedBranch
-from kinematics.tables import table_text
 from kinematics.worked_symbols import symbolic_chain_example, symbolic_sections
 from kinematics.worked_symbols import symbolic_system_example as symbolic_system
-from kinematics.worked_text import Section, joints_text, violation_text
+from kinematics.worked_text import Section, joints_text, plain, violation_text
 
 DIGITS = 3
 
@@ -30,7 +30,7 @@ def sections(
     `searched` is the singularity that was found nearest for a link table, None before it is.
     """
     found = (
-        Section("link table", tuple(table_text(of.subject.chain).splitlines())),
+        Section("link table", tuple(_links(of))),
         Section("A matrices", tuple(_matrices(of))),
         Section("T, the hand in the base's frame", tuple(_forward(of))),
         Section("Jacobian", tuple(_jacobian(of, width))),
@@ -99,13 +99,36 @@ def rows_text(rows: Sequence[Sequence[float]], names: Sequence[str] = ()) -> lis
 
 
 def wrapped(lines: Sequence[str], width: int) -> Iterator[str]:
-    """Yield the lines, those of words broken to the width; what is in columns stays as it is."""
+    """Yield the lines, those of words broken to the width; rows of matrices stay as they are."""
     for line in lines:
-        if len(line) <= width or "[" in line or "  " in line.strip():
+        if len(line) <= width or "[" in line:
             yield line
         else:
             own = len(line) - len(line.lstrip())
             yield from textwrap.wrap(line, max(width, 1), subsequent_indent=" " * (own + 2))
+
+
+def _links(of: Study) -> Iterator[str]:
+    """Write the four parameters of each link in this posture, what its joint varies marked."""
+    chain = of.subject.chain
+    craig = chain.convention is Convention.CRAIG
+    yield f"{chain.convention.value} convention, * varies; mm, degrees"
+    if craig:
+        yield "a and alpha are those of the link before"
+    cells = [("joint", "theta", "d", "a", "alpha")]
+    for name, link, value in zip(chain.joint_names, chain.links, of.values, strict=True):
+        theta, distance, length, twist = link.parameters(value)
+        turns = link.kind is JointKind.REVOLUTE
+        angles = [plain(math.degrees(each), DIGITS) for each in (theta, twist)]
+        lengths = [plain(each, DIGITS) for each in (distance, length)]
+        theta_text = angles[0] + ("*" if turns else " ")
+        cells.append(
+            (name, theta_text, lengths[0] + (" " if turns else "*"), lengths[1], angles[1])
+        )
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    for name, *numbers in cells:
+        shown = map(str.rjust, numbers, widths[1:])
+        yield f"{name:<{widths[0]}} {' '.join(shown)}"
 
 
 def _matrices(of: Study) -> Iterator[str]:

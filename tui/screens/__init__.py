@@ -44,6 +44,10 @@ SCREENS = (
           ("tui.screens.jog", "JogScreen")),
     Entry("move", "f3", "move", "Type a goal, see what the motion would be, then move.",
           ("tui.screens.move", "MoveScreen")),
+    Entry("points", "f4", "points", "Name places, go back to them, step through sequences.",
+          ("tui.screens.points", "PointsScreen")),
+    Entry("theory", "f6", "theory", "Matrices, Jacobian, singularities of the arm as it stands.",
+          ("tui.screens.theory", "TheoryScreen")),
 )  # fmt: skip
 """The first one is shown first."""
 

@@ -1,0 +1,43 @@
+"""Jog a model with no arm: `armdrive jog --model NAME`."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING
+
+from armdrive.cli.output import emit, say
+from armdrive.errors import BadRequest
+from armdrive.theory.subject import find_subject, subject_names
+
+if TYPE_CHECKING:
+    import argparse
+
+    from tui.keyboard import Keyboard
+
+
+def jog_model(options: argparse.Namespace, keys: Keyboard) -> int:
+    """Open the desk of a model, or list the names where none is given."""
+    if options.arm or options.sim or options.port:
+        raise BadRequest("a model has no arm: leave out --arm, --sim and --port, or --model")
+    if not options.model:
+        _list(as_json=options.json)
+        return 0
+    subject = find_subject(options.model)
+    if not (sys.stdin.isatty() and sys.stdout.isatty()):
+        raise BadRequest(
+            "jogging needs a terminal; `armdrive explain` prints the same of one posture"
+        )
+    from tui.model_desk import run_model
+
+    return run_model(subject, ascii_only=options.ascii, keys=keys)
+
+
+def _list(*, as_json: bool) -> None:
+    found = [(name, find_subject(name).title) for name in subject_names()]
+    if as_json:
+        emit({"models": [{"name": name, "title": title} for name, title in found]})
+        return
+    width = max(len(name) for name, _ in found) + 2
+    for name, title in found:
+        say(f"{name:<{width}}{title}")
+    say("or a link table of your own: armdrive jog --model FILE.toml")

@@ -1,0 +1,231 @@
+"""A model jogged with no arm: every key, what is shown beside it, and how little can go wrong."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from armdrive.theory.subject import find_subject
+from kinematics.worked_example import example_posture
+from tui.framework import PlainText
+from tui.keyboard import label
+from tui.keys import TABLE
+from tui.model_desk import NO_ARM, ModelDesk
+from tui.model_hand import ModelHand
+from tui.model_keys import PLACE, model_keys, model_pairs
+from tui.remap import load_keys
+
+SIZES = [(80, 24), (120, 40), (200, 60)]
+
+
+class Session:
+    """A model's desk on a headless terminal, driven key by key."""
+
+    def __init__(self, name="two-link-1", *, size=(80, 24), **more):
+        self.desk = ModelDesk(find_subject(name), braille=True, **more)
+        self._running = self.desk.run_test(size=size)
+
+    async def __aenter__(self):
+        self.pilot = await self._running.__aenter__()
+        await self.pilot.pause()
+        await self.pilot.pause()
+        return self
+
+    async def __aexit__(self, *error):
+        await self._running.__aexit__(*error)
+
+    async def press(self, *keys):
+        for key in keys:
+            await self.pilot.press(key)
+        await self.pilot.pause()
+
+    def text(self, name):
+        return self.desk.screen_stack[0].query_one(f"#{name}", PlainText).shown
+
+    @property
+    def degrees(self):
+        return [round(math.degrees(value), 6) for value in self.desk.hand.values]
+
+
+async def test_the_screen_says_that_there_is_no_arm():
+    async with Session() as session:
+        assert session.text("title").startswith(NO_ARM)
+        assert "link table" in session.text("theory-page-0")
+        assert "manipulability" in session.text("theory-summary")
+        assert "q/a theta1" in session.text("theory-numbers")
+        everything = " ".join(each.shown for each in session.desk.screen.query(PlainText))
+        assert "STOP" not in everything
+        assert "trust" not in everything
+
+
+@pytest.mark.parametrize(
+    ("name", "key", "joint", "by"),
+    [
+        ("two-link-1", "q", 0, math.radians(5)),
+        ("two-link-1", "a", 0, -math.radians(5)),
+        ("two-link-1", "w", 1, math.radians(5)),
+        ("two-link-1", "s", 1, -math.radians(5)),
+        ("two-link-1", "left", 0, math.radians(5)),
+        ("two-link-1", "down", 1, -math.radians(5)),
+        ("two-link-3", "w", 1, 5.0),
+        ("puma", "y", 5, math.radians(5)),
+    ],
+)
+async def test_a_jog_key_moves_its_joint_by_one_increment(name, key, joint, by):
+    async with Session(name) as session:
+        before = session.desk.hand.values
+        await session.press(key)
+        moved = [b - a for a, b in zip(before, session.desk.hand.values, strict=True)]
+        assert moved == pytest.approx([by if i == joint else 0.0 for i in range(len(moved))])
+
+
+async def test_the_matrices_follow_the_joints_at_once():
+    async with Session() as session:
+        await session.press("Z")
+        assert "[ 1.000 0.000 0.000 200.000 ]" in session.text("theory-page-0")
+        assert "SINGULAR" in session.text("theory-summary")
+        await session.press(*["q"] * 6)
+        assert "[ 0.866 -0.500 0.000 173.205 ]" in session.text("theory-page-0")
+
+
+async def test_the_hand_is_jogged_by_the_same_keys_in_the_other_mode():
+    async with Session() as session:
+        x, y = session.desk.hand.study.goal
+        await session.press("m", "q")
+        assert session.desk.hand.study.goal == pytest.approx((x + 5.0, y))
+        assert "keys move the hand, by closed form" in session.text("remarks")
+        assert "q/a x" in session.text("theory-numbers")
+        assert "q/a theta1" not in session.text("theory-numbers")
+        await session.press("e")
+        assert "no axis of this model is moved by that key" in session.text("remarks")
+        await session.press("right_square_bracket", "right_square_bracket", *["q"] * 10)
+        assert "out of reach" in session.text("remarks")
+
+
+async def test_increments_follow_their_keys():
+    async with Session() as session:
+        await session.press("left_square_bracket", "left_square_bracket", "right_square_bracket")
+        assert "step 2°/mm" in session.text("remarks")
+
+
+async def test_the_next_solution_is_the_same_place_of_the_hand():
+    async with Session() as session:
+        before = session.desk.hand.study.goal
+        assert session.degrees[1] > 0
+        await session.press("G")
+        assert "the same place of the hand by elbow up" in session.text("remarks")
+        assert session.degrees[1] < 0
+        assert session.desk.hand.study.goal == pytest.approx(before)
+        await session.press("G")
+        assert session.degrees[1] > 0
+
+
+async def test_pages_are_turned_and_come_round():
+    async with Session("puma") as session:
+        pages = session.desk.screen.panel.pages
+        assert pages > 2
+        seen = []
+        for _ in range(pages):
+            seen.append(session.text("theory-page-0"))
+            await session.press("pagedown")
+        assert len(set(seen)) == pages
+        assert session.text("theory-page-0") == seen[0]
+        await session.press("B")
+        assert session.text("theory-page-0") == seen[-1]
+        await session.press("N", "pageup")
+        assert session.text("theory-page-0") == seen[-1]
+        assert "solutions for this place of the hand" in "\n".join(seen)
+
+
+async def test_symbols_take_the_place_of_numbers():
+    async with Session() as session:
+        await session.press("S")
+        await session.desk.workers.wait_for_complete()
+        await session.pilot.pause()
+        assert "C1" in session.text("theory-page-0")
+        await session.press("S")
+        assert "link table" in session.text("theory-page-0")
+
+
+async def test_the_singularity_of_a_table_is_looked_for_aside(tmp_path):
+    file = tmp_path / "planar.toml"
+    file.write_text("[[links]]\na_mm = 200\n[[links]]\na_mm = 150\n", encoding="utf-8")
+    async with Session(str(file), size=(200, 60)) as session:
+        await session.press("Z", *["w"] * 4)
+        session.desk.screen.panel.look_now()
+        await session.desk.workers.wait_for_complete()
+        await session.pilot.pause()
+        assert "20.0° away" in "".join(session.text(f"theory-page-{n}") for n in range(3))
+        await session.press("w")
+        assert "searching" in "".join(session.text(f"theory-page-{n}") for n in range(3))
+
+
+@pytest.mark.parametrize("key", ["space", "escape"])
+async def test_a_stop_key_closes_the_help_and_says_that_nothing_moves(key):
+    async with Session() as session:
+        await session.press("question_mark")
+        assert len(session.desk.screen_stack) == 2
+        await session.press(key)
+        assert len(session.desk.screen_stack) == 1
+        assert "nothing to stop" in session.text("remarks")
+
+
+async def test_it_is_left_by_its_key():
+    async with Session() as session:
+        await session.press("ctrl+q")
+    assert session.desk.return_value == 0
+
+
+async def test_keys_can_be_others(tmp_path):
+    file = tmp_path / "keys.toml"
+    file.write_text('[keys]\nmodel-zero = "f9"\n', encoding="utf-8")
+    async with Session(keys=load_keys(str(file))) as session:
+        await session.press("f9")
+        assert session.degrees == [0.0, 0.0]
+
+
+def test_help_and_footer_name_every_key_of_a_model_and_no_other():
+    keys = model_keys()
+    pairs = model_pairs(("theta1", "theta2"), ("x", "y", "z"))
+    listed, footer = "\n".join(keys.help(PLACE, pairs)), keys.footer(PLACE, 500)
+    for row in TABLE:
+        if row.place in ("theory", "model"):
+            assert row.tooltip in listed
+            assert f"{label(row.keys[0])} {row.description}" in footer or not row.description
+    assert "e d               of the hand: z, + and -" in listed
+    assert "reference" not in listed
+    assert "reset" not in footer
+
+
+def test_no_key_of_a_model_does_two_things():
+    keys = [key for row in model_keys().rows for key in row.keys if row.place != "help"]
+    assert len(keys) == len(set(keys))
+
+
+def test_a_model_of_many_joints_has_keys_for_seven():
+    names = tuple(f"joint_{number}" for number in range(1, 10))
+    pairs = model_pairs(names, ("x",))
+    assert [pair.joint for pair in pairs if len(pair.plus) == 1] == list(names[:7])
+
+
+def test_a_hand_begins_in_the_example_posture():
+    hand = ModelHand(find_subject("alpha2"))
+    assert hand.values == example_posture(hand.subject.chain)
+
+
+async def drawn(pilot):
+    """Wait until the reach is worked out, which a thread does."""
+    await pilot.app.workers.wait_for_complete()
+    await pilot.pause()
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_the_model_of_the_puma(snap_compare, size):
+    desk = ModelDesk(find_subject("puma"), braille=True)
+    assert snap_compare(desk, press=["q"], terminal_size=size, run_before=drawn)
+
+
+def test_a_model_in_plain_ascii(snap_compare):
+    desk = ModelDesk(find_subject("spherical"), braille=False)
+    assert snap_compare(desk, press=["m", "e"], terminal_size=(80, 24), run_before=drawn)

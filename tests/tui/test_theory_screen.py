@@ -1,0 +1,123 @@
+"""The theory screen of the desk: the arm's present posture in the notes' own terms, read only."""
+
+import math
+from types import SimpleNamespace
+
+import pytest
+from desk_fake import MODEL, Clock, FakeArm, unknown_position
+from desk_session import Session
+
+from kinematics import Joints, system
+from kinematics.chain_arm import ChainArm
+from tui.desk import Desk
+from tui.keyboard import label
+from tui.keys_theory import THEORY_KEYS
+from tui.screens.theory import LOOK_S, READ_ONLY, UNKNOWN_BUILD
+
+
+async def opened(session):
+    await session.press("f6")
+    await session.pilot.pause()
+    await session.poll()
+    assert session.desk.place.place == "theory"
+
+
+async def test_f6_shows_the_matrices_of_the_posture_and_moves_nothing():
+    async with Session(size=(120, 40)) as session:
+        await opened(session)
+        assert READ_ONLY in session.text("theory-numbers")
+        assert "base          20" in session.text("theory-page-0")
+        first = "[ 0.940 0.000  0.342   0.000 ]"  # A1 with the base at 20 degrees
+        assert first in session.text("theory-page-0") + session.text("theory-page-1")
+        assert "manipulability" in session.text("theory-summary")
+        session.arm.calls.clear()
+        for key in (
+            "q",
+            "w",
+            "m",
+            "enter",
+            "G",
+            "Z",
+            "left",
+            *(k for r in THEORY_KEYS for k in r.keys),
+        ):
+            await session.press(key)
+        assert session.arm.calls == []
+
+
+async def test_every_key_of_the_screen_turns_a_page_or_changes_the_notation():
+    async with Session() as session:
+        await opened(session)
+        panel = session.desk.place.query_one("#theory")
+        for keys, page in ((("pagedown",), 1), (("N",), 2), (("pageup",), 1), (("B",), 0)):
+            await session.press(*keys)
+            assert panel.page == page
+        await session.press("S")
+        await session.desk.workers.wait_for_complete()
+        await session.pilot.pause()
+        assert "C1" in session.text("theory-page-0")
+        pressed = {"pagedown", "N", "pageup", "B", "S"}
+        assert {key for row in THEORY_KEYS for key in row.keys} == pressed
+
+
+async def test_the_footer_names_the_stop_first_and_the_pages():
+    async with Session(size=(200, 60)) as session:
+        await opened(session)
+        assert session.text("footer").startswith("space STOP")
+        assert f"{label('pagedown')} next page" in session.text("footer")
+        await session.press("space")
+        assert session.arm.asked("stop")
+
+
+async def test_the_numbers_follow_the_arm_but_no_oftener_than_need_be():
+    async with Session(size=(120, 40)) as session:
+        await opened(session)
+        session.arm.set(joints=Joints.of(0.0, 60.0, 0.0, -60.0, 15.0))
+        await session.poll()
+        assert "SINGULAR" not in session.text("theory-summary")
+        session.clock.now_s += LOOK_S * 1.01
+        await session.poll()
+        assert "SINGULAR" in session.text("theory-summary")
+        assert "elbow is straight" in session.text("theory-summary")
+
+
+async def test_an_unknown_posture_shows_no_numbers():
+    async with Session(FakeArm(**unknown_position())) as session:
+        await opened(session)
+        assert session.text("theory-page-0") == ""
+        assert session.text("theory-summary") == ""
+
+
+async def test_an_arm_by_its_link_table_is_studied_too():
+    arm = FakeArm()
+    chain = ChainArm(system("puma").chain())
+    joints = chain.joints_of([math.radians(one) for one in (30, 40, 60, -20, 45, 60)])
+    arm.model = SimpleNamespace(
+        arm=chain, guards=MODEL.guards, gripper_range_mm=MODEL.gripper_range_mm
+    )
+    arm.set(joints=joints, pose=chain.fk(joints))
+    async with Session(arm, size=(120, 40)) as session:
+        await opened(session)
+        assert "theta6" in session.text("theory-page-0")
+
+
+async def test_an_arm_of_another_build_says_that_nothing_is_known():
+    arm = FakeArm()
+    async with Session(arm) as session:
+        session.arm.model = SimpleNamespace(arm=object())
+        await session.press("f6")
+        await session.pilot.pause()
+        assert session.text("no-theory") == UNKNOWN_BUILD
+
+
+async def drawn(pilot):
+    """Wait until the reach is worked out, which a thread does."""
+    await pilot.app.workers.wait_for_complete()
+    pilot.app.poll()
+    await pilot.pause()
+
+
+@pytest.mark.parametrize("size", [(80, 24), (120, 40), (200, 60)])
+def test_the_theory_screen(snap_compare, size):
+    desk = Desk(FakeArm(), braille=True, clock=Clock())
+    assert snap_compare(desk, press=["f6"], terminal_size=size, run_before=drawn)

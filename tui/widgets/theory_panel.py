@@ -1,0 +1,193 @@
+"""The theory of a posture: the arm in space, its joints, and pages of matrices beside it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING, cast
+
+from textual.app import ComposeResult
+from textual.containers import Horizontal, Vertical
+
+from armdrive.draw.chain_figure import ChainFigure, DrawnChain
+from armdrive.draw.scene import Moment
+from armdrive.theory.columns import Column, laid
+from armdrive.theory.pages import sections, summary, symbol_sections
+from armdrive.theory.study import Study, searched
+from armdrive.theory.subject import Subject
+from kinematics.named_singularities import Lost
+from kinematics.worked_text import Section
+from tui.framework import Alarm, PlainText
+from tui.widgets.arm_view import SpaceView
+
+if TYPE_CHECKING:
+    from textual.app import App
+
+    from kinematics import ArmModel
+
+Numbers = Callable[[Study, int], str]
+
+COLUMN_WIDTH, MOST_COLUMNS = 43, 3
+"""A column of a page holds any matrix of six joints."""
+
+LEAST_VIEW_WIDTH = 34
+
+REST_S = 0.5
+"""A posture that has been shown for so long rests."""
+
+WORKING = Section("in symbols", ("working them out: it takes a moment",))
+
+
+class TheoryPanel(Horizontal):
+    """Shows a study, and works out in a thread what takes long. It moves nothing and knows no arm.
+
+    `numbers` writes the rows of joints and coordinates for a width.
+    """
+
+    DEFAULT_CSS = """
+    TheoryPanel #theory-left { width: 1fr; }
+    TheoryPanel #theory-numbers { height: auto; text-wrap: nowrap; text-overflow: clip; }
+    TheoryPanel #theory-summary { height: auto; }
+    TheoryPanel #theory-summary { max-height: 4; text-style: bold; }
+    TheoryPanel .theory-page { width: 43; height: 1fr; padding: 0 0 0 1; }
+    TheoryPanel .theory-page { text-wrap: nowrap; text-overflow: clip; }
+    """
+
+    def __init__(self, subject: Subject, numbers: Numbers, *, braille: bool) -> None:
+        super().__init__(id="theory")
+        self.subject = subject
+        self.page = 0
+        self.symbolic = False
+        self._numbers = numbers
+        self._braille = braille
+        self._figure = ChainFigure(subject.chain)
+        self._study: Study | None = None
+        self._symbols: tuple[Section, ...] | None = None
+        self._writing = False
+        self._near: tuple[tuple[float, ...], tuple[Lost, ...]] = ((), ())
+        self._searching = False
+        self._rests = Alarm(cast("App[int]", self.app), self.look_now)
+
+    def compose(self) -> ComposeResult:
+        """Lay the arm and its numbers out on the left, the pages on the right."""
+        drawn = cast("ArmModel", DrawnChain(self._figure))  # a view asks for no more than it has
+        with Vertical(id="theory-left"):
+            yield SpaceView(drawn, braille=self._braille, id="theory-space")
+            yield PlainText(id="theory-numbers")
+            yield PlainText(id="theory-summary")
+        for place in range(MOST_COLUMNS):
+            yield PlainText(id=f"theory-page-{place}").add_class("theory-page")
+
+    # -- what is shown ------------------------------------------------------------------------
+
+    def show(self, of: Study | None) -> None:
+        """Show a study; None while nobody knows the posture."""
+        before, self._study = self._study, of
+        if of is not None and (before is None or of.values != before.values):
+            self._look_soon(of)
+        if not self.size:
+            return
+        joints = None if of is None else self._figure.joints(of.values)
+        self.query_one(SpaceView).show(Moment(joints))
+        left = self.query_one("#theory-left").size.width
+        self._text("theory-numbers").show("" if of is None else self._numbers(of, left))
+        found = None if of is None else self._found(of)
+        self._text("theory-summary").show("" if of is None else summary(of, found))
+        self._show_pages(of)
+
+    def turn(self, by: int) -> None:
+        """Turn so many pages on, from the last to the first."""
+        pages = self.pages
+        self.page = (self.page + by) % max(pages, 1)
+        self._again()
+
+    def switch_symbols(self) -> None:
+        """Switch between numbers and symbols, from the first page on."""
+        self.symbolic = not self.symbolic
+        self.page = 0
+        self._again()
+
+    @property
+    def pages(self) -> int:
+        """How many pages there are at the present size."""
+        of = self._study
+        return 0 if of is None else -(-len(self._columns(of)) // self._at_once)
+
+    @property
+    def _at_once(self) -> int:
+        """How many columns are shown side by side."""
+        room = (self.size.width - LEAST_VIEW_WIDTH) // COLUMN_WIDTH
+        return min(max(room, 1), MOST_COLUMNS)
+
+    def _show_pages(self, of: Study | None) -> None:
+        columns = () if of is None else self._columns(of)
+        count = self._at_once
+        self.page = min(self.page, max(-(-len(columns) // count) - 1, 0))
+        for place in range(MOST_COLUMNS):
+            text = self._text(f"theory-page-{place}")
+            text.display = place < count
+            at = self.page * count + place
+            text.show("\n".join(columns[at]) if at < len(columns) else "")
+
+    def _columns(self, of: Study) -> tuple[Column, ...]:
+        width = COLUMN_WIDTH - 1
+        parts = self._in_symbols(of) if self.symbolic else sections(of, width, self._found(of))
+        return laid(parts, width, self.size.height, plain=not self._braille)
+
+    def _again(self) -> None:
+        self.show(self._study)
+
+    def _text(self, name: str) -> PlainText:
+        return self.query_one(f"#{name}", PlainText)
+
+    # -- what takes long ----------------------------------------------------------------------
+
+    def _in_symbols(self, of: Study) -> tuple[Section, ...]:
+        """Return the formulas of the arm, the same for every posture, as soon as they are there."""
+        if self._symbols is None and not self._writing:
+            self._writing = True
+            self._aside(partial(self._write_symbols, of))
+        return self._symbols or (WORKING,)
+
+    def _write_symbols(self, of: Study) -> None:
+        found = symbol_sections(of, COLUMN_WIDTH - 1)
+        self.app.call_from_thread(self._keep_symbols, found)
+
+    def _keep_symbols(self, found: tuple[Section, ...]) -> None:
+        self._symbols = found
+        self._again()
+
+    def _found(self, of: Study) -> tuple[Lost, ...] | None:
+        """Return the singularity that was found near this posture of a link table, if it was."""
+        return self._near[1] if self._near[0] == of.values else None
+
+    def _look_soon(self, of: Study) -> None:
+        """Have the nearest singularity looked for, once the posture has rested for a while.
+
+        That takes up to seconds, and an arm that moves needs them more.
+        """
+        known = of.subject.system is not None or self._found(of) is not None
+        self._rests.after(math.inf if known else REST_S)
+
+    def look_now(self) -> None:
+        """Look for the singularity nearest to the posture that is shown, one at a time."""
+        of = self._study
+        if of is None or self._searching or not self.is_attached:
+            return
+        self._searching = True
+        self._aside(partial(self._search, of))
+
+    def _search(self, of: Study) -> None:
+        try:
+            found = searched(of.subject, of.values)
+        finally:
+            self._searching = False
+        self.app.call_from_thread(self._keep_found, of, found)
+
+    def _keep_found(self, of: Study, found: tuple[Lost, ...]) -> None:
+        self._near = (of.values, found)
+        self._again()
+
+    def _aside(self, work: Callable[[], None]) -> None:
+        self.run_worker(work, thread=True, exit_on_error=False, group="theory")
