@@ -29,6 +29,7 @@ from tui.owner import Owner
 from tui.palette import commands
 from tui.screens import SCREENS
 from tui.themes import look_after, put_on
+from tui.widgets.arm_view import move_cameras
 
 POLL_S = 0.05
 """The arm's latest status is looked at so often, however often it changes."""
@@ -109,6 +110,11 @@ class Desk(Owner):
         self.look(look_after(self.look_name).name)
         none = " NO_COLOR is set: no others are shown." if self.no_color else ""
         self.say(f"look: {self.look_name}.{none}")
+
+    def action_view(self, what: str) -> None:
+        """Move the watcher about the arm that is drawn."""
+        if not move_cameras(self.screen, what):
+            self.say("no arm is drawn here")
 
     def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
         """Offer what the tables have, and nothing of the framework's own."""

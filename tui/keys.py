@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 from kinematics import JOINT_NAMES
 from tui.key_row import DeskKey as DeskKey
-from tui.keys_errands import MOVE_KEYS
+from tui.keys_errands import MOVE_KEYS, POINT_KEYS
 from tui.keys_theory import MODEL_KEYS, THEORY_KEYS
+from tui.keys_view import VIEW_KEYS
 from tui.screens import SCREENS
 
 STOP = "stop"
@@ -112,6 +113,14 @@ JOG_KEYS = (
     ),
     DeskKey("slower", ("minus",), "slower", "slower", "Jog more slowly.", "jog"),
     DeskKey("faster", ("plus", "equals_sign"), "faster", "faster", "Jog faster.", "jog"),
+    DeskKey(
+        "grasp",
+        ("G",),
+        "grasp",
+        "grasp",
+        "While armed: close the fingers on what is between them, until the grip switch closes.",
+        "jog",
+    ),
     DeskKey(
         "frame",
         ("F",),
@@ -220,8 +229,10 @@ TABLE = (
     *SCREEN_KEYS,
     *JOG_KEYS,
     *MOVE_KEYS,
+    *POINT_KEYS,
     *THEORY_KEYS,
     *MODEL_KEYS,
+    *VIEW_KEYS,
     *DIALOG_KEYS,
     *AXIS_KEYS,
 )

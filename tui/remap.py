@@ -29,9 +29,17 @@ QWERTY = "qwerty"
 LAYOUTS: Mapping[str, tuple[str, str, Mapping[str, str]]] = MappingProxyType(
     {
         QWERTY: ("qwertyu", "asdfghj", {}),
-        "azerty": ("azertyu", "qsdfghj", {"finer": ",", "coarser": ";"}),
-        "qwertz": ("qwertzu", "asdfghj", {"finer": ",", "coarser": "."}),
-        "dvorak": ("',.pyfg", "aoeuidh", {}),
+        "azerty": (
+            "azertyu",
+            "qsdfghj",
+            {"finer": ",", "coarser": ";", "view-nearer": "w"},
+        ),
+        "qwertz": (
+            "qwertzu",
+            "asdfghj",
+            {"finer": ",", "coarser": ".", "view-nearer": "y"},
+        ),
+        "dvorak": ("',.pyfg", "aoeuidh", {"view-up": "r", "view-fit": "q"}),
         "colemak": ("qwfpgjl", "arstdhn", {}),
     }
 )

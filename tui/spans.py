@@ -7,6 +7,8 @@ A picture in which a little changes in many rows then costs three times as many 
 
 from __future__ import annotations
 
+from typing import Any
+
 from rich.console import Console
 from textual._compositor import ChopsUpdate, Compositor
 from textual.screen import Screen
@@ -39,6 +41,6 @@ class SpansCompositor(Compositor):
         return SpansUpdate(update.chops, update.spans, update.chop_ends)
 
 
-def send_spans_alone(screen: Screen[object]) -> None:
+def send_spans_alone(screen: Screen[Any]) -> None:
     """Have a screen that is not shown yet send spans from now on."""
     screen._compositor = SpansCompositor()  # noqa: SLF001 - there is no other way in

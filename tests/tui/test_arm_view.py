@@ -15,7 +15,7 @@ from armdrive.draw.scene import Moment
 from kinematics import Joints
 from kinematics.boxes import Box
 from tui.spans import SpansUpdate, send_spans_alone
-from tui.widgets.arm_view import CLEAR, REST_S, SpaceView, look
+from tui.widgets.arm_view import CLEAR, REST_S, SpaceView, move_cameras
 
 TRAY = Box("tray", (200.0, -150.0, 0.0), (320.0, -60.0, 60.0))
 GUARDED = replace(
@@ -93,7 +93,7 @@ async def test_every_look_moves_the_camera_or_leaves_the_first_view():
         for what in LOOKS:
             app.view.camera = VIEWS["front"].orbited(33, 20).zoomed(1, None, app.view._scene.dome)
             before = app.view.camera
-            assert look(app.screen, what)
+            assert move_cameras(app.screen, what)
             assert app.view.camera != before, what
             assert len(app.view.rows) == 24
 
@@ -101,7 +101,7 @@ async def test_every_look_moves_the_camera_or_leaves_the_first_view():
 async def test_looking_where_no_arm_is_drawn_says_so():
     app = App()
     async with app.run_test():
-        assert not look(app.screen, "left")
+        assert not move_cameras(app.screen, "left")
 
 
 async def test_thirty_six_orbits_lead_back_to_the_same_picture():

@@ -16,6 +16,7 @@ from textual.screen import Screen
 from armdrive.status import Status
 from tui import panels
 from tui.framework import PlainText
+from tui.spans import send_spans_alone
 
 if TYPE_CHECKING:
     from tui.desk import Desk
@@ -29,6 +30,10 @@ class DeskScreen(Screen[None]):
     """The id of the screen's row in `SCREENS`, and of its rows in the table of keys."""
 
     _laid_out = False
+
+    def __init__(self) -> None:
+        super().__init__()
+        send_spans_alone(self)
 
     @property
     def desk(self) -> Desk:

@@ -45,7 +45,7 @@ CLEAR = "clear"
 """Asks for the driven way to be forgotten."""
 
 
-def look(at: DOMNode, what: str) -> bool:
+def move_cameras(at: DOMNode, what: str) -> bool:
     """Have every arm view below a node do this; return whether there is one."""
     views = list(at.query(SpaceView))
     for view in views:
