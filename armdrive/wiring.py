@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from armdrive.errors import PortUnavailable
@@ -22,6 +23,7 @@ class Wiring:
         self._wire = config.connection
         self._port = config.connection.port
         self._serial_number = config.connection.usb_serial
+        self._ids: tuple[int, ...] = getattr(config.device, "ids", ())
         if not (self._port or self._serial_number):
             raise PortUnavailable(
                 f'the arm file of {config.name} names no port: write port = "/dev/ttyUSB0", say, '
@@ -43,7 +45,7 @@ class Wiring:
 
         port = self.find()
         link = open_link(
-            port,
+            self._heard(port),
             self._wire.baud,
             raise_dtr=self._wire.raise_dtr,
             keep_dtr_on_close=self._wire.keep_dtr_on_close,
@@ -51,3 +53,12 @@ class Wiring:
         if not self._serial_number and not scheme(port):
             self._serial_number = serial_number_of(port)
         return link
+
+    def _heard(self, port: str) -> str:
+        """Return a port; of a CAN bus, with the ids of the arm's drives: no other is heard."""
+        from armdrive.transports.can_address import CanAddress, is_can
+
+        if not (self._ids and is_can(port)):
+            return port
+        address = CanAddress.parse(port)
+        return port if address.ids else str(replace(address, ids=frozenset(self._ids)))

@@ -10,6 +10,8 @@ import time
 from pathlib import Path
 from typing import Any, Self
 
+from armdrive.dialects import DIALECTS
+
 LOOK_S = 0.002
 """How often the arm is looked at while it comes to rest: the resolution of what is measured."""
 
@@ -20,11 +22,15 @@ PATIENCE_S = 30.0
 
 
 class SimProcess:
-    """`armdrive sim DIALECT --pty PORT`; a program opens `port` as it would a real arm's."""
+    """`armdrive sim DIALECT --pty PORT`; a program opens `port` as it would a real arm's.
+
+    Drives on a CAN bus are behind a serial adapter there.
+    """
 
     def __init__(self, port: Path | None, dialect: str = "teachmover", *options: str) -> None:
         """Start it, and wait until the port is there; without a path, one of TCP."""
-        where = ["--tcp", "127.0.0.1:0"] if port is None else ["--pty", str(port)]
+        door = "--slcan" if DIALECTS[dialect].can else "--pty"
+        where = ["--tcp", "127.0.0.1:0"] if port is None else [door, str(port)]
         self.process = subprocess.Popen(
             [sys.executable, "-m", "armdrive", "sim", dialect, *where, *options],
             stdin=subprocess.PIPE,
@@ -33,7 +39,7 @@ class SimProcess:
             bufsize=1,
         )
         address = self._heard().partition(f" speaks {dialect} at ")[2].partition(";")[0]
-        self.port = str(port) if port is not None else f"socket://{address}"
+        self.port = address if port is not None else f"socket://{address}"
 
     def __enter__(self) -> Self:
         return self

@@ -1,0 +1,83 @@
+"""An arm of drives on a bus of another process: what is wrong with the bus is said, and mended."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from armdrive import Arm
+from armdrive.connecting import find
+from armdrive.errors import ArmError, LinkError, PortUnavailable
+from armdrive.status import State, Trust
+from armdrive.transports import url
+from armdrive.wiring import Wiring
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
+from sim_process import SimProcess
+
+needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+PORT = "can:slcan:/dev/ttyACM0?bitrate=500000"
+
+
+@pytest.mark.parametrize(
+    ("port", "heard"),
+    [
+        (PORT, f"{PORT}&ids=1,2,3,4,5,9"),
+        (f"{PORT}&ids=1,2", f"{PORT}&ids=1,2"),
+        ("/dev/ttyACM0", "/dev/ttyACM0"),
+    ],
+)
+def test_only_the_ids_of_the_arm_are_listened_to(port, heard, monkeypatch):
+    opened = []
+    monkeypatch.setattr(url, "open_link", lambda name, *_words, **_named: opened.append(name))
+    config = find(PORT, dialect_name="mks").config
+    device = replace(config.device, ids=(1, 2, 3, 4, 5, 9))
+    wire = replace(config.connection, port=port)
+    Wiring(replace(config, device=device, connection=wire)).open()
+    assert opened == [heard]
+
+
+def test_a_bus_that_this_computer_does_not_have_is_refused_in_words():
+    with pytest.raises(PortUnavailable):
+        Arm.connect("can:socketcan:can99", dialect="mks")
+
+
+@needs_pty
+def test_a_bus_of_another_bit_rate_is_silence_and_the_right_one_works(tmp_path):
+    path = tmp_path / "can0"
+    with SimProcess(path, "mks", "--set", "bitrate=250000") as bus:
+        with pytest.raises(ArmError) as wrong:
+            Arm.connect(f"can:slcan:{path}?bitrate=500000", dialect="mks")
+        assert "Traceback" not in str(wrong.value)
+        assert "armdrive doctor --can" in str(wrong.value) or isinstance(wrong.value, LinkError)
+        with Arm.connect(f"can:slcan:{path}?bitrate=250000", dialect="mks") as arm:
+            assert arm.status.state is State.STANDBY
+        assert not bus.state()["moving"]
+
+
+def looked_at(arm, times):
+    """Look at an arm again and again."""
+    for _ in range(times):
+        arm.sleep(0.05)
+        arm.read_inputs()
+
+
+@needs_pty
+def test_an_adapter_that_left_the_bus_comes_back_within_the_same_program(tmp_path):
+    path = tmp_path / "can0"
+    with SimProcess(path, "mks") as bus, Arm.connect(bus.port, dialect="mks") as arm:
+        before = bus.state()["motors"]
+        bus.say("fault bus-off")
+        with pytest.raises(ArmError):
+            looked_at(arm, 200)
+        assert arm.status.trust is not Trust.REFERENCED
+        bus.say("fault off")
+        if arm.status.state is State.DISCONNECTED:
+            arm.reconnect()
+        arm.reset()
+        arm.enable()
+        assert arm.status.state is State.STANDBY
+        assert bus.state()["motors"] == before
