@@ -24,10 +24,12 @@ from armdrive.status import State
 
 if TYPE_CHECKING:
     from armdrive.armfile import ArmConfig
+    from armdrive.log.reader import LogReader
     from armdrive.mending import Rewiring
     from armdrive.pace import Pace
     from armdrive.posture import Operator
     from armdrive.record import Recorder
+    from armdrive.recorder.entries import Entry
     from armdrive.sim.twin import Twin
     from armdrive.transports.link import Link
 
@@ -99,6 +101,23 @@ class Connected(Waiting):
         with self.pace.lock:
             write = self.witness.snapshot("asked for")
         return write(None if path is None else Path(path))
+
+    def log(self, *, back: int | None = None) -> LogReader:
+        """Return a reader of what passes on the wire and in the driver, in words.
+
+        It begins with the latest `back` entries (2000 where none is named), and each `read()` goes
+        on from where the last one ended. Raises `WrongState` where nothing is recorded.
+        """
+        from armdrive.log.reader import BACK, LogReader
+
+        with self.pace.lock:
+            self.witness.since(0, 0, 0)
+        dialect, began_s = self.config.connection.dialect, self.witness.began_s
+        return LogReader(self._since, dialect, began_s, back=BACK if back is None else back)
+
+    def _since(self, number: int, most: int, back: int) -> tuple[int, tuple[Entry, ...]]:
+        with self.pace.lock:
+            return self.witness.since(number, most, back)
 
     # -- the end ------------------------------------------------------------------------------
 

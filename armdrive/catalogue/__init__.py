@@ -70,6 +70,22 @@ def code_of_reason(reason: str) -> str:
     return ""
 
 
+def code_of_class(name: str) -> str:
+    """Return the code of a class of errors by its name; nothing where it has no row of its own."""
+    row = _BY_NAME.get(name)
+    return "" if row is None else row.code
+
+
+def found(words: str) -> tuple[Entry, ...]:
+    """Return the rows in which all these words stand, in any capitals; they are apart by commas."""
+    wanted = words.lower().split(",")
+    return tuple(row for row in ENTRIES if all(word in _said(row) for word in wanted))
+
+
+def _said(row: Entry) -> str:
+    return " ".join((row.code, row.name, row.title, row.cause, row.effect, row.remedy)).lower()
+
+
 def by_code(code: str) -> Entry:
     """Return the row of a code. Raises `BadRequest` with the nearest one."""
     from armdrive.errors import BadRequest

@@ -29,6 +29,7 @@ COMMANDS: Mapping[str, str] = MappingProxyType(
         "watch": "watch an arm that another program drives",
         "status": "show where an arm is, and whether that can be trusted",
         "record": "write down what has passed between an arm and the program that drives it",
+        "log": "read a recording in words: bytes, requests, intents, states, errors",
         "replay": "replay a recording against a simulated twin, and show where they part",
         "fk": "joint angles to the pose of the finger tips",
         "ik": "a pose to joint angles, every solution",

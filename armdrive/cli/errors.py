@@ -1,4 +1,4 @@
-"""Look an error up: `armdrive errors E502`; without a code, all of them in a list.
+"""Look an error up: `armdrive errors E502`, or `--find WORDS`; without either, all in a list.
 
 The code stands in brackets before the sentence of every error.
 """
@@ -8,7 +8,8 @@ from __future__ import annotations
 import argparse
 from dataclasses import asdict
 
-from armdrive.catalogue import ENTRIES, by_code
+from armdrive.catalogue import ENTRIES, by_code, found
+from armdrive.catalogue.entry import Entry
 from armdrive.catalogue.printing import in_full, listing, page
 from armdrive.cli.choosing import add_json_option
 from armdrive.cli.output import emit, say
@@ -17,6 +18,9 @@ from armdrive.cli.output import emit, say
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     parser.add_argument("code", nargs="?", metavar="CODE", help="the code of one error, E502 say")
+    parser.add_argument(
+        "--find", metavar="WORDS", help="the errors in which these words stand, in full: lost,wire"
+    )
     parser.add_argument("--markdown", action="store_true", help="print the page of the docs")
     add_json_option(parser)
 
@@ -24,12 +28,24 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Print the catalogue or a part of it."""
     rows = ENTRIES if options.code is None else (by_code(options.code),)
+    if options.find is not None:
+        rows = tuple(row for row in found(options.find) if row in rows)
     if options.json:
         for row in rows:
             emit(asdict(row))
     elif options.markdown:
         say(page().rstrip("\n"))
-    else:
-        for line in listing() if options.code is None else in_full(rows[0]):
+    elif options.code is None and options.find is None:
+        for line in listing():
             say(line)
+    else:
+        _print_in_full(rows)
     return 0
+
+
+def _print_in_full(rows: tuple[Entry, ...]) -> None:
+    for row in rows:
+        for line in in_full(row):
+            say(line)
+    if not rows:
+        say("no error has these words; `armdrive errors` lists them all")

@@ -169,6 +169,11 @@ class FlightRecorder:
 
         return write
 
+    @property
+    def began_s(self) -> float:
+        """The arm's clock at the connection."""
+        return self._began[1]
+
     def since(self, number: int, most: int, back: int) -> tuple[int, tuple[Entry, ...]]:
         """Return entries from a number on, no more than `most` and none further `back`."""
         self._empty()

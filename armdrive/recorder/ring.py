@@ -91,10 +91,16 @@ class Ring:
         begun, kept = len(self._opening), len(self._entries)
         first = max(number, self.added - back, 0)
         if first < begun:
-            return first, tuple(self._opening[first : first + most])
+            found = tuple(self._opening[first : first + most])
+            whole = self.added - kept == begun  # else the next look tells what is missing
+            return first, found + (self._from(begun, most - len(found)) if whole else ())
         first = max(first, self.added - kept)
-        latest = islice(reversed(self._entries), max(self.added - first, 0))
-        return first, tuple(latest)[::-1][:most]
+        return first, self._from(first, most)
+
+    def _from(self, number: int, most: int) -> tuple[Entry, ...]:
+        """Return entries behind the beginning, from a number on that is still remembered."""
+        latest = islice(reversed(self._entries), max(self.added - number, 0))
+        return tuple(latest)[::-1][:most]
 
     def _drop(self) -> None:
         entry = self._entries.popleft()

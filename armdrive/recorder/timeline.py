@@ -17,7 +17,8 @@ if TYPE_CHECKING:
 TEXT_AT = 34
 """The column where the meaning of bytes begins, where the bytes are shorter."""
 
-_ARROWS: Mapping[Kind, str] = MappingProxyType({Kind.SENT: "->", Kind.HEARD: "<-"})
+ARROWS: Mapping[Kind, str] = MappingProxyType({Kind.SENT: "->", Kind.HEARD: "<-"})
+"""Which way bytes went: to the arm, from the arm."""
 
 
 def heading(recording: Recording) -> str:
@@ -46,12 +47,16 @@ class Teller:
         heard = self._splitter.feed(data)
         return "; ".join(self._talk.words(each.data, self._talk.heard) for each in heard)
 
+    def shown(self, entry: Entry) -> str:
+        """Return the bytes of an entry as people write them; nothing where it has none."""
+        return self._talk.shown(entry.what) if isinstance(entry.what, bytes) else ""
+
     def line(self, entry: Entry) -> str:
         """Return an entry in a line."""
         if not isinstance(entry.what, bytes):
             return f"{entry.time_s:12.4f} s     {entry.kind.value}: {entry.what}"
         text = f"{self._talk.shown(entry.what):<{TEXT_AT}}  {self.meaning(entry)}".rstrip()
-        return f"{entry.time_s:12.4f} s  {_ARROWS[entry.kind]} {text}"
+        return f"{entry.time_s:12.4f} s  {ARROWS[entry.kind]} {text}"
 
     def view(self, entry: Entry) -> dict[str, Any]:
         """Return an entry as plain data, the bytes in hexadecimal."""

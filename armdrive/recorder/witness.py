@@ -62,6 +62,10 @@ class Witness(Protocol):
     def snapshot(self, why: str) -> Callable[[Path | None], Path]:
         """Return what writes all that is remembered now, to a named file or one of its own."""
 
+    @property
+    def began_s(self) -> float:
+        """The arm's clock when this began to look."""
+
     def since(self, number: int, most: int, back: int) -> tuple[int, tuple[Entry, ...]]:
         """Return entries from a number on, and the number of the first; see `Ring.since`."""
 
@@ -114,6 +118,11 @@ class NoWitness:
     def snapshot(self, why: str) -> Callable[[Path | None], Path]:  # noqa: ARG002 - no reason helps
         """Raise `WrongState`: nothing was recorded."""
         raise _nothing()
+
+    @property
+    def began_s(self) -> float:
+        """Never."""
+        return 0.0
 
     def since(self, number: int, most: int, back: int) -> tuple[int, tuple[Entry, ...]]:  # noqa: ARG002
         """Raise `WrongState`: nothing is recorded."""
