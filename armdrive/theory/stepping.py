@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from operator import mul
 
 from armdrive.theory.study import study
 from armdrive.theory.subject import Subject
@@ -151,9 +152,12 @@ def _by_jacobian(subject: Subject, values: tuple[float, ...], axis: int, by: flo
     row = [row for row in subject.rows if row < count][axis]
     rates = [by / SLICES if index == row else 0.0 for index in range(count)]
     made, length, at = generated(chain), length_of(chain), values
-    for _ in range(SLICES):
-        slopes = joint_rates(made.jacobian(at)[:count], rates, length_mm=length).joints
-        at = chain.clamp([one + slope for one, slope in zip(at, slopes, strict=True)])
+    units = [length if kind is JointKind.PRISMATIC else 1.0 for kind in chain.kinds]
+    for _ in range(SLICES):  # slides counted in lengths of the arm, or they would hardly be used
+        rows = (map(mul, line, units) for line in made.jacobian(at)[:count])
+        slopes = joint_rates(tuple(map(tuple, rows)), rates, length_mm=length).joints
+        moved = zip(at, slopes, units, strict=True)
+        at = chain.clamp([one + slope * unit for one, slope, unit in moved])
     before, after = made.fk(values), made.fk(at)
     done = _gone(before, after, row)
     missed = max(abs(by - done) / abs(by), _astray(before, after, row, by, length))
@@ -162,7 +166,8 @@ def _by_jacobian(subject: Subject, values: tuple[float, ...], axis: int, by: flo
         lacks = study(subject, values).condition.sentence
         return Stepped(values, f"no step along {name} from here: {lacks}")
     if missed > MET:
-        return Stepped(at, f"{name} moved by {number_text(done, unit)} only")
+        went, asked = number_text(done, unit), number_text(by, unit)
+        return Stepped(at, f"near a singularity or a limit: {name} moved by {went}, not {asked}")
     return Stepped(at)
 
 

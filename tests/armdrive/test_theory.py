@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import pytest
 
@@ -25,6 +26,8 @@ from kinematics.own_jacobian import ROW_NAMES
 from kinematics.systems import SYSTEMS
 from kinematics.worked_example import example_posture
 from kinematics.worked_text import Section
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
 
 SCARA = """
 title = "A SCARA"
@@ -145,6 +148,22 @@ def test_a_table_without_closed_form_follows_its_jacobian(scara):
     assert turned.said == ""
     assert position_of(scara.chain.fk(turned.values)) == pytest.approx((x, y, z), abs=0.2)
     assert turned.values[3] - values[3] == pytest.approx(-math.radians(10), abs=1e-3)
+
+
+@pytest.mark.parametrize("name", ["scara", "stanford"])
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_the_hand_of_an_example_table_goes_along_every_axis_and_stays_beside_it(name, sense):
+    subject = find_subject(str(EXAMPLES / f"{name}.toml"))
+    values = example_posture(subject.chain)
+    x, y, z = position_of(subject.chain.fk(values))
+    for index, axis in enumerate(axes_of(subject)):
+        by = sense * (5.0 if axis_unit(axis) == "mm" else math.radians(5.0))
+        stepped = step_axis(subject, values, index, by)
+        assert stepped.said == "", axis
+        wanted = [x, y, z]
+        if axis in ("x", "y", "z"):
+            wanted[index] += by
+        assert position_of(subject.chain.fk(stepped.values)) == pytest.approx(wanted, abs=0.1)
 
 
 def test_a_table_that_is_stretched_says_why_it_stays(scara):
