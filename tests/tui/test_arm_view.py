@@ -1,7 +1,9 @@
 """The arm view: keys and mouse move its camera, little is repainted, the reach takes its time."""
 
 import io
+import re
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from desk_fake import MODEL, Clock
@@ -10,10 +12,13 @@ from textual.app import App
 from textual.events import MouseScrollUp
 
 from armdrive.draw.camera import VIEWS
+from armdrive.draw.inks import PATTERNS
 from armdrive.draw.looks import LOOKS
 from armdrive.draw.scene import Moment
 from kinematics import Joints
 from kinematics.boxes import Box
+from tui.keyboard import label
+from tui.keys_view import VIEW_KEYS
 from tui.spans import SpansUpdate, send_spans_alone
 from tui.widgets.arm_view import CLEAR, REST_S, SpaceView, move_cameras
 
@@ -22,6 +27,7 @@ GUARDED = replace(
     MODEL,
     guards=replace(MODEL.guards, boxes=(TRAY,), radii_mm=(20.0, 20.0, 15.0), base_radius_mm=70.0),
 )
+PAGE = Path(__file__).parents[2] / "docs" / "arm-view.md"
 GOAL = Joints.of(-30.0, 40.0, -60.0, -60.0, 15.0)
 
 
@@ -231,3 +237,25 @@ async def test_the_driven_way_is_shown_and_forgotten_on_request():
         assert "driven" in app.view.rows[-1]
         app.view.look(CLEAR)
         assert "driven" not in app.view.rows[-1]
+
+
+def test_every_key_asks_for_a_look_that_there_is():
+    asked = [re.fullmatch(r"view\('(\w+)'\)", row.action)[1] for row in VIEW_KEYS]
+    assert set(asked) == {*LOOKS, CLEAR} - set(VIEWS)
+    assert len(set(asked)) == len(asked)
+
+
+def test_no_key_of_the_view_could_come_as_an_arrow():
+    assert not [key for row in VIEW_KEYS for key in row.keys if "+" in key or key in LOOKS]
+
+
+def test_the_page_tells_every_key_and_every_mark():
+    page = PAGE.read_text(encoding="utf-8")
+    for row in VIEW_KEYS:
+        assert f"`{label(row.keys[0])}`" in page, row.id
+    for ink, pattern in PATTERNS.items():
+        assert not pattern.mark or f"`{pattern.mark}`" in page, ink
+        assert not pattern.word or f"| {pattern.word} |" in page, ink
+        if pattern.period > 1:
+            many = "a dot" if pattern.on == 1 else f"{pattern.on} dots"
+            assert f"{many} in {pattern.period} |" in page, ink
