@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
+from armdrive.errors import KeyFileError
 from tui.key_row import DeskKey
-from tui.keyboard import DEFAULT_KEYS, Keyboard
+from tui.keyboard import DEFAULT_KEYS, Keyboard, label
 from tui.keys import LETTERS, STOP, JogPair, words
 
 PLACE = "theory"
@@ -38,8 +39,22 @@ class ModelKeyboard(Keyboard):
 
 
 def model_keys(keys: Keyboard = DEFAULT_KEYS) -> ModelKeyboard:
-    """Return the rows of a keyboard that a model has, with the keys that they have there."""
-    return ModelKeyboard(tuple(_rows(keys)))
+    """Return the rows of a keyboard that a model has, with the keys that they have there.
+
+    Raises `KeyFileError` where a file of keys gives one key to two of them: on the desk they may
+    be far apart.
+    """
+    rows = tuple(_rows(keys))
+    owners: dict[str, DeskKey] = {}
+    for row in rows:
+        for key in row.keys if row.place in ("", PLACE) else ():
+            other = owners.setdefault(key, row)
+            if other is not row:
+                raise KeyFileError(
+                    f"with a model, {label(key)} would be both {other.id} and {row.id}: give one "
+                    "of them another key"
+                )
+    return ModelKeyboard(rows)
 
 
 def model_pairs(joints: Sequence[str], axes: Sequence[str]) -> tuple[JogPair, ...]:

@@ -6,15 +6,18 @@ import math
 
 import pytest
 
+from armdrive.draw.camera import VIEWS
+from armdrive.errors import KeyFileError
 from armdrive.theory.subject import find_subject
 from kinematics.worked_example import example_posture
 from tui.framework import PlainText
-from tui.keyboard import label
+from tui.keyboard import DEFAULT_KEYS, label
 from tui.keys import TABLE
 from tui.model_desk import NO_ARM, ModelDesk
 from tui.model_hand import ModelHand
 from tui.model_keys import PLACE, model_keys, model_pairs
-from tui.remap import load_keys
+from tui.remap import LAYOUTS, _of_layout, load_keys
+from tui.widgets.arm_view import SpaceView
 
 SIZES = [(80, 24), (120, 40), (200, 60)]
 
@@ -185,6 +188,26 @@ async def test_keys_can_be_others(tmp_path):
         assert session.degrees == [0.0, 0.0]
 
 
+async def test_every_key_that_moves_the_watcher_moves_him_and_not_the_model():
+    rows = [row for row in model_keys().rows if row.action.startswith("view(")]
+    assert len(rows) > 5
+    async with Session("puma") as session:
+        await session.desk.workers.wait_for_complete()
+        view = session.desk.screen.query_one(SpaceView)
+        before = session.desk.hand.values
+        for row in rows:
+            camera = view.camera = VIEWS["front"].orbited(33, 20).zoomed(1, None, view._scene.dome)
+            await session.press(row.keys[0])
+            assert (view.camera != camera) == (row.id != "view-clear"), row.id
+        assert session.desk.hand.values == before
+
+
+def test_a_file_that_gives_one_key_to_two_rows_of_a_model_is_refused():
+    keys = DEFAULT_KEYS.changed({"model-zero": ("m",)})
+    with pytest.raises(KeyFileError, match="m would be both mode and model-zero"):
+        ModelDesk(find_subject("puma"), braille=True, keys=keys)
+
+
 def test_help_and_footer_name_every_key_of_a_model_and_no_other():
     keys = model_keys()
     pairs = model_pairs(("theta1", "theta2"), ("x", "y", "z"))
@@ -198,8 +221,10 @@ def test_help_and_footer_name_every_key_of_a_model_and_no_other():
     assert "reset" not in footer
 
 
-def test_no_key_of_a_model_does_two_things():
-    keys = [key for row in model_keys().rows for key in row.keys if row.place != "help"]
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_no_key_of_a_model_does_two_things_on_any_layout(layout):
+    rows = model_keys(_of_layout(layout)).rows
+    keys = [key for row in rows if row.place != "help" for key in row.keys]
     assert len(keys) == len(set(keys))
 
 

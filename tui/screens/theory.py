@@ -22,7 +22,7 @@ from tui.widgets.theory_panel import TheoryPanel
 LOOK_S = 0.2
 """Matrices of a moving arm are worked out no more often: its own thread comes first."""
 
-READ_ONLY = "read only: no key here moves the arm"
+READ_ONLY = "read only: nothing here moves it"
 UNKNOWN_BUILD = "no theory is known of an arm of this build"
 
 
