@@ -120,10 +120,11 @@ class Moving(Teaching):
             task = self.submit(set_gripper(self.wire, opening_mm), alone=True)
         return self.finish(task, PATIENCE_S)
 
-    def move_motors(self, *steps: int, speed: float = 0.25) -> Moved:
+    def move_motors(self, *steps: int, speed: float = 0.25, stops: int | None = None) -> Moved:
         """Move each motor by whole steps from where it is, all together: for the bench.
 
-        Knows neither limits nor guards and needs no reference.
+        Knows neither limits nor guards and needs no reference. With `stops`, the count of stops
+        when it was asked for, one that came since then keeps it from beginning: raises `Stopped`.
         """
         motors = Motors(steps)
         if len(motors) != self.abilities.motors:
@@ -132,6 +133,8 @@ class Moving(Teaching):
         with self.pace.lock:
             if self.core.state is not State.HOMING:
                 after(self.core.state, Event.MOVE)
+            if stops is not None and self.stops != stops:
+                raise Stopped("a stop was asked for before the motors began to turn")
             flow = motion.bench_move(self.wire, self.speeds, motors, fraction)
             task = self.submit(flow, alone=True)
         return self.finish(task, PATIENCE_S * 10)

@@ -8,7 +8,6 @@ default.
 from __future__ import annotations
 
 import argparse
-import tempfile
 import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,16 +15,17 @@ from typing import TYPE_CHECKING, Any
 from armdrive import places
 from armdrive.cli.choosing import add_json_option
 from armdrive.cli.config_asking import Back, agree, ask
-from armdrive.cli.config_files import arm_paths
 from armdrive.cli.config_signs import connected, find_signs
 from armdrive.cli.output import emit, say
 from armdrive.errors import ArmError, BadRequest
 from armdrive.interview.answers import flattened
-from armdrive.interview.draft import Draft, LinkFile, Surroundings
+from armdrive.interview.draft import Draft
 from armdrive.interview.readers import WrongAnswer
 from armdrive.interview.session import Interview
 from armdrive.interview.templates import available
-from armdrive.interview.writing import Files, files_of
+from armdrive.interview.writing import files_of
+from armdrive.setup.filing import checked, write
+from armdrive.setup.finding import surroundings
 from kinematics.near_words import did_you_mean
 
 if TYPE_CHECKING:
@@ -94,7 +94,7 @@ def _refuse_overwriting(name: str) -> None:
 
 
 def _interviewed(given: dict[str, str], silent: bool) -> Draft:
-    interview = Interview(_surroundings(given))
+    interview = Interview(surroundings(given))
     while (question := interview.question) is not None:
         if question.key in given or silent:
             _take_given(interview, question.key, given.get(question.key, ""))
@@ -126,25 +126,6 @@ def _go_back(interview: Interview, given: dict[str, str]) -> None:
     say("  this is the first question")
 
 
-def _surroundings(given: dict[str, str]) -> Surroundings:
-    from armdrive.transports.ports import list_ports
-
-    ports = tuple(port.stable_name or port.device for port in list_ports())
-    arms = tuple(path.stem for path in arm_paths())
-    return Surroundings(arms, ports, _read_links, frozenset(given))
-
-
-def _read_links(path: str) -> LinkFile:
-    from armdrive.modelfile import read_model
-
-    place = Path(path).expanduser()
-    try:
-        model = read_model(place)
-        return LinkFile(path, place.read_text(encoding="utf-8"), model.chain)
-    except ArmError as error:
-        raise WrongAnswer(str(error)) from None
-
-
 def _with_signs(draft: Draft, *, simulated: bool, alone: bool) -> Draft:
     """Return the draft with the directions that were seen; a trouble leaves them for later."""
     config = checked(files_of(draft), draft.name)
@@ -160,25 +141,6 @@ def _with_signs(draft: Draft, *, simulated: bool, alone: bool) -> Draft:
     if signs.unclear and not alone:
         say(f"not told: {', '.join(signs.unclear)}")
     return Draft({**draft.answers, **found}, draft.around)
-
-
-def checked(files: Files, name: str) -> ArmConfig:
-    """Read the texts back as they would be read; nothing stays on the disk."""
-    from armdrive.armfile import load_arm_file
-
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / f"{name}.toml"
-        write(files, path)
-        return load_arm_file(path)
-
-
-def write(files: Files, path: Path) -> None:
-    """Write the model file, then the arm file that names it."""
-    from armdrive.record import replace_file
-
-    if files.model is not None:
-        replace_file(path.parent / files.model_path, files.model.rstrip("\n"))
-    replace_file(path, files.arm.rstrip("\n"))
 
 
 def _agreed(path: Path, *, force: bool) -> bool:

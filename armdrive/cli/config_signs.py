@@ -21,6 +21,7 @@ from armdrive.interview.signs import (
     AGAIN,
     NOTHING,
     OTHER,
+    TRIAL_SPEED,
     Seen,
     Signs,
     Trial,
@@ -34,8 +35,6 @@ from armdrive.status import State
 if TYPE_CHECKING:
     from armdrive.arm import Arm
     from armdrive.armfile import ArmConfig
-
-TRIAL_SPEED = 0.1
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -18,31 +18,17 @@ from armdrive.doctor.can_survey import IDS, LISTEN_S, Survey, ask_round, listen
 from armdrive.doctor.carrying import RealClock
 from armdrive.doctor.findings import Finding, any_problem, note, ok, problem
 from armdrive.errors import ArmError, BadRequest, LinkError, LinkLost, PortUnavailable
+from armdrive.setup.finding import Nobody
 from armdrive.transports.can_address import PREFIX, CanAddress, is_can
 from armdrive.transports.can_health import BusHealth
 from firmware_protocol.mks import NODE_MAX, Bitrate
 
 if TYPE_CHECKING:
     from armdrive.armfile import ArmConfig
-    from armdrive.commissioning.acts import Ask
     from armdrive.commissioning.drives import Known
     from armdrive.transports.can_link import CanLink
 
 DONE, MENDING, CLOSED, NOBODY = 0, 1, 4, 6
-
-
-class _Nobody:
-    """A survey asks no person anything."""
-
-    def tell(self, text: str) -> None:
-        """Say nothing."""
-
-    def watch(self, motor: int) -> None:
-        """See nothing."""
-
-    def answer(self, asked: Ask) -> object:
-        """Refuse: there is no question in a survey."""
-        raise NotImplementedError(asked.question.words)
 
 
 def ids_of(text: str) -> tuple[int, ...]:
@@ -150,7 +136,7 @@ def _listened(address: CanAddress) -> Survey:
     """Hear what passes, with an adapter that does not even acknowledge where it can be kept."""
     link = _open(address.listening())
     try:
-        return Carrier(link, RealClock(), _Nobody()).run(listen())
+        return Carrier(link, RealClock(), Nobody()).run(listen())
     finally:
         link.close()
 
@@ -159,7 +145,7 @@ def _asked(address: CanAddress, ids: tuple[int, ...]) -> tuple[Survey, BusHealth
     """Ask the ids; return what was found, how the adapter was then, and why the bus was lost."""
     link = _open(address)
     try:
-        found = Carrier(link, RealClock(), _Nobody()).run(ask_round(ids))
+        found = Carrier(link, RealClock(), Nobody()).run(ask_round(ids))
     except LinkLost as error:
         return Survey(asked=ids), link.health, str(error).partition("was lost: ")[2]
     else:

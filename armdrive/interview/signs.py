@@ -22,6 +22,9 @@ TRIAL_RAD = math.radians(5.0)
 TRIAL_OPENING_MM = 3.0
 """A trial is the shorter of these: what is seen at the tip, any joint's turn, the fingers' way."""
 
+TRIAL_SPEED = 0.1
+"""The share of the motors' speed at which they are tried."""
+
 NOTHING, OTHER, AGAIN = "nothing", "other", "again"
 
 

@@ -1,0 +1,107 @@
+"""Arm files that are written: a new one read back first, a present one as a difference."""
+
+from __future__ import annotations
+
+import difflib
+import tempfile
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from armdrive.errors import ArmFileError
+from armdrive.interview.amending import amended
+from armdrive.interview.corrections import Verdict, changes, swapped
+from armdrive.interview.problems import problems_of
+
+if TYPE_CHECKING:
+    from armdrive.armfile import ArmConfig
+    from armdrive.interview.writing import Files
+    from kinematics import Transmission
+
+
+def checked(files: Files, name: str) -> ArmConfig:
+    """Read the texts back as they would be read; nothing stays on the disk."""
+    from armdrive.armfile import load_arm_file
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / f"{name}.toml"
+        write(files, path)
+        return load_arm_file(path)
+
+
+def write(files: Files, path: Path) -> None:
+    """Write the model file, then the arm file that names it."""
+    from armdrive.record import replace_file
+
+    if files.model is not None:
+        replace_file(path.parent / files.model_path, files.model.rstrip("\n"))
+    replace_file(path, files.arm.rstrip("\n"))
+
+
+@dataclass(frozen=True, slots=True)
+class Proposal:
+    """An arm file as it stands and as it should be; `remarks` are what no file can mend."""
+
+    path: Path
+    before: str
+    after: str
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def differs(self) -> bool:
+        """Whether there is anything to write."""
+        return self.before != self.after
+
+    @property
+    def difference(self) -> tuple[str, ...]:
+        """The lines that go and come, with what stands around them."""
+        lines = (self.before.splitlines(), self.after.splitlines())
+        return tuple(difflib.unified_diff(*lines, "as it is", "as proposed", lineterm="", n=1))
+
+    def write(self) -> None:
+        """Write it. Raises `ArmFileError` if the file is no longer the one that was compared."""
+        from armdrive.record import replace_file
+
+        if _text(self.path) != self.before:
+            raise ArmFileError(
+                f"{self.path} was changed meanwhile and is left as it is: begin the check anew"
+            )
+        replace_file(self.path, self.after.rstrip("\n"))
+
+
+def propose(path: Path, transmission: Transmission, verdict: Verdict) -> Proposal:
+    """Return how an arm file should be changed. Writes nothing; raises `ArmFileError`."""
+    before = _text(path)
+    table = tomllib.loads(before)
+    known = set(problems_of(table, path.stem, path.parent))
+    order = dict(verdict.order) if "motors" in table and swapped(verdict) else {}
+    text = amended(before, changes(table, transmission, verdict), order)
+    new = [
+        each
+        for each in problems_of(tomllib.loads(text), path.stem, path.parent)
+        if each not in known
+    ]
+    if new:
+        raise ArmFileError(f"with these changes the arm file could not be used: {new[0]}")
+    return Proposal(path, before, text, tuple(_remarks(verdict, order)))
+
+
+def _remarks(verdict: Verdict, order: dict[str, str]) -> list[str]:
+    said = []
+    if verdict.order and not order:
+        pairs = ", ".join(f"{seen} moved for {meant}" for meant, seen in verdict.order.items())
+        said.append(f"{pairs}: swap their plugs at the controller, then check once more")
+    if order:
+        said.append("motors have changed places: check their directions once more")
+    if verdict.signs.unclear:
+        names = ", ".join(verdict.signs.unclear)
+        said.append(f"not told: {names}. Look at plugs and drivers, then check once more")
+    return said
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise ArmFileError(f"{path} cannot be read: {error}") from None

@@ -1,0 +1,196 @@
+"""What was seen of each motor becomes the keys of the arm file that it contradicts."""
+
+import tomllib
+
+import pytest
+
+from armdrive.armfile import load_arm_file
+from armdrive.errors import ArmFileError, BadRequest
+from armdrive.interview.amending import amended
+from armdrive.interview.corrections import Change, Saw, Verdict
+from armdrive.interview.sight import WAYS
+from armdrive.setup.checking import Check
+from armdrive.setup.filing import propose
+from armdrive.sim.found import found_posture
+from kinematics import preset
+
+PRESET = """\
+# My own arm.
+model = "teachmover"
+title = "bench"        # on the left
+
+[connection]
+dialect = "teachmover"
+port = ""
+"""
+
+SIX = """\
+model = "models/six.toml"
+
+[connection]
+dialect = "grbl"
+port = ""
+
+# what the board drives
+[[motors]]
+name = "one"
+steps_per_turn = 64000        # 200 x 16 x 20:1
+sees = { one = 1 }
+
+[[motors]]
+name = "two"
+steps_per_turn = 32000
+sees = { two = -1 }
+follows = { one = 1 }
+
+[park]
+x_mm = 1
+"""
+
+
+def arm_file(folder, text=PRESET):
+    path = folder / "bench.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def checked(saw, **more):
+    """Go through all motors of a TeachMover; `saw` names those that were not as shown."""
+    model = preset("teachmover")
+    check = Check(model.arm, model.transmission, found_posture(model.arm))
+    while (trial := check.trial) is not None:
+        check.turned()
+        check.saw(saw.get(trial.name, Saw.AS_SHOWN), more.get(trial.name.replace(" ", "_"), ""))
+        if check.asks_hand:
+            check.hand(trial.expected.word("roll"))
+        check.turned()
+    return check.verdict(), model.transmission
+
+
+def test_an_arm_that_moves_as_shown_leaves_its_file_alone(tmp_path):
+    verdict, transmission = checked({})
+    assert verdict.right
+    proposal = propose(arm_file(tmp_path), transmission, verdict)
+    assert not proposal.differs
+    assert proposal.remarks == ()
+
+
+def test_directions_and_gears_are_written_and_every_other_line_stays(tmp_path):
+    verdict, transmission = checked({"elbow": Saw.OTHER_WAY, "base": Saw.TWICE})
+    proposal = propose(arm_file(tmp_path), transmission, verdict)
+    proposal.write()
+    text = proposal.path.read_text(encoding="utf-8")
+    for line in PRESET.splitlines():
+        assert line in text
+    before = transmission.motors[0].steps_per_unit
+    after = load_arm_file(proposal.path).model.transmission
+    assert after.motors[0].steps_per_unit == pytest.approx(before / 2.0)
+    assert tomllib.loads(text)["motor_signs"] == {"elbow": -1}
+    assert any(line.startswith("+elbow = -1") for line in proposal.difference)
+
+
+def test_checked_once_more_the_direction_goes_back(tmp_path):
+    verdict, transmission = checked({"elbow": Saw.OTHER_WAY})
+    path = arm_file(tmp_path)
+    propose(path, transmission, verdict).write()
+    propose(path, transmission, verdict).write()
+    assert tomllib.loads(path.read_text(encoding="utf-8"))["motor_signs"] == {"elbow": 1}
+
+
+def test_half_as_far_at_the_fingers_is_of_their_own_key(tmp_path):
+    verdict, transmission = checked({"gripper": Saw.HALF})
+    path = arm_file(tmp_path)
+    propose(path, transmission, verdict).write()
+    after = load_arm_file(path).model.transmission.motors[-1].steps_per_unit
+    assert abs(after) == pytest.approx(2.0 * abs(transmission.motors[-1].steps_per_unit))
+
+
+def test_motors_of_a_preset_that_changed_places_are_a_matter_of_plugs(tmp_path):
+    verdict, transmission = checked(
+        {"base": Saw.ANOTHER, "elbow": Saw.ANOTHER}, base="elbow", elbow="base"
+    )
+    proposal = propose(arm_file(tmp_path), transmission, verdict)
+    assert not proposal.differs
+    assert "swap their plugs" in proposal.remarks[0]
+    assert verdict.signs.unclear == ()
+
+
+def test_a_motor_that_moved_nothing_is_named(tmp_path):
+    verdict, transmission = checked({"shoulder": Saw.NOT_AT_ALL})
+    remarks = propose(arm_file(tmp_path), transmission, verdict).remarks
+    assert remarks == ("not told: shoulder. Look at plugs and drivers, then check once more",)
+
+
+def test_a_file_that_was_changed_meanwhile_is_left_alone(tmp_path):
+    verdict, transmission = checked({"elbow": Saw.OTHER_WAY})
+    path = arm_file(tmp_path)
+    proposal = propose(path, transmission, verdict)
+    path.write_text(PRESET + "# somebody's own\n", encoding="utf-8")
+    with pytest.raises(ArmFileError, match="changed meanwhile"):
+        proposal.write()
+    assert path.read_text(encoding="utf-8").endswith("# somebody's own\n")
+
+
+def test_motors_of_a_list_change_places_with_all_that_is_said_of_them():
+    after = amended(SIX, (), {"one": "two", "two": "one"})
+    motors = tomllib.loads(after)["motors"]
+    assert [each["name"] for each in motors] == ["two", "one"]
+    assert motors[1]["steps_per_turn"] == 64000
+    assert "# 200 x 16 x 20:1" in after
+    assert after.index("# what the board drives") < after.index("[[motors]]")
+
+
+def test_a_key_of_one_motor_of_several_is_changed():
+    after = amended(SIX, [Change(("motors", 1, "sees"), {"two": 1}, "seen")])
+    assert tomllib.loads(after)["motors"][1]["sees"] == {"two": 1}
+    assert tomllib.loads(after)["motors"][0]["sees"] == {"one": 1}
+
+
+def test_a_layout_that_is_not_understood_is_refused_with_what_to_write():
+    for line in ("motor_signs = { elbow = 1 }", "motor_signs.elbow = 1"):
+        with pytest.raises(ArmFileError, match=r"by hand.*motor_signs\.elbow = -1"):
+            amended(f"{line}\n{PRESET}", [Change(("motor_signs", "elbow"), -1, "seen")])
+
+
+def test_what_follows_a_motor_follows_its_direction_and_its_gear():
+    from armdrive.interview.corrections import changes
+    from armdrive.interview.signs import Signs
+
+    table = tomllib.loads(SIX)
+    verdict = Verdict(Signs(motors=("one",)), {"one": 2.0})
+    found = {each.name: each.value for each in changes(table, None, verdict)}
+    assert found["motors.0.sees"] == {"one": -1}
+    assert found["motors.0.steps_per_turn"] == 32000
+    assert found["motors.1.follows"] == {"one": -2}
+
+
+def test_nothing_is_said_of_a_motor_that_was_not_turned():
+    model = preset("teachmover")
+    check = Check(model.arm, model.transmission, found_posture(model.arm))
+    with pytest.raises(BadRequest, match="turn it first"):
+        check.saw(Saw.AS_SHOWN)
+    assert check.steps(6)[5] == check.trial.steps
+    check.turned()
+    assert check.steps(6)[5] == -check.trial.steps
+    name = check.trial.name
+    check.saw(Saw.AS_SHOWN)
+    assert check.trial.name == name  # it has to come back before the next one's turn
+    with pytest.raises(BadRequest, match="bring it back"):
+        check.saw(Saw.AS_SHOWN)
+    check.turned()
+    assert check.trial.name != name
+
+
+def test_a_reversed_wrist_is_told_from_a_reversed_roll():
+    model = preset("teachmover")
+    check = Check(model.arm, model.transmission, found_posture(model.arm))
+    while (trial := check.trial) is not None:
+        check.turned()
+        check.saw(Saw.AS_SHOWN)
+        if check.asks_hand:
+            words = WAYS["roll"]
+            check.hand(next(each for each in words if each != trial.expected.word("roll")))
+        check.turned()
+    assert check.verdict().signs.joints == ("wrist_roll",)
+    assert check.after is None
+    assert check.verdict().signs.motors == ()
