@@ -7,10 +7,13 @@ from typing import TYPE_CHECKING, Literal, Protocol
 from armdrive.frames import BASE
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from armdrive.calls.teaching import Place
     from armdrive.flows.motion import Moved
     from armdrive.handle import Handle
     from armdrive.intents import Jog
+    from armdrive.log.reader import LogReader
     from armdrive.posture import PostureRequest
     from armdrive.preview import Preview
     from armdrive.status import Status
@@ -113,6 +116,14 @@ class DeskArm(Protocol):
         self, goal: Place, *, speed: float = 1.0, frame: str = BASE, wait: Literal[False]
     ) -> Handle[Moved]:
         """Begin a straight line to a pose; raises `ArmError` and `KinematicsError`."""
+
+    # -- the log --------------------------------------------------------------------------
+
+    def log(self) -> LogReader:
+        """Return a reader of what passes on the wire; raises `WrongState` where none is kept."""
+
+    def save_recording(self) -> Path:
+        """Write what the flight recorder holds, and return the file; raises `ArmError`."""
 
     def close(self) -> None:
         """Stop, and give the port back. Closing twice is no error."""

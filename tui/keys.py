@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from kinematics import JOINT_NAMES
 from tui.key_row import DeskKey as DeskKey
 from tui.keys_errands import MOVE_KEYS, POINT_KEYS
+from tui.keys_log import LOG_DIALOG_KEYS, LOG_KEYS
 from tui.keys_theory import MODEL_KEYS, THEORY_KEYS
 from tui.keys_view import VIEW_KEYS
 from tui.screens import SCREENS
@@ -231,6 +232,8 @@ TABLE = (
     *MOVE_KEYS,
     *POINT_KEYS,
     *THEORY_KEYS,
+    *LOG_KEYS,
+    *LOG_DIALOG_KEYS,
     *MODEL_KEYS,
     *VIEW_KEYS,
     *DIALOG_KEYS,

@@ -48,6 +48,8 @@ SCREENS = (
           ("tui.screens.points", "PointsScreen")),
     Entry("theory", "f6", "theory", "Matrices, Jacobian, singularities of the arm as it stands.",
           ("tui.screens.theory", "TheoryScreen")),
+    Entry("log", "f7", "log", "What passes between the arm and this program, in words.",
+          ("tui.screens.log", "LogScreen")),
 )  # fmt: skip
 """The first one is shown first."""
 

@@ -1,0 +1,61 @@
+"""An arm that has a flight recorder's memory into which a test puts what has passed."""
+
+from pathlib import Path
+
+from desk_fake import FakeArm
+
+from armdrive.errors import StateFileError
+from armdrive.log.reader import LogReader
+from armdrive.recorder.entries import Entry, Kind
+from armdrive.recorder.ring import Ring
+
+
+class LoggedArm(FakeArm):
+    """`pass_by` puts entries into its log; `saved` is where a recording goes."""
+
+    def __init__(self, dialect="teachmover", **more):
+        super().__init__(**more)
+        self.ring = Ring()
+        self.dialect = dialect
+        self.now_s = 0.0
+        self.saved = Path("/somewhere/recordings/sim-001-asked-for.jsonl")
+        self.looks = []
+
+    def log(self):
+        return LogReader(self._since, self.dialect, 0.0)
+
+    def _since(self, number, most, back):
+        first, entries = self.ring.since(number, most, back)
+        self.looks.append(len(entries))
+        return first, entries
+
+    def pass_by(self, kind, what):
+        self.now_s += 0.125
+        self.ring.add(Entry(self.now_s, kind, what))
+
+    def move(self, steps="37,0,-4,0,0,0"):
+        """Have what belongs to one small motion pass by."""
+        self.pass_by(Kind.REQUEST, "MoveBy(37 0 -4 0 0 0; 219.5 steps/s)")
+        self.pass_by(Kind.SENT, f"@STEP 214,{steps}\r".encode())
+        self.pass_by(Kind.HEARD, b"1\r")
+        self.pass_by(Kind.REPLY, "done")
+
+    def save_recording(self):
+        if self.saved is None:
+            raise StateFileError("the recording cannot be written: the disk is full")
+        return self.saved
+
+
+def storied(dialect="teachmover"):
+    """An arm with a call, a motion, and a fault behind it."""
+    arm = LoggedArm(dialect)
+    arm.pass_by(Kind.CALL, "move_j(shoulder_deg=40, elbow_deg=-60, speed=0.5)")
+    arm.pass_by(Kind.STATE, "moving")
+    for number in range(6):
+        arm.move(f"{37 + number},0,-4,0,0,0")
+    arm.pass_by(Kind.SILENCE, "no answer to `@STEP 214,37,0,-4,0,0,0` within 1.5 s")
+    arm.pass_by(Kind.STATE, "error-stop")
+    arm.pass_by(Kind.TRUST, "suspect: a motion was sent and never answered")
+    arm.pass_by(Kind.ERROR, "[E502] no answer to `@STEP 214,37,0,-4,0,0,0` within 1.5 s")
+    arm.pass_by(Kind.RAISED, "NoAnswer: no answer to `@STEP 214,37,0,-4,0,0,0` within 1.5 s")
+    return arm

@@ -1,0 +1,343 @@
+"""The log screen: what has come is shown in words, sieved, held, opened and saved."""
+
+from pathlib import Path
+
+import pytest
+from desk_logged import LoggedArm, storied
+from desk_session import Session
+
+from armdrive.errors import WrongState
+from armdrive.log.lines import LogLine, Topic
+from armdrive.log.reader import MOST
+from armdrive.recorder.entries import Kind
+from firmware_protocol.frames import Frame, pack
+from tui.keyboard import DEFAULT_KEYS
+from tui.keys_log import LOG_DIALOG_KEYS, LOG_KEYS
+from tui.log_window import Window
+from tui.log_words import catalogue, cut, row, whole
+from tui.widgets.log_list import LogList
+
+
+class LogSession(Session):
+    """A desk at its log screen."""
+
+    def __init__(self, arm=None, **more):
+        super().__init__(arm or storied(), **({"size": (120, 40)} | more))
+
+    async def __aenter__(self):
+        await super().__aenter__()
+        await self.press("f7")
+        await self.settle()
+        return self
+
+    async def press(self, *keys, **more):
+        await super().press(*keys, **more)
+        await self.pilot.pause()  # dialogs fill in their text when their size is known
+        await self.pilot.pause()
+
+    @property
+    def shown(self):
+        return self.desk.place.query_one(LogList).shown
+
+    @property
+    def rows(self):
+        return self.shown.splitlines()
+
+    def dialog(self, name):
+        return self.desk.screen.query_one(f"#{name}").shown
+
+    @property
+    def open(self):
+        return len(self.desk.screen_stack) > 1
+
+
+async def test_bytes_are_shown_with_what_they_mean_and_by_whom():
+    async with LogSession() as session:
+        assert "-> @STEP 214,37,0,-4,0,0,0" in session.shown
+        assert "step at speed 214: base +37, elbow -4" in session.shown
+        assert "<- 1\\r" in session.shown
+        assert "call: move_j(shoulder_deg=40" in session.shown
+        assert "[E502]" in session.shown
+        assert session.rows[-1].startswith("!")
+
+
+async def test_only_what_is_new_is_read_at_each_poll():
+    async with LogSession() as session:
+        session.arm.looks.clear()
+        await session.poll()
+        session.arm.move("99,0,0,0,0,0")
+        await session.poll()
+        await session.poll()
+        assert [look for look in session.arm.looks if look] == [4]
+        assert "base +99" in session.shown
+
+
+async def test_a_long_history_comes_in_portions_and_says_what_is_not_shown():
+    arm = LoggedArm()
+    for number in range(4 * 700):
+        arm.pass_by(Kind.REPLY, f"number {number}")
+    async with LogSession(arm) as session:
+        assert max(arm.looks) <= MOST
+        for _ in range(5):
+            await session.poll()
+        assert session.rows[-1].endswith("number 2799")
+        assert session.desk.place.book.total == 2000
+        await session.press("home")
+        assert "number 800" in session.rows[0]
+
+
+async def test_frames_of_a_can_bus_are_shown_as_frames():
+    arm = LoggedArm("mks")
+    arm.pass_by(Kind.SENT, pack(Frame(1, bytes.fromhex("3132"))))
+    async with LogSession(arm) as session:
+        assert "-> 001#3132" in session.shown
+        assert session.shown.endswith("1: read encoder")
+
+
+async def test_topics_are_left_out_and_shown_again_each_by_its_key():
+    marks = {
+        Topic.BYTES: "@STEP 214,38",
+        Topic.REQUESTS: "request: MoveBy",
+        Topic.INTENTS: "call: move_j",
+        Topic.STATES: "state: moving",
+        Topic.ERRORS: "raised: NoAnswer",
+    }
+    async with LogSession() as session:
+        for number, (topic, mark) in enumerate(marks.items(), 1):
+            assert f"{number} [x] {topic.value}" in session.text("log-head")
+            await session.press(str(number))
+            assert f"{number} [ ] {topic.value}" in session.text("log-head")
+            assert mark not in session.shown
+        assert session.shown.startswith("no line (left out: bytes, requests")
+        await session.press("a")
+        assert all(mark in session.shown for mark in marks.values())
+
+
+async def test_a_text_is_typed_and_the_log_follows_it():
+    async with LogSession() as session:
+        await session.press("slash", *"BASEX", "backspace", "comma", "3", "9")
+        assert session.open
+        assert session.rows == [each for each in session.rows if "base +39" in each]
+        assert len(session.rows) == 1
+        assert "BASE,39_" in session.dialog("find-text")
+        await session.press("enter")
+        assert not session.open
+        assert "find: BASE,39" in session.text("log-head")
+        await session.press("slash", "delete", "z", "z")
+        assert "only with: zz" in session.shown
+        await session.press("enter", "a")
+        assert len(session.rows) > 10
+
+
+@pytest.mark.parametrize("key", ["slash", "e"])
+async def test_a_space_in_a_search_stops_the_arm_and_is_not_typed(key):
+    async with LogSession() as session:
+        await session.press(key, "a", "space")
+        assert session.arm.asked("stop")
+        assert not session.open
+
+
+async def test_lines_are_held_still_while_others_come_and_none_is_lost():
+    async with LogSession() as session:
+        await session.press("p")
+        assert "HELD STILL" in session.text("log-head")
+        before = session.shown
+        session.arm.move("99,0,0,0,0,0")
+        await session.poll()
+        assert session.shown == before
+        await session.press("p")
+        await session.poll()
+        assert "base +99" in session.shown
+
+
+async def test_the_arrows_choose_a_line_and_what_is_looked_at_stays():
+    async with LogSession(size=(80, 24)) as session:
+        await session.press("up", "up")
+        (chosen,) = [each for each in session.rows if each.startswith(">")]
+        assert "looking back" in session.text("log-head")
+        at = session.rows.index(chosen)
+        session.arm.move("99,0,0,0,0,0")
+        await session.poll()
+        assert session.rows[at] == chosen
+        await session.press("down", "up")
+        assert session.rows[at] == chosen
+        await session.press("end")
+        assert "newest last" in session.text("log-head")
+        assert "done" in session.rows[-1]
+
+
+async def test_pages_and_the_oldest_line():
+    async with LogSession(size=(80, 24)) as session:
+        await session.press("home")
+        assert session.rows[0].startswith("> ")
+        assert "call: move_j" in session.rows[0]
+        await session.press("pagedown")
+        (chosen,) = [each for each in session.rows if each.startswith(">")]
+        assert session.rows.index(chosen) == len(session.rows) - 1
+        await session.press("pageup")
+        assert session.rows[0].startswith("> ")
+
+
+async def test_an_error_is_opened_with_its_cause_and_remedy():
+    async with LogSession() as session:
+        await session.press("enter")
+        text = session.dialog("line-text")
+        assert "NoAnswer: no answer to" in text
+        assert "E502: the controller does not answer" in text
+        assert "cause" in text
+        assert "remedy" in text
+        await session.press("enter")
+        assert not session.open
+        await session.press("end", "enter", "n")
+        assert not session.open
+
+
+async def test_a_line_of_bytes_is_opened_whole():
+    async with LogSession(size=(80, 24)) as session:
+        await session.press("slash", *"base,42", "enter", "enter")
+        text = session.dialog("line-text")
+        assert "to the arm" in text
+        assert "@STEP 214,42,0,-4,0,0,0\\r" in text
+        assert "step at speed 214: base +42, elbow -4" in text
+
+
+async def test_nothing_can_be_opened_where_there_is_nothing():
+    async with LogSession(LoggedArm()) as session:
+        assert session.shown == "nothing has passed yet"
+        await session.press("enter", "up", "home", "pagedown")
+        assert not session.open
+        assert "no line to be opened" in session.text("remarks")
+
+
+async def test_the_catalogue_begins_at_the_line_and_is_searched():
+    async with LogSession() as session:
+        await session.press("e")
+        assert "> E502" in session.dialog("catalogue-text")
+        await session.press("backspace", "delete", *"wire,lost")
+        text = session.dialog("catalogue-text")
+        assert "> E" in text
+        assert "remedy" in text
+        first = text.splitlines()[1]
+        await session.press("down")
+        assert session.dialog("catalogue-text").splitlines()[1] != first
+        await session.press("up")
+        assert session.dialog("catalogue-text").splitlines()[1] == first
+        await session.press(*"zzz")
+        assert "no error has these words" in session.dialog("catalogue-text")
+        await session.press("down", "enter")
+        assert not session.open
+
+
+async def test_saving_says_where_or_why_not():
+    async with LogSession() as session:
+        await session.press("s")
+        await session.settle()
+        assert f"written: {session.arm.saved}" in session.text("remarks")
+        session.arm.saved = None
+        await session.press("s")
+        await session.settle()
+        assert "the disk is full" in session.text("remarks")
+
+
+async def test_an_arm_without_a_recorder_says_so():
+    class Unrecorded(LoggedArm):
+        def log(self):
+            raise WrongState("this arm was connected without a flight recorder")
+
+    async with LogSession(Unrecorded()) as session:
+        assert "without a flight recorder" in session.text("remarks")
+
+
+async def test_every_key_of_the_log_is_tried_here():
+    source = Path(__file__).read_text(encoding="utf-8")
+    for each in (*LOG_KEYS, *LOG_DIALOG_KEYS):
+        key = each.keys[0]
+        assert f'"{key}"' in source or (key.isdigit() and "str(number)" in source), each.id
+
+
+async def test_no_key_of_the_log_moves_the_arm():
+    async with LogSession() as session:
+        for each in LOG_KEYS:
+            await session.press(each.keys[0])
+            session.desk.close_dialogs()
+        assert {call[0] for call in session.arm.calls} <= {"release"}
+
+
+@pytest.mark.parametrize("size", [(80, 24), (120, 40), (200, 60)])
+async def test_nothing_is_wider_than_the_screen(size):
+    async with LogSession(size=size) as session:
+        assert len(session.rows) <= size[1] - 5
+        for text in (session.shown, session.text("log-head"), session.text("footer")):
+            assert max(map(len, text.splitlines())) <= size[0]
+
+
+@pytest.mark.parametrize("size", [(80, 24), (120, 40), (200, 60)])
+def test_the_log_screen(snap_compare, size):
+    session = Session(storied())
+    assert snap_compare(session.desk, press=["f7"], terminal_size=size, run_before=_polled)
+
+
+@pytest.mark.parametrize("keys", [["enter"], ["e"], ["slash", "b", "a", "s", "e"]])
+def test_the_dialogs_of_the_log(snap_compare, keys):
+    session = Session(storied())
+    assert snap_compare(
+        session.desk, press=["f7", *keys], terminal_size=(80, 24), run_before=_polled
+    )
+
+
+async def _polled(pilot):
+    pilot.app.poll()
+    await pilot.pause()
+
+
+# -- the words alone --------------------------------------------------------------------------
+
+
+def line(number, kind=Kind.REPLY, words="done", **more):
+    return LogLine(number, float(number), kind, **({"shown": "", "words": words} | more))
+
+
+def test_what_does_not_fit_is_cut_with_a_sign():
+    assert cut("abcdef", 6) == "abcdef"
+    assert cut("abcdef", 5) == "abcd~"
+    long = line(1, Kind.SENT, "w" * 200, shown="b" * 200)
+    told = row(long, 80, chosen=True)
+    assert len(told) == 80
+    assert told.count("~") == 2
+    assert told.startswith(">")
+
+
+def test_a_whole_line_keeps_everything():
+    long = line(1, Kind.SENT, "word " * 60, shown="bytes " * 60)
+    text = whole(long, 60)
+    assert text.count("word") == text.count("bytes") == 60
+    assert max(map(len, text.splitlines())) <= 60
+
+
+def test_a_window_keeps_the_chosen_line_in_sight_whatever_comes_and_goes():
+    lines = [line(number) for number in range(100)]
+    window = Window()
+    assert [each.number for each in window.visible(lines, 10)] == list(range(90, 100))
+    window.go(lines, -20)
+    seen = window.visible(lines, 10)
+    assert window.line(lines).number == 79
+    assert window.line(lines) in seen
+    assert window.visible([*lines, line(100)], 10) == seen
+    gone = lines[85:]
+    assert window.line(gone).number == 85
+    assert window.visible(gone, 10)[0].number == 85
+    window.go(gone, 100)
+    assert window.chosen is None
+    window.go(gone, 1)
+    assert window.chosen is None
+    assert list(window.visible([], 10)) == []
+
+
+def test_the_catalogue_fits_its_room_wherever_it_is():
+    from armdrive.catalogue import ENTRIES
+
+    for at in range(0, len(ENTRIES), 7):
+        text = catalogue(ENTRIES, at, 76, 18)
+        assert f"> {ENTRIES[at].code}" in text
+        assert max(map(len, text.splitlines())) <= 76
+    assert DEFAULT_KEYS.label("log-catalogue") == "e"
