@@ -7,30 +7,26 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from operator import mul
 
+from armdrive.theory.following import (
+    POSITION,
+    Followed,
+    follow,
+    keeps_to_surface,
+    rows_followed,
+)
 from armdrive.theory.study import study
 from armdrive.theory.subject import Subject
 from kinematics.chains import Chain
 from kinematics.errors import KinematicsError, OutOfReach
-from kinematics.frames import Transform, position_of, rotation_of
-from kinematics.generated import generated
 from kinematics.links import JointKind
 from kinematics.own_jacobian import ROW_NAMES
-from kinematics.rates import joint_rates
 from kinematics.singularities import length_of
 from kinematics.systems import NamedBranch, System
-from kinematics.vectors import dot, subtract
 from kinematics.worked_text import number_text, violation_text
 
 LEAP_RAD = math.pi / 4.0
 """A joint that turns further than this in one step is spoken of."""
-
-SLICES = 16
-"""A step by the Jacobian is made of so many small ones."""
-
-POSITION, WHOLE = 3, 6
-"""Rows of the geometric Jacobian that are followed: the tip alone, or the whole hand."""
 
 MET = 0.02
 """A step that misses less than this share of itself is as good as asked."""
@@ -60,7 +56,7 @@ def axes_of(subject: Subject) -> tuple[str, ...]:
     """Return the axes along which the hand is jogged, by name."""
     if subject.system is not None and has_inverse(subject):
         return tuple(name.rpartition("_")[0] for name in subject.system.coordinates)
-    return tuple(ROW_NAMES[row] for row in subject.rows if row < _followed(subject))
+    return tuple(ROW_NAMES[row] for row in subject.rows if row < rows_followed(subject))
 
 
 def axis_unit(axis: str) -> str:
@@ -126,7 +122,7 @@ def _furthest(chain: Chain, values: tuple[float, ...], branch: NamedBranch) -> f
 
 
 def _leap(chain: Chain, before: tuple[float, ...], after: tuple[float, ...]) -> str:
-    """Say which joint turned far for so small a step: a singularity is near."""
+    """Say which joint turned far for so small a step, and why."""
     turns = [
         (abs(b - a), name)
         for a, b, name, kind in zip(before, after, chain.joint_names, chain.kinds, strict=True)
@@ -135,55 +131,30 @@ def _leap(chain: Chain, before: tuple[float, ...], after: tuple[float, ...]) -> 
     far, name = max(turns, default=(0.0, ""))
     if far <= LEAP_RAD:
         return ""
-    return f"{name} turned by {number_text(far, 'rad')} at once: a singularity is near"
-
-
-def _followed(subject: Subject) -> int:
-    """Return how many rows of the geometric Jacobian are followed.
-
-    The whole hand where there are joints enough for all that can move, else the tip alone.
-    """
-    return WHOLE if len(subject.rows) <= len(subject.chain) else POSITION
+    whole_turn = abs(far - math.tau) <= LEAP_RAD
+    why = "its limit lets it go on only from a turn back" if whole_turn else "a singularity is near"
+    return f"{name} turned by {number_text(far, 'rad')} at once: {why}"
 
 
 def _by_jacobian(subject: Subject, values: tuple[float, ...], axis: int, by: float) -> Stepped:
-    """Follow the Jacobian in small steps, damped near singularities, within the limits."""
-    chain, count = subject.chain, _followed(subject)
-    row = [row for row in subject.rows if row < count][axis]
-    rates = [by / SLICES if index == row else 0.0 for index in range(count)]
-    made, length, at = generated(chain), length_of(chain), values
-    units = [length if kind is JointKind.PRISMATIC else 1.0 for kind in chain.kinds]
-    for _ in range(SLICES):  # slides counted in lengths of the arm, or they would hardly be used
-        rows = (map(mul, line, units) for line in made.jacobian(at)[:count])
-        slopes = joint_rates(tuple(map(tuple, rows)), rates, length_mm=length).joints
-        moved = zip(at, slopes, units, strict=True)
-        at = chain.clamp([one + slope * unit for one, slope, unit in moved])
-    before, after = made.fk(values), made.fk(at)
-    done = _gone(before, after, row)
-    missed = max(abs(by - done) / abs(by), _astray(before, after, row, by, length))
+    """Follow the Jacobian, and say what came of it."""
+    row = [row for row in subject.rows if row < rows_followed(subject)][axis]
+    went = follow(subject, values, row, by)
+    missed = abs(by - went.done) / abs(by)
     name, unit = ROW_NAMES[row], "mm" if row < POSITION else "rad"
-    if missed > REFUSED:
+    most = max(missed, 0.0 if keeps_to_surface(subject) else went.astray)
+    if most > REFUSED:
         lacks = study(subject, values).condition.sentence
-        return Stepped(values, f"no step along {name} from here: {lacks}")
-    if missed > MET:
-        went, asked = number_text(done, unit), number_text(by, unit)
-        return Stepped(at, f"near a singularity or a limit: {name} moved by {went}, not {asked}")
-    return Stepped(at)
+        held = f"{', '.join(went.held)} at the limit; " if went.held else ""
+        return Stepped(values, f"no step along {name} from here: {held}{lacks}")
+    if most > MET:
+        done, asked = number_text(went.done, unit), number_text(by, unit)
+        return Stepped(went.values, f"{_why(subject, went)}: {name} moved by {done}, not {asked}")
+    return Stepped(went.values)
 
 
-def _gone(before: Transform, after: Transform, row: int) -> float:
-    """Return how far the hand went along an axis, or turned about it."""
-    if row < POSITION:
-        return position_of(after)[row] - position_of(before)[row]
-    one, two = (row - 2) % 3, (row - 1) % 3  # the axes that a turn about this one carries along
-    was, now = rotation_of(before), rotation_of(after)
-    turned = dot(was[one], now[two]) - dot(was[two], now[one])
-    return math.atan2(turned, dot(was[one], now[one]) + dot(was[two], now[two]))
-
-
-def _astray(before: Transform, after: Transform, row: int, by: float, length_mm: float) -> float:
-    """Return how far beside its way the tip came, as a share of the step."""
-    beside = list(subtract(position_of(after), position_of(before)))
-    if row < POSITION:
-        beside[row] = 0.0
-    return math.hypot(*beside) / (abs(by) * (1.0 if row < POSITION else length_mm))
+def _why(subject: Subject, went: Followed) -> str:
+    """Say why a step by the Jacobian fell short."""
+    if went.held:
+        return f"{', '.join(went.held)} at the limit"
+    return "the tip keeps to its surface" if keeps_to_surface(subject) else "near a singularity"
