@@ -8,11 +8,6 @@ from tui.key_row import DeskKey
 LOG_KEYS = (
     DeskKey("log-open", ("enter",), "open_line", "open",
             "Show the whole line; of an error its cause and what to do.", "log"),
-    *(
-        DeskKey(f"log-{topic.value}", (str(number),), f"topic('{topic.value}')", topic.value,
-                f"Show the {topic.value} or leave them out.", "log")
-        for number, topic in enumerate(Topic, 1)
-    ),
     DeskKey("log-find", ("slash",), "find", "find",
             "Show only the lines with a text; commas between words that must all be there.", "log"),
     DeskKey("log-all", ("a",), "all", "all", "Show everything again, the newest last.", "log"),
@@ -28,7 +23,13 @@ LOG_KEYS = (
     DeskKey("log-page-down", ("pagedown",), "page(1)", "", "Go on by a page.", "log"),
     DeskKey("log-first", ("home",), "first", "", "Go to the oldest line.", "log"),
     DeskKey("log-last", ("end",), "last", "newest", "Follow the newest line again.", "log"),
+    *(
+        DeskKey(f"log-{topic.value}", (str(number),), f"topic('{topic.value}')", topic.value,
+                f"Show the {topic.value} or leave them out.", "log")
+        for number, topic in enumerate(Topic, 1)
+    ),
 )  # fmt: skip
+"""The head of the screen names the keys of the topics, so that they come last in the footer."""
 
 LOG_DIALOG_KEYS = (
     DeskKey("line-close", ("enter", "n"), "close", "close", "Close it.", "line"),
