@@ -7,11 +7,19 @@ A picture in which a little changes in many rows then costs three times as many 
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
+from rich.color import ColorSystem
 from rich.console import Console
 from textual._compositor import ChopsUpdate, Compositor
 from textual.screen import Screen
+from textual.strip import Strip
+
+_ONE_CELL_EACH = re.compile(
+    "[ -~\\xa0-\\xac\\xae-\\u02ff\\u2500-\\u259f\\u2800-\\u28ff]*"
+).fullmatch
+"""Latin letters, lines and blocks, braille."""
 
 
 class SpansUpdate(ChopsUpdate):
@@ -26,8 +34,27 @@ class SpansUpdate(ChopsUpdate):
                 if strip is None or first >= last:
                     continue
                 written.append(f"\x1b[{y + 1};{first + 1}H")
-                written.append(strip.crop(first - x, last - x).render(console))
+                written.append(_cut(strip, first - x, last - x, console))
         return "".join(written)
+
+
+def _cut(strip: Strip, left: int, right: int, console: Console) -> str:
+    """Return a part of a strip as it is written to the terminal.
+
+    `Strip.crop` and `render` do the same by way of a strip of its own for each span, with caches
+    that are never asked. Letters that may not be one cell wide are left to them.
+    """
+    if not all(_ONE_CELL_EACH(segment.text) for segment in strip):
+        return strip.crop(left, right).render(console)
+    colours = console._color_system or ColorSystem.TRUECOLOR  # noqa: SLF001 - as Strip.render
+    written, x = [], 0
+    for text, style, _ in strip:
+        piece = text[max(left - x, 0) : right - x] if x < right else ""
+        x += len(text)
+        if piece:
+            drawn = Strip.render_style(style, piece, colours) if style is not None else piece
+            written.append(drawn)
+    return "".join(written)
 
 
 class SpansCompositor(Compositor):

@@ -154,9 +154,12 @@ class BrailleRaster(Raster):
 
     def knob(self, dots: Dots) -> None:
         """Mark a joint by nine dots in a square."""
-        x, y = dots
-        for down in (-1, 0, 1):
-            self.line([(x - 1, y + down), (x + 1, y + down)], Ink.JOINT)
+        x, y = round(dots[0]), round(dots[1])
+        for row in range(max(y - 1, 0), min(y + 1, self.bottom) + 1):
+            for column in range(max(x - 1, 0), min(x + 1, self.right) + 1):
+                cell = (row >> 2) * self.width + (column >> 1)
+                self._cells[cell] |= _BITS[(row & 3) << 1 | column & 1]
+                self._inks[cell] = max(self._inks[cell], Ink.JOINT)
 
 
 class PlainRaster(Raster):

@@ -8,10 +8,11 @@ from collections import deque
 from armdrive.draw.inks import Ink, Layer, Stroke
 from kinematics.arm_geometry import Point
 
-PIECE = 32
+PIECE = 16
 """Points in one layer. Full layers stay as they are, so that they need not be drawn again."""
 
-MOST_PIECES = 12
+MOST_PIECES, FORGOTTEN_AT_ONCE = 24, 6
+"""How many are kept. The oldest go together, since all that stay are then drawn anew."""
 
 LEAP = 0.35
 """A tip that is this share of the reach away from one look to the next was not driven there.
@@ -29,7 +30,7 @@ class Trail:
     def __init__(self, reach_mm: float) -> None:
         self._leap_mm = LEAP * reach_mm
         self._spacing_mm = _SPACING * reach_mm
-        self._full: deque[Layer] = deque(maxlen=MOST_PIECES)
+        self._full: deque[Layer] = deque()
         self._points: list[Point] = []
 
     def add(self, tip: Point | None) -> None:
@@ -71,3 +72,6 @@ class Trail:
     def _close(self) -> None:
         if len(self._points) > 1:
             self._full.append(Layer((Stroke(Ink.DRIVEN, tuple(self._points)),)))
+        if len(self._full) > MOST_PIECES:
+            for _ in range(FORGOTTEN_AT_ONCE):
+                self._full.popleft()

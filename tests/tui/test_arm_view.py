@@ -7,9 +7,14 @@ from pathlib import Path
 
 import pytest
 from desk_fake import MODEL, Clock
+from hypothesis import given
+from hypothesis import strategies as st
 from rich.console import Console
+from rich.segment import Segment
+from rich.style import Style
 from textual.app import App
 from textual.events import MouseScrollUp
+from textual.strip import Strip
 
 from armdrive.draw.camera import VIEWS
 from armdrive.draw.inks import PATTERNS
@@ -19,7 +24,7 @@ from kinematics import Joints
 from kinematics.boxes import Box
 from tui.keyboard import label
 from tui.keys_view import VIEW_KEYS
-from tui.spans import SpansUpdate, send_spans_alone
+from tui.spans import SpansUpdate, _cut, send_spans_alone
 from tui.widgets.arm_view import CLEAR, REST_S, SpaceView, move_cameras
 
 TRAY = Box("tray", (200.0, -150.0, 0.0), (320.0, -60.0, 60.0))
@@ -155,6 +160,25 @@ async def test_spans_paint_what_a_whole_repaint_shows():
             for text in app.painted:
                 screen.feed(text)
             assert screen.rows == list(app.view.rows)
+
+
+SEGMENTS = st.lists(
+    st.builds(
+        Segment,
+        st.text("ab \u00b0\u28ff\u2500\u65e5\u0301", min_size=1, max_size=6),
+        st.sampled_from((None, Style.parse("bold red"), Style.parse("on blue"))),
+    ),
+    max_size=5,
+)
+
+
+@given(SEGMENTS, st.integers(0, 30), st.integers(0, 30))
+def test_a_span_is_what_the_framework_crops_on_both_sides(segments, left, width):
+    strip = Strip(segments)
+    right = min(left + width, strip.cell_length)
+    if left < right:
+        console = Console(file=io.StringIO())
+        assert _cut(strip, left, right, console) == strip.crop(left, right).render(console)
 
 
 class Terminal:
