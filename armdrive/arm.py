@@ -16,7 +16,7 @@ from armdrive.calls.reconnecting import Reconnecting
 from armdrive.calls.routing import Routing
 from armdrive.calls.verifying import Verifying
 from armdrive.controllers.settings import Settings
-from armdrive.flows import idling, referencing
+from armdrive.flows import comparing, idling, referencing
 from armdrive.gripper import Gripper
 from armdrive.recorder.calls import witnessed
 from armdrive.states import Event, after
@@ -77,7 +77,7 @@ class Arm(Verifying, Routing, Foreseeing, Jogging, Reconnecting, Conducting):
         Without `lines`, all that `status.notice` and `armdrive doctor` show. Moves nothing.
         """
         chosen = [each.mend for each in self.core.differences] if lines is None else lines
-        return self.perform(referencing.mend_settings(self.wire, tuple(chosen)))
+        return self.perform(comparing.mend_settings(self.wire, tuple(chosen)))
 
     def set_outputs(self, bits: int) -> None:
         """Write the output bits. Moves nothing."""

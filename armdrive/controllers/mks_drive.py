@@ -67,6 +67,10 @@ class Drive:
     """How often in a row it was seen off its way."""
     unanswered: int = 0
     """How often it was asked where it is since it was heard last."""
+    stopped_at: float = 0.0
+    """Where it was by its orders when it was told to stop."""
+    stopped_off: float = 0.0
+    """How far off that it may have been."""
     asked_s: float = -math.inf
     asked_at: float = 0.0
     """Where it was by its orders when it was asked last."""
@@ -133,6 +137,18 @@ class Drive:
         self.advance(now_s)
         self.unanswered += 1
         self.asked_s, self.asked_at = now_s, self.position
+
+    def stop(self, corridor: float, now_s: float) -> None:
+        """Take note that it is told to stop: it rests between here and where it was sent."""
+        self.advance(now_s)
+        self.stopped_at = self.position
+        self.stopped_off = corridor + max(abs(self.speed), self.told) * WAY_S
+
+    def rests_off(self, count: int) -> bool:
+        """Tell whether it came to rest where no stop of it could: it counts anew, say."""
+        low, high = sorted((self.stopped_at, float(self.target)))
+        beside = max(low - count, count - high, 0.0)
+        return bool(self.told) and beside > self.stopped_off
 
     def off_by(self, count: int, now_s: float) -> float:
         """Return how far a count that was heard is off the model, beyond what is only late."""

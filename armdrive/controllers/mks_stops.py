@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Collection, Generator, Iterable
 
 from armdrive.abilities import Abilities
-from armdrive.controllers.mks_drive import shared_acc
+from armdrive.controllers.mks_drive import Drive, shared_acc
 from armdrive.controllers.mks_settings import MksSettings
 from armdrive.controllers.mks_talk import MksTalk
-from armdrive.controllers.requests import Denied, Progress, Silence
+from armdrive.controllers.requests import Alert, AlertKind, Denied, Progress, Silence
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.mks import (
     COUNTS_PER_TURN,
@@ -65,13 +65,23 @@ class MksStopping(MksTalk):
     ) -> Generator[float, Event | None, Silence | Denied | None]:
         """Stop drives and wait until they stand; return why that is not known, where it is not."""
         began_s = self.now_s
+        for node in nodes:
+            self.drive(node).stop(self.settings.corridor_counts, self.now_s)
         self._say_stop(nodes, hard)
-        return (yield from self.settled(nodes, began_s, hard=hard))
+        return (yield from self.settled(nodes, began_s, hard=hard, doubtful=True))
 
     def settled(
-        self, nodes: Collection[int], began_s: float, *, hard: bool = False
+        self,
+        nodes: Collection[int],
+        began_s: float,
+        *,
+        hard: bool = False,
+        doubtful: bool = False,
     ) -> Generator[float, Event | None, Silence | Denied | None]:
-        """Wait until stopped drives stand; say it again to those that do not hear."""
+        """Wait until stopped drives stand; say it again to those that do not hear.
+
+        Who is `doubtful` alerts where one came to rest off its way: nobody else looks for that.
+        """
         said_s, left, last = self.now_s, set(nodes), dict[int, int | None]()
         given_up_s = began_s + 2.0 * self.ramp_s + 20.0 * self.settings.answer_s + 0.5
         self._mute.clear()
@@ -84,7 +94,7 @@ class MksStopping(MksTalk):
             yield from self.look(left, patient=False)
             self.tell(Progress(self.registers()))
             for node in tuple(left):
-                if self._stands(node, found.get(node), last):
+                if self._stands(node, found.get(node), last, doubtful):
                     left.discard(node)
             if any(self._mute.get(node, 0) >= MUTE_LOOKS for node in left):
                 break
@@ -94,7 +104,9 @@ class MksStopping(MksTalk):
             yield from self._wait(asked_s + STOP_POLL_S)
         return self._unstopped(left, began_s)
 
-    def _stands(self, node: int, heard: Event | None, last: dict[int, int | None]) -> bool:
+    def _stands(
+        self, node: int, heard: Event | None, last: dict[int, int | None], doubtful: bool
+    ) -> bool:
         drive = self.drive(node)
         state = heard.answer if isinstance(heard, Answered) else None
         if not isinstance(state, StateRead):
@@ -107,8 +119,17 @@ class MksStopping(MksTalk):
         if abs(before - drive.seen) > self.settings.rest_counts // 4 + 1:
             return False
         self._host.settle(node)
+        if doubtful and drive.rests_off(drive.seen):
+            self.tell(Alert(AlertKind.ASTRAY, self._astray_words(drive)))
         drive.rest_at(drive.seen, self.now_s)
         return True
+
+    def _astray_words(self, drive: Drive) -> str:
+        return (
+            f"{drive} came to rest at {drive.seen} counts, off its way from "
+            f"{round(drive.stopped_at)}: it was reset or lost its power, is blocked, or was turned "
+            "by force"
+        )
 
     def _unstopped(self, left: Collection[int], began_s: float) -> Silence | Denied | None:
         if not left:

@@ -15,15 +15,13 @@ from armdrive.controllers.requests import (
     Done,
     DropCurrent,
     HomeDevice,
-    MendSetting,
-    ReadSettings,
     Registers,
     SwitchOn,
 )
-from armdrive.controllers.settings import Settings
-from armdrive.errors import DeviceFault, LinkLost, NotReferenced, SettingsDiffer, StateFileError
+from armdrive.errors import DeviceFault, LinkLost, NotReferenced, StateFileError
 from armdrive.flow import Flow
-from armdrive.flows.asking import TRIES, weigh_difference
+from armdrive.flows.asking import weigh_difference
+from armdrive.flows.comparing import compare_again, compare_settings
 from armdrive.flows.remembering import be_remembered, leave_standstill
 from armdrive.states import Event, after
 from armdrive.status import Current, State, Trust
@@ -81,42 +79,6 @@ def _heed_what_came_before(wire: Wire) -> None:
         core.learn(evidence, wire.now_s, words)
         core.error = ""  # nothing is latched by connecting
         core.notify(f"{evidence.value} ({words})", evidence)
-
-
-def compare_settings(wire: Wire) -> Flow[Settings]:
-    """Read the device's settings; what differs from the arm file keeps the arm from moving.
-
-    A difference is believed when it is read twice: the line has no check bytes.
-    """
-    core = wire.core
-    reply, seen = (yield from _ask_settings(wire)), None
-    for _ in range(TRIES):
-        if not reply.differences or reply == seen:
-            break
-        seen, reply = reply, (yield from _ask_settings(wire))
-    core.differences = reply.differences
-    if reply.differences:
-        core.notify(str(reply), SettingsDiffer(str(reply)))
-    return reply
-
-
-def _ask_settings(wire: Wire) -> Flow[Settings]:
-    reply = yield from wire.request(ReadSettings())
-    if not isinstance(reply, Settings):
-        wire.core.fault(f"the controller did not tell its settings ({reply}): look at the wire")
-        raise DeviceFault(wire.core.error)
-    return reply
-
-
-def mend_settings(wire: Wire, lines: tuple[str, ...]) -> Flow[Settings]:
-    """Write the lines that a person has agreed to, one at a time, and compare again."""
-    core = wire.core
-    for line in lines:
-        reply = yield from wire.request(MendSetting(line))
-        if not isinstance(reply, Done):
-            raise DeviceFault(f"the controller did not take `{line}`: {reply}")
-    core.notice = ""
-    return (yield from compare_settings(wire))
 
 
 def begin_home(wire: Wire) -> Flow[None]:
@@ -220,6 +182,7 @@ def enable(wire: Wire) -> Flow[None]:
             raise DeviceFault(core.error)
         if able is Switching.BOTH:
             core.current = Current.HELD
+    yield from compare_again(wire)
     core.happen(Event.ENABLE)
 
 
@@ -238,6 +201,7 @@ def reset(wire: Wire) -> Flow[None]:
         raise wire.stopped("a stop came during the reset: reset again")
     core.error = core.notice = ""
     weigh_difference(wire, core.compare(registers))
+    yield from compare_again(wire)
     switched = core.controller.abilities.current is Switching.BOTH
     off = switched and core.current is not Current.HELD
     core.happen(Event.RESET_SWITCHED if off else Event.RESET)

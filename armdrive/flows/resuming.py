@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from armdrive.controllers.requests import Registers
 from armdrive.flow import Flow, Until
-from armdrive.flows.referencing import compare_settings
+from armdrive.flows.comparing import compare_settings
 from armdrive.remarks import RECONNECTED
 from armdrive.states import Event
 from armdrive.status import Current, State, Trust

@@ -90,7 +90,7 @@ def test_a_board_from_the_factory_moves_nothing_until_it_is_mended():
     arm.declare_posture(OVER, opening_mm=OPENING_MM)
     with pytest.raises(SettingsDiffer, match=r"\$1=255"):
         arm.move_j(base_deg=3)
-    from armdrive.flows.referencing import mend_settings
+    from armdrive.flows.comparing import mend_settings
 
     lines = tuple(each.mend for each in arm.core.differences)
     arm.perform(mend_settings(arm.wire, lines))
