@@ -16,6 +16,8 @@ _PLAIN = " " + "".join(chr(code) for code in range(1, 128))
 _RUNS = re.compile(rb"\0*([^\0])(?:\1|\0)*|\0+")
 """Cells of one ink with the empty ones about them: of those nobody sees which ink they have."""
 
+_WORDS = re.compile(rb"[^\0]+")
+
 _CHANGES = re.compile(rb"[^\0]+(?:\0{1,16}[^\0]+)*")
 """Changed cells. Past fewer unchanged ones, another span costs more than they do."""
 
@@ -42,10 +44,8 @@ class Painted:
         table = _BRAILLE if self.braille else _PLAIN
         text: str = codecs.charmap_decode(self.cells[start:end], "strict", table)[0]
         over = self.letters[start:end]
-        if any(over):
-            text = "".join(
-                chr(letter) if letter else cell for letter, cell in zip(over, text, strict=True)
-            )
+        for word in _WORDS.finditer(over):
+            text = text[: word.start()] + word.group().decode("ascii") + text[word.end() :]
         return text
 
     def above(self, other: Painted) -> Painted:
