@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from armdrive.armfile import ArmConfig
 from armdrive.backlash import doubt_words
+from armdrive.carried import Carried
 from armdrive.controllers.controller import Controller
 from armdrive.controllers.settings import Difference
 from armdrive.dialects import dialect
@@ -245,4 +246,5 @@ class Core(Whereabouts, Remarks):
             speed_override=self.tempo.override,
             wakes=wakes,
             underruns=self.controller.underruns,
+            carried=Carried(engine.bytes_sent, engine.bytes_heard, self.config.connection.baud),
         )

@@ -57,6 +57,8 @@ class Engine:
         self.stop_why = ""
         self.last_answer = ""
         self.requests_sent = 0
+        self.bytes_sent = 0
+        self.bytes_heard = 0
         self.heard_s = -math.inf
         self._idle = idle
         self._stopping = stopping
@@ -159,6 +161,7 @@ class Engine:
         data = self.link.read(self.now_s)
         if data:
             self.heard_s = self.now_s
+            self.bytes_heard += len(data)
             self.witness.heard(data)
             self.controller.receive(data, self.now_s)
         self._talk()
@@ -174,6 +177,7 @@ class Engine:
         if said and (woken or not self._woken()):
             self.witness.sent(said)
             self.link.write(said, self.now_s)
+            self.bytes_sent += len(said)
         while (event := self.controller.next_event()) is not None:
             self._hear(event)
 

@@ -5,9 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
+from armdrive.carried import Carried
 from armdrive.lateness import NEVER_WOKEN, Wakes
 from armdrive.torque import Torque
 from kinematics.spaces import Joints, Motors, Pose
+
+NOTHING_CARRIED = Carried()
 
 
 class State(Enum):
@@ -54,7 +57,8 @@ class Status:
     rows of the catalogue of errors. `torque` says what holds the arm, and what lets it sag.
     `paused` says that somebody wants the arm to wait, `speed_override` to go slower than asked.
     `wakes` is how late the thread woke that drives the arm; on simulated time it never does.
-    `underruns` counts how often a device that queues stood still while more was to come.
+    `underruns` counts how often a device that queues stood still while more was to come, `carried`
+    what went over the wire.
     """
 
     arm: str
@@ -92,6 +96,7 @@ class Status:
     speed_override: float = 1.0
     wakes: Wakes = NEVER_WOKEN
     underruns: int = 0
+    carried: Carried = NOTHING_CARRIED
 
     @property
     def pause_time_s(self) -> float:

@@ -5,19 +5,33 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Literal, Protocol
 
 from armdrive.frames import BASE
+from armdrive.sequence import Fingers
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from armdrive.calls.teaching import Place
+    from armdrive.flows.gripping import Grasped
     from armdrive.flows.motion import Moved
     from armdrive.handle import Handle
     from armdrive.intents import Jog
     from armdrive.log.reader import LogReader
+    from armdrive.pointbook import Points
     from armdrive.posture import PostureRequest
     from armdrive.preview import Preview
     from armdrive.status import Status
     from kinematics import ArmModel, Pose
+
+
+class DeskGripper(Fingers, Protocol):
+    """The fingers of the arm."""
+
+    @property
+    def force_n(self) -> float:
+        """The force of the grasp; 0 when let go."""
+
+    def feel(self) -> Grasped:
+        """Close on whatever is between the fingers, which takes its time; raises `ArmError`."""
 
 
 class DeskArm(Protocol):
@@ -30,6 +44,10 @@ class DeskArm(Protocol):
     @property
     def model(self) -> ArmModel:
         """Geometry, limits and gripper range."""
+
+    @property
+    def gripper(self) -> DeskGripper:
+        """The fingers."""
 
     @property
     def frames(self) -> tuple[str, ...]:
@@ -116,6 +134,24 @@ class DeskArm(Protocol):
         self, goal: Place, *, speed: float = 1.0, frame: str = BASE, wait: Literal[False]
     ) -> Handle[Moved]:
         """Begin a straight line to a pose; raises `ArmError` and `KinematicsError`."""
+
+    # -- points and sequences -------------------------------------------------------------
+
+    @property
+    def points(self) -> Points:
+        """The named points of this arm, and its sequences, as they stand in their file."""
+
+    def go(self, place: Place, *, how: str = "joint", speed: float = 1.0) -> Handle[Moved]:
+        """Begin to move to a point, by a "joint" motion or along a "line"; raises `ArmError`."""
+
+    def sleep(self, time_s: float) -> None:
+        """Let time pass on the arm's own clock."""
+
+    def pause(self) -> None:
+        """Have the arm stand behind its next burst; returns at once."""
+
+    def resume(self) -> None:
+        """Let a paused arm go on; returns at once."""
 
     # -- the log --------------------------------------------------------------------------
 

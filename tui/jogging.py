@@ -1,9 +1,14 @@
-"""Jogging at the desk: keys become jogs through the dead-man, at the settings of the moment."""
+"""Jogging at the desk: keys become jogs through the dead-man, at the settings of the moment.
+
+The mouse tells when a button is let go, so it holds by itself; but a link that has stalled tells
+nothing. So it holds for some time after the mouse was last heard of, and no longer.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Protocol
 
 from armdrive.errors import ArmError
@@ -15,6 +20,14 @@ if TYPE_CHECKING:
 
 IDLE_DISARMS_S = 60.0
 """So long without a jog key, and they are disarmed."""
+
+
+MOUSE_HOLDS_S = 2.0
+"""So long an on-screen button is held after the mouse was last heard of; a nudge of it goes on."""
+
+MOUSE_RENEWS_S = 0.1
+MOUSE_HOLD_S = 0.25
+"""Each hold that the mouse renews ends by itself after this, as that of a key does."""
 
 
 class Rings(Protocol):
@@ -41,6 +54,9 @@ class Jogging:
         self._settings = settings
         self._deadman = DeadMan()
         self._active_s = clock()
+        self._button = ""
+        self._heard_s = -math.inf
+        self._renew_s = math.inf
         self.alarm: Rings | None = None
 
     @property
@@ -50,7 +66,12 @@ class Jogging:
 
     def next_s(self) -> float:
         """Return when `tick` has something to do; infinite while nothing is held."""
-        return self._deadman.next_s()
+        return min(self._deadman.next_s(), self._renew_s)
+
+    @property
+    def held_button(self) -> str:
+        """The jog key whose on-screen button is held; empty while none is."""
+        return self._button
 
     def press(self, key: str) -> None:
         """Hand a jog key to the dead-man."""
@@ -60,11 +81,52 @@ class Jogging:
         now_s = self._clock()
         if self.armed:
             self._active_s = now_s
+        self.lift()
         self._apply(self._deadman.press(key, now_s))
 
     def tick(self) -> None:
-        """Let the dead-man's time pass."""
+        """Let the dead-man's time pass, and the mouse's."""
+        if self._button and self._clock() >= self._renew_s:
+            self._renew()
         self._apply(self._deadman.tick(self._clock()))
+
+    # -- on-screen buttons --------------------------------------------------------------------
+
+    def push(self, key: str) -> None:
+        """Hold the on-screen button of a jog key until `lift`, or the mouse is heard of no more."""
+        if not self.armed:
+            self._say("the buttons are dead, as the keys are, until they are armed")
+            return
+        self.release()
+        self._button = key
+        self.moved()
+        self._renew()
+        self._apply(())
+
+    def moved(self) -> None:
+        """Hear of the mouse while it holds a button."""
+        self._heard_s = self._active_s = self._clock()
+
+    def lift(self) -> None:
+        """Let go of the button."""
+        if self._button:
+            self._button, self._renew_s = "", math.inf
+            self._tell(self._arm.release)
+            self._apply(())
+
+    def _renew(self) -> None:
+        now_s = self._clock()
+        left_s = self._heard_s + MOUSE_HOLDS_S - now_s
+        if left_s <= 0.0:
+            self.lift()
+            self._say(f"let go: nothing was heard of the mouse for {MOUSE_HOLDS_S:.0f} s")
+            return
+        self._renew_s = now_s + MOUSE_RENEWS_S
+        settings, for_s = self._settings(), min(MOUSE_HOLD_S, left_s)
+        jog = settings.direction_of(self._button)
+        self._tell(partial(self._arm.hold, jog, speed=settings.speed, for_s=for_s))
+
+    # -- arming -------------------------------------------------------------------------------
 
     def arm_keys(self) -> bool:
         """Let the jog keys have effect; refused while keys are still pouring in."""
@@ -73,10 +135,12 @@ class Jogging:
 
     def disarm(self, reason: str) -> None:
         """End what is held, and let no key have effect."""
+        self.lift()
         self._apply(self._deadman.disarm(reason))
 
     def release(self) -> None:
         """End what is held: it was meant with other settings."""
+        self.lift()
         self._apply(self._deadman.release_all(self._clock()))
 
     def disarm_idle(self) -> None:
@@ -86,13 +150,16 @@ class Jogging:
 
     def _apply(self, actions: tuple[Action, ...]) -> None:
         for action in actions:
-            try:
-                self.carry_out(action)
-            except ArmError as error:
-                self._say(str(error))
+            self._tell(partial(self.carry_out, action))
         if self.alarm is not None:
             due_s = self.next_s()
             self.alarm.after(math.inf if due_s == math.inf else due_s - self._clock())
+
+    def _tell(self, call: Callable[[], None]) -> None:
+        try:
+            call()
+        except ArmError as error:
+            self._say(str(error))
 
     def carry_out(self, action: Action) -> None:
         """Have the arm do what the dead-man says."""

@@ -39,7 +39,7 @@ LAYOUTS: Mapping[str, tuple[str, str, Mapping[str, str]]] = MappingProxyType(
             "asdfghj",
             {"finer": ",", "coarser": ".", "view-nearer": "y"},
         ),
-        "dvorak": ("',.pyfg", "aoeuidh", {"view-up": "r", "view-fit": "q"}),
+        "dvorak": ("',.pyfg", "aoeuidh", {"view-up": "j", "view-fit": "q"}),
         "colemak": ("qwfpgjl", "arstdhn", {}),
     }
 )

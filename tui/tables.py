@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from itertools import zip_longest
 from typing import TYPE_CHECKING
 
+from armdrive.dialects import DIALECTS
 from armdrive.frames import BASE
 from armdrive.status import Status, Trust
 from tui.keyboard import Keyboard
@@ -14,7 +15,8 @@ from tui.keys import JogPair, words
 from tui.settings import Settings
 
 if TYPE_CHECKING:
-    from kinematics import ArmModel
+    from armdrive.flows.gripping import Grasped
+    from kinematics import ArmModel, Pose
 
 ROW_WIDTH = 34
 """What a row of the joint table takes beside its bar."""
@@ -22,6 +24,9 @@ ROW_WIDTH = 34
 SHORTEST_BAR, LONGEST_BAR = 7, 20
 
 UNKNOWN = "?"
+
+STOP_SCALE_MM = 50.0
+"""The stop bar is full at so much."""
 
 _OUTSIDE = 0.002  # share of a range: less than any printed digit of it
 
@@ -68,14 +73,28 @@ def joint_table(
         )
         for angle, limit in zip(angles, model.arm.limits, strict=True)
     ]
-    range_mm = model.gripper_range_mm
-    grip = bar(status.gripper_mm, *range_mm, _bar_width(width))
-    rows.append((_value(status.gripper_mm, "mm"), grip, range_mm))
-    return "\n".join(
-        f"{_joint_keys(pair, settings, keys):<3} {words(pair.joint):<11}{value:>7} "
-        f"{low:>4.0f} {place} {high:.0f}"
-        for pair, (value, place, (low, high)) in zip(settings.rows, rows, strict=True)
-    )
+    lines = [
+        _row(_joint_keys(pair, settings, keys), pair, *row)
+        for pair, row in zip(settings.rows[:-1], rows, strict=True)
+    ]
+    if not settings.cartesian:
+        lines.append(_gripper_row(status, model, settings, keys, width))
+    return "\n".join(lines)
+
+
+def _gripper_row(
+    status: Status, model: ArmModel, settings: Settings, keys: Keyboard, width: int
+) -> str:
+    """Return the gripper's row: the last one of whatever table is jogged."""
+    pair, range_mm = settings.rows[-1], model.gripper_range_mm
+    place = bar(status.gripper_mm, *range_mm, _bar_width(width))
+    both = _joint_keys(pair, settings, keys)
+    return _row(both, pair, _value(status.gripper_mm, "mm"), place, range_mm)
+
+
+def _row(both: str, pair: JogPair, value: str, place: str, bounds: tuple[float, float]) -> str:
+    low, high = bounds
+    return f"{both:<3} {words(pair.joint):<11}{value:>7} {low:>4.0f} {place} {high:.0f}"
 
 
 def _bar_width(width: int) -> int:
@@ -100,9 +119,15 @@ def bar(value: float | None, low: float, high: float, width: int) -> str:
     return f"[{''.join(cells)}]"
 
 
-def tip_lines(status: Status, settings: Settings, keys: Keyboard) -> str:
-    """Show the pose with the keys that move it in Cartesian mode."""
-    pose = status.pose
+def tip_lines(
+    status: Status,
+    model: ArmModel,
+    settings: Settings,
+    keys: Keyboard,
+    width: int,
+    pose: Pose | None,
+) -> str:
+    """Show a pose of the tip: a row for each key in Cartesian mode, else in as few lines as go."""
     if pose is None:
         return f"tip: not known before the arm has a reference ({keys.label('reference')})"
     values = [
@@ -114,40 +139,83 @@ def tip_lines(status: Status, settings: Settings, keys: Keyboard) -> str:
     ]
     if pose.yaw_deg is not None:
         values.append((pose.yaw_deg, "\N{DEGREE SIGN}"))
-    cells = []
-    for pair, (value, unit) in zip(settings.rows, values, strict=False):
-        both = f"{keys.jog(pair.plus)}/{keys.jog(pair.minus)}" if settings.cartesian else ""
-        cells.append(f"{both:<3} {pair.cartesian:<5}{_value(value, unit):>9}")
-    left, right = cells[:3], cells[3:]
-    return "\n".join(f"{a:<19} {b}".rstrip() for a, b in zip_longest(left, right, fillvalue=""))
+    cells = [
+        (pair, f"{pair.cartesian:<5}{_value(value, unit):>9}")
+        for pair, (value, unit) in zip(settings.rows, values, strict=False)
+    ]
+    if settings.cartesian:
+        lines = [f"{keys.jog(pair.plus)}/{keys.jog(pair.minus)} {text}" for pair, text in cells]
+        return "\n".join([*lines, _gripper_row(status, model, settings, keys, width)])
+    texts = [f"    {text}" for _, text in cells]
+    pairs = zip_longest(texts[:3], texts[3:], fillvalue="")
+    return "\n".join(f"{a:<19} {b}".rstrip() for a, b in pairs)
 
 
-def bottom_lines(status: Status) -> str:
-    """Say how the motors stand, what a stop takes, and what went over the wire."""
-    return "\n".join(
-        (
-            f"motor current {status.current.value}" + _grip(status.gripping),
-            f"steps {_steps(status.acknowledged)}",
-            f"a stop takes at most {status.stop_time_s:.2f} s, {status.stop_distance_mm:.0f} mm"
-            + _if_silent(status),
-            f"sent {status.last_sent or '-'}",
-            f"answer {status.last_answer or '-'}",
-        )
+def bottom_lines(status: Status, width: int, force_n: float, load: float | None) -> str:
+    """Say what a stop takes, how the gripper and the motors stand, and what the wire carries.
+
+    `load` is the share of what the wire could carry, None where that is not known.
+    """
+    lines = (
+        stop_bar(status, width),
+        _if_silent(status),
+        quicker(status.dialect, width),
+        _grip(status.gripping, force_n),
+        f"motors {status.current.value}  steps {_steps(status.acknowledged)}",
+        _bits("inputs", status.inputs) + _bits("outputs", status.outputs),
+        _wire(status, load),
+        f"sent {status.last_sent or '-'}",
+        f"answer {status.last_answer or '-'}",
     )
+    return "\n".join(line.strip() for line in lines if line)
+
+
+def stop_bar(status: Status, width: int) -> str:
+    """Show how far the tip goes on when it is stopped now, at most, as a bar and in numbers."""
+    text = f"{status.stop_distance_mm:.0f} mm, {status.stop_time_s:.2f} s at most"
+    room = min(max(width - len(text) - 8, SHORTEST_BAR), LONGEST_BAR)
+    share = status.stop_distance_mm / STOP_SCALE_MM
+    full = min(math.ceil(share * room - _OUTSIDE), room)
+    cells = "#" * full + "-" * (room - full)
+    return f"stop [{cells[:-1] + '>' if share > 1.0 else cells}] {text}"
+
+
+def quicker(dialect: str, width: int) -> str:
+    """Say what stops such an arm quicker than this program; in short where there is little room."""
+    row = DIALECTS.get(dialect)
+    if row is None:
+        return ""
+    return row.quick_stop if width >= len(row.quick_stop) else row.quick_stop.partition(":")[0]
+
+
+def _wire(status: Status, load: float | None) -> str:
+    """Say how much of the wire is used."""
+    if load is None:
+        return ""
+    return f"wire {load:.0%} of {status.carried.baud} baud"
+
+
+def _bits(name: str, value: int | None) -> str:
+    """Show digital lines, the lowest first: by its number where one is on, else by a dot."""
+    if value is None:
+        return ""
+    shown = (str(n + 1) if value >> n & 1 else "." for n in range(max(8, value.bit_length())))
+    return f"{name} {' '.join(shown)}  "
 
 
 def _if_silent(status: Status) -> str:
     """Say what goes on if this program dies, where that is more than a stop's way."""
     if status.silent_time_s <= status.stop_time_s:
         return ""
-    return f"\nif the link dies {status.silent_time_s:.2f} s, {status.silent_distance_mm:.0f} mm"
+    return f"if the link dies {status.silent_time_s:.2f} s, {status.silent_distance_mm:.0f} mm"
 
 
-def _grip(gripping: bool | None) -> str:
-    """Say how the grip switch stands; nothing where there is none, or nobody has looked yet."""
+def _grip(gripping: bool | None, force_n: float) -> str:
+    """Say how the grip switch stands and what is pressed; nothing where there is no switch."""
+    force = f"  pressing {force_n:.1f} N" if force_n > 0.0 else ""
     if gripping is None:
-        return ""
-    return f"  grip switch {'CLOSED' if gripping else 'open'}"
+        return force.strip()
+    return f"grip switch {'CLOSED' if gripping else 'open'}{force}"
 
 
 def _steps(steps: Sequence[int] | None) -> str:
@@ -156,3 +224,10 @@ def _steps(steps: Sequence[int] | None) -> str:
 
 def _value(value: float | None, unit: str) -> str:
     return UNKNOWN if value is None else f"{round(value, 1) + 0.0:.1f}{unit}"
+
+
+def grasped(found: Grasped) -> str:
+    """Say what the fingers found."""
+    if not found.holding:
+        return "the fingers met each other: nothing is between them"
+    return f"grasped: {found.width_mm:.1f} mm wide, pressed with {found.force_n:.1f} N"

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 from armdrive.errors import Refused
+from armdrive.flows.gripping import Grasped
 from armdrive.posture import PostureRequest
 from armdrive.status import Current, State, Status, Trust
 from kinematics import Joints, Motors, preset
@@ -18,6 +19,20 @@ class Clock:
 
     def __call__(self):
         return self.now_s
+
+
+class FakeGripper:
+    """Fingers that find a block of 30 mm."""
+
+    force_n = 0.0
+
+    def __init__(self, calls):
+        self._calls = calls
+
+    def feel(self):
+        self._calls.append(("grasp",))
+        self.force_n = 8.9
+        return Grasped(30.0, 8.9)
 
 
 class FakeArm:
@@ -47,6 +62,7 @@ class FakeArm:
         )
         self.model = MODEL
         self.calls = []
+        self.gripper = FakeGripper(self.calls)
         self.set(**more)
 
     def set(self, **more):
@@ -62,6 +78,10 @@ class FakeArm:
     homes_by_switches = False
     frames = ("base", "tool", "board")
     reconnects = False
+
+    def pose_in(self, frame):
+        """Return the pose in a frame that is the base's, 100 mm along x."""
+        return replace(self.status.pose, x_mm=self.status.pose.x_mm - 100.0)
 
     def enable(self):
         self.calls.append(("enable",))

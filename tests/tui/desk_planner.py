@@ -49,7 +49,9 @@ class PlannerArm(FakeArm):
         self.previews = 0
         self.hindrance = None
         self.points = points_of(CONFIG, self.here)
-        self.gripper = self
+        self.gripper.open = lambda opening_mm=None, *, speed=1.0: self.calls.append(
+            ("open", opening_mm, speed)
+        )
 
     def here(self):
         return Point(self.status.joints, self.status.gripper_mm)
@@ -87,9 +89,6 @@ class PlannerArm(FakeArm):
 
     def sleep(self, time_s):
         self.calls.append(("sleep", time_s))
-
-    def open(self, opening_mm=None, *, speed=1.0):
-        self.calls.append(("open", opening_mm, speed))
 
     def pause(self):
         self.calls.append(("pause",))

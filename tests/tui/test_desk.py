@@ -108,7 +108,7 @@ async def test_every_other_key_of_the_table_does_what_it_says():
     assert session.desk.return_value == 0
     assert session.arm.calls[0] == ("stop",)
     tested = {*deeds, "ctrl+q", "enter", "m", "left_square_bracket", "right_square_bracket"}
-    assert {row.keys[0] for row in (*DESK_KEYS, *JOG_KEYS)} == tested | {"minus", "plus", "F"}
+    assert {row.keys[0] for row in (*DESK_KEYS, *JOG_KEYS)} == tested | {"minus", "plus", "F", "G"}
 
 
 @pytest.mark.parametrize("key", ["space", "escape", "ctrl+c"])
@@ -337,12 +337,12 @@ async def test_the_arms_own_refusal_of_cartesian_jogging_is_shown():
         await session.poll()
         assert "needs a known position" in session.text("remarks")
         assert "nothing is recorded" in session.text("conduct")
-        assert "posture not known" in "".join(session.desk.place.query_one("#side").rows)
+        assert "posture not known" in "".join(session.desk.place.query_one("#space").rows)
 
 
 async def test_the_drawing_follows_the_arm_and_repaints_only_then():
     async with Session() as session:
-        view = session.desk.place.query_one("#side")
+        view = session.desk.place.query_one("#space")
         before = view.rows
         await session.poll()
         assert view.rows == before
@@ -356,7 +356,7 @@ async def test_nothing_that_matters_is_said_by_colour_alone():
     async with Session(FakeArm(trust=Trust.SUSPECT, gripping=True)) as session:
         await session.arm_keys()
         shown = session.everything
-        for word in ("SIMULATED", "ARMED", "standby", "suspect", "CLOSED", "0.21 s, 14 mm"):
+        for word in ("SIMULATED", "ARMED", "standby", "suspect", "CLOSED", "14 mm, 0.21 s"):
             assert word in shown
 
 

@@ -9,7 +9,7 @@ from tui.keyboard import DEFAULT_KEYS
 from tui.settings import Settings
 
 
-@pytest.mark.parametrize("size", [(80, 24), (120, 40)])
+@pytest.mark.parametrize("size", [(80, 24), (120, 40), (200, 60)])
 def test_the_jog_screen(snap_compare, size):
     desk = Desk(FakeArm(), braille=True, clock=Clock())
     assert snap_compare(desk, terminal_size=size)
@@ -33,5 +33,5 @@ def test_the_tables_fit_the_smallest_panel(settings):
     known, unknown = FakeArm().status, FakeArm(**unknown_position()).status
     lines = tables.joint_table(known, MODEL, settings, DEFAULT_KEYS, 41).splitlines()
     lines += tables.joint_table(unknown, MODEL, settings, DEFAULT_KEYS, 41).splitlines()
-    lines += tables.tip_lines(known, settings, DEFAULT_KEYS).splitlines()
+    lines += tables.tip_lines(known, MODEL, settings, DEFAULT_KEYS, 41, known.pose).splitlines()
     assert max(len(line) for line in lines) <= 41

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 from textual.app import ComposeResult
 from textual.binding import BindingType
-from textual.containers import Horizontal, Vertical, VerticalScroll
+from textual.containers import Horizontal, VerticalScroll
 
-from armdrive.draw.armview import side_view, top_view
+from armdrive.draw.scene import Moment
+from armdrive.errors import ArmError
+from armdrive.frames import BASE, TOOL
 from armdrive.status import Status
 from tui import tables
 from tui.framework import Alarm, PlainText
@@ -16,7 +18,16 @@ from tui.jogging import Jogging
 from tui.layout import bindings
 from tui.screens.base import DeskScreen
 from tui.settings import Settings
-from tui.views import ArmView
+from tui.widgets.arm_view import SpaceView
+from tui.widgets.hold_buttons import WIDTH as BUTTONS_WIDTH
+from tui.widgets.hold_buttons import HoldButtons
+from tui.wire_load import Load
+
+if TYPE_CHECKING:
+    from kinematics import Pose
+
+TABLES = ("joints", "tip")
+"""What is jogged has buttons beside it: the joints, or the tip."""
 
 
 class JogScreen(DeskScreen):
@@ -25,11 +36,11 @@ class JogScreen(DeskScreen):
     place = "jog"
     BINDINGS: ClassVar[list[BindingType]] = bindings(place)
     CSS = """
-    #views { width: 1fr; }
-    #panel { width: 1fr; min-width: 42; padding: 0 0 0 1; scrollbar-size: 0 0; }
-    #conduct, #joints, #tip, #bottom { height: auto; }
+    #panel { width: 1fr; min-width: 49; padding: 0 0 0 1; scrollbar-size: 0 0; }
+    #conduct, #joints, #tip, #bottom, .table { height: auto; }
+    #joints, #tip { width: 1fr; }
     #conduct.-armed { color: $warning; text-style: bold; }
-    .-wide #joints, .-wide #tip, .-wide #bottom { margin: 1 0 0 0; }
+    .-wide .table, .-wide #bottom { margin: 1 0 0 0; }
     """
 
     def __init__(self) -> None:
@@ -39,6 +50,8 @@ class JogScreen(DeskScreen):
             desk.arm, clock=desk.clock, say=desk.say, settings=lambda: self.desk.settings
         )
         self.hand.alarm = Alarm(desk, self.hand.tick)
+        self._load = Load()
+        self._felt = ""
 
     @property
     def armed(self) -> bool:
@@ -52,27 +65,66 @@ class JogScreen(DeskScreen):
     def compose_body(self) -> ComposeResult:
         """Lay the middle out: drawings on the left, words and numbers on the right."""
         with Horizontal():
-            with Vertical(id="views"):
-                yield ArmView("side", side_view, braille=self.desk.braille, id="side")
-                yield ArmView("above", top_view, braille=self.desk.braille, id="top")
+            reference = self.desk.keys.label("reference")
+            yield SpaceView(
+                self.desk.arm.model,
+                braille=self.desk.braille,
+                unknown=f"posture not known: {reference}",
+                clock=self.desk.clock,
+                id="space",
+            )
             with VerticalScroll(id="panel", can_focus=False):
-                for name in ("conduct", "joints", "tip", "bottom"):
-                    yield PlainText(id=name)
+                yield PlainText(id="conduct")
+                for name in TABLES:
+                    with Horizontal(classes="table"):
+                        yield PlainText(id=name)
+                        yield HoldButtons(
+                            self._push, self.hand.moved, self.hand.lift, id=f"hold-{name}"
+                        )
+                yield PlainText(id="bottom")
 
     def show_body(self, status: Status) -> None:
         """Show this status; keys that nobody uses are disarmed."""
         self.hand.disarm_idle()
         settings, model = self.desk.settings, self.desk.arm.model
-        width = max(self.query_one("#panel").content_size.width, 1)
-        keys = self.desk.keys
+        width = max(self.query_one("#panel").content_size.width - BUTTONS_WIDTH, 1)
+        keys, pose = self.desk.keys, self._pose(status)
+        self._show_buttons(settings, pose_known=pose is not None)
         self.text("conduct").show(tables.conduct(status, settings, keys, armed=self.armed))
         self.text("joints").show(tables.joint_table(status, model, settings, keys, width))
-        self.text("tip").show(tables.tip_lines(status, settings, keys))
-        self.text("bottom").show(tables.bottom_lines(status))
+        self.text("tip").show(tables.tip_lines(status, model, settings, keys, width, pose))
+        load = self._load.of(status.carried, self.desk.clock())
+        force_n = self.desk.arm.gripper.force_n
+        self.text("bottom").show(tables.bottom_lines(status, width, force_n, load))
         self.text("conduct").set_class(self.armed, "-armed")
-        scene = self.desk.scene()
-        for view in self.query(ArmView):
-            view.show(scene)
+        self.query_one(SpaceView).show(Moment(status.joints, status.gripper_mm))
+
+    def _pose(self, status: Status) -> Pose | None:
+        """Return the pose as the frame sees it in which the tip is jogged; for the tool, the base."""
+        settings = self.desk.settings
+        if status.pose is None or not settings.cartesian or settings.frame in (BASE, TOOL):
+            return status.pose
+        try:
+            return self.desk.arm.pose_in(settings.frame)
+        except ArmError:
+            return None  # it has become unknown since the status was taken
+
+    # -- buttons ------------------------------------------------------------------------------
+
+    def _show_buttons(self, settings: Settings, *, pose_known: bool) -> None:
+        """Show buttons beside whatever is jogged, and how they are held."""
+        held = bool(self.hand.held_button)
+        for name in TABLES:
+            buttons = self.query_one(f"#hold-{name}", HoldButtons)
+            shown = (name == "tip") == settings.cartesian and (pose_known or name != "tip")
+            buttons.visible = shown
+            buttons.show(len(settings.rows) if shown else 0, held=held)
+
+    def _push(self, row: int, plus: bool) -> None:
+        """Hold the button of a row."""
+        if not self.desk.nobody_there():
+            pair = self.desk.settings.rows[row]
+            self.hand.push(pair.plus if plus else pair.minus)
 
     # -- keys ---------------------------------------------------------------------------------
 
@@ -90,6 +142,22 @@ class JogScreen(DeskScreen):
         else:
             arm = self.desk.keys.label("arm")
             self.desk.say(f"keys are still arriving: let go of all keys, then press {arm} again")
+
+    def action_grasp(self) -> None:
+        """Close the fingers on what is between them; they do that by themselves, so it is armed."""
+        desk, arm = self.desk, self.desk.arm
+        if desk.nobody_there():
+            return
+        if not self.armed:
+            desk.say(f"grasping moves the fingers: {desk.keys.label('arm')} arms it first")
+            return
+        self.disarm("the fingers close by themselves")
+
+        def grasp() -> None:
+            found = arm.gripper.feel()
+            self._felt = tables.grasped(found)
+
+        desk.call(grasp, lambda _: self._felt)
 
     def _set(self, settings: Settings) -> None:
         """Change settings. Whatever is held was meant with the old ones, so it ends."""
