@@ -129,6 +129,15 @@ def replace_durably(
     files.sync_folder(path.parent)
 
 
+def stamp_of(path: Path) -> tuple[int, int] | None:
+    """Return what changes when a file does: its time in ns, and its size; None of no file."""
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    return found.st_mtime_ns, found.st_size
+
+
 def put_aside(files: Files, path: Path, aside: Path) -> None:
     """Rename a file, if it is there."""
     with contextlib.suppress(FileNotFoundError):

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 from armdrive import places
-from armdrive.durable import DISK, Files, NotWanted, replace_durably
+from armdrive.durable import DISK, Files, NotWanted, replace_durably, stamp_of
 from armdrive.errors import BadRequest, PointsChanged, PointsFileError, Refused, UnknownPoint
 from armdrive.points import Point, StepList, Taught, check_name
 from armdrive.pointtext import parse_points
@@ -71,6 +71,11 @@ class Points(MutableMapping[str, Point]):
     def read(self) -> Taught:
         """Return all points and sequences as they stand in the file now; none of no file."""
         return self._parsed(self._bytes())
+
+    @property
+    def stamp(self) -> tuple[int, int] | None:
+        """What changes when the file does, quick to ask for; None of no file."""
+        return stamp_of(self.path)
 
     def __getitem__(self, name: str) -> Point:
         return _found(self.read().points, name, "point")

@@ -17,11 +17,27 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from armdrive.flows.motion import Moved
-    from armdrive.gripper import Gripper
     from armdrive.handle import Handle
 
 SLICE_S = 0.05
 """A wait is cut into slices of this length, so that a stop ends it."""
+
+
+class Fingers(Protocol):
+    """What a sequence needs of an arm's fingers."""
+
+    def open(self, opening_mm: float | None = None, *, speed: float = 1.0) -> object:
+        """Open them, all the way without a width."""
+
+    def close(self, opening_mm: float = 0.0, *, speed: float = 1.0) -> object:
+        """Close them."""
+
+    def move(self, opening_mm: float, *, speed: float = 1.0) -> object:
+        """Bring them to a width."""
+
+    def grasp(self) -> float:
+        """Close them on whatever is between them."""
+        ...
 
 
 class SequenceArm(Protocol):
@@ -33,7 +49,7 @@ class SequenceArm(Protocol):
         ...
 
     @property
-    def gripper(self) -> Gripper:
+    def gripper(self) -> Fingers:
         """The fingers."""
         ...
 
@@ -54,7 +70,7 @@ class Stepper:
         if not steps.steps:
             raise BadRequest("the sequence has no steps")
         self._arm = arm
-        self._points = points
+        self.points = points
         self.steps = steps.steps
         self.at = 0
         self.running = False
@@ -86,15 +102,18 @@ class Stepper:
         ago = 1 if self._under_way else 2
         return moves[-ago] if len(moves) >= ago else None
 
-    def forward(self) -> Step:
-        """Carry out the next step. Raises `Refused` at the end, and what the motion raises."""
+    def forward(self, since: int | None = None) -> Step:
+        """Carry out the next step. Raises `Refused` at the end, and what the motion raises.
+
+        `since` is the arm's `stops` when that was decided on: a later one lets it not begin.
+        """
         step = self.next
         if step is None:
             raise Refused("the sequence is at its end: step back, or begin again")
-        self._done(step, self._arm.stops)
+        self._done(step, self._arm.stops if since is None else since)
         return step
 
-    def backward(self) -> str:
+    def backward(self, since: int | None = None) -> str:
         """Go back to the point before, in the way that led from it; return its name.
 
         What the fingers did and waits on that way are not taken back: a block stays gripped.
@@ -103,17 +122,19 @@ class Stepper:
         if found is None or target is None:
             raise Refused("there is no point before in the sequence")
         step, point = found
-        self._go(point, step, self._arm.stops)
+        stops = self._arm.stops if since is None else since
+        self._require_no_stop(stops)
+        self._go(point, step, stops)
         self.at = target + 1
         return point
 
-    def run(self, shown: Callable[[Step], object] | None = None) -> int:
+    def run(self, shown: Callable[[Step], object] | None = None, since: int | None = None) -> int:
         """Carry out all that is left, or until `halt`; return how many steps that was.
 
         `shown` hears of each step before it begins. A stop that is asked for at any time, also
         between two steps, ends it with `Stopped`.
         """
-        stops, began = self._arm.stops, self.at
+        stops, began = self._arm.stops if since is None else since, self.at
         self._halted, self.running = False, True
         try:
             while (step := self.next) is not None and not self._halted:
@@ -145,7 +166,7 @@ class Stepper:
         self.at += 1
 
     def _go(self, point: str, step: Step, stops: int) -> None:
-        handle = self._arm.go(self._points[point], how=step.how, speed=step.speed)
+        handle = self._arm.go(self.points[point], how=step.how, speed=step.speed)
         self._under_way = bool(self._moves_done())
         if self._arm.stops != stops:  # it came before there was anything to stop
             handle.cancel()
@@ -169,7 +190,7 @@ class Stepper:
         if isinstance(step.gripper, float):
             return step.gripper
         moves = self._moves_done()
-        point = self._points[self.steps[moves[-1]].point] if moves else None
+        point = self.points[self.steps[moves[-1]].point] if moves else None
         if point is None or point.opening_mm is None:
             raise Refused("the point before this step says no opening of the fingers")
         return point.opening_mm

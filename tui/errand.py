@@ -9,13 +9,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
+
+from armdrive.frames import BASE
 
 if TYPE_CHECKING:
     from armdrive.flows.motion import Moved
     from armdrive.handle import Handle
+    from armdrive.points import Point
     from armdrive.preview import Preview
-    from kinematics import Joints
+    from kinematics import Joints, Pose
     from tui.arm_port import DeskArm
 
 QUIET_S = 0.3
@@ -23,6 +26,37 @@ QUIET_S = 0.3
 
 ASKED_FOR_S = 10.0
 """A first press that is older has been forgotten."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ask:
+    """A goal that is complete: angles of some joints, a pose or a point, and how to go there."""
+
+    joints_deg: tuple[tuple[str, float], ...] = ()
+    pose: Pose | None = None
+    point: Point | None = None
+    line: bool = False
+    frame: str = BASE
+    speed: float = 0.5
+
+
+def foreseen(arm: DeskArm, ask: Ask) -> Preview:
+    """Return what a goal's motion would be."""
+    place = ask.pose or ask.point
+    if place is None:
+        named: dict[str, Any] = dict(ask.joints_deg)
+        return arm.preview(speed=ask.speed, **named)
+    return arm.preview(place, line=ask.line, frame=ask.frame, speed=ask.speed)
+
+
+def begun(arm: DeskArm, ask: Ask) -> Handle[Moved]:
+    """Begin a goal's motion."""
+    place = ask.pose or ask.point
+    if place is None:
+        named: dict[str, Any] = dict(ask.joints_deg)
+        return arm.move_j(speed=ask.speed, wait=False, **named)
+    move = arm.move_l if ask.line else arm.move_to
+    return move(place, speed=ask.speed, frame=ask.frame, wait=False)
 
 
 @dataclass(slots=True)
@@ -36,6 +70,11 @@ class Twice:
     def waiting(self) -> bool:
         """Whether a first press waits for its second one."""
         return len(self._presses) == 1
+
+    @property
+    def pressed(self) -> bool:
+        """Whether there is a press that may still count."""
+        return bool(self._presses)
 
     def press(self) -> None:
         """Take a press."""

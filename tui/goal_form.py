@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from armdrive.frames import BASE, TOOL
 from kinematics import Joints, Pose
+from tui.errand import Ask
 
 if TYPE_CHECKING:
     from armdrive.status import Status
@@ -55,17 +56,6 @@ class Entry:
 
 
 EMPTY = Entry()
-
-
-@dataclass(frozen=True, slots=True)
-class Ask:
-    """A goal that is complete: angles of some joints, or a pose, and how to go there."""
-
-    joints_deg: tuple[tuple[str, float], ...] = ()
-    pose: Pose | None = None
-    line: bool = False
-    frame: str = BASE
-    speed: float = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,11 +140,11 @@ class Form:
 
     def with_speed(self, by: int) -> Form:
         """Go faster or more slowly."""
-        return replace(self, speed=_neighbour(SPEEDS, self.speed, by))
+        return replace(self, speed=neighbour(SPEEDS, self.speed, by))
 
     def with_step(self, by: int) -> Form:
         """Make the arrows' step smaller or larger."""
-        return replace(self, step=_neighbour(STEPS, self.step, by))
+        return replace(self, step=neighbour(STEPS, self.step, by))
 
     def at_joints(self, joints: Joints) -> Form:
         """Ask for these joints, with all their digits."""
@@ -238,5 +228,6 @@ def present_of(form: Form, status: Status, pose: Pose | None) -> dict[str, float
     return {} if pose is None else of_pose(pose)
 
 
-def _neighbour(values: tuple[float, ...], value: float, by: int) -> float:
+def neighbour(values: tuple[float, ...], value: float, by: int) -> float:
+    """Return the value so many places further in a table; its ends are the ends."""
     return values[min(max(values.index(value) + by, 0), len(values) - 1)]

@@ -37,3 +37,48 @@ MOVE_KEYS = (
             "Make the arrows' step larger.", "move"),
 )  # fmt: skip
 """Digits, the point and the minus are typed into the field, and are no rows of the table."""
+
+POINT_KEYS = (
+    DeskKey("points-go", ("enter",), "press_go", "go (twice)",
+            "Press twice: the arm goes to the point as it is shown, or carries out the rest of the "
+            "sequence. A key that is held does not count.", "points"),
+    DeskKey("points-next", ("down",), "choose(1)", "next",
+            "Go to the next point or sequence.", "points"),
+    DeskKey("points-previous", ("up",), "choose(-1)", "",
+            "Go to the point or sequence before.", "points"),
+    DeskKey("points-teach", ("t",), "teach", "teach",
+            "Name the place where the arm stands. Type the name, then enter.", "points"),
+    DeskKey("points-again", ("U",), "again", "again",
+            "Press twice: the point is moved to where the arm stands.", "points"),
+    DeskKey("points-rename", ("r",), "rename", "rename",
+            "Give the point another name, in sequences too.", "points"),
+    DeskKey("points-delete", ("delete",), "delete", "delete",
+            "Press twice: the point or sequence is taken out of the file.", "points"),
+    DeskKey("points-edit", ("e",), "edit", "edit",
+            "Change the point's joints as a goal on the move screen; there, go, and teach it "
+            "again here.", "points"),
+    DeskKey("points-line", ("l",), "line", "line",
+            "Switch between a straight line of the tip and a joint motion.", "points"),
+    DeskKey("points-slower", ("less_than_sign",), "speed(-1)", "slower", "Move more slowly.",
+            "points"),
+    DeskKey("points-faster", ("greater_than_sign",), "speed(1)", "faster", "Move faster.",
+            "points"),
+    DeskKey("points-append", ("a",), "append", "append",
+            "Put the point at the end of a sequence, reached in the way and at the speed shown.",
+            "points"),
+    DeskKey("points-shorten", ("backspace",), "shorten", "",
+            "Take the last step of the sequence away; of a name, the last letter.", "points"),
+    DeskKey("points-stepping", ("s",), "stepping", "stepping",
+            "Let right and left carry out single steps of the sequence, until it is pressed again.",
+            "points"),
+    DeskKey("points-forward", ("right",), "forward", "step",
+            "While stepping: carry out the next step of the sequence.", "points"),
+    DeskKey("points-backward", ("left",), "backward", "back",
+            "While stepping: go back to the point before. Fingers and waits are not taken back.",
+            "points"),
+    DeskKey("points-rewind", ("home",), "rewind", "rewind",
+            "Begin the sequence anew. Moves nothing.", "points"),
+    DeskKey("points-pause", ("p",), "pause", "pause",
+            "Hold the arm up behind its next burst, and let it go on.", "points"),
+)  # fmt: skip
+"""Names are typed once they are asked for; their letters are no rows of the table."""

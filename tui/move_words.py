@@ -58,6 +58,16 @@ def preview_text(preview: Preview, keys: Keyboard) -> str:
     return "\n".join(_preview_lines(preview, keys))
 
 
+def short_text(preview: Preview) -> str:
+    """Say in few words what the motion would be, or why it is refused."""
+    said = [f"REFUSED: {_reason(each)}" for each in (preview.hindrance, preview.problem) if each]
+    if preview.plan is None:
+        return "\n".join(said)
+    near = [f"{each.guard} {each.clearance_mm:.0f} mm" for each in preview.clearances[:2]]
+    stop = f"stop {preview.stop_distance_mm:.0f} mm"
+    return "\n".join([*said, _duration(preview), "  ".join([*near, stop])])
+
+
 def _preview_lines(preview: Preview, keys: Keyboard) -> Iterator[str]:
     for refusal in (preview.hindrance, preview.problem):
         if refusal is not None:

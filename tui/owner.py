@@ -10,7 +10,7 @@ from typing import cast
 from armdrive.draw.armview import ArmScene
 from armdrive.errors import ArmError
 from armdrive.status import Status
-from kinematics import KinematicsError
+from kinematics import Joints, KinematicsError
 from tui.arm_port import DeskArm
 from tui.dialogs import PostureScreen
 from tui.framework import FirstKeys
@@ -44,6 +44,8 @@ class Owner(FirstKeys):
         self.settings = Settings(pairs=pairs, frames=arm.frames)
         self.message = f"{keys.label('arm')} arms the jog keys; space stops at any time"
         self.status: Status = arm.status
+        self.goal: Joints | None = None
+        """A posture that one screen has left for the move screen."""
 
     @property
     def place(self) -> DeskScreen:

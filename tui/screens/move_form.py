@@ -9,16 +9,14 @@ from textual import events
 from armdrive.errors import ArmError
 from armdrive.frames import BASE, TOOL
 from armdrive.status import Status
-from tui.errand import Twice
 from tui.goal_form import DIGITS, Form, present_of
-from tui.screens.base import DeskScreen
+from tui.screens.errands import ErrandScreen
 
 if TYPE_CHECKING:
-    from armdrive.preview import Preview
-    from kinematics import Joints, Pose
+    from kinematics import Pose
 
 
-class FormKeys(DeskScreen):
+class FormKeys(ErrandScreen):
     """A screen with a form. Every change of it takes a first press of a confirmation back."""
 
     def __init__(self) -> None:
@@ -26,9 +24,6 @@ class FormKeys(DeskScreen):
         arm = self.desk.arm
         geometry = arm.model.arm
         self.form = Form(geometry.joint_names, geometry.has_yaw, arm.frames)
-        self.confirming = Twice(self.desk.clock)
-        self.preview: Preview | None = None
-        """What the form would lead to, as soon as that is worked out."""
 
     def present(self, status: Status) -> dict[str, float]:
         """Return where the arm is, in the form's mode and frame."""
@@ -115,6 +110,9 @@ class FormKeys(DeskScreen):
         else:
             self._change(self.form.at_joints(others[0].joints))
 
-    def ask_for(self, joints: Joints) -> None:
-        """Ask for a posture that another screen knows."""
-        self._change(self.form.at_joints(joints))
+    def on_screen_resume(self) -> None:
+        """Take up a goal that another screen has left for this one."""
+        left, self.desk.goal = self.desk.goal, None
+        if left is not None:
+            self.form = self.form.at_joints(left)
+        super().on_screen_resume()

@@ -1,0 +1,369 @@
+"""The points screen: places are named, gone to after two presses, and sequences stepped through."""
+
+import pytest
+from desk_planner import PlannerArm
+from desk_session import Session
+
+from armdrive.points import Point, Step, StepList, Taught
+from kinematics import Joints
+from tui.keys_errands import POINT_KEYS
+from tui.point_list import Naming, PointList
+
+LEFT = Point(Joints.of(30.0, 60.0, -80.0, -60.0, 0.0), 20.0, "by the wall")
+RIGHT = Point(Joints.of(-20.0, 60.0, -80.0, -60.0, 0.0))
+UP = Point(Joints.of(-20.0, 80.0, -80.0, -60.0, 0.0))
+BEYOND = Point(Joints.of(0.0, 300.0, -80.0, -60.0, 0.0))
+STACK = StepList((Step("left"), Step(gripper="open"), Step("right", "line", 0.25), Step("up")))
+
+
+def taught_arm():
+    arm = PlannerArm()
+    for name, point in {"left": LEFT, "right": RIGHT, "up": UP}.items():
+        arm.points[name] = point
+    arm.points.put_sequence("stack", STACK, instead_of=None)
+    return arm
+
+
+class PointSession(Session):
+    """A desk at its points screen, with an arm that has been taught."""
+
+    def __init__(self, arm=None, **more):
+        super().__init__(arm or taught_arm(), **more)
+
+    async def __aenter__(self):
+        await super().__aenter__()
+        await self.press("f4")
+        await self.settle()
+        return self
+
+    @property
+    def screen(self):
+        return self.desk.place
+
+    async def choose(self, name):
+        for _ in range(10):
+            if self.screen.listed.name == name:
+                return
+            await self.press("down")
+        await self.settle()
+
+    async def twice(self, key):
+        await self.press(key)
+        await self.press(key, after_s=0.2)
+        self.clock.now_s += 0.5
+        await self.settle()
+        await self.settle()
+
+    async def step(self, key):
+        await self.press(key, after_s=1.0)
+        await self.settle()
+        await self.settle()
+
+    def stands_at(self, point):
+        joints = self.arm.status.joints.angles_rad
+        return joints == pytest.approx(point.joints.angles_rad, abs=1e-6)
+
+    def point(self, name):
+        return self.arm.points[name]
+
+
+async def test_the_list_shows_points_and_sequences_and_what_is_chosen():
+    async with PointSession() as session:
+        listed = session.text("list")
+        for name in ("> left", "right", "up", "stack"):
+            assert name in listed
+        assert "sequence, 4 steps" in listed
+        assert "base 30.0°" in session.text("chosen")
+        assert "by the wall" in session.text("chosen")
+        assert "takes" in session.text("ahead")
+        await session.press("up")
+        await session.settle()
+        assert "> stack" in session.text("list")
+        assert ">   1 to left" in session.text("chosen")
+
+
+async def test_a_point_is_gone_to_after_two_presses_and_no_held_key():
+    async with PointSession() as session:
+        await session.choose("right")
+        await session.press("l", "greater_than_sign")
+        await session.settle()
+        await session.press("enter", "enter", "enter", after_s=0.03)
+        session.clock.now_s += 1.0
+        await session.settle()
+        assert session.arm.asked_for == []
+        await session.twice("enter")
+        ((goal, speed),) = session.arm.asked_for
+        assert goal.posture.names == RIGHT.joints.names
+        assert speed == 1.0
+        assert session.arm.status.pose.x_mm == pytest.approx(
+            session.arm.model.arm.fk(session.point("right").joints).x_mm
+        )
+
+
+async def test_a_point_that_cannot_be_gone_to_says_why():
+    arm = taught_arm()
+    arm.points["beyond"] = BEYOND
+    async with PointSession(arm) as session:
+        await session.choose("beyond")
+        await session.settle()
+        assert "REFUSED: the shoulder" in session.text("ahead")
+        await session.twice("enter")
+        assert session.arm.asked_for == []
+
+
+async def test_the_present_place_is_named_and_the_name_typed():
+    async with PointSession() as session:
+        await session.press("t")
+        assert "name of this place: p4_" in session.text("begin")
+        await session.press("backspace", "backspace", "r", "t", "2", "minus", "x", "enter")
+        await session.settle()
+        assert session.screen.listed.name == "rt2-x"
+        assert session.point("rt2-x").joints.deg["base"] == pytest.approx(20.0)
+        assert "rt2-x is here" in session.text("remarks")
+
+
+async def test_letters_of_a_name_are_no_keys_and_space_is_still_the_stop():
+    async with PointSession() as session:
+        await session.press("t", "backspace", "backspace", "H", "X", "L", "s", "p")
+        assert session.screen.naming == Naming("teach", "HXLsp")
+        assert not session.arm.asked("estop")
+        await session.press("space")
+        assert session.arm.asked("stop")
+        assert session.screen.naming is None
+        assert list(session.arm.points) == ["left", "right", "up"]
+
+
+async def test_a_name_that_is_taken_or_none_is_refused():
+    async with PointSession() as session:
+        await session.press("t", "backspace", "backspace", "u", "p", "enter")
+        assert "already" in session.text("remarks")
+        await session.press("t", "backspace", "backspace", "enter")
+        assert "is no name" in session.text("remarks")
+        assert session.point("up").joints.deg["shoulder"] == pytest.approx(80.0)
+
+
+async def test_teaching_again_and_deleting_take_two_presses():
+    async with PointSession() as session:
+        await session.choose("left")
+        await session.press("U")
+        await session.poll()
+        assert "AGAIN moves left" in session.text("begin")
+        session.clock.now_s += 20.0
+        await session.settle()
+        await session.settle()
+        assert session.point("left").joints.deg["base"] == pytest.approx(30.0)
+        assert "AGAIN" not in session.text("begin")
+        await session.twice("U")
+        assert session.point("left").joints.deg["base"] == pytest.approx(20.0)
+        assert session.point("left").note == "by the wall"
+        await session.twice("delete")
+        assert "used by stack" in session.text("remarks")
+        await session.choose("stack")
+        await session.twice("delete")
+        assert not session.arm.points.sequences
+        await session.choose("left")
+        await session.twice("delete")
+        assert list(session.arm.points) == ["right", "up"]
+
+
+async def test_two_different_keys_are_no_confirmation():
+    async with PointSession() as session:
+        await session.choose("up")
+        await session.press("U")
+        await session.press("delete", after_s=0.2)
+        session.clock.now_s += 1.0
+        await session.settle()
+        assert "up" in session.arm.points
+        assert session.point("up").joints.deg["base"] == pytest.approx(-20.0)
+
+
+async def test_renaming_reaches_the_sequence():
+    async with PointSession() as session:
+        await session.choose("up")
+        await session.press("r", "p", "enter")
+        await session.settle()
+        assert session.arm.points.sequence("stack").points == ("left", "right", "upp")
+        assert session.screen.listed.name == "upp"
+
+
+async def test_what_somebody_else_changes_is_shown_and_not_overwritten():
+    async with PointSession() as session:
+        await session.choose("up")
+        await session.press("delete")
+        session.arm.points["up"] = LEFT
+        await session.press("delete", after_s=0.2)
+        session.clock.now_s += 1.0
+        await session.settle()
+        await session.settle()
+        assert "up" in session.arm.points
+        assert "AGAIN deletes up" in session.text("begin")  # the second press was a first one
+        assert "base 30.0°" in session.text("chosen")
+        session.arm.points["new"] = UP
+        await session.settle()
+        assert "new" in session.text("list")
+        session.arm.points.path.write_text("[points\n", encoding="utf-8")
+        await session.settle()
+        await session.settle()
+        assert "line 1" in session.text("remarks")
+        assert "new" in session.text("list")
+
+
+async def test_points_are_put_into_a_sequence_and_taken_out():
+    async with PointSession() as session:
+        await session.choose("up")
+        await session.press("l", "a", "enter")
+        await session.settle()
+        assert session.arm.points.sequence("sequence").steps == (Step("up", "line", 0.5),)
+        await session.press("a", "enter")
+        assert len(session.arm.points.sequence("sequence").steps) == 2
+        await session.settle()
+        await session.choose("sequence")
+        await session.press("backspace")
+        await session.settle()
+        assert len(session.arm.points.sequence("sequence").steps) == 1
+        await session.press("backspace", "backspace")
+        assert "has steps" in session.text("remarks")
+
+
+# -- sequences --------------------------------------------------------------------------------
+
+
+async def test_stepping_forwards_and_backwards():
+    async with PointSession() as session:
+        await session.choose("stack")
+        await session.step("right")
+        assert session.arm.asked_for == []
+        assert "lets this key move" in session.text("remarks")
+        await session.press("s")
+        await session.poll()
+        assert "STEPPING" in session.text("chosen")
+        await session.step("right")
+        assert session.stands_at(session.point("left"))
+        assert "next: gripper open" in session.text("remarks")
+        await session.step("right")
+        assert session.arm.asked("open")
+        await session.step("right")
+        assert session.stands_at(session.point("right"))
+        assert "back to left" in session.text("chosen")
+        await session.step("left")
+        assert session.stands_at(session.point("left"))
+        await session.press("home")
+        assert session.screen.stepper.at == 0
+        await session.press("s")
+        await session.step("right")
+        assert session.screen.stepper.at == 0
+
+
+async def test_a_held_step_key_makes_one_step():
+    async with PointSession() as session:
+        await session.choose("stack")
+        await session.press("s")
+        await session.step("right")
+        for _ in range(20):
+            await session.press("right", after_s=0.04)
+            await session.settle()
+        assert session.screen.stepper.at == 1
+
+
+async def test_a_sequence_is_run_after_two_presses():
+    async with PointSession() as session:
+        await session.choose("stack")
+        await session.press("enter")
+        session.clock.now_s += 1.0
+        await session.settle()
+        assert session.arm.asked_for == []
+        assert "AGAIN CARRIES OUT" in session.text("begin")
+        await session.press("enter")
+        session.clock.now_s += 1.0
+        await session.settle()
+        await session.settle()
+        assert session.stands_at(session.point("up"))
+        assert "at its end" in session.text("remarks")
+        assert [speed for _, speed in session.arm.asked_for] == [1.0, 0.25, 1.0]
+
+
+async def test_a_stop_ends_a_run_and_the_step_is_the_next_one_again():
+    arm = taught_arm()
+    arm.during = lambda going: (arm.request_stop(), going.cancel())
+    async with PointSession(arm) as session:
+        await session.choose("stack")
+        await session.twice("enter")
+        assert "stopped" in session.text("remarks")
+        assert session.screen.stepper.at == 0
+        assert not session.screen.busy
+        assert len(arm.asked_for) == 1
+
+
+async def test_leaving_the_screen_ends_a_run_behind_its_step_and_the_stepping():
+    arm = taught_arm()
+    async with PointSession(arm) as session:
+        arm.during = lambda _: session.desk.call_from_thread(session.desk.show_screen, "jog")
+        await session.choose("stack")
+        await session.press("s")
+        screen = session.screen
+        await session.twice("enter")
+        arm.during = lambda _: None
+        await session.settle()
+        assert screen.stepper.at == 1
+        assert len(arm.asked_for) == 1
+        assert not screen.stepping
+
+
+async def test_pausing_and_going_on():
+    async with PointSession() as session:
+        await session.press("p")
+        await session.poll()
+        await session.press("p")
+        assert [call[0] for call in session.arm.calls if call[0] in ("pause", "resume")] == [
+            "pause",
+            "resume",
+        ]
+
+
+async def test_a_point_is_changed_on_the_move_screen():
+    async with PointSession() as session:
+        await session.choose("right")
+        await session.press("e")
+        await session.settle()
+        assert session.desk.place.place == "move"
+        assert session.desk.place.form.entry("base").value == pytest.approx(-20.0)
+
+
+async def test_an_empty_list_says_how_a_point_is_made_and_every_key_is_harmless():
+    async with PointSession(PlannerArm()) as session:
+        assert "no points yet: t names" in session.text("list")
+        for row in POINT_KEYS:
+            assert hasattr(session.screen, f"action_{row.action.split('(')[0]}"), row.id
+            await session.press(row.keys[0], "escape")
+            await session.settle()
+        assert session.arm.asked_for == []
+        assert not session.arm.points
+
+
+@pytest.mark.parametrize("size", [(80, 24), (120, 40), (200, 60)])
+def test_the_points_screen(snap_compare, size):
+    session = Session(taught_arm())
+
+    async def ready(pilot):
+        await pilot.app.workers.wait_for_complete()
+        pilot.app.poll()
+        await pilot.pause()
+
+    assert snap_compare(session.desk, press=["f4", "up", "s"], terminal_size=size, run_before=ready)
+
+
+# -- the list alone ---------------------------------------------------------------------------
+
+
+def test_what_is_chosen_stays_chosen_while_the_file_changes_around_it():
+    listed = PointList(Taught({"a": LEFT, "b": UP})).moved(1)
+    assert listed.with_taught(Taught({"aa": LEFT, "a": LEFT, "b": UP})).name == "b"
+    assert listed.with_taught(Taught({"a": LEFT})).name == "a"
+    assert PointList().moved(1).name == ""
+
+
+def test_a_free_name_is_free():
+    listed = PointList(Taught({"p2": LEFT, "p3": LEFT}))
+    assert listed.free_name() == "p4"
+    assert PointList(Taught({"p1": LEFT})).free_name() == "p2"
+    assert PointList(Taught({"x": LEFT, "p2": UP})).free_name() == "p3"

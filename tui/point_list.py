@@ -1,0 +1,94 @@
+"""The list of points and sequences as a person goes through it, and the name being typed. Pure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+from armdrive.points import NAME, Point, StepList, Taught
+
+LETTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-")
+"""What a name is typed with; a space is never one of them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Naming:
+    """A name under way, and what it is for: `teach`, `rename` or `append`."""
+
+    purpose: str
+    text: str = ""
+
+    def typed(self, letter: str) -> Naming:
+        """Add a letter."""
+        return replace(self, text=self.text + letter)
+
+    def erased(self) -> Naming:
+        """Take the last letter away."""
+        return replace(self, text=self.text[:-1])
+
+    @property
+    def good(self) -> bool:
+        """Whether it is a name as it stands."""
+        return NAME.fullmatch(self.text) is not None
+
+
+@dataclass(frozen=True, slots=True)
+class PointList:
+    """Points first, then sequences; `chosen` is a name, kept while the file changes around it."""
+
+    taught: Taught = field(default_factory=Taught)
+    chosen: str = ""
+    of_sequences: bool = False
+
+    @property
+    def rows(self) -> tuple[tuple[bool, str], ...]:
+        """Every row: whether it is a sequence, and its name."""
+        points = tuple((False, name) for name in self.taught.points)
+        return (*points, *((True, name) for name in self.taught.sequences))
+
+    @property
+    def at(self) -> int:
+        """The chosen row; the first one where what was chosen has gone."""
+        rows = self.rows
+        wanted = (self.of_sequences, self.chosen)
+        return rows.index(wanted) if wanted in rows else 0
+
+    @property
+    def name(self) -> str:
+        """The name of the chosen row; empty of an empty list."""
+        return self.rows[self.at][1] if self.rows else ""
+
+    @property
+    def point(self) -> Point | None:
+        """The chosen point, None where a sequence or nothing is chosen."""
+        if not self.rows or self.rows[self.at][0]:
+            return None
+        return self.taught.points[self.name]
+
+    @property
+    def sequence(self) -> StepList | None:
+        """The chosen sequence, None where a point or nothing is chosen."""
+        if not self.rows or not self.rows[self.at][0]:
+            return None
+        return self.taught.sequences[self.name]
+
+    def moved(self, by: int) -> PointList:
+        """Go to another row."""
+        if not self.rows:
+            return self
+        sequence, name = self.rows[(self.at + by) % len(self.rows)]
+        return replace(self, chosen=name, of_sequences=sequence)
+
+    def with_taught(self, taught: Taught) -> PointList:
+        """Take what the file holds now; the chosen row stays chosen."""
+        return replace(self, taught=taught, chosen=self.name, of_sequences=self.point is None)
+
+    def choosing(self, name: str, *, sequence: bool = False) -> PointList:
+        """Choose a row by its name."""
+        return replace(self, chosen=name, of_sequences=sequence)
+
+    def free_name(self) -> str:
+        """Return a name that no point has: p1, p2 and so on."""
+        number = len(self.taught.points) + 1
+        while f"p{number}" in self.taught.points:
+            number += 1
+        return f"p{number}"

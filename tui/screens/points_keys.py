@@ -1,0 +1,136 @@
+"""The keys of the points screen that move the arm: going, running, stepping, pausing."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING, Protocol
+
+from tui.goal_form import SPEEDS, neighbour
+from tui.screens.points_teach import TeachKeys
+
+if TYPE_CHECKING:
+    from armdrive.status import Status
+
+STEP_QUIET_S = 0.7
+"""A step key counts after so long without one: a key that is held repeats sooner."""
+
+
+class Deed(Protocol):
+    """What a stepper can do, unless a stop was asked for since it was decided on."""
+
+    def __call__(self, *, since: int) -> object:
+        """Do it."""
+
+
+class PointKeys(TeachKeys):
+    """What the keys do. One step or run at a time; a stop that comes first lets it not begin."""
+
+    _step_s = -STEP_QUIET_S
+
+    def action_choose(self, by: int) -> None:
+        """Go to another row."""
+        if self.busy:
+            self.desk.say("the arm is under way: space stops it")
+            return
+        self._take(self.listed.moved(by))
+        self.desk.show()
+
+    # -- going --------------------------------------------------------------------------------
+
+    def action_press_go(self) -> None:
+        """Take the name, or one press of the two that move the arm."""
+        if self.naming is not None:
+            self._named(self.naming)
+        elif self.stepper is None:
+            super().action_press_go()
+        elif not self.desk.nobody_there() and not self._is_busy():
+            self._make_sure("CARRIES OUT WHAT IS LEFT", self._run)
+
+    def _run(self) -> None:
+        if self.stepper is not None:
+            self._begin(self.stepper.run)
+
+    def action_stepping(self) -> None:
+        """Let the step keys move the arm, or no longer."""
+        if self.stepper is None:
+            self.desk.say("choose a sequence to step through")
+            return
+        self.stepping = not self.stepping
+        self.desk.show()
+
+    def action_forward(self) -> None:
+        """Carry out the next step."""
+        if self.stepper is not None and self._may_step():
+            self._begin(self.stepper.forward)
+
+    def action_backward(self) -> None:
+        """Go back to the point before."""
+        if self.stepper is not None and self._may_step():
+            self._begin(self.stepper.backward)
+
+    def action_rewind(self) -> None:
+        """Begin the sequence anew. Moves nothing."""
+        if self.stepper is not None and not self._is_busy():
+            self.stepper.rewind()
+            self.desk.show()
+
+    def _may_step(self) -> bool:
+        """Tell whether a step key counts: while stepping, and not as the repeat of a held key."""
+        now_s = self.desk.clock()
+        quiet_s, self._step_s = now_s - self._step_s, now_s
+        if self.desk.nobody_there() or self._is_busy():
+            return False
+        if not self.stepping:
+            self.desk.say(f"{self.desk.keys.label('points-stepping')} lets this key move the arm")
+            return False
+        return quiet_s >= STEP_QUIET_S
+
+    def _is_busy(self) -> bool:
+        if self.busy:
+            self.desk.say("the arm is under way: space stops it")
+        return self.busy
+
+    def _begin(self, deed: Deed) -> None:
+        self.busy = True
+        self.desk.message = ""
+        self.desk.call(partial(self._done, deed, self.desk.arm.stops), self._said)
+
+    def _done(self, deed: Deed, stops: int) -> None:
+        try:
+            deed(since=stops)  # a stop may come while this is on its way to the arm
+        finally:
+            self.busy = False
+
+    def _said(self, status: Status) -> str:  # noqa: ARG002 - as the desk calls it
+        stepper = self.stepper
+        if stepper is None:
+            return ""
+        return "the sequence is at its end" if stepper.next is None else f"next: {stepper.next}"
+
+    def action_pause(self) -> None:
+        """Hold the arm up behind its next burst, or let it go on."""
+        arm = self.desk.arm
+        (arm.resume if self.desk.status.paused else arm.pause)()
+
+    # -- how ----------------------------------------------------------------------------------
+
+    def action_line(self) -> None:
+        """Switch between a straight line and a joint motion."""
+        self.confirming.forget()
+        self.line = not self.line
+        self.desk.show()
+
+    def action_speed(self, by: int) -> None:
+        """Go faster or more slowly."""
+        self.confirming.forget()
+        self.speed = neighbour(SPEEDS, self.speed, by)
+        self.desk.show()
+
+    def action_edit(self) -> None:
+        """Ask for the chosen point on the move screen."""
+        point = self.listed.point
+        if point is None:
+            self.desk.say("choose a point to change; steps are changed in the file")
+            return
+        self.desk.goal = point.joints
+        self.desk.show_screen("move")
