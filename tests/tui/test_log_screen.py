@@ -15,6 +15,7 @@ from tui.keyboard import DEFAULT_KEYS
 from tui.keys_log import LOG_DIALOG_KEYS, LOG_KEYS
 from tui.log_window import Window
 from tui.log_words import catalogue, cut, row, whole
+from tui.screens.log import GLANCE_S
 from tui.widgets.log_list import LogList
 
 
@@ -34,6 +35,10 @@ class LogSession(Session):
         await super().press(*keys, **more)
         await self.pilot.pause()  # dialogs fill in their text when their size is known
         await self.pilot.pause()
+
+    async def poll(self):
+        self.clock.now_s += GLANCE_S
+        await super().poll()
 
     @property
     def shown(self):
@@ -84,6 +89,25 @@ async def test_a_long_history_comes_in_portions_and_says_what_is_not_shown():
         assert session.desk.place.book.total == 2000
         await session.press("home")
         assert "number 800" in session.rows[0]
+
+
+async def test_lines_that_keep_coming_are_read_at_each_poll_and_painted_more_seldom():
+    async with LogSession() as session:
+        before = session.shown
+        for _ in range(3):
+            session.arm.move("99,0,0,0,0,0")
+            session.arm.looks.clear()
+            session.desk.poll()
+            assert session.arm.looks == [4]
+            assert session.shown == before
+        session.arm.move("97,0,0,0,0,0")
+        await session.press("end")  # a key is answered at once
+        assert session.shown.count("base +99") == 3
+        assert "base +97" in session.shown
+        session.arm.move("98,0,0,0,0,0")
+        session.desk.poll()
+        session.desk.poll()  # and so is the end of what keeps coming
+        assert "base +98" in session.shown
 
 
 async def test_frames_of_a_can_bus_are_shown_as_frames():

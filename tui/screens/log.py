@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
@@ -26,6 +27,11 @@ if TYPE_CHECKING:
 
     from armdrive.log.reader import LogReader
 
+GLANCE_S = 0.2
+"""Lines that keep coming are painted so often: nobody reads faster, and each time all of them move.
+
+A key is answered at once."""
+
 STYLES = {Topic.ERRORS: "bold $error", Topic.INTENTS: "bold", Topic.REQUESTS: "dim"}
 """Beside the marks and words that say the same."""
 
@@ -48,6 +54,7 @@ class LogScreen(DeskScreen):
         self._reader: LogReader | None = None
         self._lines: Sequence[LogLine] = ()
         self._saved: Path | None = None
+        self._painted_s = -math.inf
 
     def compose_body(self) -> ComposeResult:
         """Lay the middle out: what is shown of how much, and the lines."""
@@ -59,23 +66,26 @@ class LogScreen(DeskScreen):
 
     def show_body(self, status: Status) -> None:  # noqa: ARG002 - the log says it itself
         """Take what has come, and show it."""
-        if not self.held:
-            self._take()
-        self._paint()
+        hurried = not self.held and self._take()
+        if not hurried or self.desk.clock() >= self._painted_s + GLANCE_S:
+            self._paint()
 
-    def _take(self) -> None:
+    def _take(self) -> bool:
+        """Read what is new, and tell whether there was anything."""
         try:
             if self._reader is None:
                 self._reader = self.desk.arm.log()
             new = self._reader.read()
         except ArmError as error:
             self.desk.message = str(error)
-            return
+            return False
         if new:
             self.book.take(new)
             self._lines = tuple(self.book.lines)
+        return bool(new)
 
     def _paint(self) -> None:
+        self._painted_s = self.desk.clock()
         following, keys = self.window.chosen is None, self.desk.keys
         head = log_words.head(self.book, keys, following=following, held=self.held)
         self.text("log-head").show(head)
@@ -97,9 +107,14 @@ class LogScreen(DeskScreen):
         """Have other lines in sight."""
         self.book.choose(sieve)
         self._lines = tuple(self.book.lines)
-        self.desk.show()
+        self._answer()
 
     # -- keys ---------------------------------------------------------------------------------
+
+    def _answer(self) -> None:
+        """Show what a key has done, whatever keeps coming."""
+        self._painted_s = -math.inf
+        self.desk.show()
 
     def action_topic(self, topic: str) -> None:
         """Show a topic, or leave it out."""
@@ -121,12 +136,12 @@ class LogScreen(DeskScreen):
     def action_pause(self) -> None:
         """Hold the lines still, or let them come again."""
         self.held = not self.held
-        self.desk.show()
+        self._answer()
 
     def action_go(self, by: int) -> None:
         """Choose another line."""
         self.window.go(self._lines, by)
-        self.desk.show()
+        self._answer()
 
     def action_page(self, by: int) -> None:
         """Choose a line a page away."""
@@ -139,7 +154,7 @@ class LogScreen(DeskScreen):
     def action_last(self) -> None:
         """Follow the newest line again."""
         self.window = Window()
-        self.desk.show()
+        self._answer()
 
     def action_open_line(self) -> None:
         """Show all of the chosen line, or of the newest one."""
