@@ -5,16 +5,26 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from kinematics import ArmModel
     from tui.arm_port import DeskArm
     from tui.keyboard import Keyboard
 
-__all__ = ["run_desk"]
+__all__ = ["run_desk", "run_watch"]
 
 
-def run_desk(arm: DeskArm, *, ascii_only: bool = False, keys: Keyboard | None = None) -> int:
+def run_desk(
+    arm: DeskArm,
+    *,
+    ascii_only: bool = False,
+    keys: Keyboard | None = None,
+    first: str = "",
+    hint: str = "",
+) -> int:
     """Show the desk until somebody leaves it, and return the exit code.
 
     `keys` is the keyboard; without one it is the user's own file of keys, where there is one.
+    `first` is the id of the screen to begin at, instead of the one that was left; `hint` is said
+    at the beginning.
     However it ends, the arm has been told to stop; closing the arm remains the caller's duty,
     except after SIGTERM and SIGHUP, when it is closed at once.
     """
@@ -30,10 +40,37 @@ def run_desk(arm: DeskArm, *, ascii_only: bool = False, keys: Keyboard | None = 
     if keys is None:
         keys = load_keys(None)
     braille = not ascii_only and can_braille(sys.stdout.encoding, os.environ)
-    desk = Desk(arm, braille=braille, handle_signals=True, keys=keys, memory=memory_file())
+    memory = memory_file()
+    desk = Desk(arm, braille=braille, handle_signals=True, keys=keys, memory=memory, first=first)
+    desk.message = hint or desk.message
     try:
         desk.run()
     finally:
         arm.request_stop()
         forget_a_closed_terminal()
     return desk.return_code or 0
+
+
+def run_watch(
+    name: str, model: ArmModel, *, ascii_only: bool = False, keys: Keyboard | None = None
+) -> int:
+    """Show an arm that another program drives, until somebody leaves; return the exit code.
+
+    Nothing here moves the arm, and leaving does not stop it.
+    """
+    import os
+    import sys
+
+    from armdrive.draw.terminal import can_braille
+    from tui.held_arm import HeldArm
+    from tui.memory import memory_file, recall
+    from tui.remap import load_keys
+    from tui.watching import Watching
+
+    if keys is None:
+        keys = load_keys(None)
+    braille = not ascii_only and can_braille(sys.stdout.encoding, os.environ)
+    look = recall(memory_file()).look
+    app = Watching(name, model, HeldArm(name), braille=braille, keys=keys, look=look)
+    app.run()
+    return app.return_code or 0

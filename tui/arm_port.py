@@ -10,6 +10,7 @@ from armdrive.sequence import Fingers
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from armdrive.armfile import ArmConfig
     from armdrive.calls.teaching import Place
     from armdrive.flows.gripping import Grasped
     from armdrive.flows.motion import Moved
@@ -99,6 +100,15 @@ class DeskArm(Protocol):
 
     def confirm_restored(self) -> None:
         """Say that the arm stands where the last program left it; raises `ArmError`."""
+
+    # -- setting up ----------------------------------------------------------------------
+
+    @property
+    def config(self) -> ArmConfig:
+        """The arm as its file has it."""
+
+    def move_motors(self, *steps: int, speed: float, stops: int | None = None) -> object:
+        """Turn motors by whole steps; raises `ArmError`, also for a stop since `stops`."""
 
     # -- planned motion -------------------------------------------------------------------
 

@@ -56,12 +56,15 @@ class Desk(Owner):
         handle_signals: bool = False,
         keys: Keyboard = DEFAULT_KEYS,
         memory: Path | None = None,
+        first: str = "",
     ) -> None:
         super().__init__(arm, braille=braille, clock=clock, keys=keys)
         self._handle_signals = handle_signals
         self._was_lost = False
         self._memory = memory
         self._left = Remembered(instructed=True) if memory is None else recall(memory)
+        if first:
+            self._left = replace(self._left, screen=first)
         self.settings = set_as(self.settings, self._left)
         self.look_name = self._left.look
 

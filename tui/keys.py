@@ -12,8 +12,10 @@ from kinematics import JOINT_NAMES
 from tui.key_row import DeskKey as DeskKey
 from tui.keys_errands import MOVE_KEYS, POINT_KEYS
 from tui.keys_log import LOG_DIALOG_KEYS, LOG_KEYS
+from tui.keys_setup import SETUP_KEYS
 from tui.keys_theory import MODEL_KEYS, THEORY_KEYS
 from tui.keys_view import VIEW_KEYS
+from tui.keys_watch import WATCH_KEYS
 from tui.screens import SCREENS
 
 STOP = "stop"
@@ -231,11 +233,13 @@ TABLE = (
     *JOG_KEYS,
     *MOVE_KEYS,
     *POINT_KEYS,
+    *SETUP_KEYS,
     *THEORY_KEYS,
     *LOG_KEYS,
     *LOG_DIALOG_KEYS,
     *MODEL_KEYS,
     *VIEW_KEYS,
+    *WATCH_KEYS,
     *DIALOG_KEYS,
     *AXIS_KEYS,
 )

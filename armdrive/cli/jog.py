@@ -11,10 +11,11 @@ import argparse
 import sys
 from typing import TYPE_CHECKING
 
-from armdrive.cli.choosing import add_arm_options, connect_chosen
+from armdrive.cli.choosing import DEFAULT_SIM, add_arm_options, connect_chosen, default_arm
+from armdrive.cli.config_files import arm_paths
 from armdrive.cli.confirming import confirm_simulated
 from armdrive.cli.output import emit, say
-from armdrive.errors import BadRequest
+from armdrive.errors import ArmInUse, BadRequest
 from armdrive.status import State, coded
 
 if TYPE_CHECKING:
@@ -45,6 +46,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME",
         help="a named system or a .toml file, with no arm connected; without NAME: list them",
     )
+    parser.add_argument(
+        "--setup",
+        action="store_true",
+        help="begin at the set-up screen: find an arm, describe it, check its motors",
+    )
     add_arm_options(parser)
 
 
@@ -64,13 +70,39 @@ def run(options: argparse.Namespace) -> int:
     from tui import run_desk
 
     # in real time also the simulated twin of a port's arm
-    with connect_chosen(options, pace="real", reconnect=options.reconnect) as arm:
+    try:
+        arm = connect_chosen(options, pace="real", reconnect=options.reconnect)
+    except ArmInUse as error:
+        return _watch_instead(error, options)
+    with arm:
         confirm_simulated(arm)
-        code = run_desk(arm, ascii_only=options.ascii, keys=keys)
+        first = "setup" if options.setup else ""
+        hint = _hint(options, keys)
+        code = run_desk(arm, ascii_only=options.ascii, keys=keys, first=first, hint=hint)
         last = arm.status
     if last.error and last.state is State.DISCONNECTED and not code:
         say(f"left while the link was lost: {coded(last.error, last.error_code)}")
     return code
+
+
+def _hint(options: argparse.Namespace, keys: Keyboard) -> str:
+    """Offer to set an arm up where none was named and no arm file is there."""
+    if options.arm or options.sim or options.port or default_arm() != DEFAULT_SIM:
+        return ""
+    if arm_paths():
+        return ""
+    key = keys.label("screen-setup")
+    return f"no arm of yours is described yet, so this one is simulated: {key} sets one up"
+
+
+def _watch_instead(error: ArmInUse, options: argparse.Namespace) -> int:
+    """Offer to watch an arm that another program drives. Raises the error where nobody wants to."""
+    from armdrive.cli.watch import watch_on_screen
+
+    say(str(error))
+    if not agreed("Watch it instead, with a key to stop it? Type yes: "):
+        raise error
+    return watch_on_screen(chosen_target(options).config.name, ascii_only=options.ascii)
 
 
 def _show_keys(keys: Keyboard, *, json: bool) -> int:

@@ -6,11 +6,16 @@ made. A motor is brought back before the next one's turn.
 
 from __future__ import annotations
 
-from armdrive.errors import BadRequest
+from typing import TYPE_CHECKING
+
+from armdrive.errors import BadRequest, Refused
 from armdrive.interview.corrections import Look, Saw, Verdict, judge
 from armdrive.interview.signs import Trial, roll_joint, trials
 from kinematics import Joints, Transmission
 from kinematics.arm_geometry import ArmGeometry
+
+if TYPE_CHECKING:
+    from armdrive.armfile import ArmConfig
 
 
 class Check:
@@ -107,3 +112,19 @@ class Check:
     def verdict(self) -> Verdict:
         """Return what all the looks so far say together."""
         return judge(self.looks, self._roll)
+
+
+def check_of(config: ArmConfig, joints: Joints | None) -> Check:
+    """Return the check of an arm that stands so, or, with None, as it is asked to be put.
+
+    Raises `Refused` where nothing is known of its motors.
+    """
+    from armdrive.sim.found import found_posture
+
+    transmission = config.model.transmission
+    if transmission is None:
+        raise Refused(
+            "no motor steps are known of this arm: give steps_per_mm and [steps_per_turn] first"
+        )
+    arm = config.model.arm
+    return Check(arm, transmission, joints or found_posture(arm))

@@ -87,6 +87,19 @@ def propose(path: Path, transmission: Transmission, verdict: Verdict) -> Proposa
     return Proposal(path, before, text, tuple(_remarks(verdict, order)))
 
 
+def file_of(config: ArmConfig) -> Path | None:
+    """Return the file that an arm was read from, None where it is a preset's or was changed."""
+    from armdrive.armfile import read_arm_table
+
+    if config.source is None:
+        return None
+    path = config.source.folder / f"{config.name}.toml"
+    try:
+        return path if read_arm_table(path) == config.source.table else None
+    except ArmFileError:
+        return None
+
+
 def _remarks(verdict: Verdict, order: dict[str, str]) -> list[str]:
     said = []
     if verdict.order and not order:

@@ -10,7 +10,9 @@ from contextlib import closing
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from armdrive.connecting import simulation_forced
 from armdrive.doctor.findings import Finding, Grade
+from armdrive.errors import PortUnavailable
 from armdrive.transports.can_address import CanAddress, is_can
 
 if TYPE_CHECKING:
@@ -75,6 +77,8 @@ def _bus(port: str, description: str, todo: str) -> Candidate:
 
 def probe(port: str) -> Found:
     """Open a port and find out what it leads to; moves nothing. Raises `LinkError`."""
+    if simulation_forced():
+        raise PortUnavailable("ARMDRIVE_FORCE_SIM is set, so that no real port is opened")
     if is_can(port):
         return _asked(CanAddress.parse(port))
     from armdrive.doctor.after import Expected, findings

@@ -19,8 +19,9 @@ def desk(monkeypatch):
     monkeypatch.setattr(jog, "sys", SimpleNamespace(stdin=terminal, stdout=terminal))
     shown = []
 
-    def run_desk(arm, *, ascii_only, keys):
+    def run_desk(arm, *, ascii_only, keys, first, hint):
         shown.append(arm)
+        shown.append((first, hint))
         return 0
 
     monkeypatch.setattr(tui, "run_desk", run_desk)
@@ -43,7 +44,7 @@ def test_a_lost_link_is_looked_for_as_the_command_or_the_arm_file_says(call, des
 
 
 def test_who_leaves_a_desk_without_its_link_is_told_what_became_of_it(call, desk, monkeypatch):
-    def run_desk(arm, *, ascii_only, keys):
+    def run_desk(arm, *, ascii_only, keys, first, hint):
         arm.twin.faults.add("unplug")
         arm.sleep(1.0)
         return 0
@@ -53,3 +54,14 @@ def test_who_leaves_a_desk_without_its_link_is_told_what_became_of_it(call, desk
     said = call("jog", "--arm", "bench", code=0).out
     assert "left while the link was lost: [E407]" in said
     assert "plug" in said
+
+
+def test_who_has_no_arm_yet_is_offered_to_set_one_up(call, desk):
+    call("jog", code=0)
+    assert desk[1][0] == ""
+    assert "f5 sets one up" in desk[1][1].lower()
+    call("jog", "--sim", "teachmover", "--setup", code=0)
+    assert desk[3] == ("setup", "")
+    write_arm_file("bench", 'model = "teachmover"\n[connection]\nport = "/dev/x"\n')
+    call("jog", code=0)
+    assert desk[5] == ("", "")

@@ -46,6 +46,8 @@ SCREENS = (
           ("tui.screens.move", "MoveScreen")),
     Entry("points", "f4", "points", "Name places, go back to them, step through sequences.",
           ("tui.screens.points", "PointsScreen")),
+    Entry("setup", "f5", "set-up", "Find an arm, describe it in a file, and check its motors.",
+          ("tui.screens.setup", "SetupScreen")),
     Entry("theory", "f6", "theory", "Matrices, Jacobian, singularities of the arm as it stands.",
           ("tui.screens.theory", "TheoryScreen")),
     Entry("log", "f7", "log", "What passes between the arm and this program, in words.",
