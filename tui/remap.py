@@ -37,7 +37,7 @@ LAYOUTS: Mapping[str, tuple[str, str, Mapping[str, str]]] = MappingProxyType(
         "qwertz": (
             "qwertzu",
             "asdfghj",
-            {"finer": ",", "coarser": ".", "view-nearer": "y"},
+            {"finer": ",", "coarser": ".", "view-nearer": "#"},
         ),
         "dvorak": ("',.pyfg", "aoeuidh", {"view-up": "j", "view-fit": "q"}),
         "colemak": ("qwfpgjl", "arstdhn", {}),
