@@ -110,8 +110,6 @@ class Connected(Waiting):
         """
         from armdrive.log.reader import BACK, LogReader
 
-        with self.pace.lock:
-            self.witness.since(0, 0, 0)
         dialect, began_s = self.config.connection.dialect, self.witness.began_s
         return LogReader(self._since, dialect, began_s, back=BACK if back is None else back)
 

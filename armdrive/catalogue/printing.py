@@ -13,7 +13,8 @@ _PAGE_BEGINS = """\
 What a message means, what it means for the arm, and what to do. The code stands in brackets before
 the sentence: `armdrive: [E203] planned motion needs ...`; in a program it is `error.code`, or
 `armdrive.catalogue.entry(error)` for those of the kinematics. `armdrive errors CODE` prints one
-row, and `armdrive errors --markdown` prints this page.
+row, `armdrive errors --find lost,wire` those with both words, and `armdrive errors --markdown` this
+page. On the log of the desk (F7) `e` searches it.
 
 With `--json` a command that fails prints one object on its error output: `code`, `title`,
 `message`, `effect` and `remedy`. The status has `error_code`, `notice_code` and `trust_code`.

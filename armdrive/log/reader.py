@@ -17,7 +17,8 @@ Since = Callable[[int, int, int], tuple[int, tuple[Entry, ...]]]
 MOST = 500
 """So many lines are made at once: a few milliseconds."""
 BACK = 2000
-"""Nobody reads further back on a screen; `armdrive record` writes everything."""
+"""Nobody reads further back on a screen; `armdrive record` writes everything. A reader that has
+not read for longer than so many entries passes over the oldest of them, and says so."""
 
 
 class LogReader:
@@ -28,8 +29,9 @@ class LogReader:
 
     def __init__(self, since: Since, dialect: str, began_s: float, *, back: int = BACK) -> None:
         self._since = since
-        self._back = back
-        self._next = 0
+        self._back = max(back, BACK)
+        self._next, _ = since(0, 0, back)
+        self._untold = self._next if back else 0  # who asks for nothing old is told of none
         self._narrator = Narrator(dialect, began_s)
 
     def read(self, most: int = MOST) -> tuple[LogLine, ...]:
@@ -40,9 +42,10 @@ class LogReader:
         """
         first, entries = self._since(self._next, most, self._back)
         lines = []
-        if entries and first > self._next:
-            missing = first - self._next
+        missing = first - self._next + self._untold
+        if entries and missing:
             lines.append(self._narrator.gap(first - 1, entries[0].time_s, missing))
+            self._untold = 0
         self._next = first + len(entries)
         lines += [self._narrator.line(first + index, each) for index, each in enumerate(entries)]
         return tuple(lines)

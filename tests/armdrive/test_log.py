@@ -143,6 +143,14 @@ def test_a_reader_looks_no_further_back_than_it_was_told():
     assert [each.words for each in lines] == [str(number) for number in range(90, 100)]
 
 
+def test_a_reader_may_begin_with_what_is_yet_to_come():
+    ring = Ring()
+    ring.add(Entry(0.0, Kind.REPLY, "old"))
+    log = reader(ring, back=0)
+    ring.add(Entry(1.0, Kind.REPLY, "new"))
+    assert [each.words for each in log.read()] == ["new"]
+
+
 def test_a_message_that_began_before_a_gap_is_no_message():
     ring = Ring(most_bytes=2 * (ENTRY_BYTES + 2))
     ring.seal()
