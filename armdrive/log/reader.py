@@ -15,7 +15,7 @@ Since = Callable[[int, int, int], tuple[int, tuple[Entry, ...]]]
 """A number, how many at most, and how far back at most: as `Ring.since`."""
 
 MOST = 500
-"""So many lines are made at once: a few milliseconds."""
+"""So many lines are made at once: some 25 ms of a small computer."""
 BACK = 2000
 """Nobody reads further back on a screen; `armdrive record` writes everything. A reader that has
 not read for longer than so many entries passes over the oldest of them, and says so."""

@@ -8,14 +8,13 @@ from desk_session import Session
 
 from armdrive.errors import WrongState
 from armdrive.log.lines import LogLine, Topic
-from armdrive.log.reader import MOST
 from armdrive.recorder.entries import Kind
 from firmware_protocol.frames import Frame, pack
 from tui.keyboard import DEFAULT_KEYS
 from tui.keys_log import LOG_DIALOG_KEYS, LOG_KEYS
 from tui.log_window import Window
 from tui.log_words import catalogue, cut, row, whole
-from tui.screens.log import GLANCE_S
+from tui.screens.log import GLANCE_S, PORTION
 from tui.widgets.log_list import LogList
 
 
@@ -82,8 +81,8 @@ async def test_a_long_history_comes_in_portions_and_says_what_is_not_shown():
     for number in range(4 * 700):
         arm.pass_by(Kind.REPLY, f"number {number}")
     async with LogSession(arm) as session:
-        assert max(arm.looks) <= MOST
-        for _ in range(5):
+        assert max(arm.looks) <= PORTION
+        for _ in range(2000 // PORTION + 1):
             await session.poll()
         assert session.rows[-1].endswith("number 2799")
         assert session.desk.place.book.total == 2000

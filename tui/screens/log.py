@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 
     from armdrive.log.reader import LogReader
 
+PORTION = 100
+"""So many lines are made at a poll, which is 2000 a second, and keeps a stop waiting some 5 ms."""
+
 GLANCE_S = 0.2
 """Lines that keep coming are painted so often: nobody reads faster, and each time all of them move.
 
@@ -75,7 +78,7 @@ class LogScreen(DeskScreen):
         try:
             if self._reader is None:
                 self._reader = self.desk.arm.log()
-            new = self._reader.read()
+            new = self._reader.read(PORTION)
         except ArmError as error:
             self.desk.message = str(error)
             return False
