@@ -11,9 +11,15 @@ import argparse
 import sys
 from typing import TYPE_CHECKING
 
-from armdrive.cli.choosing import DEFAULT_SIM, add_arm_options, connect_chosen, default_arm
+from armdrive.cli.choosing import (
+    DEFAULT_SIM,
+    add_arm_options,
+    chosen_target,
+    connect_chosen,
+    default_arm,
+)
 from armdrive.cli.config_files import arm_paths
-from armdrive.cli.confirming import confirm_simulated
+from armdrive.cli.confirming import agreed, confirm_simulated
 from armdrive.cli.output import emit, say
 from armdrive.errors import ArmInUse, BadRequest
 from armdrive.status import State, coded

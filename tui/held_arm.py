@@ -1,0 +1,27 @@
+"""An arm that another program holds, by its name: what watching asks of that program."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+EVERY_S = 0.05
+
+
+class HeldArm:
+    """Speaks with the program that holds an arm."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def views(self) -> Iterator[Mapping[str, Any]]:
+        """Yield its status whenever it has changed, until it gives the arm back."""
+        from armdrive.holder import watch_holder
+
+        return watch_holder(self._name, EVERY_S)
+
+    def ask(self, request: str, **words: object) -> Mapping[str, Any]:
+        """Ask for something; raises `ArmError` where nobody answers."""
+        from armdrive.holder import ask_holder
+
+        return ask_holder(self._name, request, **words)

@@ -1,0 +1,69 @@
+"""What is said of an arm that another program drives, from the plain data of its status."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+View = Mapping[str, Any]
+
+TEMPOS = (10, 25, 50, 75, 100)
+"""Percent of the speed that is asked for."""
+
+
+def title(name: str, view: View, width: int) -> str:
+    """Say which arm is watched, and whether it is real, the latter first lest it is cut off."""
+    if not view:
+        return f"WATCHING {name}"[:width]
+    kind = "SIMULATED" if view.get("simulated") else "REAL ARM"
+    return f"{kind}, WATCHED: {name} ({view.get('title', '?')}) on {view.get('link', '?')}"[:width]
+
+
+def lines(view: View) -> str:
+    """Say how the arm is, in words and numbers."""
+    if not view:
+        return "nothing is known of it yet"
+    joints, pose = view.get("joints"), view.get("pose")
+    conduct = f"state {view.get('state', '?')}{', PAUSED' if view.get('paused') else ''}"
+    way = f"{_number(view.get('stop_distance_mm'))} mm, {_number(view.get('stop_time_s'))} s"
+    texts = (
+        f"{conduct}  speed {percent(view)} % of what is asked",
+        f"position {view.get('trust', '?')}: {view.get('trust_reason', '?')}",
+        "",
+        *_named(joints, "_deg", "\N{DEGREE SIGN}"),
+        "" if joints else "the joints are not known",
+        *_named(pose, "", ""),
+        "" if pose is None else f"gripper {_number(view.get('gripper_mm'))} mm",
+        f"motor current {view.get('current', '?')}",
+        f"stop: {way} at most",
+        *(f"! {view[word]}" for word in ("notice", "error") if view.get(word)),
+    )
+    return "\n".join(texts)
+
+
+def percent(view: View) -> int:
+    """Return the speed that the arm may go at, in percent of what it is asked for."""
+    share = view.get("speed_override", 1.0)
+    return round(share * 100) if isinstance(share, int | float) else 100
+
+
+def tempo(now: int, steps: int) -> int:
+    """Return the next tempo below or above; the ends hold."""
+    others = [each for each in TEMPOS if (each - now) * steps > 0]
+    if not others:
+        return min(TEMPOS) if steps < 0 else max(TEMPOS)
+    return max(others) if steps < 0 else min(others)
+
+
+def _named(values: object, ending: str, unit: str) -> list[str]:
+    if not isinstance(values, dict):
+        return []
+    return [
+        f"{str(name).removesuffix(ending).replace('_', ' '):<12}{_number(value):>8}{unit}"
+        for name, value in values.items()
+    ]
+
+
+def _number(value: object) -> str:
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    return f"{float(value) + 0.0:.1f}" if number else "?"  # type: ignore[arg-type]
