@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from types import SimpleNamespace
 
 import pytest
@@ -9,7 +10,8 @@ from cli_calls import write_arm_file
 
 import tui
 from armdrive import connecting
-from armdrive.cli import jog
+from armdrive.cli import jog, watch
+from armdrive.cli.worlds import connect_remembered
 
 
 @pytest.fixture
@@ -65,3 +67,38 @@ def test_who_has_no_arm_yet_is_offered_to_set_one_up(call, desk):
     write_arm_file("bench", 'model = "teachmover"\n[connection]\nport = "/dev/x"\n')
     call("jog", code=0)
     assert desk[5] == ("", "")
+
+
+@pytest.mark.parametrize(("answer", "code"), [(True, 0), (False, 4)])
+def test_an_arm_that_another_program_holds_may_be_watched_instead(
+    call, desk, monkeypatch, answer, code
+):
+    watched = []
+
+    def run_watch(name, model, *, ascii_only):
+        watched.append(name)
+        return 0
+
+    monkeypatch.setattr(tui, "run_watch", run_watch)
+    monkeypatch.setattr(jog, "agreed", lambda question: answer)
+    monkeypatch.setattr(watch, "sys", jog.sys)
+    with connect_remembered(connecting.find("sim:teachmover").config):
+        call("jog", "--sim", "teachmover", code=code)
+    assert watched == (["sim:teachmover"] if answer else [])
+    assert desk == []
+
+
+def test_the_keys_are_listed_without_opening_anything(call, desk):
+    listed = call("jog", "--show-keys", "--keys", "azerty", "--json", code=0).out
+    rows = {row["id"]: row for row in json.loads(listed)["keys"]}
+    assert rows["axis-1-plus"]["keys"] == ["a"]
+    assert rows["stop"]["keys"][0] == "space"
+    assert "space" in call("jog", "--show-keys", code=0).out
+    assert desk == []
+
+
+def test_a_wrong_file_of_keys_is_refused_before_anything_is_opened(call, desk):
+    said = call("jog", "--keys", "azery", code=2).err
+    assert "[E111]" in said
+    assert "did you mean 'azerty'?" in said
+    assert desk == []
