@@ -55,6 +55,7 @@ TOPICS: Mapping[Kind, Topic] = MappingProxyType(
 
 _CODED = re.compile(r"\[(E[0-9]{3})\] ")
 _RAISED = re.compile(r"([A-Za-z_]+): ")
+_TWICE = "; registers "
 _OF_CLASSES = frozenset((Kind.RAISED, Kind.LOST, Kind.FAILED))
 
 
@@ -119,7 +120,10 @@ class Narrator:
         if isinstance(entry.what, bytes):
             shown, words = self._teller.shown(entry), self._teller.meaning(entry)
             return LogLine(number, time_s, entry.kind, shown, words)
-        return LogLine(number, time_s, entry.kind, "", entry.what, _code(entry.kind, entry.what))
+        words = entry.what
+        if entry.kind is Kind.REGISTERS:  # the counts stand there twice: for replays, for people
+            words = words.partition(_TWICE)[2] or words
+        return LogLine(number, time_s, entry.kind, "", words, _code(entry.kind, words))
 
     def gap(self, number: int, time_s: float, missing: int) -> LogLine:
         """Return the line that stands for entries that nobody can tell any more.

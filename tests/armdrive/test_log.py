@@ -62,6 +62,11 @@ def test_a_motion_is_read_in_words_with_its_intent_and_its_bytes(arm):
     assert log.read() == ()
 
 
+def test_counts_are_told_once(arm):
+    told = next(each for each in arm.log().read() if each.kind is Kind.REGISTERS)
+    assert told.told == "registers: 0 0 0 0 0 0, inputs 0"
+
+
 def test_times_are_counted_from_the_connection():
     ring = Ring()
     ring.add(Entry(1000.5, Kind.SENT, b"@READ\r"))
