@@ -118,6 +118,16 @@ class PlannerArm(FakeArm):
         return Going(self, goal.plan(self._ground(), speed).end.joints)
 
 
+async def settled(pilot):
+    """Let a desk work out all that it wants to show, and show it."""
+    for _ in range(4):
+        pilot.app.poll()
+        await pilot.pause()
+        await pilot.app.workers.wait_for_complete()
+    pilot.app.poll()
+    await pilot.pause()
+
+
 def _speeds():
     return Speeds(
         CONFIG.model.joint_speeds_rad_s,

@@ -1,7 +1,7 @@
 """The move screen: what is typed is foreseen, what is seen is confirmed, and then it moves."""
 
 import pytest
-from desk_planner import PlannerArm
+from desk_planner import PlannerArm, settled
 from desk_session import Session
 
 from armdrive.errors import WrongState
@@ -294,14 +294,9 @@ async def test_every_key_of_the_table_has_an_action():
 @pytest.mark.parametrize("size", [(80, 24), (120, 40), (200, 60)])
 def test_the_move_screen(snap_compare, size):
     session = Session(PlannerArm())
-    keys = ["f3", "2", "6", "0", "down", "4", "0", "enter"]
+    keys = ["f3", "2", "6", "0", "down", "4", "0"]
 
-    async def ready(pilot):
-        await pilot.app.workers.wait_for_complete()
-        pilot.app.poll()
-        await pilot.pause()
-
-    assert snap_compare(session.desk, press=keys, terminal_size=size, run_before=ready)
+    assert snap_compare(session.desk, press=keys, terminal_size=size, run_before=settled)
 
 
 # -- the form alone ---------------------------------------------------------------------------

@@ -1,7 +1,7 @@
 """The points screen: places are named, gone to after two presses, and sequences stepped through."""
 
 import pytest
-from desk_planner import PlannerArm
+from desk_planner import PlannerArm, settled
 from desk_session import Session
 
 from armdrive.points import Point, Step, StepList, Taught
@@ -191,6 +191,7 @@ async def test_what_somebody_else_changes_is_shown_and_not_overwritten():
         await session.choose("up")
         await session.press("delete")
         session.arm.points["up"] = LEFT
+        await session.poll()
         await session.press("delete", after_s=0.2)
         session.clock.now_s += 1.0
         await session.settle()
@@ -344,12 +345,9 @@ async def test_an_empty_list_says_how_a_point_is_made_and_every_key_is_harmless(
 def test_the_points_screen(snap_compare, size):
     session = Session(taught_arm())
 
-    async def ready(pilot):
-        await pilot.app.workers.wait_for_complete()
-        pilot.app.poll()
-        await pilot.pause()
-
-    assert snap_compare(session.desk, press=["f4", "up", "s"], terminal_size=size, run_before=ready)
+    assert snap_compare(
+        session.desk, press=["f4", "up", "s"], terminal_size=size, run_before=settled
+    )
 
 
 # -- the list alone ---------------------------------------------------------------------------
