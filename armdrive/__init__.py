@@ -32,12 +32,15 @@ if TYPE_CHECKING:
         OperatorNeeded,
         OutOfBounds,
         PendantStop,
+        PointsChanged,
+        PointsFileError,
         PortUnavailable,
         PositionMismatch,
         RecordingError,
         Refused,
         StateFileError,
         Stopped,
+        UnknownPoint,
         WrongState,
     )
     from armdrive.flows.gripping import Grasped
@@ -45,7 +48,10 @@ if TYPE_CHECKING:
     from armdrive.flows.motion import Moved
     from armdrive.handle import Handle
     from armdrive.intents import Jog, Space
+    from armdrive.points import Point, Step, StepList
     from armdrive.posture import MarkRequest, PostureRequest
+    from armdrive.preview import Preview
+    from armdrive.sequence import Stepper
     from armdrive.status import Current, State, Status, Trust
     from kinematics import Joints, KinematicsError, Motors, NoArc, PathBroken, Pose, Unreachable
     from kinematics.moves import ArcMove, JointMove, LineMove, PoseMove
@@ -67,12 +73,15 @@ _HOMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "OperatorNeeded",
             "OutOfBounds",
             "PendantStop",
+            "PointsChanged",
+            "PointsFileError",
             "PortUnavailable",
             "PositionMismatch",
             "RecordingError",
             "Refused",
             "StateFileError",
             "Stopped",
+            "UnknownPoint",
             "WrongState",
         ),
         "armdrive.flows.gripping": ("Grasped",),
@@ -80,7 +89,10 @@ _HOMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "armdrive.flows.motion": ("Moved",),
         "armdrive.handle": ("Handle",),
         "armdrive.intents": ("Jog", "Space"),
+        "armdrive.points": ("Point", "Step", "StepList"),
         "armdrive.posture": ("MarkRequest", "PostureRequest"),
+        "armdrive.preview": ("Preview",),
+        "armdrive.sequence": ("Stepper",),
         "armdrive.status": ("Current", "State", "Status", "Trust"),
         "kinematics": (
             "Joints",
@@ -131,19 +143,27 @@ __all__ = [
     "OutOfBounds",
     "PathBroken",
     "PendantStop",
+    "Point",
+    "PointsChanged",
+    "PointsFileError",
     "PortUnavailable",
     "Pose",
     "PoseMove",
     "PositionMismatch",
     "PostureRequest",
+    "Preview",
     "RecordingError",
     "Refused",
     "Space",
     "State",
     "StateFileError",
     "Status",
+    "Step",
+    "StepList",
+    "Stepper",
     "Stopped",
     "Trust",
+    "UnknownPoint",
     "Unreachable",
     "Verdict",
     "Verified",

@@ -15,7 +15,7 @@ R = TypeVar("R")
 
 CALLS = (
     "home", "confirm_reference", "confirm_restored", "declare_posture",
-    "move_j", "move_to", "move_l", "move_motors", "move_gripper", "park",
+    "go", "move_j", "move_to", "move_l", "move_motors", "move_gripper", "park",
     "jog_j", "jog_l", "hold", "nudge", "release",
     "enable", "disable", "reset", "estop", "mend_settings", "set_outputs", "read_inputs",
     "grasp", "feel", "verify", "pause", "resume",
