@@ -100,7 +100,9 @@ class Motors(Stage):
 
     def moment(self) -> Moment:
         """Draw the posture, and the motor's turn as a ghost."""
-        return Moment(self.check.posture, self.desk.status.gripper_mm, goal=self.check.after)
+        opening_mm = self.desk.status.gripper_mm
+        after = self.check.after
+        return Moment(self.check.posture, opening_mm, goal=after, goal_opening_mm=opening_mm)
 
     def rows(self) -> int:
         """Return how many motors there are to choose from."""

@@ -135,7 +135,8 @@ class Asking(Stage):
         question, marked = self.describing.question, self.describing.marked
         if question is None or not question.choices:
             return []
-        rows = [f"{word}  {meaning}".rstrip() for word, meaning in question.choices]
+        width = max(len(word) for word, _ in question.choices)
+        rows = [f"{word:<{width}}  {meaning}".rstrip() for word, meaning in question.choices]
         first = max(0, min(marked - CHOICES // 2, len(rows) - CHOICES))
         at = -1 if self.describing.typed else marked - first
         return [*listed(rows[first : first + CHOICES], at), ""]

@@ -30,6 +30,7 @@ class Steps(Stage):
     def __init__(self, desk: Desk, go: Go, path: Path | None) -> None:
         super().__init__(desk, go)
         self.path = path
+        self._motors: Motors | None = None
         self.marked = 0 if self.free else 2
 
     @property
@@ -82,7 +83,13 @@ class Steps(Stage):
         elif self.path is not None and file_of(self.desk.arm.config) != self.path:
             raise BadRequest(f"{self.path} was changed: leave this desk and come back first")
         else:
-            self.go(Motors(self.desk, self.go, self))
+            self.go(self._begun())
+
+    def _begun(self) -> Motors:
+        """Return the check that was left half-way, or a new one."""
+        if self._motors is None or self._motors.check.trial is None:
+            self._motors = Motors(self.desk, self.go, self)
+        return self._motors
 
     def _other(self, step: str) -> None:
         """Describe the arm of a port that has no file; else say that this needs leaving."""

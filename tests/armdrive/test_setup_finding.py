@@ -1,0 +1,112 @@
+"""What is behind a port is found out, in words, as the doctor does; listing opens nothing."""
+
+import pytest
+from doctor_bench import SimPort, made
+
+from armdrive.doctor import carrying
+from armdrive.errors import PortUnavailable
+from armdrive.interview.readers import WrongAnswer
+from armdrive.setup.describing import Describing, path_of
+from armdrive.setup.filing import checked, file_of, write
+from armdrive.setup.finding import candidates, looked_at, probe
+
+
+class Passing:
+    """Time that passes as soon as somebody waits."""
+
+    now = 0.0
+
+    def now_s(self):
+        return self.now
+
+    def sleep(self, link, until_s):
+        self.now = min(max(link.next_s(), self.now), until_s)
+
+
+@pytest.mark.parametrize("dialect", ["teachmover", "robko01", "grbl", "armdroid"])
+def test_a_port_is_recognised_and_its_arm_is_described_by_what_was_found(dialect, monkeypatch):
+    port = SimPort(made(dialect))
+    monkeypatch.setattr(carrying, "_opened", lambda name, baud: port)
+    monkeypatch.setattr(carrying, "RealClock", Passing)
+    found = probe("/dev/arm")
+    assert found.dialect == dialect
+    assert f"it speaks {dialect}" in found.lines[0]
+    assert port.closed
+    describing = Describing(found.answers)
+    describing.type("lab")
+    describing.enter()
+    assert describing.question.key == "template"
+    while describing.question is not None:
+        describing.enter()
+    files = describing.files()
+    config = checked(files, "lab")
+    assert config.connection.port == "/dev/arm"
+    assert config.connection.dialect == dialect
+    assert config.connection.baud == found.baud
+
+
+def test_a_forced_simulation_opens_no_port(monkeypatch):
+    monkeypatch.setenv("ARMDRIVE_FORCE_SIM", "1")
+    for port in ("/dev/arm", "can:socketcan:can0"):
+        with pytest.raises(PortUnavailable, match="ARMDRIVE_FORCE_SIM"):
+            probe(port)
+
+
+def test_ports_and_interfaces_are_listed_with_what_is_known_of_them(monkeypatch):
+    from armdrive.transports import can_ports, ports
+    from armdrive.transports.can_ports import CanPort
+
+    monkeypatch.setattr(ports, "list_ports", lambda: ())
+    buses = [CanPort("can:socketcan:can0", "PEAK adapter", "bring it up: ip link set can0 up")]
+    monkeypatch.setattr(can_ports, "list_can_ports", lambda _ports: buses)
+    (only,) = candidates()
+    assert only.port == "can:socketcan:can0"
+    assert not only.openable
+    assert only.lines == ("PEAK adapter", "bring it up: ip link set can0 up")
+
+
+def test_a_port_that_is_not_there_is_said_before_anything_is_opened():
+    known = looked_at("/dev/nothing-here")
+    assert not known.openable
+    assert "/dev/nothing-here" in known.lines[0]
+
+
+def test_going_back_goes_over_what_was_found():
+    describing = Describing({"connection.port": "/dev/arm", "dialect": "teachmover"})
+    describing.type("lab")
+    describing.enter()
+    describing.enter()
+    assert describing.question.key == "title"
+    assert describing.back()
+    assert describing.question.key == "template"
+    assert describing.back()
+    assert describing.question.key == "name"
+    assert not describing.back()
+    assert describing.question.key == "name"
+
+
+def test_a_found_answer_that_does_not_fit_is_asked_for_after_all():
+    describing = Describing({"connection.port": "nonsense"})
+    describing.type("lab")
+    while describing.question.key != "connection.port":
+        describing.enter()
+    describing.typed = "nonsense"
+    with pytest.raises(WrongAnswer):
+        describing.enter()
+
+
+def test_the_file_of_an_arm_is_known_until_somebody_changes_it(tmp_path, monkeypatch):
+    from armdrive.armfile import load_arm_file
+
+    monkeypatch.setenv("ARMDRIVE_HOME", str(tmp_path))
+    describing = Describing({})
+    describing.type("lab")
+    while describing.question is not None:
+        describing.enter()
+    path = path_of("lab")
+    path.parent.mkdir(parents=True)
+    write(describing.files(), path)
+    config = load_arm_file(path)
+    assert file_of(config) == path
+    path.write_text(path.read_text(encoding="utf-8") + "\n[limits_deg]\nbase = [-1, 1]\n")
+    assert file_of(config) is None
