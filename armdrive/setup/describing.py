@@ -21,6 +21,10 @@ LATER: Mapping[str, str] = {"signs": "skip"}
 """Directions are found on the arm itself, once it is connected."""
 
 
+ANY = "own"
+"""The template of any arm and any dialect."""
+
+
 class Describing:
     """One question at a time, with what is typed for it."""
 
@@ -113,7 +117,7 @@ class Describing:
         if question.key == "template":
             dialect = self._given.get("dialect")
             fits = [word for word in words if TEMPLATES[word].dialect == dialect]
-            self.marked = words.index(fits[0]) if fits else 0
+            self.marked = words.index(fits[0] if fits else ANY if dialect else words[0])
         elif question.default in words:
             self.marked = words.index(question.default)
         elif words and question.default is not None:

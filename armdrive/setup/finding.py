@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from armdrive.connecting import simulation_forced
-from armdrive.doctor.findings import Finding, Grade
+from armdrive.doctor.findings import Finding, Grade, note
 from armdrive.errors import PortUnavailable
 from armdrive.transports.can_address import CanAddress, is_can
 
@@ -106,6 +106,11 @@ def _asked(address: CanAddress) -> Found:
     with closing(open_can_link(str(address))) as link:
         answered = Carrier(link, RealClock(), Nobody()).run(ask_round())
         told = [*told, *of_answers(answered, link.health)]
+    if answered.drives:
+        setup = (
+            f"`armdrive can setup NAME --port '{address}'` does more: it writes the arm file, and"
+        )
+        told.append(note(f"{setup} sets the drives up and tries them one by one"))
     return Found(str(address), lines_of(told), CAN_DIALECT if answered.drives else "")
 
 

@@ -1,14 +1,19 @@
 """What is behind a port is found out, in words, as the doctor does; listing opens nothing."""
 
+import sys
+
 import pytest
+from can_setup_bench import ServedBus
 from doctor_bench import SimPort, made
 
-from armdrive.doctor import carrying
+from armdrive.doctor import can_survey, carrying
 from armdrive.errors import PortUnavailable
 from armdrive.interview.readers import WrongAnswer
 from armdrive.setup.describing import Describing, path_of
 from armdrive.setup.filing import checked, file_of, write
 from armdrive.setup.finding import candidates, looked_at, probe
+
+needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 
 
 class Passing:
@@ -69,6 +74,25 @@ def test_a_port_that_is_not_there_is_said_before_anything_is_opened():
     known = looked_at("/dev/nothing-here")
     assert not known.openable
     assert "/dev/nothing-here" in known.lines[0]
+
+
+@needs_pty
+def test_drives_on_a_bus_are_found_and_offered_as_an_arm_of_any_build(tmp_path, monkeypatch):
+    listen = can_survey.listen
+    monkeypatch.setattr(can_survey, "listen", lambda: listen(0.1))
+    bus = ServedBus(tmp_path)
+    try:
+        found = probe(bus.port)
+        assert found.dialect == "mks"
+        assert "armdrive can setup" in found.lines[-1]
+        describing = Describing(found.answers)
+        describing.type("lab")
+        describing.enter()
+        assert describing.line == "own"
+        bus.tell("plug none")
+        assert probe(bus.port).dialect == ""
+    finally:
+        bus.end()
 
 
 def test_going_back_goes_over_what_was_found():
