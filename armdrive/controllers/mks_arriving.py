@@ -6,6 +6,7 @@ that stands elsewhere has lost its last order, which is said again, or cannot go
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection, Generator, Mapping
 
 from armdrive.controllers.mks_contact import MksContact
@@ -62,8 +63,11 @@ class MksArriving(MksContact):
             if self.stop_asked:
                 continue  # after a suspension the look is an old one, and no drive is to blame
             for node in left:
-                if self.drive(node).seen_s >= asked_s:
-                    self._weigh(node, states.get(node), short)
+                if self.drive(node).seen_s < asked_s:
+                    continue
+                if self.began_anew(node):
+                    return (yield from self.break_off(node))
+                self._weigh(node, states.get(node), short)
             most = MUTE_LOOKS if any(not mute.get(node) for node in left) else ALL_MUTE_LOOKS
             if any(count >= most for count in mute.values()):
                 return (yield from self.lose(began_s))
@@ -81,13 +85,25 @@ class MksArriving(MksContact):
     def _look_at(
         self, nodes: Collection[int], mute: dict[int, int]
     ) -> Generator[float, Event | None, Mapping[int, MotorState]]:
-        """Read positions and states once; a drive that tells neither is noted."""
-        missing = yield from self.look_once(nodes)
+        """Read positions and states once; a drive that tells neither is noted.
+
+        One that is under way alone has another one to be its witness: that the bus works.
+        """
+        witness = tuple(node for node in self.nodes if node not in nodes)[: len(nodes) == 1]
+        missing = yield from self.look_once((*nodes, *witness))
         states = yield from self.states_once(nodes)
         for node in nodes:
             mute[node] = mute.get(node, 0) + 1 if node in missing else 0
         self.tell(Progress(self.registers()))
         return states
+
+    def began_anew(self, node: int) -> bool:
+        """Tell whether a drive was gone and began anew; one whose count denies that is believed."""
+        drive = self.drive(node)
+        if drive.began_anew(self.reach, self.now_s):
+            return True
+        drive.gap.doubted_s = math.inf
+        return False
 
     def _near(self, node: int) -> bool:
         drive = self.drive(node)
@@ -107,7 +123,8 @@ class MksArriving(MksContact):
             drive.rest_at(drive.target, self.now_s)
             return
         short[node] = short.get(node, 0) + 1
-        if short[node] % SHORT_LOOKS == 0:  # its order may have been lost
+        on_its_way = drive.passes(drive.seen or 0, self.settings.corridor_counts)
+        if short[node] % SHORT_LOOKS == 0 and on_its_way:  # its order may have been lost
             rpm = max(1, round(drive.told / COUNTS_S_PER_RPM))
             self.send(node, drive.target, rpm, drive.acc)
 

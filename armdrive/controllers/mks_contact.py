@@ -153,11 +153,9 @@ class MksContact(MksStopping):
         drive = self.drive(node)
         if (yield from self.stalled((node,))):
             return Alert(AlertKind.SWITCHED_OFF, self.stall_words(node))
-        seen, reach = drive.seen or 0, self.settings.rest_counts
-        where = f"at {seen}, not at {round(drive.position)} counts"
-        if abs(seen) <= reach and not drive.passes(0, reach):
-            words = f"{drive} was reset or lost its power: it counts from zero again"
-            return Alert(AlertKind.RESTARTED, words)
+        where = f"at {drive.seen or 0}, not at {round(drive.position)} counts"
+        if drive.began_anew(self.settings.rest_counts, self.now_s):
+            return Alert(AlertKind.RESTARTED, drive.anew_words())
         if self.on and (yield from self.off((node,))):
             return Alert(AlertKind.SWITCHED_OFF, f"{drive} has switched its motor off, {where}")
         mode = yield from self.mode_words(node)

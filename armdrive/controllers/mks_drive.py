@@ -7,8 +7,9 @@ than told, by the ramp of its `acc`.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
+from armdrive.controllers.mks_gap import Gap
 from firmware_protocol.mks import COUNTS_PER_TURN, acc_of, ramp_rpm_s
 
 STEP_S = 0.005
@@ -54,8 +55,9 @@ class Drive:
     position: float = 0.0
     speed: float = 0.0
     target: int = 0
-    origin: int = 0
-    """Where it stood last."""
+    least: int = 0
+    most: int = 0
+    """From where to where it was sent since it stood last."""
     told: float = 0.0
     """The speed that it was told, in counts a second."""
     at_s: float = 0.0
@@ -74,6 +76,8 @@ class Drive:
     asked_s: float = -math.inf
     asked_at: float = 0.0
     """Where it was by its orders when it was asked last."""
+    gap: Gap = field(default_factory=Gap)
+    """Whether it was gone for a moment."""
 
     def __str__(self) -> str:
         return f"drive {self.node} ({self.name})"
@@ -81,7 +85,8 @@ class Drive:
     def rest_at(self, count: int, now_s: float) -> None:
         """Take it for standing at a count."""
         self.position, self.speed, self.target, self.told = float(count), 0.0, count, 0.0
-        self.origin = count
+        self.least = self.most = count
+        self.gap.forget()
         self.at_s, self.moving, self.off, self.fresh = now_s, False, 0, False
         self.asked_at = self.position
 
@@ -95,6 +100,7 @@ class Drive:
         self.advance(now_s)
         self.acc, self.fresh = acc, False
         self.target, self.told, self.moving = target, rpm * COUNTS_S_PER_RPM, True
+        self.least, self.most = min(self.least, target), max(self.most, target)
 
     def ramp_to(self, target: int, acc: int, share: float) -> int:
         """Return the ramp by which it goes to a target: its share, or what it needs to end there.
@@ -170,9 +176,34 @@ class Drive:
         return seen if self.moving or abs(seen - self.target) > reach else self.target
 
     def passes(self, count: int, margin: int) -> bool:
-        """Tell whether its way leads by a count."""
-        low, high = sorted((self.origin, self.target))
-        return low - margin <= count <= high + margin
+        """Tell whether its way led by a count."""
+        return self.least - margin <= count <= self.most + margin
+
+    def began_anew(self, reach: int, now_s: float) -> bool:
+        """Tell whether its count speaks for its having begun anew, at zero.
+
+        Zero is not on its way; or it was gone for a moment, and has counted no more since than it
+        may have run from zero.
+        """
+        seen = self.seen or 0
+        if abs(seen) <= reach and not self.passes(0, reach):
+            return True
+        gone_s = max(now_s - self.gap.doubted_s, 0.0)
+        return self.moving and bool(gone_s) and abs(seen) <= reach + gone_s * self.fastest
+
+    def anew_words(self) -> str:
+        """Say that it began anew, and how surely that is known."""
+        if math.isinf(self.gap.doubted_s):
+            return f"{self} was reset or lost its power: it counts from zero again"
+        return (
+            f"{self} was gone for a moment in motion, and counts {self.seen}: it was reset or lost "
+            "its power, most likely, and counts from zero again. Look at its supply and its plug"
+        )
+
+    @property
+    def fastest(self) -> float:
+        """No faster than this does it run, in counts a second, by its orders."""
+        return max(abs(self.speed), self.told)
 
     def believe(self, count: int, gain: float) -> None:
         """Draw the model towards what was read, if that is of now."""

@@ -199,6 +199,8 @@ class MksMotion(MksArriving):
         """Compare a drive with its model; what is off its way twice ends the motion."""
         drive = self.drive(node)
         off = drive.off_by(counts, self.now_s)
+        if math.isfinite(drive.gap.doubted_s) and self.began_anew(node):
+            return (yield from self.break_off(node))
         if off <= self.settings.corridor_counts:
             drive.off = 0
             if drive.moving:

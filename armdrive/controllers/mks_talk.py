@@ -93,9 +93,17 @@ class MksTalk(Scripted[Event]):
                 self._host.forget(node, earlier)
         self.say(self._host.send(node, message), text)
         self.said_s = self.now_s
+        self._expect(node, message)
         if isinstance(message, ReadEncoder):
             self._count(node, -1)
             self.drive(node).ask(self.now_s)
+
+    def _expect(self, node: int, message: Message) -> None:
+        """Note that a drive has something to answer; of orders, if it does answer such."""
+        gap = self.drive(node).gap
+        if gap.obedient or not isinstance(message, Motion):
+            others_s = max((each.heard_s for each in self.drives if each.node != node), default=0.0)
+            gap.asked(self.now_s, others_s)
 
     def ask(
         self,
@@ -168,6 +176,8 @@ class MksTalk(Scripted[Event]):
         if drive is None:
             return
         drive.heard_s, drive.unanswered = self.now_s, 0
+        drive.gap.heard()
+        drive.gap.obedient = drive.gap.obedient or isinstance(heard, Started)
         if isinstance(heard, Answered | Stray) and isinstance(heard.answer, EncoderRead):
             self._count(drive.node, 1)
         if isinstance(heard, Answered) and isinstance(heard.answer, EncoderRead):

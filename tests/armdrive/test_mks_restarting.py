@@ -1,0 +1,73 @@
+"""A drive that begins anew for a moment counts near where it counted: what shows it anyway."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+from mks_bench import MksBench
+from test_mks_controller_late import stand_still
+from test_mks_controller_motion import BURSTS, along, straight
+
+from armdrive.controllers.requests import AlertKind, Denied, Done, MoveBy
+from kinematics import Motors
+
+DEAD_S = 0.1
+
+
+def begins_anew(bench, number, after_s, dead_s=DEAD_S):
+    """Have a drive lose its supply for a moment: mute and deaf, then holding, with a count of 0."""
+    node = bench.node(number)
+
+    def lose():
+        node.mute = True
+        node.motor.hold(node.at(bench.now_s))
+
+    def find():
+        node.mute, node.moving, node.enabled = False, None, True
+        node.motor.hold(0)
+
+    bench.at_s[bench.now_s + after_s] = lose
+    bench.at_s[bench.now_s + after_s + dead_s] = find
+
+
+@pytest.mark.parametrize("start", [0, -2000, 900])
+@pytest.mark.parametrize("after_s", [0.09, 0.12, 0.15, 0.17])
+def test_a_steered_drive_that_was_gone_for_a_moment_near_zero_ends_the_motion(start, after_s):
+    bench = MksBench(starts=(start, 0, 0, 0, 0, 0)).ready()
+    begins_anew(bench, 1, after_s)
+    assert isinstance(bench.do(along(straight(20, (2500, 400, 0, 0, 0, 0)))), Denied)
+    (alert,) = bench.alerts()
+    assert alert.kind is AlertKind.RESTARTED
+    assert "drive 1 (base)" in alert.text
+
+
+@pytest.mark.parametrize("after_s", [0.1, 0.2, 0.4, 0.6])
+@pytest.mark.parametrize("start", [-3000, 60_000])
+def test_a_drive_that_began_anew_in_a_burst_is_not_sent_the_whole_way_again(start, after_s):
+    bench = MksBench(settings=BURSTS, starts=(start, 0, 0, 0, 0, 0)).ready()
+    begins_anew(bench, 1, after_s, 0.15)
+    burst = MoveBy(Motors((30_000, 300, 0, 0, 0, 0)), 30_000.0)
+    assert isinstance(bench.do(burst), Denied)
+    assert bench.alerts()[0].kind is AlertKind.RESTARTED
+    sent = [order for at_s, order in bench.node(1).orders if at_s > 0.0]
+    assert len(sent) == 1
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_lost_frames_are_no_drive_that_began_anew(seed):
+    bench = MksBench(starts=(-9000, 60_000, 20_000, 0, 0, 0)).ready()
+    dice = random.Random(seed)
+    bench.loses = lambda _frame, _host: dice.random() < 0.1
+    assert isinstance(bench.do(along(straight(10, (3000, 1500, -700, 0, 0, 0)))), Done)
+    assert not bench.alerts()
+
+
+@pytest.mark.parametrize("for_s", [0.1, 0.15, 0.3])
+def test_a_program_that_wakes_late_near_zero_blames_no_drive(for_s):
+    bench = MksBench(starts=(-2000, 0, 0, 0, 0, 0)).ready()
+    bench.begin(along(straight(20, (2500, 400, 0, 0, 0, 0))))
+    bench.run(0.12)
+    stand_still(bench, for_s)
+    assert isinstance(bench.finish(), Done)
+    assert not bench.alerts()
