@@ -27,10 +27,20 @@ class Ports(Stage):
 
     def __init__(self, desk: Desk, go: Go, before: Stage) -> None:
         super().__init__(desk, go, before)
-        self.candidates: tuple[Candidate, ...] = candidates()
+        self.candidates: tuple[Candidate, ...] = ()
         self.typed = ""
+        self._looking = True
         self.found: Found | None = None
         self._asked = ""
+        desk.call(self._look, None)  # who holds a port is not found in a moment
+
+    def _look(self) -> None:
+        try:
+            found = candidates()
+        finally:
+            self._looking = False
+        self.marked = len(found) if self.typed else 0
+        self.candidates = found
 
     def rows(self) -> int:
         """Return the number of ports, and one to be typed."""
@@ -49,7 +59,8 @@ class Ports(Stage):
     def text(self) -> str:
         """List the ports; of the marked one, all that is known, and what was found behind it."""
         rows = [each.port for each in self.candidates]
-        lines = ["Which port leads to the arm? Listing has opened none.", ""]
+        looking = "looking for ports ..." if self._looking else "Listing has opened none."
+        lines = [f"Which port leads to the arm? {looking}", ""]
         lines += listed([*rows, f"another: {self.typed}_"], self.marked)
         if not self.typing:
             lines += ["", *self.candidates[self.marked].lines]

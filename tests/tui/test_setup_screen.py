@@ -367,6 +367,23 @@ async def test_an_arm_with_a_file_says_so_and_another_one_needs_leaving():
             assert "leave it (ctrl+q)" in session.text("remarks")
 
 
+async def test_a_real_arm_without_a_file_is_described_by_its_own_wire():
+    async with SetupSession() as session:
+        session.desk.status = replace(session.desk.status, simulated=False, link="/dev/arm")
+        text = session.stage.text()
+        assert "an arm without a file, on /dev/arm" in text
+        session.stage.marked = 1
+        session.stage.enter()
+        assert isinstance(session.stage, Asking)
+        session.stage.type("x")
+        session.stage.enter()
+        assert session.stage.describing.question.key == "template"
+        session.stage.enter()
+        session.stage.enter()
+        # neither the dialect, nor the port, nor the baud rate is asked for
+        assert session.stage.describing.question.key == "lengths.keep"
+
+
 async def test_a_name_that_is_taken_is_refused_and_its_file_left_alone():
     path = written()
     async with SetupSession() as session:
@@ -401,16 +418,27 @@ def test_every_key_of_the_screen_is_pressed_somewhere_here():
 SIZES = [(80, 24), (120, 40), (200, 60)]
 
 
+SHOWN = {
+    "steps": (),
+    "ports": ("enter",),
+    "question": ("down", "enter", "x", "enter"),
+    "motor": ("up", "enter", "t"),
+}
+
+
 @pytest.mark.parametrize("size", SIZES)
-@pytest.mark.parametrize("keys", [["f5"], ["f5", "down", "enter"], ["f5", "up", "enter", "t"]])
-def test_the_setup_screen(snap_compare, size, keys, monkeypatch):
+@pytest.mark.parametrize("what", SHOWN)
+def test_the_setup_screen(snap_compare, size, what, monkeypatch):
     found_at(monkeypatch, ROBKO)
     session = SetupSession()
 
     async def ready(pilot):
-        await pilot.app.workers.wait_for_complete()
+        for key in ("f5", *SHOWN[what]):
+            await pilot.press(key)
+            await pilot.app.workers.wait_for_complete()
+            await pilot.pause()
         pilot.app.poll()
         await pilot.pause()
 
-    assert snap_compare(session.desk, press=keys, terminal_size=size, run_before=ready)
+    assert snap_compare(session.desk, terminal_size=size, run_before=ready)
     session.simulated.arm.close()
