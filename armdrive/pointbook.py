@@ -6,36 +6,24 @@ so that what a person or another program writes meanwhile stays.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator, Mapping, MutableMapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 from armdrive import places
-from armdrive.durable import DISK, Files, NotWanted, replace_durably, stamp_of
-from armdrive.errors import BadRequest, PointsChanged, PointsFileError, Refused, UnknownPoint
+from armdrive.durable import DISK, Files
+from armdrive.errors import BadRequest, PointsChanged, Refused, UnknownPoint
+from armdrive.pointfile import PointFile
 from armdrive.points import Point, StepList, Taught, check_name
-from armdrive.pointtext import parse_points
-from armdrive.pointwriting import Writer, rounded
+from armdrive.pointwriting import Writer
 from kinematics.near_words import suggestion
 
 if TYPE_CHECKING:
     from armdrive.armfile import ArmConfig
     from kinematics import Joints, Pose
 
-LARGEST_BYTES = 4_000_000
-"""A file of points that is larger is none."""
-
-TRIES = 5
-"""So often a change is made anew when the file changes just while it is written."""
-
-ASIDE = ".before"
-"""The ending of the old file, where a new one could not keep its lines."""
-
 V = TypeVar("V")
-
-Change = Callable[[Taught], Taught]
 
 
 def nobody_there() -> Point:
@@ -61,21 +49,19 @@ class Points(MutableMapping[str, Point]):
     ) -> None:
         """Take the points of the arm whose joints are `names`; `here` is where it stands now."""
         self.path = path
-        self._names = names
-        self._writer = Writer(arm, fk)
+        self._file = PointFile(path, names, Writer(arm, fk), files)
         self._here = here
-        self._files = files
 
     # -- reading ------------------------------------------------------------------------------
 
     def read(self) -> Taught:
         """Return all points and sequences as they stand in the file now; none of no file."""
-        return self._parsed(self._bytes())
+        return self._file.read()
 
     @property
     def stamp(self) -> tuple[int, int] | None:
         """What changes when the file does, quick to ask for; None of no file."""
-        return stamp_of(self.path)
+        return self._file.stamp
 
     def __getitem__(self, name: str) -> Point:
         return _found(self.read().points, name, "point")
@@ -112,7 +98,7 @@ class Points(MutableMapping[str, Point]):
         return point
 
     def __setitem__(self, name: str, point: Point) -> None:
-        self._change(lambda taught: _with(taught, points={name: point}))
+        self._file.change(lambda taught: _with(taught, points={name: point}))
 
     def __delitem__(self, name: str) -> None:
         self.remove(name, instead_of=self[name])
@@ -127,7 +113,7 @@ class Points(MutableMapping[str, Point]):
             _unchanged(taught.points, name, instead_of)
             return _with(taught, points={name: point})
 
-        self._change(change)
+        self._file.change(change)
 
     def remove(self, name: str, *, instead_of: Point | None) -> None:
         """Take a point away; raises `BadRequest` while a sequence goes to it."""
@@ -139,7 +125,7 @@ class Points(MutableMapping[str, Point]):
             rest = {other: each for other, each in taught.points.items() if other != name}
             return Taught(rest, taught.sequences)
 
-        self._change(change)
+        self._file.change(change)
 
     def rename(self, old: str, new: str) -> None:
         """Give a point another name, in the sequences that go to it as well."""
@@ -153,7 +139,7 @@ class Points(MutableMapping[str, Point]):
                 points, {name: _gone_to(each, old, new) for name, each in taught.sequences.items()}
             )
 
-        self._change(change)
+        self._file.change(change)
 
     def put_sequence(self, name: str, steps: StepList, *, instead_of: StepList | None) -> None:
         """Write a sequence in the place of what was last seen under that name; see `put`."""
@@ -162,7 +148,7 @@ class Points(MutableMapping[str, Point]):
             _unchanged(taught.sequences, name, instead_of)
             return _with(taught, sequences={name: steps})
 
-        self._change(change)
+        self._file.change(change)
 
     def remove_sequence(self, name: str, *, instead_of: StepList | None) -> None:
         """Take a sequence away; see `put` for what raises `PointsChanged`."""
@@ -173,52 +159,7 @@ class Points(MutableMapping[str, Point]):
             rest = {other: each for other, each in taught.sequences.items() if other != name}
             return Taught(taught.points, rest)
 
-        self._change(change)
-
-    # -- the file -----------------------------------------------------------------------------
-
-    def _change(self, change: Change) -> None:
-        """Make a change to what stands in the file, and to nothing that has come meanwhile."""
-        for _ in range(TRIES):
-            data = self._bytes()
-            before = self._parsed(data)
-            try:
-                self._write(data, before, rounded(change(before)))
-            except NotWanted:
-                continue
-            except OSError as error:
-                raise PointsFileError(f"{self.path} cannot be written: {error}") from None
-            return
-        raise PointsChanged(f"{self.path} is being written by another program: try again")
-
-    def _write(self, data: bytes, before: Taught, after: Taught) -> None:
-        text = self._writer.edited(data.decode("utf-8"), before, after)
-        path = Path(os.path.realpath(self.path))
-        aside = None
-        if text is None:  # laid out in a way that is not ours: kept beside, and written anew
-            text, aside = self._writer.document(after), path.with_name(path.name + ASIDE)
-        replace_durably(
-            self._files,
-            path,
-            text.encode("utf-8"),
-            aside=aside,
-            writer=f".{os.getpid()}-{id(self):x}",
-            wanted=lambda: self._bytes() == data,
-        )
-
-    def _bytes(self) -> bytes:
-        try:
-            return self._files.read(self.path, LARGEST_BYTES)
-        except FileNotFoundError:
-            return b""
-        except OSError as error:
-            raise PointsFileError(f"{self.path} cannot be read: {error}") from None
-
-    def _parsed(self, data: bytes) -> Taught:
-        try:
-            return parse_points(data.decode("utf-8"), self._names)
-        except (PointsFileError, UnicodeDecodeError) as error:
-            raise PointsFileError(f"{self.path}: {error}") from None
+        self._file.change(change)
 
 
 def points_of(config: ArmConfig, here: Callable[[], Point] = nobody_there) -> Points:
