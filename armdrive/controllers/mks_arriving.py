@@ -152,9 +152,10 @@ class MksArriving(MksContact):
         if set(missing) == set(self.nodes):
             return self.silence(since_s)
         if missing:
-            return Denied(self.absent_words(missing))
+            return Denied(self.absent_words(missing), silent=True)
         named = ", ".join(map(str, silent)) or "a drive"
-        return Denied(f"{named} did not answer for a while: look at the bus's wiring and its load")
+        words = f"{named} did not answer for a while: look at the bus's wiring and its load"
+        return Denied(words, silent=True)
 
     def break_off(self, node: int, alert: Alert | None = None) -> Ending:
         """End a motion that a drive does not make; say what is wrong with it."""

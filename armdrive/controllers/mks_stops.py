@@ -7,6 +7,7 @@ is believed when its state says so and its encoder twice the same.
 from __future__ import annotations
 
 from collections.abc import Collection, Generator, Iterable
+from dataclasses import replace
 
 from armdrive.abilities import Abilities
 from armdrive.controllers.mks_drive import Drive, shared_acc
@@ -136,7 +137,10 @@ class MksStopping(MksTalk):
             return None
         mute = [node for node in self.nodes if self._mute.get(node, 0) >= MUTE_LOOKS]
         if mute and set(mute) >= set(left):
-            return self.absence(mute, began_s)
+            absence = self.absence(mute, began_s)
+            if isinstance(absence, Silence):
+                return absence
+            return replace(absence, moved=True, silent=True)
         return Denied(f"{self.drive(min(left))} was told to stop, and does not come to rest")
 
     def _say_stop(self, nodes: Collection[int], hard: bool) -> None:

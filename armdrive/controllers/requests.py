@@ -161,11 +161,13 @@ class Interrupted:
 class Denied:
     """The controller understood nothing, or refused; `reason` says why where that is known.
 
-    `moved` is False where it is certain that nothing of the request was carried out.
+    `moved` is False where it is certain that nothing of the request was carried out. `silent`
+    where nobody refused anything, but a part of the device fell silent in the middle of it.
     """
 
     reason: str = ""
     moved: bool = True
+    silent: bool = False
 
     def __str__(self) -> str:
         return f"refused: {self.reason}" if self.reason else "refused"

@@ -179,15 +179,20 @@ class Wire(Asking):
             core.believe_registers()
             core.commanded = core.acknowledged
             raise self.fault(DeviceFault(told or f"the controller refused the motion{words}"))
-        core.learn(Evidence.MOTION_REFUSED, self.now_s)
+        core.learn(Evidence.SILENT if reply.silent else Evidence.MOTION_REFUSED, self.now_s)
         take_difference(core)
-        raise self.fault(
-            DeviceFault(
-                told
-                or f"the controller refused a motion that it should have understood{words}; a byte "
-                "may have been garbled. Look at the arm, then reset"
-            )
-        )
+        raise self.fault(DeviceFault(told or _refused_words(reply)))
+
+
+def _refused_words(reply: Denied) -> str:
+    """Say that a motion was not carried out: on a bus, one device can fail while others work."""
+    if reply.silent:
+        return f"the motion was broken off: {reply.reason}. Look at the arm, then reset"
+    words = f": {reply.reason}" if reply.reason else ""
+    return (
+        f"the controller refused a motion that it should have understood{words}; a byte may have "
+        "been garbled. Look at the arm, then reset"
+    )
 
 
 def way_between(start: Motors, end: Motors) -> Callable[[Motors], bool]:

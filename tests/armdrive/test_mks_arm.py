@@ -180,8 +180,10 @@ def test_nothing_moves_while_a_drive_is_in_another_mode():
 def test_one_drive_that_fails_in_motion_stops_all_and_is_named(fault):
     arm = ready()
     arm.twin.device.at(arm.pace.now_s() + 0.5, lambda: arm.twin.faults.add(fault, "3"))
-    with pytest.raises(DeviceFault, match=r"drive 3 \(elbow\)"):
+    with pytest.raises(DeviceFault, match=r"drive 3 \(elbow\)") as failed:
         arm.move_j(base_deg=30, shoulder_deg=60, elbow_deg=-60)
+    assert "garbled" not in str(failed.value)
+    assert "should have understood" not in arm.status.trust_reason
     stood = arm.twin.world.motors
     arm.sleep(1.0)
     assert arm.twin.world.motors == stood
