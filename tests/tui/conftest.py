@@ -6,6 +6,8 @@ import asyncio
 
 import pytest
 
+from armdrive import places
+
 QUIET_TURNS = 3
 MOST_TURNS = 100_000
 
@@ -29,3 +31,11 @@ async def quiet(min_sleep: float = 0.0, max_sleep: float = 1.0) -> None:
 def _wait_for_the_desk_alone(monkeypatch):
     monkeypatch.setattr("textual.app.wait_for_idle", quiet)
     monkeypatch.setattr("textual.pilot.wait_for_idle", quiet)
+
+
+@pytest.fixture
+def own_home(tmp_path, monkeypatch):
+    """Give the arm files of a test a folder of their own."""
+    monkeypatch.setenv("ARMDRIVE_HOME", str(tmp_path))
+    monkeypatch.delenv("ARMDRIVE_FORCE_SIM", raising=False)
+    places.arm_files().mkdir(parents=True, exist_ok=True)
