@@ -75,12 +75,13 @@ class Stepper:
         self.at = 0
         self.running = False
         self._halted = False
-        self._under_way = False
+        self._under_way: Step | None = None
 
     @property
     def next(self) -> Step | None:
         """The step that `forward` would carry out, None at the end."""
-        return self.steps[self.at] if self.at < len(self.steps) else None
+        at = self.at  # read once: another thread may be carrying out a step
+        return self.steps[at] if at < len(self.steps) else None
 
     @property
     def before(self) -> tuple[Step, str] | None:
@@ -88,19 +89,14 @@ class Stepper:
 
         Of an arm that was stopped on its way to a point, that is the one it came from.
         """
-        target = self._back
-        if target is None:
-            return None
-        moves = self._moves_done()
-        undone = self.at if self._under_way else moves[-1]
-        return self.steps[undone], self.steps[target].point
+        found = self._back()
+        return None if found is None else (found[0], self.steps[found[1]].point)
 
-    @property
-    def _back(self) -> int | None:
-        """The step whose point is the one before."""
-        moves = self._moves_done()
-        ago = 1 if self._under_way else 2
-        return moves[-ago] if len(moves) >= ago else None
+    def _back(self) -> tuple[Step, int] | None:
+        """Return the step to be taken back, and the number of the one whose point is before."""
+        moves, under_way = self._moves_done(), self._under_way
+        ago = 2 if under_way is None else 1
+        return (under_way or self.steps[moves[-1]], moves[-ago]) if len(moves) >= ago else None
 
     def forward(self, since: int | None = None) -> Step:
         """Carry out the next step. Raises `Refused` at the end, and what the motion raises.
@@ -118,10 +114,11 @@ class Stepper:
 
         What the fingers did and waits on that way are not taken back: a block stays gripped.
         """
-        found, target = self.before, self._back
-        if found is None or target is None:
+        found = self._back()
+        if found is None:
             raise Refused("there is no point before in the sequence")
-        step, point = found
+        step, target = found
+        point = self.steps[target].point
         stops = self._arm.stops if since is None else since
         self._require_no_stop(stops)
         self._go(point, step, stops)
@@ -151,7 +148,7 @@ class Stepper:
 
     def rewind(self) -> None:
         """Begin anew with the first step. Moves nothing."""
-        self.at, self._under_way = 0, False
+        self.at, self._under_way = 0, None
 
     # -- one step -----------------------------------------------------------------------------
 
@@ -167,11 +164,11 @@ class Stepper:
 
     def _go(self, point: str, step: Step, stops: int) -> None:
         handle = self._arm.go(self.points[point], how=step.how, speed=step.speed)
-        self._under_way = bool(self._moves_done())
+        self._under_way = step if self._moves_done() else None
         if self._arm.stops != stops:  # it came before there was anything to stop
             handle.cancel()
         handle.wait()
-        self._under_way = False
+        self._under_way = None
         self._require_no_stop(stops)
 
     def _grip(self, step: Step) -> None:

@@ -219,3 +219,47 @@ def test_steps_say_what_they_do():
         "gripper point",
         "to up",
     ]
+
+
+def test_a_stop_on_the_way_back_from_the_end_leads_back_to_where_that_began(arm, stepper):
+    """What is before can be asked at any moment: a screen shows it while the arm moves."""
+    stepper.run()
+    go, seen = arm.go, []
+
+    def stopping(place, **how):
+        handle = go(place, **how)
+        arm.sleep(0.3)
+        seen.append(stepper.before)
+        arm.request_stop()
+        return handle
+
+    arm.go = stopping
+    with pytest.raises(Stopped):
+        stepper.backward()
+    arm.go = go
+    assert stepper.next is None
+    assert stepper.before == (STEPS.steps[5], "up")
+    assert stepper.backward() == "up"
+    assert at(arm, "up")
+    assert stepper.before == (STEPS.steps[5], "right")
+    assert len(seen) == 1
+
+
+def test_what_is_before_is_known_at_every_moment_of_every_step(arm, stepper):
+    handle_of, asked = arm.go, []
+
+    def watched(place, **how):
+        handle = handle_of(place, **how)
+        wait = handle.wait
+        handle.wait = lambda: (asked.append(stepper.before), wait())[1]
+        return handle
+
+    arm.go = watched
+    stepper.run()
+    stepper.backward()
+    assert asked == [
+        None,
+        (STEPS.steps[2], "left"),
+        (STEPS.steps[5], "right"),
+        (STEPS.steps[5], "up"),
+    ]
