@@ -51,6 +51,8 @@ class Surroundings:
     read_links: Callable[[str], LinkFile] = _no_file
     given: frozenset[str] = field(default_factory=frozenset)
     """Keys that are answered beforehand."""
+    buses: tuple[str, ...] = ()
+    """The CAN adapters that are there, each as the port that opens it."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from armdrive.dialects import DIALECTS
+from armdrive.errors import BadRequest
 from armdrive.interview import readers
 from armdrive.interview.draft import Draft
 from armdrive.interview.readers import Reader, WrongAnswer
 from armdrive.interview.rows import Row, fixed, plain
 from armdrive.interview.templates import available
 from armdrive.places import file_name
-from armdrive.transports.can_address import is_can
+from armdrive.transports.can_address import CanAddress, is_can
 
 
 def _name(line: str) -> str:
@@ -43,6 +44,38 @@ def _no_port(line: str) -> str:
         f"{line!r} names no port: write it in full (/dev/ttyUSB0, COM3, socket://HOST:PORT), or "
         "none for now"
     )
+
+
+def _bus(draft: Draft) -> Reader:
+    buses = draft.around.buses
+
+    def read(line: str) -> str:
+        if line in ("", "none"):
+            return ""
+        if line.isdecimal() and buses:
+            return buses[int(readers.number(1, len(buses))(line)) - 1]
+        try:
+            return str(CanAddress.parse(line))
+        except BadRequest:
+            raise WrongAnswer(
+                f"{line!r} names no CAN adapter, and these drives are on a CAN bus: write it as "
+                "can:slcan:/dev/ttyACM0?bitrate=500000 or can:socketcan:can0, or none for now"
+            ) from None
+
+    return read
+
+
+def _on_bus(draft: Draft) -> bool:
+    return draft.dialect.can
+
+
+def _on_line(draft: Draft) -> bool:
+    return not draft.dialect.can
+
+
+def _has_baud(draft: Draft) -> bool:
+    """Tell whether it has a rate of its own: a bus's is told with its port."""
+    return _on_line(draft) or "connection.baud" in draft.around.given
 
 
 def _resets(draft: Draft) -> bool:
@@ -79,11 +112,22 @@ ROWS = (
         "Unplug the arm and ask `armdrive ports` again to see which one is its.",
         _port, plain("none"),
         choices=lambda draft: tuple((port, "") for port in draft.around.ports),
+        when=_on_line,
+    ),
+    Row(
+        "connection.port", "Which CAN adapter leads to its drives? (none: only simulated for now)",
+        "Written can:INTERFACE:CHANNEL, with the bus's bit rate behind it where the adapter is to "
+        "be told: can:slcan:/dev/ttyACM0?bitrate=500000, or can:socketcan:can0 of the kernel. None "
+        "is opened to look. `armdrive ports` lists them.",
+        _bus, plain("none"),
+        choices=lambda draft: tuple((port, "") for port in draft.around.buses),
+        when=_on_bus,
     ),
     Row(
         "connection.baud", "At how many baud?", "The dialect's own rate, unless you changed it.",
         fixed(readers.whole(50, 4_000_000)),
         lambda draft, _one: str(draft.dialect.baud),
+        when=_has_baud,
     ),
     Row(
         "connection.keep_dtr", "Keep the board from resetting when its port is opened again?",

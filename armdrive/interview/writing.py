@@ -91,8 +91,9 @@ def _connection(draft: Draft) -> Section:
     entries = [
         Entry("dialect", draft.dialect.name),
         Entry("port", port, "" if port else "none yet: the arm is only simulated"),
-        Entry("baud", draft.answers["connection.baud"]),
     ]
+    if (baud := draft.get("connection.baud")) is not None:
+        entries.append(Entry("baud", baud))
     if draft.get("connection.keep_dtr"):
         entries += [
             Entry("raise_dtr", True, "the board resets when DTR rises ..."),

@@ -141,11 +141,14 @@ def surroundings(given: dict[str, str]) -> Surroundings:
     """Return what the interview may know of this computer. Opens nothing."""
     from armdrive import places
     from armdrive.interview.draft import Surroundings
+    from armdrive.transports.can_ports import list_can_ports
     from armdrive.transports.ports import list_ports
 
-    ports = tuple(each.stable_name or each.device for each in list_ports())
+    found = list_ports()
+    ports = tuple(each.stable_name or each.device for each in found)
+    buses = tuple(each.port for each in list_can_ports(found))
     arms = tuple(path.stem for path in sorted(places.arm_files().glob("*.toml")))
-    return Surroundings(arms, ports, read_links, frozenset(given))
+    return Surroundings(arms, ports, read_links, frozenset(given), buses)
 
 
 def read_links(path: str) -> LinkFile:
