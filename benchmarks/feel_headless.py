@@ -12,7 +12,16 @@ from feel import Figures
 from feel_benches import DensePtyBench, chance, knows_lines
 from feel_desk import TappingDesk, choose, set_up
 from feel_keys import Press
-from releasing import NOTHING_COMES_S, Released, Seeing, at_home, figures, kinds, pressing
+from releasing import (
+    NOTHING_COMES_S,
+    Released,
+    Seeing,
+    at_home,
+    figures,
+    kinds,
+    pressing,
+    promised,
+)
 from textual import events
 
 from armdrive.arm import Arm
@@ -24,9 +33,9 @@ SIZE = (120, 40)
 class Watcher:
     """A thread that looks at the physical arm until it has stood for a while."""
 
-    def __init__(self, bench: DensePtyBench, arm: Arm, until_s: float) -> None:
+    def __init__(self, bench: DensePtyBench, until_s: float) -> None:
         self._bench, self._until_s = bench, until_s
-        self.seeing = Seeing(bench, arm)
+        self.seeing = Seeing(bench)
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
 
@@ -35,9 +44,9 @@ class Watcher:
             self._bench.sleep(self._bench.look_s)
             self.seeing.take(self._bench.look())
 
-    async def done(self) -> None:
-        """Wait for its end without keeping the desk waiting."""
-        await asyncio.to_thread(self._thread.join)
+    def wait(self) -> None:
+        """Wait for its end."""
+        self._thread.join()
 
 
 async def press_once(
@@ -61,13 +70,14 @@ async def press_once(
         for moment_s, lifts in sorted(moments):
             await asyncio.sleep(max(moment_s - time.monotonic(), 0.0))
             if lifts:
-                watcher = Watcher(bench, arm, last_s + NOTHING_COMES_S)
+                promise = promised(arm)
+                watcher = Watcher(bench, last_s + NOTHING_COMES_S)
             else:
                 desk.post_message(events.Key(key, key))
         assert watcher is not None
-        await watcher.done()
+        await asyncio.to_thread(watcher.wait)  # without keeping the desk waiting
         tapped = desk.tapped_s > lifted_s
-    return watcher.seeing.released(tapped=tapped)
+    return watcher.seeing.released(promise, tapped=tapped)
 
 
 def real(dialect: str, times: int, rates_hz: Sequence[int]) -> Iterator[Figures]:

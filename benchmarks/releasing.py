@@ -54,14 +54,36 @@ class Released:
     """Whether the arm was still moving when the finger lifted, or moved after it."""
 
 
+@dataclass(frozen=True, slots=True)
+class Promise:
+    """What a driver announces at the moment at which the finger lifts."""
+
+    stop_s: float
+    stop_mm: float
+    asked_s: float
+    """Of `stop_s`, what the motion lasts that was asked for already."""
+    increment_mm: float
+    """How far the tip goes in an increment at most."""
+    stepping: bool
+    """Whether an increment is under way."""
+
+
+def promised(arm: Arm) -> Promise:
+    """Return what an arm of this process announces now."""
+    status = arm.status
+    return Promise(
+        status.stop_time_s,
+        status.stop_distance_mm,
+        arm.core.controller.stopping(arm.config.motion.jog_burst_s).asked_motion_s,
+        math.radians(2.0) * max(arm.model.arm.levers_mm(arm.joints)),
+        increments.under_way,
+    )
+
+
 class Seeing:
     """Looks at the physical arm from when the finger lifts, and says what it did from then on."""
 
-    def __init__(self, bench: Bench, arm: Arm) -> None:
-        self._status = arm.status
-        self._stepping = increments.under_way
-        self._asked_s = arm.core.controller.stopping(arm.config.motion.jog_burst_s).asked_motion_s
-        self._increment_mm = math.radians(2.0) * max(arm.model.arm.levers_mm(arm.joints))
+    def __init__(self, bench: Bench) -> None:
         self._first = self._last = self._moved = bench.look()
         self._step_mm = bench.step_mm(self._first.motors)
         self._way_mm = 0.0
@@ -82,15 +104,15 @@ class Seeing:
         """Return when to look next: seldom at an arm that stands."""
         return look_s if self._last.time_s - self._moved.time_s < 2.0 * SELDOM_S else SELDOM_S
 
-    def released(self, *, tapped: bool) -> Released:
+    def released(self, promise: Promise, *, tapped: bool) -> Released:
         """Return what it came to; of an increment nothing is promised but its distance."""
-        status, tapped = self._status, tapped or self._stepping
-        patient_mm = status.stop_distance_mm * (1.0 + PATIENCE_S / self._asked_s) + self._step_mm
+        tapped = tapped or promise.stepping
+        patient_mm = promise.stop_mm * (1.0 + PATIENCE_S / promise.asked_s) + self._step_mm
         time_s = self._moved.time_s - self._first.time_s
-        bound_s = PATIENCE_S + status.stop_time_s
+        bound_s = PATIENCE_S + promise.stop_s
         return Released(
             Measured(time_s * 1e3, math.inf if tapped else bound_s * 1e3),
-            Measured(self._way_mm, patient_mm + self._increment_mm * tapped),
+            Measured(self._way_mm, patient_mm + promise.increment_mm * tapped),
             tapped,
             self._way_mm > 0.0,
         )
@@ -119,7 +141,7 @@ class SimulatedHand:
             due_s = start_s + arrival_s
             if seeing is None and due_s > lifted_s:
                 self._until(desk, lifted_s)
-                seeing = Seeing(self._bench, self._arm)
+                promise, seeing = promised(self._arm), Seeing(self._bench)
             if math.isfinite(due_s):
                 self._until(desk, due_s, seeing)
                 desk.hand.press(key)
@@ -127,7 +149,7 @@ class SimulatedHand:
         self._until(desk, max(lifted_s, start_s + way.arrivals_s[-1]) + NOTHING_COMES_S, seeing)
         while not seeing.quiet:
             self._until(desk, self._arm.pace.now_s() + SELDOM_S, seeing)
-        return seeing.released(tapped=desk.tapped_s > lifted_s)
+        return seeing.released(promise, tapped=desk.tapped_s > lifted_s)
 
     def _until(self, desk: SimulatedDesk, time_s: float, seeing: Seeing | None = None) -> None:
         """Let time pass; the desk's timer rings when it is due, and the arm is looked at."""
