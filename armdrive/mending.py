@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 PAUSES_S = (0.2, 0.3, 0.5, 1.0, 2.0, 5.0)
 """Before each try; the last holds for all further ones. Opening a port can reset a board."""
+LET_GO_S = 3.0
+"""So long the old wire is waited for, which has the port yet: a bus is still told a stop, say."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,11 +43,21 @@ class Rewiring:
 
 
 class Opening:
-    """One attempt to open a wire, at once or beside the caller's thread."""
+    """One attempt to open a wire, at once or beside the caller's thread.
 
-    def __init__(self, rewiring: Rewiring, wake: Callable[[], None]) -> None:
+    A thread in which the old one is closed comes first: else it would be this program's own hold
+    of the port that is found in the way.
+    """
+
+    def __init__(
+        self,
+        rewiring: Rewiring,
+        wake: Callable[[], None],
+        after: threading.Thread | None = None,
+    ) -> None:
         self._open = rewiring.open_again
         self._wake = wake
+        self._after = after
         self._lock = threading.Lock()
         self._outcome: Link | ArmError | None = None
         self._given_up = False
@@ -70,6 +82,8 @@ class Opening:
 
     def _run(self) -> None:
         outcome: Link | ArmError
+        if self._after is not None:
+            self._after.join(LET_GO_S)
         try:
             outcome = self._open()
         except ArmError as error:
@@ -95,6 +109,7 @@ class Mender:
         self._wire = wire
         self._rewiring = rewiring
         self._opening: Opening | None = None
+        self._closing: threading.Thread | None = None
         self._due_s = math.inf
         self._lost_s = 0.0
         self._failures = 0
@@ -117,7 +132,8 @@ class Mender:
         old = self._engine.link
         self._engine.link = AbsentLink(old.description)
         if self._rewiring.beside:  # closing a socket can take a moment
-            threading.Thread(target=old.close, name="armdrive-closing", daemon=True).start()
+            self._closing = threading.Thread(target=old.close, name="armdrive-closing", daemon=True)
+            self._closing.start()
         else:
             old.close()
         if self._rewiring.automatic:
@@ -141,7 +157,7 @@ class Mender:
             if now_s < self._due_s:
                 return self._due_s
             self._due_s = math.inf
-            self._opening = Opening(self._rewiring, self._engine.link.wake)
+            self._opening = Opening(self._rewiring, self._engine.link.wake, self._closing)
         outcome = self._opening.outcome
         if outcome is None:
             return math.inf

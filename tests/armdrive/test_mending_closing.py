@@ -1,0 +1,75 @@
+"""A lost wire is opened again once the old one has let its port go, and not before."""
+
+from __future__ import annotations
+
+import threading
+from types import SimpleNamespace
+
+import pytest
+
+from armdrive import mending
+from armdrive.errors import LinkLost
+from armdrive.mending import Mender, Rewiring
+from armdrive.transports.refusals import PortInUse
+
+PATIENT_S = 10.0
+
+
+class OneHolder:
+    """A port that one wire at a time can have; a wire is slow to let it go."""
+
+    description = "can:slcan:/dev/ttyACM0"
+
+    def __init__(self) -> None:
+        self.asked_for, self.may_close, self.tried = (threading.Event() for _ in range(3))
+        self.held = True
+
+    def close(self) -> None:
+        self.may_close.wait(PATIENT_S)
+        self.held = False
+
+    def open_again(self):
+        if self.held:
+            raise PortInUse("in use by another program or by this one")
+        raise LinkLost("free, but nobody is there")
+
+    def woken(self) -> None:
+        self.tried.set()
+
+
+@pytest.fixture
+def port():
+    held = OneHolder()
+    yield held
+    held.may_close.set()
+
+
+def looking(port):
+    """Return who looks for a wire that was lost a moment ago, and has begun to."""
+    engine = SimpleNamespace(link=port)
+    core = SimpleNamespace(notify=lambda *_words: None)
+    wire = SimpleNamespace(engine=engine, core=core, now_s=0.0)
+    mender = Mender(wire, Rewiring(port.open_again, beside=True))
+    mender.lost(0.0)
+    engine.link = SimpleNamespace(wake=port.woken)
+    mender.ask(0.0)
+    mender(0.0)
+    return mender
+
+
+def test_the_old_wire_is_waited_for(port):
+    mender = looking(port)
+    assert not port.tried.wait(0.05)
+    port.may_close.set()
+    assert port.tried.wait(PATIENT_S)
+    mender(0.0)
+    assert mender.tries == 1
+    assert "nobody is there" in str(mender.trouble)
+
+
+def test_an_old_wire_that_never_lets_go_is_waited_for_no_longer_than_that(port, monkeypatch):
+    monkeypatch.setattr(mending, "LET_GO_S", 0.01)
+    mender = looking(port)
+    assert port.tried.wait(PATIENT_S)
+    mender(0.0)
+    assert isinstance(mender.trouble, PortInUse)
