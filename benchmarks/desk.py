@@ -1,0 +1,172 @@
+"""Print what the desk costs and how quick it is, on a pseudo-terminal: `python benchmarks/desk.py`.
+
+Everything stands beside its floor: a bare interpreter, an app of the framework that shows one word.
+Bytes are those that the terminal gets. The processor's time is that of the whole program of the
+desk, its driver with it; the simulated arm is another process, except where the command is timed as
+people give it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import queue
+import sys
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from statistics import median
+
+from desk_child import SHOWN
+from desk_ends import KEYS, held
+from desk_painting import painting
+from desk_terminal import CHILD, LinedTerminal, Terminal, desk_of, instructed
+from measuring import Row, Section, interleaved, own_home, p99, ratio
+from sim_process import SimProcess
+from starting import command
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from reporting import report
+
+PAUSE_S, FLOOR_PAUSE_S = 0.6, 0.05
+PATIENCE_S = 10.0
+
+
+# -- from the command to the first picture -------------------------------------------------------
+
+
+def _first_paint(words: list[str]) -> Callable[[], object]:
+    def start() -> None:
+        with Terminal(words) as terminal:
+            terminal.shown_s()
+            terminal.process.kill()  # how it ends is not what is timed
+
+    return start
+
+
+def starting(rounds: int = 10) -> Section:
+    """Start each in turn."""
+    bare = "a bare interpreter says a word"
+    floor = "a bare app of the framework"
+    ours = "armdrive jog --sim teachmover"
+    with own_home():
+        instructed()
+        taken = interleaved(
+            {
+                bare: _first_paint([sys.executable, "-c", f"print('{SHOWN}')\ninput()"]),
+                floor: _first_paint([sys.executable, str(CHILD), "-1", "bare"]),
+                ours: _first_paint([*command(), "jog", "--sim", "teachmover"]),
+            },
+            rounds,
+        )
+    rows = tuple(
+        Row(
+            name,
+            median(seconds) * 1e3,
+            "ms",
+            p99(seconds) * 1e3,
+            {other: ratio(seconds, taken[other]) for other in (bare, floor) if other != name}
+            if name != bare
+            else {},
+        )
+        for name, seconds in taken.items()
+    )
+    return Section("From the command to the first picture", rows, f"{rounds} starts each, in turn")
+
+
+# -- from a key to the wire ----------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Write:
+    """A write of the driver's that answers a key: how it begins, and the key."""
+
+    what: str
+    dialect: str
+    key: bytes
+    begins: tuple[str, ...]
+    in_jog: bool = False
+    """Whether a jog is held when the key is pressed."""
+
+
+FLOOR = Write("a key to its handler in a bare app, the floor", "", b"q", ())
+WRITES = (
+    Write("jog key to @STEP, teachmover", "teachmover", b"q", ("@STEP",)),
+    Write("jog key to $J=, grbl", "grbl", b"q", ("$J=",)),
+    Write("space in mid-jog to its stop, grbl", "grbl", b" ", ("!", "\x85"), in_jog=True),
+)
+
+
+def _written_s(terminal: LinedTerminal, write: Write) -> float:
+    """Press a key, and return how long it took until its bytes had left."""
+    with contextlib.suppress(queue.Empty):
+        while True:
+            terminal.writes.get_nowait()
+    pressed_s = time.monotonic()
+    terminal.type(write.key)
+    while True:
+        told = terminal.writes.get(timeout=PATIENCE_S)
+        if not write.begins or told["head"].startswith(write.begins):
+            return float(told["wrote_s"]) - pressed_s
+
+
+def _answered(write: Write, folder: Path, count: int) -> Iterator[float]:
+    """Press a key of the desk again and again, while the arm stands or is jogged."""
+    with (
+        SimProcess(folder / write.dialect, write.dialect) as sim,
+        desk_of(sim.port, write.dialect, sim.state()["motors"]) as desk,
+    ):
+        for index in range(count):
+            desk.arm_keys()
+            time.sleep(PAUSE_S)
+            key = KEYS[index % 2]
+            if not write.in_jog:
+                yield _written_s(desk, replace(write, key=key))
+                continue
+            with held(desk, key) as finger:
+                sim.wait_until_moving()
+                time.sleep(PAUSE_S)
+                finger.lift()
+                yield _written_s(desk, write)
+            sim.rest_after_s(time.monotonic())
+
+
+def _floor(count: int) -> Iterator[float]:
+    """Press a key of an app that does nothing but tell of it."""
+    with LinedTerminal("bare") as terminal:
+        terminal.shown_s()
+        for _ in range(count):
+            time.sleep(FLOOR_PAUSE_S)
+            yield _written_s(terminal, FLOOR)
+
+
+def keys(count: int = 60) -> Section:
+    """Press keys; how long until the bytes that they cause have left."""
+    floor = list(_floor(count))
+    taken = {FLOOR.what: floor}
+    with own_home() as folder:
+        taken |= {write.what: list(_answered(write, folder, count)) for write in WRITES}
+    rows = tuple(
+        Row(
+            what,
+            median(seconds) * 1e3,
+            "ms",
+            p99(seconds) * 1e3,
+            {} if seconds is floor else {"the floor": ratio(seconds, floor)},
+        )
+        for what, seconds in taken.items()
+    )
+    note = f"{count} times each; from the key at the terminal to the return of our write"
+    return Section("From a key to the wire", rows, note)
+
+
+SECTIONS = {"starting": starting, "keys": keys, "painting": painting}
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Measure every part, or those that are asked for."""
+    return report(argv, __doc__, SECTIONS)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
