@@ -19,8 +19,9 @@ def ask_reference(desk: Desk) -> None:
         return
     arm = desk.arm
     if arm.homes_by_switches:
-        text = "THE ARM WILL MOVE: its controller seeks its switches. Is its way clear?"
-        desk.ask(text, desk.scene(), arm.home, "homed by its own switches")
+        text = "THE ARM WILL MOVE: its controller seeks its switches."
+        done = "homed by its own switches"
+        desk.ask(text, desk.scene(), arm.home, done, asked="Is its way clear?")
         return
     if desk.status.simulated:
         desk.disarm("the simulated operator is at work")
@@ -55,5 +56,5 @@ def ask_motors(desk: Desk) -> None:
     if desk.status.state is State.DISABLED:
         desk.call(desk.arm.enable, "the motors are on: nothing was moved")
         return
-    text = "Switch the motors off? THE ARM SAGS, and its position is lost. Is it supported?"
-    desk.ask(text, desk.scene(), desk.arm.disable, "the motors are off")
+    text = "The motors are switched off: THE ARM SAGS, and its position is lost."
+    desk.ask(text, desk.scene(), desk.arm.disable, "the motors are off", asked="Is it supported?")

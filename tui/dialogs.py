@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import ClassVar
 
 from textual.app import ComposeResult
@@ -12,10 +13,16 @@ from textual.screen import ModalScreen
 from armdrive.draw.armview import ArmScene, side_view, top_view
 from armdrive.status import Status
 from tui.framework import PlainText
-from tui.keyboard import Keyboard, label
+from tui.keyboard import KEYS_WIDTH, Keyboard, label
 from tui.keys import JogPair
 from tui.layout import bindings
 from tui.views import ArmView
+
+STANDS_SO = "Does the arm stand exactly so?"
+"""What is mostly asked beside a posture."""
+
+LEAST_WIDTH = 60
+"""Of the help's lines, until the dialog has been laid out."""
 
 
 class HelpScreen(ModalScreen[bool]):
@@ -36,6 +43,14 @@ class HelpScreen(ModalScreen[bool]):
 
     def on_mount(self) -> None:
         """Fill in the keys."""
+        self._fill()
+
+    def on_resize(self) -> None:
+        """Break the lines anew, once their width is known."""
+        self.call_after_refresh(self._fill)
+
+    def _fill(self) -> None:
+        text = self.query_one("#help-text", PlainText)
         closes = " or ".join(label(key) for key in self._keys.of("help-close")[:2])
         stops = " and ".join(label(key) for key in self._keys.of("stop")[:2])
         lines = (
@@ -43,7 +58,8 @@ class HelpScreen(ModalScreen[bool]):
             "",
             *self._keys.help(self._place, self._pairs),
         )
-        self.query_one("#help-text", PlainText).show("\n".join(lines))
+        width = text.content_size.width or LEAST_WIDTH
+        text.show("\n".join(broken for line in lines for broken in _broken(line, width)))
 
     def action_close(self) -> None:
         """Go back to the desk."""
@@ -56,11 +72,18 @@ class PostureScreen(ModalScreen[bool]):
     BINDINGS: ClassVar[list[BindingType]] = bindings("question")
 
     def __init__(
-        self, description: str, scene: ArmScene | None, keys: Keyboard, *, braille: bool
+        self,
+        description: str,
+        scene: ArmScene | None,
+        keys: Keyboard,
+        *,
+        braille: bool,
+        asked: str,
     ) -> None:
         super().__init__()
         self._keys = keys
         self._description = description
+        self._asked = asked
         self._scene = scene
         self._braille = braille
 
@@ -76,8 +99,7 @@ class PostureScreen(ModalScreen[bool]):
         """Draw the posture and put the question."""
         self.query_one("#posture-text", PlainText).show(self._description)
         self.query_one("#posture-question", PlainText).show(
-            f"Does the arm stand exactly so?   {self._keys.label('yes')} yes   "
-            f"{self._keys.label('no')} no"
+            f"{self._asked}   {self._keys.label('yes')} yes   {self._keys.label('no')} no"
         )
         for view in self.query(ArmView):
             view.show(self._scene)
@@ -111,6 +133,20 @@ class FirstScreen(ModalScreen[bool]):
     def action_close(self) -> None:
         """Go to the desk."""
         self.dismiss(result=True)
+
+
+def _broken(line: str, width: int) -> list[str]:
+    """Break a line of the help; what goes on stands under the words, not under the keys."""
+    if len(line) <= width:
+        return [line]
+    keys, words = line[:KEYS_WIDTH], line[KEYS_WIDTH:]
+    if keys.rstrip() == keys:  # a line of words alone, or keys that need more room
+        keys, words = "", line
+    indent = " " * KEYS_WIDTH
+    return textwrap.wrap(
+        words, width, initial_indent=keys, subsequent_indent=indent if keys else "",
+        break_on_hyphens=False,
+    )  # fmt: skip
 
 
 def safety(keys: Keyboard, status: Status) -> tuple[str, str, str]:

@@ -15,6 +15,9 @@ from tui.screens import titled
 FOOTER_FIRST = (STOP, "arm", "move-go", "points-go", "help", "quit")
 """What a narrow footer shows before everything else, where it applies."""
 
+KEYS_WIDTH = 18
+"""So wide is the column of keys in the help."""
+
 _LABELS: Mapping[str, str] = MappingProxyType({"escape": "Esc"})
 
 
@@ -98,12 +101,12 @@ class Keyboard:
         for pair in pairs:
             moves = f"{words(pair.joint)} (Cartesian mode: {pair.cartesian})"
             keys = f"{self.jog(pair.plus)} {self.jog(pair.minus)}"
-            yield f"{keys:<17} {moves} + and -"
+            yield f"{keys:<{KEYS_WIDTH - 1}} {moves} + and -"
 
 
 def _line(row: DeskKey) -> str:
     keys = " ".join(label(key) for key in row.keys)
-    return f"{keys:<17} {row.tooltip}"
+    return f"{keys:<{KEYS_WIDTH - 1}} {row.tooltip}"
 
 
 DEFAULT_KEYS = Keyboard()

@@ -12,7 +12,7 @@ from armdrive.errors import ArmError
 from armdrive.status import Status
 from kinematics import Joints, KinematicsError
 from tui.arm_port import DeskArm
-from tui.dialogs import PostureScreen
+from tui.dialogs import STANDS_SO, PostureScreen
 from tui.framework import FirstKeys
 from tui.keyboard import DEFAULT_KEYS, Keyboard
 from tui.keys import jog_pairs
@@ -42,7 +42,8 @@ class Owner(FirstKeys):
         geometry = arm.model.arm
         pairs = jog_pairs(geometry.joint_names, has_yaw=geometry.has_yaw)
         self.settings = Settings(pairs=pairs, frames=arm.frames)
-        self.message = f"{keys.label('arm')} arms the jog keys; space stops at any time"
+        self.message = ""
+        """What was said last; each screen has a hint of its own for when nothing was."""
         self.status: Status = arm.status
         self.goal: Joints | None = None
         """A posture that one screen has left for the move screen."""
@@ -102,8 +103,10 @@ class Owner(FirstKeys):
         scene: ArmScene | None,
         agreed: Callable[[], object],
         done: Done = "confirmed: the position is referenced",
+        *,
+        asked: str = STANDS_SO,
     ) -> None:
-        """Draw a posture with a question, and make the call if the answer is yes."""
+        """Draw a posture with a question, and make the call if the answer to `asked` is yes."""
         self.disarm("a question is open")
 
         def answered(stands: bool | None) -> None:
@@ -112,7 +115,9 @@ class Owner(FirstKeys):
             else:
                 self.say("not confirmed: nothing was changed")
 
-        self.push_screen(PostureScreen(question, scene, self.keys, braille=self.braille), answered)
+        self.push_screen(
+            PostureScreen(question, scene, self.keys, braille=self.braille, asked=asked), answered
+        )
 
     def close_dialogs(self) -> None:
         """Take away whatever lies over the current screen; no question in it is answered."""

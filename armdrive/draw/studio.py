@@ -10,8 +10,8 @@ from armdrive.draw.inks import PATTERNS, Ink, Layer
 from armdrive.draw.painted import Painted
 from armdrive.draw.raster import Raster, raster
 
-_SAMPLE = 5
-"""Cells of a line that show what it looks like, beside its word."""
+_SAMPLE = 4
+"""Cells of a line, a whole period of its pattern, that show what it looks like, beside its word."""
 
 _GAP = 2
 _LEAST_HEIGHT = 8

@@ -56,6 +56,12 @@ SCREENS = (
 """The first one is shown first."""
 
 
+def summary_of(screen: str) -> str:
+    """Say which screen this is and what it is for; nothing of one that stands in no table."""
+    found = (f"{entry.title}: {entry.summary}" for entry in SCREENS if entry.id == screen)
+    return next(found, "")
+
+
 def titled(screen: str) -> str:
     """Return what a screen is called; its id where it stands in no table (dialogs)."""
     return next((entry.title for entry in SCREENS if entry.id == screen), screen)

@@ -16,6 +16,7 @@ from textual.screen import Screen
 from armdrive.status import Status
 from tui import panels
 from tui.framework import PlainText
+from tui.screens import summary_of
 from tui.spans import send_spans_alone
 
 if TYPE_CHECKING:
@@ -44,6 +45,11 @@ class DeskScreen(Screen[None]):
     def armed(self) -> bool:
         """Whether keys of this screen move the arm at once."""
         return False
+
+    @property
+    def hint(self) -> str:
+        """What is said while nothing else has been."""
+        return summary_of(self.place)
 
     def disarm(self, reason: str) -> None:
         """Let go of what this screen holds, and let no key of it move the arm."""
@@ -85,9 +91,10 @@ class DeskScreen(Screen[None]):
         desk = self.desk
         width = self.size.width
         banner = panels.banner(status, desk.keys, looked_for=desk.arm.reconnects)
+        said = desk.message or self.hint
         self.text("title").show(panels.title(status, width))
         self.text("banner").show(banner)
-        self.text("remarks").show(panels.remarks(status, desk.message, bannered=bool(banner)))
+        self.text("remarks").show(panels.remarks(status, said, bannered=bool(banner)))
         self.text("footer").show(desk.keys.footer(self.place, width))
         self.text("title").set_class(not status.simulated, "-real")
         self.text("banner").set_class(bool(banner), "-shown")

@@ -58,6 +58,13 @@ class JogScreen(DeskScreen):
         """Whether jog keys have any effect."""
         return self.hand.armed
 
+    @property
+    def hint(self) -> str:
+        """How jogging begins, and how it ends."""
+        keys = self.desk.keys
+        arm, stop = keys.label("arm"), keys.label("stop")
+        return f"{arm} arms the jog keys; {stop} stops at any time"
+
     def disarm(self, reason: str) -> None:
         """End what is held, and let no jog key have effect."""
         self.hand.disarm(reason)
@@ -100,7 +107,7 @@ class JogScreen(DeskScreen):
         self.query_one(SpaceView).show(Moment(status.joints, status.gripper_mm))
 
     def _pose(self, status: Status) -> Pose | None:
-        """Return the pose as the frame sees it in which the tip is jogged; for the tool, the base."""
+        """Return the pose as the frame sees it that is jogged in; for the tool's, as the base."""
         settings = self.desk.settings
         if status.pose is None or not settings.cartesian or settings.frame in (BASE, TOOL):
             return status.pose

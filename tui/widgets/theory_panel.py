@@ -49,7 +49,7 @@ class TheoryPanel(Horizontal):
     TheoryPanel #theory-left { width: 1fr; }
     TheoryPanel #theory-numbers { height: auto; text-wrap: nowrap; text-overflow: clip; }
     TheoryPanel #theory-summary { height: auto; }
-    TheoryPanel #theory-summary { max-height: 4; text-style: bold; }
+    TheoryPanel #theory-summary { max-height: 20%; text-style: bold; }
     TheoryPanel .theory-page { width: 43; height: 1fr; padding: 0 0 0 1; }
     TheoryPanel .theory-page { text-wrap: nowrap; text-overflow: clip; }
     """
