@@ -28,6 +28,8 @@ ARRIVE_POLL_S = 0.015
 """How often drives that should arrive are looked at."""
 PATIENCE_S = 1.0
 SILENT_S = 0.1
+LATE_S = 0.1
+"""A look that takes so much longer than its answers may: this computer was busy meanwhile."""
 SHORT_LOOKS = 3
 """A drive that stands short of its target at so many looks will not go on by itself."""
 
@@ -51,7 +53,7 @@ class MksArriving(MksContact):
 
     def arrive(self, expected_s: float, let_go: Callable[[], bool]) -> Ending:
         """Wait until every drive that was sent somewhere stands there."""
-        began_s = self.now_s
+        began_s = seen_s = self.now_s
         given_up_s = began_s + 2.0 * expected_s + self.ramp_s + PATIENCE_S
         short: dict[int, int] = {}
         mute: dict[int, int] = {}
@@ -72,8 +74,12 @@ class MksArriving(MksContact):
             if any(count >= most for count in mute.values()):
                 return (yield from self.lose(began_s))
             stuck = [node for node in self.under_way if short.get(node, 0) >= SHORT_LOOKS * TRIES]
-            if stuck or self.now_s >= given_up_s:
-                return (yield from self.break_off((stuck or self.under_way)[0]))
+            if self.now_s > seen_s + 2.0 * self.settings.answer_s + LATE_S:
+                given_up_s += self.now_s - seen_s  # no drive is to blame for that
+            seen_s = self.now_s
+            overdue = self.under_way if self.now_s >= given_up_s else ()
+            if stuck or overdue:
+                return (yield from self.break_off((*stuck, *overdue)[0]))
             yield from self.pause(asked_s + ARRIVE_POLL_S)
         return Done()
 

@@ -6,9 +6,9 @@ import math
 
 import pytest
 from mks_bench import MksBench
-from test_mks_controller_motion import along, straight
+from test_mks_controller_motion import BURSTS, along, straight
 
-from armdrive.controllers.requests import Done, ReadPosition, Registers, SwitchOn
+from armdrive.controllers.requests import Denied, Done, MoveBy, ReadPosition, Registers, SwitchOn
 from firmware_protocol.frames import Unpacker, pack
 from firmware_protocol.mks import (
     Code,
@@ -67,6 +67,54 @@ def test_a_program_that_stood_still_blames_no_drive_in_motion():
     bench.begin(along(straight(30)))
     bench.run(0.3)
     stand_still(bench, 0.6)
+    assert isinstance(bench.finish(), Done)
+    assert not bench.alerts()
+
+
+def send_late(bench, for_s):
+    """Have the thread stand still as it writes: what it says comes late, and so does it itself."""
+    said = len(bench.sent)
+    while len(bench.sent) == said:
+        bench._step(bench.now_s + 1.0)
+    bench.to[:] = [(at_s + for_s, data) for at_s, data in bench.to]
+    stand_still(bench, for_s)
+
+
+@pytest.mark.parametrize("for_s", [0.1, 0.2, 0.3, 0.45])
+@pytest.mark.parametrize("after_s", [0.0, 0.01, 0.3, 0.31, 0.42])
+def test_a_thread_that_stands_still_as_it_writes_blames_no_drive(after_s, for_s):
+    way = (6000, -3000, 1500, 0, 700, 20)
+    bench = MksBench(starts=(50_000,) * 6).ready()
+    bench.begin(along(straight(20, way)))
+    bench.run(after_s)
+    send_late(bench, for_s)
+    assert isinstance(bench.finish(), Done)
+    assert not bench.alerts()
+    assert (bench.positions - Motors(50_000 + 20 * each for each in way)).largest <= 8
+
+
+def test_a_drive_that_is_blocked_is_called_so_after_a_late_wake_as_well():
+    bench = MksBench(starts=(50_000,) * 6).ready()
+    bench.begin(along(straight(20)))
+    bench.run(0.3)
+    bench.node(3).blocked = True
+    bench.node(3).motor.hold(bench.node(3).at(bench.now_s))
+    send_late(bench, 0.3)
+    assert isinstance(bench.finish(), Denied)
+    (alert,) = bench.alerts()
+    assert "drive 3 (elbow)" in alert.text
+    assert bench.now_s < 2.0
+
+
+@pytest.mark.parametrize("settings", [{}, BURSTS])
+@pytest.mark.parametrize("watchdog_s", [0.0, 0.5])
+@pytest.mark.parametrize("way", [9000, 60_000])
+def test_a_thread_that_stands_still_at_the_end_blames_no_drive(way, watchdog_s, settings):
+    bench = MksBench(starts=(50_000,) * 6, settings={**settings, "watchdog_s": watchdog_s}).ready()
+    move = MoveBy(Motors((way, -3000, 0, 0, 0, 0)), 30_000.0)
+    bench.begin(move if settings else along([move]))
+    bench.run(0.2)
+    stand_still(bench, 6.0)
     assert isinstance(bench.finish(), Done)
     assert not bench.alerts()
 
