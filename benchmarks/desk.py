@@ -91,6 +91,7 @@ class Write:
 
 FLOOR = Write("a key to its handler in a bare app, the floor", "", b"q", ())
 WRITES = (
+    Write("jog key to the first byte, teachmover", "teachmover", b"q", ("@",)),
     Write("jog key to @STEP, teachmover", "teachmover", b"q", ("@STEP",)),
     Write("jog key to $J=, grbl", "grbl", b"q", ("$J=",)),
     Write("space in mid-jog to its stop, grbl", "grbl", b" ", ("!", "\x85"), in_jog=True),
