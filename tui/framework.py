@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import os
 import signal
 import sys
 from collections.abc import Callable, Mapping
 from functools import cache
+from typing import IO, Any
 
 from textual import events
 from textual.app import App
 from textual.content import Content
+from textual.driver import Driver
 from textual.filter import Monochrome
 from textual.keys import KEY_NAME_REPLACEMENTS, Keys, _character_to_key, key_to_character
 from textual.timer import Timer
@@ -92,6 +95,45 @@ def printed(key: str) -> str:
     return character if character and character.isprintable() and character != " " else key
 
 
+class LastingFile:
+    """A terminal to write to, that takes whatever it is given once it is gone.
+
+    The framework writes in a thread, which ends with the first error; who writes then waits for it
+    for ever as soon as its queue is full: a desk whose terminal was closed did not always end.
+    """
+
+    def __init__(self, file: IO[str]) -> None:
+        self._file = file
+
+    def write(self, text: str) -> int:
+        """Write, if there is still somebody to read it."""
+        with contextlib.suppress(OSError, ValueError):
+            return self._file.write(text)
+        return len(text)
+
+    def flush(self) -> None:
+        """Flush, if there is still somebody to read it."""
+        with contextlib.suppress(OSError, ValueError):
+            self._file.flush()
+
+    def __getattr__(self, name: str) -> Any:
+        """Leave everything else to the file itself."""
+        return getattr(self._file, name)
+
+
+def lasting(driver: type[Driver]) -> type[Driver]:
+    """Return such a driver that outlives its terminal."""
+
+    class Lasting(driver):  # type: ignore[misc, valid-type]
+        def __init__(self, *words: Any, **more: Any) -> None:
+            super().__init__(*words, **more)
+            file: Any = getattr(self, "_file", None)  # a headless one has none
+            if file is not None:
+                self._file: Any = LastingFile(file)
+
+    return Lasting
+
+
 class FirstKeys(App[int], inherit_bindings=False):
     """An app with keys that come before every widget, and without the framework's own ones.
 
@@ -107,6 +149,10 @@ class FirstKeys(App[int], inherit_bindings=False):
             return
         self.no_color = False  # set, but to nothing: no-color.org counts that as not set
         self._filters = [each for each in self._filters if not isinstance(each, Monochrome)]
+
+    def get_driver_class(self) -> type[Driver]:
+        """Return the system's own driver, made to outlive its terminal."""
+        return lasting(super().get_driver_class())
 
     def first_keys(self) -> Mapping[str, Callable[[], None]]:
         """Return these keys, with what they do."""

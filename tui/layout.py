@@ -18,6 +18,7 @@ CSS = """
 #remarks { height: auto; min-height: 1; max-height: 4; }
 ArmView { height: 1fr; }
 ModalScreen { align: center middle; }
+SearchIcon { display: none; }
 .dialog { width: 90%; max-width: 100; height: 90%; border: solid $primary; padding: 0 1; }
 .short { height: auto; }
 .dialog PlainText { height: auto; }

@@ -25,7 +25,7 @@ SHORTEST_BAR, LONGEST_BAR = 7, 20
 
 UNKNOWN = "?"
 
-STOP_SCALE_MM = 50.0
+STOP_SCALE_MM = 100.0
 """The stop bar is full at so much."""
 
 _OUTSIDE = 0.002  # share of a range: less than any printed digit of it

@@ -1,12 +1,17 @@
 """The desk on a real pseudo-terminal that is closed under it."""
 
 import os
+import re
 import select
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import pytest
+from textual.drivers._writer_thread import MAX_QUEUED_WRITES, WriterThread
+
+from tui.framework import LastingFile
 
 pty = pytest.importorskip("pty", reason="pseudo-terminals are a Unix matter")
 
@@ -32,21 +37,27 @@ sys.exit(run_desk(Noting()))
 """
 
 
+COLOUR = re.compile(rb"\x1b\[(?:[0-9;]*;)?(?:3[0-8]|4[0-8]|9[0-7]|10[0-7])[;m]")
+
+
+@pytest.mark.skipif(not hasattr(os, "setsid"), reason="needs a controlling terminal")
+@pytest.mark.parametrize(("said", "colours"), [({"NO_COLOR": "1"}, False), ({}, True)])
+def test_without_colours_none_are_sent(tmp_path, said, colours):
+    ours, child = _desk_on_a_terminal(tmp_path / "notes", said)
+    try:
+        seen = _read_until(ours, b"understood")
+        os.write(ours, b"\r")
+        seen += _read_until(ours, b"STOP")
+    finally:
+        os.close(ours)
+    assert child.wait(10.0) == 129
+    assert bool(COLOUR.search(seen)) == colours
+
+
 @pytest.mark.skipif(not hasattr(os, "setsid"), reason="needs a controlling terminal")
 def test_closing_the_terminal_stops_and_closes_the_arm(tmp_path):
     notes = tmp_path / "notes"
-    notes.touch()
-    here = Path(__file__).parent
-    ours, theirs = pty.openpty()
-    child = subprocess.Popen(
-        [sys.executable, "-c", CHILD, str(notes), str(here), str(here.parent.parent)],
-        stdin=theirs,
-        stdout=theirs,
-        stderr=theirs,
-        start_new_session=True,
-        env={**os.environ, "TERM": "xterm-256color", "LANG": "C.UTF-8"},
-    )
-    os.close(theirs)
+    ours, child = _desk_on_a_terminal(notes, {})
     try:
         _read_until(ours, b"understood")
         os.write(ours, b"\r")
@@ -59,8 +70,52 @@ def test_closing_the_terminal_stops_and_closes_the_arm(tmp_path):
     assert notes.read_text().split()[:2] == ["stop", "close"]
 
 
+class GoneFile:
+    """A terminal that was closed."""
+
+    def write(self, text):
+        raise OSError(5, "Input/output error")
+
+    def flush(self):
+        raise OSError(5, "Input/output error")
+
+
+def test_whoever_paints_a_closed_terminal_is_not_kept_waiting():
+    writer = WriterThread(LastingFile(GoneFile()))
+    writer.start()
+
+    def paint():
+        for _ in range(10 * MAX_QUEUED_WRITES):
+            writer.write("text")
+        writer.stop()
+
+    painting = threading.Thread(target=paint, daemon=True)
+    painting.start()
+    painting.join(10.0)
+    assert not painting.is_alive()
+
+
+def _desk_on_a_terminal(notes, said):
+    """Start a desk on a terminal of its own; return our end of that, and the process."""
+    notes.touch()
+    here = Path(__file__).parent
+    ours, theirs = pty.openpty()
+    environment = {name: value for name, value in os.environ.items() if name != "NO_COLOR"}
+    child = subprocess.Popen(
+        [sys.executable, "-c", CHILD, str(notes), str(here), str(here.parent.parent)],
+        stdin=theirs,
+        stdout=theirs,
+        stderr=theirs,
+        start_new_session=True,
+        env={**environment, "TERM": "xterm-256color", "LANG": "C.UTF-8", **said},
+    )
+    os.close(theirs)
+    return ours, child
+
+
 def _read_until(terminal, words, patience_s=10.0):
     seen = b""
     while words not in seen:
         assert select.select([terminal], [], [], patience_s)[0], "the desk painted nothing more"
         seen += os.read(terminal, 65536)
+    return seen

@@ -184,8 +184,8 @@ async def test_the_pose_is_shown_in_the_frame_that_is_jogged():
 
 @pytest.mark.parametrize(
     ("distance_mm", "bar"),
-    [(0.0, "[----------]"), (0.3, "[#---------]"), (25.0, "[#####-----]"), (50.0, "[##########]"),
-     (70.0, "[#########>]")],
+    [(0.0, "[----------]"), (0.3, "[#---------]"), (50.0, "[#####-----]"), (100.0, "[##########]"),
+     (120.0, "[#########>]")],
 )  # fmt: skip
 def test_the_stop_bar_is_never_shorter_than_the_way(distance_mm, bar):
     status = FakeArm(stop_distance_mm=distance_mm).status
