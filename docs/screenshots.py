@@ -1,43 +1,240 @@
-"""Take the pictures of the documentation from the running program."""
+"""Take the pictures of the documentation from the running program: `python docs/screenshots.py`.
+
+Arms are simulated, their time and the desk's pass only as it is said here, and nothing of this
+computer is in a picture: taking them again changes a file only where the program has changed.
+"""
 
 from __future__ import annotations
 
 import asyncio
+import os
 import re
+import sys
+import tempfile
+import threading
+from collections.abc import Callable, Coroutine, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from textual.app import App
+from textual.pilot import Pilot
 
 from armdrive import Arm, Pose
+from armdrive.cli.worlds import connect_remembered
+from armdrive.connecting import find
+from armdrive.points import Point, Step, StepList
+from armdrive.theory.subject import find_subject
+from armdrive.view import status_view
+from kinematics import Joints
 from tui.desk import Desk
+from tui.model_desk import ModelDesk
+from tui.watching import Watching
 
-HERE = Path(__file__).parent
-SIZE = (120, 38)
+FOLDER = Path(__file__).parent / "pictures"
+SIZE = (120, 40)
+ARM = "sim:teachmover"
 FROM_ELSEWHERE = re.compile(r",\s*url\([^)]*\) format\([^)]*\)")
 """Fonts that the picture would fetch from the network; the reader's own monospace one will do."""
 
+LONG_NAME = re.compile(r"terminal-\d+")
+"""Stands before every name in a picture, which it makes half as long again; "t" does as well."""
 
-async def desk(arm: Arm) -> None:
-    """Jog the simulated arm a little in the desk, and take its picture."""
-    app = Desk(arm, braille=True)
-    async with app.run_test(size=SIZE) as pilot:
-        await pilot.press("enter", "m")
-        for key in ("e", "e", "w"):
-            await pilot.press(key)
-            await pilot.pause(0.4)
-            arm.sleep(1.0)
-        app.poll()
+START = Pose.of(x_mm=260, y_mm=90, z_mm=110, pitch_deg=-60)
+KEY_S = 2.5
+"""A key comes so long after the one before: no jog key is taken for one that is held."""
+
+TURNS = 3
+"""So often a screen is given time for what it works out in threads, one thing after the other."""
+
+POINTS = {
+    "above": Point(Joints.of(0.0, 50.3, -90.2, -50.1, 0.0), 40.0, "above the block"),
+    "pick": Point(Joints.of(0.0, 36.2, -89.4, -36.8, 0.0), 40.0, "fingers round the block"),
+    "wait": Point(Joints.of(30.0, 60.0, -80.0, -60.0, 0.0), None, "out of the way"),
+}
+FETCH = StepList(
+    (
+        Step("above"),
+        Step(gripper="open"),
+        Step("pick", "line", 0.3),
+        Step(gripper="grasp"),
+        Step("above", "line", 0.5),
+    )
+)
+
+
+class Clock:
+    """Time that passes only when it is told to."""
+
+    def __init__(self) -> None:
+        self.now_s = 100.0
+
+    def __call__(self) -> float:
+        """Return the time, s."""
+        return self.now_s
+
+
+class Held:
+    """A program that drives an arm, and says once how it stands."""
+
+    def __init__(self, arm: Arm) -> None:
+        self._view = status_view(arm.status)
+        self.ended = threading.Event()
+
+    def views(self) -> Iterator[Mapping[str, Any]]:
+        """Yield the status, and nothing more until it has ended."""
+        yield self._view
+        self.ended.wait()
+
+    def ask(self, request: str, **words: object) -> Mapping[str, Any]:
+        """Do nothing of what is asked."""
+        del request, words
+        return {}
+
+
+async def settle(pilot: Pilot[Any]) -> None:
+    """Have an app work out all that it wants to show, and show it."""
+    for _ in range(TURNS):
         await pilot.pause()
-        picture = FROM_ELSEWHERE.sub("", app.export_screenshot(title="armdrive jog"))
-        (HERE / "desk.svg").write_text(picture, encoding="utf-8")
+        await pilot.app.workers.wait_for_complete()
+        poll = getattr(pilot.app, "poll", None)
+        if poll is not None:
+            poll()
+    await pilot.pause()
 
 
-def main() -> None:
-    """Take all pictures."""
-    with Arm.connect("sim:teachmover") as arm:
-        arm.home()
-        arm.move_to(Pose.of(x_mm=260, y_mm=90, z_mm=110, pitch_deg=-60))
-        arm.gripper.open(40)
-        asyncio.run(desk(arm))
+async def keyed(app: App[Any], keys: tuple[str, ...], then: Callable[[], object]) -> str:
+    """Press keys, each when the one before has had its effect, and return the picture as SVG."""
+    async with app.run_test(size=SIZE) as pilot:
+        await settle(pilot)
+        for key in keys:
+            await pilot.press(key)
+            await settle(pilot)
+            then()
+        await settle(pilot)
+        picture = app.export_screenshot(title="armdrive")
+        return LONG_NAME.sub("t", FROM_ELSEWHERE.sub("", picture))
+
+
+def begin(arm: Arm) -> None:
+    """Reference an arm and have it leave the reference."""
+    arm.home()
+    arm.move_to(START)
+    arm.gripper.open(40)
+
+
+@contextmanager
+def standing() -> Iterator[Arm]:
+    """Lend a simulated arm that is referenced, has moved, and has been taught points."""
+    with Arm.connect(ARM) as arm:
+        begin(arm)
+        for name, point in POINTS.items():
+            arm.points[name] = point
+        arm.points.put_sequence("fetch", FETCH, instead_of=None)
+        yield arm
+
+
+async def desk(*keys: str, memory: Path | None = None) -> str:
+    """Picture the desk of an arm that stands, after these keys."""
+    with standing() as arm:
+        return await of(arm, keys, memory)
+
+
+async def of(arm: Arm, keys: tuple[str, ...], memory: Path | None = None) -> str:
+    """Picture the desk of this arm, after these keys."""
+    clock = Clock()
+
+    def pass_by() -> None:
+        clock.now_s += KEY_S
+        arm.sleep(KEY_S)
+
+    app = Desk(arm, braille=True, clock=clock, memory=memory)
+    return await keyed(app, keys, pass_by)
+
+
+async def first_run() -> str:
+    """Picture what a desk shows that remembers nothing."""
+    return await desk(memory=Path(os.environ["ARMDRIVE_HOME"]) / "no-such-desk.json")
+
+
+async def question() -> str:
+    """Picture the question whether an arm still stands where the last program left it."""
+    config = find(ARM).config
+    with connect_remembered(config) as arm:
+        begin(arm)
+    with connect_remembered(config) as arm:
+        return await of(arm, ("C",))
+
+
+async def model() -> str:
+    """Picture a model without an arm."""
+    app = ModelDesk(find_subject("puma"), braille=True)
+    return await keyed(app, ("q", "q", "w"), lambda: None)
+
+
+async def watch() -> str:
+    """Picture an arm that another program drives."""
+    with standing() as arm:
+        holder = Held(arm)
+        app = Watching(arm.status.arm, arm.model, holder, braille=True)
+        try:
+            return await keyed(app, (), lambda: None)
+        finally:
+            holder.ended.set()
+
+
+def _typed(text: str) -> tuple[str, ...]:
+    names = {"-": "minus", ".": "full_stop"}
+    return tuple(names.get(each, each) for each in text)
+
+
+PICTURES: Mapping[str, Callable[[], Coroutine[Any, Any, str]]] = MappingProxyType(
+    {
+        "jog": partial(desk, "enter", "m", "e", "e", "w"),
+        "move": partial(desk, "f3", *_typed("220"), "down", *_typed("-120"), "down", *_typed("80")),
+        "points": partial(desk, "f4", "down"),
+        "setup": partial(desk, "f5", "down", "down", "down", "enter", "t"),
+        "theory": partial(desk, "f6"),
+        "log": partial(desk, "f7"),
+        "watch": watch,
+        "model": model,
+        "first-run": first_run,
+        "help": partial(desk, "question_mark"),
+        "palette": partial(desk, "ctrl+p", *_typed("ref")),
+        "question": question,
+    }
+)
+"""Every picture by the name of its file, and how it comes about."""
+
+
+@contextmanager
+def nobodys_settings() -> Iterator[None]:
+    """Have no file of this computer's user read or written."""
+    before = dict(os.environ)
+    with tempfile.TemporaryDirectory() as home:
+        os.environ["ARMDRIVE_HOME"] = home
+        os.environ.pop("NO_COLOR", None)
+        try:
+            yield
+        finally:
+            os.environ.clear()
+            os.environ.update(before)
+
+
+def take(name: str) -> str:
+    """Take a picture, and return it as SVG."""
+    with nobodys_settings():
+        return asyncio.run(PICTURES[name]())
+
+
+def main(names: Sequence[str]) -> None:
+    """Take these pictures anew, or all if none is named."""
+    FOLDER.mkdir(exist_ok=True)
+    for name in names or tuple(PICTURES):
+        (FOLDER / f"{name}.svg").write_text(take(name), encoding="utf-8")
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

@@ -1,0 +1,66 @@
+"""The pictures of the documentation: each can be taken from the program, and is shown somewhere."""
+
+import re
+import sys
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+DOCS = ROOT / "docs"
+sys.path.append(str(DOCS))
+import screenshots  # noqa: E402
+
+sys.path.remove(str(DOCS))
+
+SHOWN = {
+    "jog": "keys ARMED",
+    "move": "enter twice moves the arm like this",
+    "points": "fingers round the block",
+    "setup": "The drawn way:",
+    "theory": "Jacobian",
+    "log": "registers:",
+    "watch": "WATCHED",
+    "model": "MODEL ONLY",
+    "first-run": "Before you move anything",
+    "help": "On every screen",
+    "palette": "A simulated arm is led; one with switches",
+    "question": "Does the arm stand exactly so?",
+}
+"""Words that only this picture's screen has, of each picture."""
+MOST_BYTES = 100_000
+
+
+def words(svg):
+    """Return a picture's text, row by row."""
+    rows = {}
+    for text in ET.fromstring(svg).iter("{http://www.w3.org/2000/svg}text"):
+        rows.setdefault(float(text.get("y")), []).append((float(text.get("x")), text.text or ""))
+    lines = (" ".join(each for _, each in sorted(row)) for _, row in sorted(rows.items()))
+    return re.sub(r"\s+", " ", "\n".join(lines).replace("\xa0", " "))
+
+
+@pytest.mark.parametrize("name", sorted(screenshots.PICTURES))
+def test_every_picture_can_be_taken_and_shows_its_screen(name):
+    svg = screenshots.take(name)
+    assert SHOWN[name] in words(svg)
+    assert "url(http" not in svg, "it would be fetched from elsewhere"
+    assert len(svg.encode()) < MOST_BYTES
+
+
+@pytest.mark.parametrize("name", sorted(screenshots.PICTURES))
+def test_every_picture_that_is_kept_shows_its_screen(name):
+    assert SHOWN[name] in words((screenshots.FOLDER / f"{name}.svg").read_text(encoding="utf-8"))
+
+
+def test_a_picture_that_is_taken_again_is_the_same():
+    assert screenshots.take("jog") == screenshots.take("jog")
+
+
+def test_the_docs_show_every_picture_and_no_other():
+    pages = [*DOCS.glob("*.md"), ROOT / "README.md"]
+    text = "\n".join(page.read_text(encoding="utf-8") for page in pages)
+    named = re.findall(r"!\[[^\]]{20,}\]\((?:docs/)?pictures/([a-z-]+)\.svg\)", text)
+    assert set(named) == set(screenshots.PICTURES)
+    assert {each.stem for each in screenshots.FOLDER.iterdir()} == set(screenshots.PICTURES)
