@@ -104,9 +104,14 @@ class MksArriving(MksContact):
         return states
 
     def began_anew(self, node: int) -> bool:
-        """Tell whether a drive was gone and began anew; one whose count denies that is believed."""
+        """Tell whether a drive began anew: one that was gone, or that counts far off its way.
+
+        One whose count denies that it did is believed.
+        """
         drive = self.drive(node)
-        if drive.began_anew(self.reach, self.now_s):
+        far = not drive.passes(drive.seen or 0, self.settings.corridor_counts)
+        gone = math.isfinite(drive.gap.doubted_s)
+        if (far or gone) and drive.began_anew(self.reach, self.now_s):
             return True
         drive.gap.doubted_s = math.inf
         return False

@@ -71,3 +71,11 @@ def test_a_program_that_wakes_late_near_zero_blames_no_drive(for_s):
     stand_still(bench, for_s)
     assert isinstance(bench.finish(), Done)
     assert not bench.alerts()
+
+
+def test_a_drive_that_slips_a_little_beside_zero_has_not_begun_anew():
+    bench = MksBench(settings=BURSTS, starts=(17, 0, 0, 0, 0, 0)).ready()
+    bench.at_s[bench.now_s + 0.004] = lambda: setattr(bench.node(1), "slipped", -12)
+    bench.at_s[bench.now_s + 0.05] = lambda: setattr(bench.node(1), "slipped", 0)
+    assert isinstance(bench.do(MoveBy(Motors((2, 0, 3000, 0, 0, 0)), 9_000.0)), Done)
+    assert not bench.alerts()
