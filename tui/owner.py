@@ -94,6 +94,8 @@ class Owner(FirstKeys):
             said = done(self.arm.status) if callable(done) else done
         except (ArmError, KinematicsError) as error:
             said = str(error)
+        except Exception as flaw:  # said, not swallowed: the desk and its stop key live on
+            said = f"a flaw of armdrive, please report it: {type(flaw).__name__}: {flaw}"
         if said is not None:
             self.call_from_thread(self.say, said)
 

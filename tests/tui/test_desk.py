@@ -439,3 +439,16 @@ async def test_motors_are_switched_on_at_once_and_off_after_a_question():
         await session.press("P")
         await session.settle()
         assert session.arm.asked("enable") == [("enable",)]
+
+
+async def test_a_flaw_in_a_call_is_said_and_leaves_the_desk_alive():
+    class Flawed(FakeArm):
+        def enable(self):
+            raise TypeError("a word too many")
+
+    async with Session(Flawed(state=State.DISABLED)) as session:
+        await session.press("P")
+        await session.settle()
+        assert "please report it: TypeError: a word too many" in session.text("remarks")
+        await session.press("space")
+        assert session.arm.asked("stop")
