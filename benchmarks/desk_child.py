@@ -10,7 +10,9 @@ to the wire is told unasked.
 
 from __future__ import annotations
 
+import contextlib
 import fcntl
+import itertools
 import json
 import socket
 import sys
@@ -20,11 +22,16 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from armdrive.arm import Arm
 
 ROOT = Path(__file__).parents[1]
 SHOWN = "STOP"
 """What stands on the last row that is painted, of the desk and of the floor."""
+
+SWEPT, SWEEP_DEG = ("base", "shoulder", "elbow"), 15.0
 
 Answers = Mapping[str, Callable[[], dict[str, Any]]]
 
@@ -124,11 +131,26 @@ def desk(number: int, port: str, dialect: str, motors: list[int], rate_hz: float
     try:
         with _signals(), ready(port, dialect, Motors(motors)) as arm:
             arm.move_j(**{f"{name}_deg": angle for name, angle in MIDDLE.items()})
-            line = Line(number, {"look": look})
+            line = Line(number, {"look": look, "sweep": lambda: sweep(arm)})
             tap(arm, lambda data: line.say(wrote_s=time.monotonic(), head=data.decode("latin-1")))
             return tui.run_desk(arm)
     except Ended as ended:
         return 128 + ended.number
+
+
+def sweep(arm: Arm) -> dict[str, Any]:
+    """Have the arm swing from one side of where it stands to the other until it is stopped."""
+    from armdrive.errors import ArmError
+
+    here = arm.joints.deg
+
+    def swing() -> None:
+        with contextlib.suppress(ArmError):
+            for sign in itertools.cycle((1.0, -1.0)):
+                arm.move_j(**{f"{name}_deg": here[name] + sign * SWEEP_DEG for name in SWEPT})
+
+    threading.Thread(target=swing, daemon=True).start()
+    return {}
 
 
 def main(line: str, what: str, *words: str) -> int:

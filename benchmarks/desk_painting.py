@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import itertools
 import sys
-import threading
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from desk_ends import KEYS, held
 from desk_terminal import LinedTerminal, desk_of
 from measuring import Row, Section, own_home
 from sim_process import SimProcess
@@ -26,8 +23,6 @@ RATE_HZ = 30.0
 
 SETTLED_S = 1.5
 LASTS_S = 8.0
-HOLDS_S = 1.5
-"""A key is held for so long, then its opposite: the base stays between its limits."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,25 +48,13 @@ def _spent(terminal: LinedTerminal, lasts_s: float, *, polls: bool = True) -> Sp
     return Spent(100.0 * used_s / took_s, painted / 1024.0 / took_s, shown / took_s)
 
 
-def _in_motion(desk: LinedTerminal, lasts_s: float) -> Spent:
-    """Jog the base there and back for so long, as a person does who holds a key and the other."""
-    desk.arm_keys()
-    ended = threading.Event()
-
-    def jog() -> None:
-        for key in itertools.cycle(KEYS):
-            with held(desk, key):
-                if ended.wait(HOLDS_S):
-                    return
-
-    jogging = threading.Thread(target=jog, daemon=True)
-    jogging.start()
-    time.sleep(HOLDS_S)
-    try:
-        return _spent(desk, lasts_s)
-    finally:
-        ended.set()
-        jogging.join()
+def _in_motion(desk: LinedTerminal, sim: SimProcess, lasts_s: float) -> Spent:
+    """Have the arm swing for so long; it has to be moving when that begins and when it ends."""
+    desk.ask("sweep")
+    sim.wait_until_moving()
+    spent = _spent(desk, lasts_s)
+    sim.wait_until_moving()
+    return spent
 
 
 def _of_size(folder: Path, size: tuple[int, int], lasts_s: float) -> Iterator[tuple[str, Spent]]:
@@ -90,7 +73,7 @@ def _of_size(folder: Path, size: tuple[int, int], lasts_s: float) -> Iterator[tu
         ):
             time.sleep(SETTLED_S)
             yield f"at rest, {rate_hz:.0f} looks a second", _spent(desk, lasts_s)
-            yield f"in motion, {rate_hz:.0f} looks a second", _in_motion(desk, lasts_s)
+            yield f"in motion, {rate_hz:.0f} looks a second", _in_motion(desk, sim, lasts_s)
 
 
 def painting(lasts_s: float = LASTS_S, sizes: Sequence[tuple[int, int]] = SIZES) -> Section:
