@@ -9,6 +9,7 @@ once. Time, way and bound are as releasing.py has them. Exit code 1 where a boun
 
 from __future__ import annotations
 
+import itertools
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -70,6 +71,7 @@ def press_once(bench: DensePtyBench, desk: LinedTerminal, key: bytes, way: Press
 
 def measure(options: Options, dialect: str) -> Iterator[Figures]:
     """Press keys of one desk, on every keyboard and link."""
+    keys = itertools.cycle(KEYS)  # never twice the same way, which would end at a limit
     rates_hz = RATES_HZ[-1:] if options.quick else RATES_HZ
     with (
         DensePtyBench(dialect) as bench,
@@ -80,8 +82,8 @@ def measure(options: Options, dialect: str) -> Iterator[Figures]:
                 what = f"{rate_hz} Hz, {JITTER_S * 1e3:.0f} ms of jitter{words}"
                 luck = chance("desk release", dialect, what)
                 found = [
-                    press_once(bench, desk, KEYS[index % len(KEYS)], draw(luck, rate_hz))
-                    for index in range(options.times)
+                    press_once(bench, desk, next(keys), draw(luck, rate_hz))
+                    for _ in range(options.times)
                 ]
                 yield from figures(dialect, what, found)
 
