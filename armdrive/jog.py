@@ -121,6 +121,11 @@ class DeadMan:
         """The key that is held at present."""
         return self._key if self._until_s > -math.inf else None
 
+    @property
+    def gated(self) -> bool:
+        """Whether an event waits to be told from backlog."""
+        return self._gate is not None
+
     def arm(self, now_s: float) -> bool:
         """Let keys have effect; refused while keys are still pouring in. Returns `armed`."""
         if not self._armed and now_s - self._event_s >= ARM_AFTER_QUIET_S:

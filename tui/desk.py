@@ -87,12 +87,17 @@ class Desk(Owner):
 
     def poll(self) -> None:
         """Take the latest status and show what changed."""
+        self.alive()
         self.status = self.arm.status
         if self.lost:
             self._note_loss()
         elif self._was_lost:
             self._note_return()
         self.show()
+
+    def woken(self, time_s: float) -> None:
+        """Let no key move the arm that was typed while the desk was suspended."""
+        self.disarm(f"this screen had stood still for {time_s:.1f} s")
 
     def show_screen(self, screen: str) -> None:
         """Go to a screen by its id. What the one before held ends first."""

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import math
 import os
 import signal
 import sys
+import time
 from collections.abc import Callable, Mapping
 from functools import cache
 from typing import IO, Any
 
-from textual import events
+from textual import _time, events
 from textual.app import App
 from textual.content import Content
 from textual.driver import Driver
@@ -142,7 +144,12 @@ class FirstKeys(App[int], inherit_bindings=False):
     without a stop where a file of keys has moved ours.
     """
 
+    ABSENT_S = 1.0
+    """An app that looked at nothing for so long was suspended."""
+
     def __init__(self) -> None:
+        self._key: events.Key | None = None
+        self._alive_s = math.inf
         # its other way to do without colours sends them all, as shades of grey
         super().__init__(ansi_color=True if os.environ.get("NO_COLOR") else None)
         if not self.no_color or os.environ.get("NO_COLOR"):
@@ -158,9 +165,37 @@ class FirstKeys(App[int], inherit_bindings=False):
         """Return these keys, with what they do."""
         return {}
 
+    def key_age_s(self) -> float:
+        """Return how long ago the key came that is being acted on; 0 while none is.
+
+        A busy app acts on keys later than they came, and further apart.
+        """
+        return 0.0 if self._key is None else max(_time.get_time() - self._key.time, 0.0)
+
+    def woken(self, time_s: float) -> None:
+        """Hear that nothing was looked at for so long: this program was suspended."""
+
+    def alive(self) -> None:
+        """Note that the app goes on; to be called often, and before any key is acted on."""
+        before_s, self._alive_s = self._alive_s, time.monotonic()
+        if self._alive_s - before_s > self.ABSENT_S:
+            self.woken(self._alive_s - before_s)
+
     async def on_event(self, event: events.Event) -> None:
         """Take the first keys before anything else sees them."""
-        if isinstance(event, events.Key) and not event.is_forwarded:
+        if not isinstance(event, events.Key):
+            await super().on_event(event)
+            return
+        self._key = event
+        try:
+            await self._on_key_event(event)
+        finally:
+            self._key = None
+
+    async def _on_key_event(self, event: events.Key) -> None:
+        """Take a key that has come, or that no widget wanted."""
+        if not event.is_forwarded:
+            self.alive()
             deed = self.first_keys().get(event.key)
             if deed is not None:
                 event.stop().prevent_default()
@@ -191,18 +226,37 @@ class PlainText(Static):
             self.update(Content(text))
 
 
+BUSY_S = 0.02
+"""A timer that is so much later than it should be found the app busy."""
+
+SETTLE_S = 0.03
+"""What came while the app was busy has gone through its queues after this."""
+
+
 class Alarm:
-    """One timer that is moved to another time instead of being joined by a second one."""
+    """One timer that is moved to another time instead of being joined by a second one.
+
+    Where the app was too busy to ring in time, what came meanwhile is taken in before it rings.
+    """
 
     def __init__(self, app: App[int], call: Callable[[], None]) -> None:
         self._app = app
         self._call = call
         self._timer: Timer | None = None
+        self._due_s = math.inf
 
     def after(self, delay_s: float) -> None:
         """Ring once after this delay; infinite means never."""
         if self._timer is not None:
             self._timer.stop()
             self._timer = None
-        if delay_s != float("inf"):
-            self._timer = self._app.set_timer(max(delay_s, 0.001), self._call)
+        if delay_s != math.inf:
+            delay_s = max(delay_s, 0.001)
+            self._due_s = time.monotonic() + delay_s
+            self._timer = self._app.set_timer(delay_s, self._ring)
+
+    def _ring(self) -> None:
+        if time.monotonic() - self._due_s > BUSY_S:
+            self.after(SETTLE_S)
+        else:
+            self._call()

@@ -12,7 +12,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Protocol
 
 from armdrive.errors import ArmError
-from armdrive.jog import Action, DeadMan, Disarm, Hold, Increment
+from armdrive.jog import GATE_S, Action, DeadMan, Disarm, Hold, Increment
 from tui.settings import Settings
 
 if TYPE_CHECKING:
@@ -47,11 +47,14 @@ class Jogging:
         clock: Callable[[], float],
         say: Callable[[str], None],
         settings: Callable[[], Settings],
+        age_s: Callable[[], float] = lambda: 0.0,
     ) -> None:
+        """`age_s` tells how long ago the key came that is being acted on."""
         self._arm = arm
         self._clock = clock
         self._say = say
         self._settings = settings
+        self._age_s = age_s
         self._deadman = DeadMan()
         self._active_s = clock()
         self._button = ""
@@ -78,11 +81,11 @@ class Jogging:
         if self._settings().pair_of(key) is None:
             self._say(f"no axis of this arm is moved by the key {key}")
             return
-        now_s = self._clock()
+        came_s = self._clock() - self._age_s()
         if self.armed:
-            self._active_s = now_s
+            self._active_s = came_s
         self.lift()
-        self._apply(self._deadman.press(key, now_s))
+        self._apply(self._deadman.press(key, came_s))
 
     def tick(self) -> None:
         """Let the dead-man's time pass, and the mouse's."""
@@ -152,8 +155,9 @@ class Jogging:
         for action in actions:
             self._tell(partial(self.carry_out, action))
         if self.alarm is not None:
-            due_s = self.next_s()
-            self.alarm.after(math.inf if due_s == math.inf else due_s - self._clock())
+            delay_s = self.next_s() - self._clock()
+            # what came with a key that is acted on late has yet to be acted on
+            self.alarm.after(max(delay_s, GATE_S) if self._deadman.gated else delay_s)
 
     def _tell(self, call: Callable[[], None]) -> None:
         try:

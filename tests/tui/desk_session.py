@@ -1,5 +1,7 @@
 """A desk on a headless terminal, driven key by key."""
 
+import math
+
 from desk_fake import Clock, FakeArm
 
 from tui.desk import Desk
@@ -13,6 +15,8 @@ class Session:
         self.arm = arm or FakeArm()
         self.clock = Clock()
         self.desk = Desk(self.arm, braille=True, clock=self.clock, **more)
+        self.desk.key_age_s = lambda: 0.0  # keys come when they are pressed, by the test's clock
+        self.desk.ABSENT_S = math.inf  # however busy this computer is
         self._running = self.desk.run_test(size=size)
 
     async def __aenter__(self):

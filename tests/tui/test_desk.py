@@ -452,3 +452,44 @@ async def test_a_flaw_in_a_call_is_said_and_leaves_the_desk_alive():
         assert "please report it: TypeError: a word too many" in session.text("remarks")
         await session.press("space")
         assert session.arm.asked("stop")
+
+
+async def test_keys_that_a_busy_desk_acts_on_late_are_judged_by_when_they_came():
+    """Repeats that come at once, and are acted on one by one, are backlog all the same."""
+    async with Session() as session:
+        await session.arm_keys()
+        await session.press("w")
+        await session.press("w", after_s=0.4)
+        session.clock.now_s += 0.03
+        session.tick()
+        session.clock.now_s += 0.9
+        session.arm.calls.clear()
+        came_s = session.clock.now_s
+        session.desk.place.hand._age_s = lambda: session.clock.now_s - came_s
+        for _ in range(5):
+            await session.press("w", after_s=0.2)
+        assert session.arm.asked("nudge") == session.arm.asked("hold") == []
+        assert not session.desk.armed
+
+
+async def test_a_key_acted_on_late_does_not_count_before_what_came_with_it():
+    async with Session() as session:
+        await session.arm_keys()
+        hand, rings = session.desk.place.hand, []
+        hand.alarm = type("Alarm", (), {"after": lambda _, delay_s: rings.append(delay_s)})()
+        await session.press("w")
+        hand.release()
+        hand._age_s = lambda: 0.5
+        await session.press("w", after_s=1.0)
+        assert rings[-1] >= 0.03
+
+
+async def test_a_desk_that_was_suspended_has_dead_keys_when_it_wakes():
+    async with Session() as session:
+        await session.arm_keys()
+        session.desk.ABSENT_S = 1.0
+        session.desk._alive_s -= 1.5
+        await session.press("w")
+        assert session.arm.asked("nudge") == []
+        assert not session.desk.armed
+        assert "stood still for" in session.text("remarks")

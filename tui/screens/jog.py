@@ -47,7 +47,11 @@ class JogScreen(DeskScreen):
         super().__init__()
         desk = self.desk
         self.hand = Jogging(
-            desk.arm, clock=desk.clock, say=desk.say, settings=lambda: self.desk.settings
+            desk.arm,
+            clock=desk.clock,
+            say=desk.say,
+            settings=lambda: self.desk.settings,
+            age_s=desk.key_age_s,
         )
         self.hand.alarm = Alarm(desk, self.hand.tick)
         self._load = Load()
