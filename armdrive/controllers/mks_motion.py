@@ -88,6 +88,7 @@ class MksMotion(MksArriving):
             drive.advance(self.now_s)
             if drive.moving or abs((drive.seen or 0) - drive.target) > self.reach:
                 drive.rest_at(drive.seen or 0, self.now_s)
+            drive.gap.forget()  # whatever it missed while it stood, its count was read since
         return None
 
     # -- steering -----------------------------------------------------------------------------
