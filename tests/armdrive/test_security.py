@@ -197,6 +197,7 @@ def test_what_an_arm_file_names_is_never_started():
     ]
     assert sorted(loaders) == [
         "__init__.py",
+        "cli/can.py",
         "cli/config.py",
         "cli/running.py",
         "draw/picture.py",

@@ -16,9 +16,13 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 import desk
 import desk_ends
 import desk_release
+from amounts import THOROUGH
 from feel_keys import Press
 
+real_time = pytest.mark.skipif(not THOROUGH, reason="takes a minute of real time")
 
+
+@real_time
 def test_the_arm_stands_when_its_desk_is_killed(capsys, monkeypatch):
     monkeypatch.setattr(desk_ends, "ENDS", desk_ends.ENDS[:1])
     desk_ends.main(["teachmover", "--quick", "--json"])
@@ -29,6 +33,7 @@ def test_the_arm_stands_when_its_desk_is_killed(capsys, monkeypatch):
     assert code["kept"]
 
 
+@real_time
 def test_starts_and_keys_stand_beside_their_floors(monkeypatch):
     bare, floor, ours = desk.starting(rounds=1).rows
     assert 0.0 < bare.value < ours.value

@@ -310,7 +310,8 @@ def test_the_dialogs_of_the_log(snap_compare, keys):
 
 async def _polled(pilot):
     pilot.app.poll()
-    await pilot.pause()
+    for _ in range(3):  # a dialog is laid out after it was opened, and the screen below it before
+        await pilot.pause()
 
 
 # -- the words alone --------------------------------------------------------------------------
