@@ -303,14 +303,20 @@ def test_the_log_screen(snap_compare, size):
 @pytest.mark.parametrize("keys", [["enter"], ["e"], ["slash", "b", "a", "s", "e"]])
 def test_the_dialogs_of_the_log(snap_compare, keys):
     session = Session(storied())
-    assert snap_compare(
-        session.desk, press=["f7", *keys], terminal_size=(80, 24), run_before=_polled
-    )
+
+    async def opened(pilot):
+        await pilot.press("f7")
+        await _polled(pilot)
+        await pilot.press(*keys)
+        await _polled(pilot)
+
+    assert snap_compare(session.desk, terminal_size=(80, 24), run_before=opened)
 
 
 async def _polled(pilot):
-    pilot.app.poll()
-    for _ in range(3):  # a dialog is laid out after it was opened, and the screen below it before
+    """Have the desk look until everything is on the screen that there is."""
+    for _ in range(4):
+        pilot.app.poll()
         await pilot.pause()
 
 

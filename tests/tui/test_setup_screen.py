@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import pytest
+from desk_planner import settled
 from setup_session import FILE, ROBKO, SetupSession, found_at, written
 
 from armdrive import places
@@ -160,10 +161,7 @@ def test_the_setup_screen(snap_compare, size, what, monkeypatch):
     async def ready(pilot):
         for key in ("f5", *SHOWN[what]):
             await pilot.press(key)
-            await pilot.app.workers.wait_for_complete()
-            await pilot.pause()
-        pilot.app.poll()
-        await pilot.pause()
+            await settled(pilot)
 
     assert snap_compare(session.desk, terminal_size=size, run_before=ready)
     session.simulated.arm.close()
