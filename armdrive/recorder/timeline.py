@@ -7,7 +7,6 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from armdrive.recorder.entries import Entry, Kind
-from armdrive.recorder.messages import talk
 
 if TYPE_CHECKING:
     from armdrive.recorder.judging import Parting
@@ -36,6 +35,8 @@ class Teller:
     """Puts entries into words, one after another: a message may come in several pieces."""
 
     def __init__(self, dialect: str) -> None:
+        from armdrive.recorder.messages import talk  # every codec, and words for each
+
         self._talk = talk(dialect)
         self._splitter = self._talk.splitter()
 
