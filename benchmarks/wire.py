@@ -24,20 +24,20 @@ ECHO = "import os, sys\nend = int(sys.argv[1])\nwhile True: os.write(end, os.rea
 
 
 class Counted:
-    """Counts the bytes that pass a driver's wire, both ways."""
+    """Counts the bytes that pass a driver's wire, each way."""
 
     def __init__(self, arm: Arm) -> None:
-        self.bytes = 0
+        self.sent = self.heard = 0
         link = arm.engine.link
         write, read = link.write, link.read
 
         def counted_write(data: bytes, now_s: float) -> None:
-            self.bytes += len(data)
+            self.sent += len(data)
             write(data, now_s)
 
         def counted_read(now_s: float) -> bytes:
             data = read(now_s)
-            self.bytes += len(data)
+            self.heard += len(data)
             return data
 
         link.write, link.read = counted_write, counted_read  # type: ignore[method-assign]
@@ -86,7 +86,7 @@ def wire(rounds: int = 200) -> Section:
     with _both_ends() as (arm, echo):
         counted = Counted(arm)
         arm.read_inputs()
-        exchanged = counted.bytes
+        exchanged = counted.sent + counted.heard
         baud = arm.config.connection.baud
         taken = interleaved({"read": arm.read_inputs, "echo": echo.exchange}, rounds)
     floor_s = exchanged * BITS_A_BYTE / baud

@@ -20,6 +20,7 @@ from typing import ClassVar
 
 from feel import Figures, Measured, Options, report
 from feel_benches import DenseMemoryBench, DensePtyBench, knows_lines
+from wire import Counted
 
 from armdrive.arm import Arm
 from armdrive.budget import BITS_A_CHARACTER, Budget
@@ -50,26 +51,6 @@ class QuickBench(DenseMemoryBench):
     """Looked at every ms, lest a short pause is missed."""
 
     look_s: ClassVar[float] = 0.001
-
-
-class Counted:
-    """Counts the bytes that pass a driver's wire, each way."""
-
-    def __init__(self, arm: Arm) -> None:
-        self.sent = self.heard = 0
-        link = arm.engine.link
-        write, read = link.write, link.read
-
-        def counted_write(data: bytes, now_s: float) -> None:
-            self.sent += len(data)
-            write(data, now_s)
-
-        def counted_read(now_s: float) -> bytes:
-            data = read(now_s)
-            self.heard += len(data)
-            return data
-
-        link.write, link.read = counted_write, counted_read  # type: ignore[method-assign]
 
 
 def path() -> list[Move]:
