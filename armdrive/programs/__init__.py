@@ -1,1 +1,1 @@
-"""Programs: a small language over the calls of an arm, and what runs, rehearses and resumes them."""
+"""Programs: a small language over the calls of an arm, and what runs and rehearses them."""

@@ -1,9 +1,9 @@
-"""What a program asks of an arm, one act at a time: the seam between a program and what performs it.
+"""What a program asks of an arm, act by act: the seam between a program and its performer.
 
-A program's machine gives acts; a performer carries each out and gives the machine its answer. Acts
-are whole when they are given: places are absolute, numbers are computed, so that an act that was
-interrupted can be written down, and be done again from wherever it broke off. Units: mm, deg where a
-name says so, s; `speed` is a fraction of the limits.
+A program's machine gives acts; a performer carries each out and gives the machine its answer.
+Acts are whole when given: places are absolute, numbers are computed, so that an act that was
+interrupted can be written down, and be done again from wherever it broke off. Units: mm, deg where
+a name says so, s; `speed` is a fraction of the limits.
 """
 
 from __future__ import annotations
