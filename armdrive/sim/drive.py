@@ -115,8 +115,9 @@ class Drive(Generic[R]):
         self._driven = Motors(counts)
 
     def _follow(self, now_s: float) -> None:
-        counts = Motors(self.rack.positions(now_s))
-        if counts != self._driven:
+        positions = self.rack.positions(now_s)
+        if positions != self._driven:
+            counts = Motors(positions)
             steps = counts - self._driven
             self._driven = counts
             self.world.drive(steps, now_s)
