@@ -22,7 +22,7 @@ from armdrive.controllers.requests import (
     Reply,
     Silence,
 )
-from firmware_protocol.mks import TARGET_MAX, Event, MotorState, MoveAbsoluteAxis
+from firmware_protocol.mks import TARGET_MAX, Event, MotorState
 
 ARRIVE_POLL_S = 0.015
 """How often drives that should arrive are looked at."""
@@ -37,19 +37,7 @@ Ending = Generator[float, Event | None, Reply]
 
 
 class MksArriving(MksContact):
-    """Sends drives somewhere, and sees to it that they get there."""
-
-    def send(self, node: int, target: int, rpm: int, acc: int) -> None:
-        """Send a drive to a count, at a speed and by a ramp."""
-        self.put_motion(node, MoveAbsoluteAxis(target, rpm, acc))
-        self.drive(node).send_to(target, rpm, acc, self.now_s)
-
-    def put_motion(self, node: int, message: MoveAbsoluteAxis) -> None:
-        """Say a motion; what the host still waits for of older ones is not waited for."""
-        for earlier in self._host.unanswered(node):
-            if isinstance(earlier, MoveAbsoluteAxis):
-                self._host.forget(node, earlier)
-        self.put(node, message)
+    """Sees to it that drives get where they were sent."""
 
     def arrive(self, expected_s: float, let_go: Callable[[], bool]) -> Ending:
         """Wait until every drive that was sent somewhere stands there."""

@@ -1,18 +1,20 @@
 """How MKS drives are brought to a stand-still, and how it is seen that they stand.
 
 By a speed of zero with the drive's ramp, or at once where that was asked for. That a drive stands
-is believed when its state says so and its encoder twice the same.
+is believed when its state says so and its encoder twice the same. One that pushes against something
+then is eased.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Generator, Iterable
 from dataclasses import replace
 
 from armdrive.abilities import Abilities
 from armdrive.controllers.mks_drive import Drive, shared_acc
+from armdrive.controllers.mks_easing import MksEasing
 from armdrive.controllers.mks_settings import MksSettings
-from armdrive.controllers.mks_talk import MksTalk
 from armdrive.controllers.requests import Alert, AlertKind, Denied, Progress, Silence
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.mks import (
@@ -46,7 +48,7 @@ ALL_MUTE_LOOKS = 10
 """So many are given to drives that all are silent: then it is the computer that is late, mostly."""
 
 
-class MksStopping(MksTalk):
+class MksStopping(MksEasing):
     """The ways to a stand-still, and what may keep a drive from moving."""
 
     able: frozenset[Ability] = frozenset()
@@ -83,8 +85,27 @@ class MksStopping(MksTalk):
 
         Who is `doubtful` alerts where one came to rest off its way: nobody else looks for that.
         """
-        said_s, left, last = self.now_s, set(nodes), dict[int, int | None]()
         given_up_s = began_s + 2.0 * self.ramp_s + 20.0 * self.settings.answer_s + 0.5
+        left = yield from self._brake(nodes, given_up_s, hard=hard, doubtful=doubtful)
+        pushing = yield from self.ease([node for node in nodes if node not in left])
+        for node, off in pushing.items():
+            if doubtful:
+                self.tell(Alert(AlertKind.ASTRAY, self.pressing_words(self.drive(node), off)))
+        if pushing:
+            left |= yield from self._brake(pushing, given_up_s, again_s=math.inf)
+        return self._unstopped(left, began_s)
+
+    def _brake(
+        self,
+        nodes: Collection[int],
+        given_up_s: float,
+        *,
+        hard: bool = False,
+        doubtful: bool = False,
+        again_s: float = STOP_AGAIN_S,
+    ) -> Generator[float, Event | None, set[int]]:
+        """Wait until drives stand, and say a stop `again_s` later; return those that do not."""
+        said_s, left, last = self.now_s, set(nodes), dict[int, int | None]()
         self._mute.clear()
         while left and self.now_s < given_up_s:
             asked_s = self.now_s
@@ -99,11 +120,11 @@ class MksStopping(MksTalk):
                     left.discard(node)
             if any(self._mute.get(node, 0) >= MUTE_LOOKS for node in left):
                 break
-            if left and self.now_s >= said_s + STOP_AGAIN_S:
+            if left and self.now_s >= said_s + again_s:
                 said_s = self.now_s
                 self._say_stop(left, hard)
             yield from self._wait(asked_s + STOP_POLL_S)
-        return self._unstopped(left, began_s)
+        return left
 
     def _stands(
         self, node: int, heard: Event | None, last: dict[int, int | None], doubtful: bool

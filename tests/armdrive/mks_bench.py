@@ -15,7 +15,10 @@ from armdrive.dialects import DIALECTS
 from armdrive.sim.mks_motor import SetPoint
 from firmware_protocol.frames import Frame, Unpacker, pack
 from firmware_protocol.mks import (
+    ANGLE_ERROR_PER_TURN,
+    COUNTS_PER_TURN,
     Ability,
+    AngleErrorRead,
     ArmSynchronous,
     Asked,
     ClearStall,
@@ -32,6 +35,7 @@ from firmware_protocol.mks import (
     Mode,
     MoveAbsoluteAxis,
     Outcome,
+    ReadAngleError,
     ReadEnabled,
     ReadEncoder,
     ReadHoming,
@@ -115,6 +119,9 @@ class Node:
         match asked.request:
             case ReadEncoder():
                 return self.device.answer(asked, EncoderRead(self.at(now_s)))
+            case ReadAngleError():
+                error = round(-self.slipped * ANGLE_ERROR_PER_TURN / COUNTS_PER_TURN)
+                return self.device.answer(asked, AngleErrorRead(error))
             case ReadState():
                 state = StateRead(self.motor.state(now_s))
                 return self.device.answer(asked, state)

@@ -1,0 +1,127 @@
+"""A shaft that is blocked while its drive stops: the drive pushes no more, and it is said."""
+
+from __future__ import annotations
+
+import pytest
+from mks_bench import MksBench
+from test_mks_arm import ready
+from test_mks_controller_motion import along, straight
+
+from armdrive.controllers.requests import AlertKind, Denied, Halted
+from armdrive.errors import ArmError
+from armdrive.status import State, Trust
+from firmware_protocol.mks import MoveAbsoluteAxis, ReadAngleError, decode_request
+
+
+def stopped_while_blocked(motor, *, after_s, hard=False, **settings):
+    """Return an arm that was stopped in motion just after one of its shafts was blocked."""
+    arm = ready(**settings)
+    handle = arm.move_j(base_deg=60, shoulder_deg=60, elbow_deg=-50, wait=False)
+    arm.sleep(0.7)
+    (arm.estop if hard else arm.request_stop)()
+    arm.sleep(after_s)
+    arm.twin.faults.add("stall", str(motor))
+    arm.sleep(1.0)
+    with pytest.raises(ArmError):
+        handle.wait()
+    return arm
+
+
+@pytest.mark.parametrize("motor", [1, 2, 3])
+@pytest.mark.parametrize("after_s", [0.0, 0.02, 0.04])
+def test_a_shaft_that_was_blocked_in_a_stop_does_not_spring_when_it_is_free(motor, after_s):
+    arm = stopped_while_blocked(motor, after_s=after_s)
+    stood = arm.twin.world.motors
+    arm.twin.faults.end()
+    arm.sleep(3.0)
+    assert arm.twin.world.motors == stood
+    assert (stood - arm.status.acknowledged).largest <= 8
+
+
+def test_what_pressed_against_a_stop_is_named_and_the_arm_works_again_once_it_was_looked_at():
+    arm = stopped_while_blocked(1, after_s=0.0)
+    assert arm.status.state is State.ERROR_STOP
+    assert arm.status.trust is Trust.SUSPECT
+    assert "drive 1 (base)" in arm.status.trust_reason
+    assert "pressed" in arm.status.trust_reason
+    arm.twin.faults.end()
+    arm.reset()
+    world = arm.twin.world
+    arm.declare_posture(world.joints, opening_mm=world.opening_mm)
+    arm.move_j(base_deg=10)
+    assert arm.twin.world.motors == arm.status.acknowledged
+
+
+def test_a_blocked_motion_that_is_ended_leaves_nothing_that_springs():
+    arm = ready()
+    arm.twin.device.at(arm.pace.now_s() + 0.4, lambda: arm.twin.faults.add("stall", "2"))
+    with pytest.raises(ArmError):
+        arm.move_j(shoulder_deg=60)
+    stood = arm.twin.world.motors
+    arm.twin.faults.end()
+    arm.sleep(3.0)
+    assert arm.twin.world.motors == stood
+
+
+def press(bench, number, counts):
+    """Have something hold a shaft aside of where its drive wants it."""
+    bench.node(number).slipped = counts
+
+
+def eased(bench, number, since_s):
+    """Return where a drive was sent since a moment."""
+    orders = (
+        (frame.can_id, decode_request(frame)) for at_s, frame in bench.sent if at_s >= since_s
+    )
+    return [
+        order.counts
+        for node, order in orders
+        if node == number and isinstance(order, MoveAbsoluteAxis)
+    ]
+
+
+def stopped(bench, after_s=0.3):
+    bench.begin(along(straight(20)))
+    bench.run(after_s)
+    bench.controller.stop(hard=False)
+    return bench.now_s
+
+
+@pytest.mark.parametrize(("counts", "sent"), [(-700, True), (700, True), (5, False), (-8, False)])
+def test_only_who_is_off_by_more_than_rest_allows_is_told_to_stay(counts, sent):
+    bench = MksBench(starts=(50_000,) * 6).ready()
+    asked_s = stopped(bench)
+    press(bench, 1, counts)
+    assert isinstance(bench.finish(), Halted)
+    orders = eased(bench, 1, asked_s)
+    assert bool(orders) == sent
+    assert [alert.kind for alert in bench.alerts()] == [AlertKind.ASTRAY] * sent
+    assert all(abs(order - bench.node(1).motor.at(bench.now_s)) <= 1 for order in orders)
+    assert not any(eased(bench, node, asked_s) for node in (2, 3, 4, 5, 6))
+
+
+def test_a_drive_that_pushes_whatever_it_is_told_is_told_once_and_not_followed_away():
+    bench = MksBench(starts=(50_000,) * 6).ready()
+    asked_s = stopped(bench)
+    press(bench, 1, -700)  # of a shaft that always hangs so far behind
+    bench.finish()
+    assert len(eased(bench, 1, asked_s)) == 1
+
+
+def test_a_drive_that_tells_no_error_of_its_angle_is_stopped_all_the_same():
+    bench = MksBench(starts=(50_000,) * 6).ready()
+
+    def loses(frame, host):
+        return host and isinstance(decode_request(frame), ReadAngleError)
+
+    bench.loses = loses
+    stopped(bench)
+    assert isinstance(bench.finish(), Halted)
+    assert not bench.alerts()
+
+
+def test_who_is_blocked_and_resting_far_off_is_told_of_once():
+    bench = MksBench(starts=(50_000,) * 6).ready()
+    bench.node(1).blocked = True
+    assert isinstance(bench.do(along(straight(20))), Denied)
+    assert len(bench.alerts()) == 1
