@@ -24,6 +24,11 @@ class Conducting(Connected):
         self.pace.wake()
 
     @property
+    def paused(self) -> bool:
+        """Whether somebody wants the arm to wait: `status.paused`, cheap to ask for."""
+        return self.core.tempo.paused
+
+    @property
     def speed_override(self) -> float:
         """The share of the speed asked for that the arm goes with, from 0.01 to 1.
 

@@ -1,0 +1,216 @@
+"""Carries the acts of a program out on an arm, by the public calls of that arm alone.
+
+A stop ends the program at whatever moment it comes, also between two acts; an act that it broke off
+has no answer and is the next one again. While somebody has paused the arm, no act begins.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, Protocol
+
+from armdrive.errors import BadRequest, Stopped
+from armdrive.points import Point
+from armdrive.programs.acts import (
+    Act,
+    Answer,
+    AwaitInputs,
+    Delay,
+    Fingers,
+    Go,
+    Grasp,
+    Hold,
+    Home,
+    Look,
+    Outputs,
+    ReadInput,
+    Ready,
+    Remember,
+    Say,
+    Seen,
+)
+from kinematics import Joints, Pose
+
+if TYPE_CHECKING:
+    from armdrive.arm import Arm
+
+SLICE_S = 0.05
+"""Waits are cut into slices of this length, on the arm's clock, so that a stop ends them."""
+
+POLL_S = 0.05
+"""While a program waits for inputs, they are read so often, on the arm's clock."""
+
+MOST_LINES = 8
+"""Inputs and outputs are numbered from 1 to this."""
+
+BREATH_S = 0.02
+"""A paused program looks so often whether it may go on, in real time."""
+
+
+class Person(Protocol):
+    """Whoever is at the terminal of a program that runs."""
+
+    def say(self, text: str) -> None:
+        """Show a line of text."""
+
+    def hold(self, text: str, over: Callable[[], bool]) -> None:
+        """Wait until the person lets the program go on, or `over()` says that nobody waits."""
+
+
+class Performer:
+    """Carries out acts on one arm, for one run of a program.
+
+    `since` is the arm's `stops` when the run was decided on: a later one ends it with `Stopped`.
+    `outputs` is what is known of the output bits where the arm itself has not been told any.
+    """
+
+    def __init__(
+        self, arm: Arm, person: Person, *, since: int | None = None, outputs: int = 0
+    ) -> None:
+        self.arm = arm
+        self.person = person
+        self._stops = arm.stops if since is None else since
+        self._outputs = outputs
+        self._deeds: Mapping[type[Any], Callable[[Any], Answer]] = {
+            Go: self._go,
+            Fingers: self._fingers,
+            Grasp: self._grasp,
+            Ready: self._ready,
+            Home: self._home,
+            Delay: self._delay,
+            AwaitInputs: self._await_inputs,
+            Hold: self._hold,
+            Outputs: self._switch,
+            ReadInput: self._read_input,
+            Look: self._look,
+            Remember: self._remember,
+            Say: self._say,
+        }
+
+    def perform(self, act: Act) -> Answer:
+        """Carry out an act and wait for its end; return its answer.
+
+        Raises `Stopped`, what the arm's calls raise, and `kinematics.KinematicsError`.
+        """
+        self.wait_while_paused()
+        answer = self._deeds[type(act)](act)
+        self.require_no_stop()
+        return answer
+
+    def require_no_stop(self) -> None:
+        """Raise `Stopped` where a stop was asked for since the run began."""
+        if self.arm.stops != self._stops:
+            raise Stopped("the program was stopped")
+
+    def wait_while_paused(self) -> None:
+        """Wait, in real time, for as long as somebody wants the arm to stand."""
+        self.require_no_stop()
+        while self.arm.paused:
+            time.sleep(BREATH_S)
+        self.require_no_stop()  # a stop ends a pause, too
+
+    @property
+    def outputs(self) -> int:
+        """The output bits as they are known to be."""
+        told = self.arm.status.outputs
+        return self._outputs if told is None else told
+
+    # -- what moves the arm -------------------------------------------------------------------
+
+    def _go(self, act: Go) -> None:
+        if act.opening_mm is not None:
+            self.arm.gripper.move(act.opening_mm, speed=act.speed)
+            self.require_no_stop()
+        how = "line" if act.line else "joint"
+        handle = self.arm.go(place_of(act, self.arm), how=how, speed=act.speed)
+        if self.arm.stops != self._stops:  # it came before there was anything to stop
+            handle.cancel()
+        handle.wait()
+
+    def _fingers(self, act: Fingers) -> None:
+        if act.opening_mm is None:
+            self.arm.gripper.open(speed=act.speed)
+        else:
+            self.arm.gripper.move(act.opening_mm, speed=act.speed)
+
+    def _grasp(self, _: Grasp) -> float:
+        return self.arm.gripper.grasp()
+
+    def _ready(self, act: Ready) -> None:
+        self.arm.park(speed=act.speed)
+
+    def _home(self, _: Home) -> None:
+        if not self.arm.core.position_known:
+            self.arm.home()
+
+    # -- what waits ---------------------------------------------------------------------------
+
+    def _delay(self, act: Delay) -> None:
+        now_s = self.arm.pace.now_s
+        end_s = now_s() + act.time_s
+        while (left_s := end_s - now_s()) > 0.0:
+            self.arm.sleep(min(left_s, SLICE_S))
+            paused_s = now_s()
+            self.wait_while_paused()
+            end_s += now_s() - paused_s  # what passes in a pause is no part of the delay
+
+    def _await_inputs(self, act: AwaitInputs) -> bool:
+        high, low = bits_of(act.high), bits_of(act.low)
+        left_s = act.within_s
+        while True:
+            self.wait_while_paused()
+            bits = self.arm.read_inputs()
+            if bits & high == high and not bits & low:
+                return True
+            if left_s is not None and left_s <= 0.0:
+                return False
+            pause_s = POLL_S if left_s is None else min(POLL_S, left_s)
+            self.arm.sleep(pause_s)
+            left_s = None if left_s is None else left_s - pause_s
+
+    def _hold(self, act: Hold) -> None:
+        self.person.hold(act.text, lambda: self.arm.stops != self._stops)
+
+    # -- what does neither --------------------------------------------------------------------
+
+    def _switch(self, act: Outputs) -> None:
+        bits = self.outputs & ~bits_of(act.off) | bits_of(act.on)
+        self.arm.set_outputs(bits)
+        self._outputs = bits
+
+    def _read_input(self, act: ReadInput) -> bool:
+        return bool(self.arm.read_inputs() & bits_of((act.number,)))
+
+    def _look(self, _: Look) -> Seen:
+        status = self.arm.status
+        return Seen(self.arm.pose, self.arm.joints.deg, status.gripper_mm)
+
+    def _remember(self, act: Remember) -> None:
+        self.arm.points[act.name] = Point(joints_of(act.joints_deg, self.arm), act.opening_mm)
+
+    def _say(self, act: Say) -> None:
+        self.person.say(act.text)
+
+
+def bits_of(numbers: tuple[int, ...]) -> int:
+    """Return the bits of inputs or outputs that are counted from 1. Raises `BadRequest`."""
+    for number in numbers:
+        if not 1 <= number <= MOST_LINES:
+            raise BadRequest(f"inputs and outputs are counted from 1 to {MOST_LINES}, not {number}")
+    return sum(1 << number - 1 for number in set(numbers))
+
+
+def place_of(act: Go, arm: Arm) -> Pose | Point:
+    """Return where an act leads to, as the arm's own calls take it."""
+    return act.goal if isinstance(act.goal, Pose) else Point(joints_of(act.goal, arm))
+
+
+def joints_of(angles_deg: Mapping[str, float], arm: Arm) -> Joints:
+    """Return a posture by the names of the arm's joints. Raises `BadRequest` for other ones."""
+    names = arm.model.arm.joint_names
+    if set(angles_deg) != set(names):
+        raise BadRequest(
+            f"a place of this arm says {', '.join(names)}, not {', '.join(angles_deg) or 'nothing'}"
+        )
+    return Joints.of(*(angles_deg[name] for name in names), names=names)
