@@ -1,0 +1,182 @@
+"""A program rehearsed on the arm's twin: the same acts by the same code, before anything moves.
+
+What the twin cannot know is assumed, and said: inputs, the width of what is grasped, a position
+that nobody knows. A refusal is part of the answer.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from armdrive.errors import ArmError, Refused
+from armdrive.programs.acts import Act, Answer, AwaitInputs, Delay, Machine
+from armdrive.programs.progress import LOOPS_REHEARSED, Took
+from armdrive.programs.rehearsing import Assumption, Assumptions, Rehearser
+from armdrive.programs.running import FOR_EVER, Run, Source, Step
+from armdrive.programs.twins import knows_its_world, rehearsing_arm
+from kinematics.errors import KinematicsError
+
+if TYPE_CHECKING:
+    from armdrive.arm import Arm
+    from armdrive.armfile import ArmConfig
+    from kinematics.arm_geometry import Point
+
+MOST_ACTS = 20_000
+"""A rehearsal that has come so far is long enough; programs may run for ever."""
+
+MOST_S = 24 * 3600.0
+"""So much of the arm's time is rehearsed at most."""
+
+MOST_REAL_S = 60.0
+"""So long a person waits for a rehearsal at most."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rehearsal:
+    """What a rehearsal found.
+
+    `loops` are its acts, a list a loop, with what each took; `refusal` is what it was refused
+    with, in the step `at`. `whole` is False where it was cut short: the program may never end.
+    `share` of its speed was what the arm went with, `path` are the tip's points in mm, where they
+    were asked for.
+    """
+
+    loops: tuple[tuple[Took, ...], ...]
+    assumptions: tuple[Assumption, ...] = ()
+    refusal: Exception | None = None
+    at: Step | None = None
+    whole: bool = True
+    share: float = 1.0
+    path: tuple[Point, ...] = field(default=(), repr=False)
+
+    @property
+    def took_s(self) -> float:
+        """How long the rehearsed loops took, on the arm's clock."""
+        return sum(each.took_s for loop in self.loops for each in loop)
+
+    @property
+    def in_doubt(self) -> bool:
+        """Whether the refusal follows from an assumption, perhaps."""
+        return any(each.matters for each in self.assumptions)
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """What is to be rehearsed, and on which assumptions.
+
+    `inputs` say which inputs, counted from 1, are on and off; `width_mm` how wide is what the
+    fingers find where no block is known, None for nothing. With `settle`, a position that nobody
+    knows is assumed. With `traced` the tip's path is kept.
+    """
+
+    source: Source
+    loops: int = 1
+    loop: int = 1
+    machine: Callable[[], Machine] | None = None
+    inputs: Mapping[int, bool] = field(default_factory=dict)
+    width_mm: float | None = None
+    outputs: int = 0
+    settle: bool = False
+    traced: bool = False
+
+
+class _TooLong(Exception):
+    """The rehearsal has come far enough."""
+
+
+class _Watch:
+    """Notes what every act took, and ends what goes on for too long."""
+
+    def __init__(self, assumptions: Assumptions) -> None:
+        self.loops: dict[int, list[Took]] = {}
+        self._assumptions = assumptions
+        self._acts, self._took_s = 0, 0.0
+        self._until_s = time.monotonic() + MOST_REAL_S
+
+    def begins(self, step: Step, machine: Machine) -> None:  # noqa: ARG002 - as every onlooker
+        """Say where the program is, to what is assumed there."""
+        too_many = self._acts >= MOST_ACTS or self._took_s > MOST_S
+        if too_many or time.monotonic() > self._until_s:
+            raise _TooLong
+        self._assumptions.mark = step.stage.mark
+
+    def ended(self, step: Step, answer: Answer, took_s: float) -> None:
+        """Keep what it took."""
+        took_s = _waited_s(step.stage.act, answer, took_s)
+        self._acts += 1
+        self._took_s += took_s
+        self.loops.setdefault(step.loop, []).append(Took(step.stage, took_s))
+
+
+def _waited_s(act: Act, answer: Answer, took_s: float) -> float:
+    """Return what an act takes, of which a rehearsal sleeps only through the beginning."""
+    if isinstance(act, Delay):
+        return act.time_s
+    if isinstance(act, AwaitInputs) and answer is False:
+        return act.within_s or 0.0
+    return took_s
+
+
+def rehearse(config: ArmConfig, arm: Arm | None, plan: Plan) -> Rehearsal:
+    """Rehearse a program on the twin of an arm. Sends nothing to the arm itself.
+
+    Without `arm` it cannot be asked where it stands. Raises what reading the program raises, and
+    `ArmError` for a twin that cannot be made.
+    """
+    assumptions = Assumptions()
+    with rehearsing_arm(config, arm, assumptions.note if plan.settle else None) as twin:
+        rehearser = Rehearser(
+            twin,
+            assumptions,
+            inputs=plan.inputs,
+            width_mm=plan.width_mm,
+            invents=not knows_its_world(arm),
+            traced=plan.traced,
+            outputs=plan.outputs,
+        )
+        watch = _Watch(assumptions)
+        last = LOOPS_REHEARSED + plan.loop - 1
+        loops = last if plan.loops == FOR_EVER else min(plan.loops, last)
+        machine = None if plan.machine is None else plan.machine()
+        run = Run(plan.source, rehearser, [watch], loops=loops, loop=plan.loop, machine=machine)
+        refusal, whole = _carried_out(run)
+    return Rehearsal(
+        tuple(tuple(watch.loops.get(number, ())) for number in range(1, loops + 1)),
+        tuple(assumptions.found),
+        refusal,
+        run.at if refusal is not None else None,
+        whole,
+        twin.speed_override,
+        tuple(rehearser.path),
+    )
+
+
+def _carried_out(run: Run) -> tuple[Exception | None, bool]:
+    """Carry a rehearsal out; return what it was refused with, and whether it came to an end."""
+    try:
+        run.carry_out()
+    except _TooLong:
+        return None, False
+    except (ArmError, KinematicsError) as refusal:
+        return refusal, True
+    return None, True
+
+
+def require_rehearsed(rehearsal: Rehearsal, *, anyway: bool) -> None:
+    """Raise what a rehearsal was refused with, unless that may only follow from an assumption.
+
+    Such a one is raised as a `Refused` that says so, unless the caller wants to go on `anyway`.
+    """
+    if rehearsal.refusal is None:
+        return
+    if not rehearsal.in_doubt:
+        raise rehearsal.refusal
+    if not anyway:
+        first = next(each for each in rehearsal.assumptions if each.matters)
+        raise Refused(
+            f"the rehearsal failed: {rehearsal.refusal}. It had assumed that {first}; say what is "
+            "so with --input and --assume-width, or run it all the same with --yes"
+        ) from rehearsal.refusal

@@ -1,0 +1,102 @@
+"""A scripted machine for tests of what runs programs, and a pick-and-place program of acts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from armdrive.connecting import connect_simulated, simulated_config
+from armdrive.programs.acts import Fingers, Go, Grasp, Mark, Ready, Stage
+from armdrive.programs.performing import Performer
+from armdrive.sim.blocks import Block
+from armdrive.sim.twin import make_twin
+from kinematics import Pose
+
+
+class ScriptedMachine:
+    """Gives its stages one after the other; remembers what was answered."""
+
+    def __init__(self, stages, at=0, answers=()):
+        self.stages = stages
+        self.at = at
+        self.answers = list(answers)
+
+    def next(self):
+        return self.stages[self.at] if self.at < len(self.stages) else None
+
+    def answer(self, answer):
+        self.answers.append(answer)
+        self.at += 1
+
+    def snapshot(self):
+        return {"at": self.at, "answers": [each for each in self.answers if each is not None]}
+
+
+@dataclass
+class Script:
+    """A source of scripted machines; the acts stand in lines 1, 2, 3 ..."""
+
+    acts: tuple[Any, ...]
+    made: list[ScriptedMachine] = field(default_factory=list)
+
+    @property
+    def stages(self):
+        return [Stage(act, Mark(number, 1, "t.arm")) for number, act in enumerate(self.acts, 1)]
+
+    def machine(self):
+        self.made.append(ScriptedMachine(self.stages))
+        return self.made[-1]
+
+    def restored(self, snapshot):
+        return ScriptedMachine(self.stages, snapshot["at"], snapshot["answers"])
+
+
+@dataclass
+class Listener:
+    """A person who writes down, and lets everything go on at once."""
+
+    said: list[str] = field(default_factory=list)
+    held: list[str] = field(default_factory=list)
+
+    def say(self, text):
+        self.said.append(text)
+
+    def hold(self, text, over):
+        self.held.append(text)
+
+
+def down(x, y, z):
+    return Pose.of(x_mm=x, y_mm=y, z_mm=z, pitch_deg=-90)
+
+
+def up(x, y):
+    return Go(down(x, y, 80))
+
+
+PICK_AND_PLACE = (
+    Go(down(250, 60, 80), opening_mm=60.0),
+    Go(down(250, 60, 15), line=True, speed=0.7),
+    Grasp(),
+    Go(down(250, 60, 80), line=True),
+    Go(down(250, -60, 80)),
+    Go(down(250, -60, 16), line=True),
+    Fingers(55.0),
+    Go(down(250, -60, 80), line=True),
+    Ready(),
+)
+"""Carries block A from y 60 to y -60."""
+
+BLOCK = Block("A", 250.0, 60.0, 0.0, 30.0, 30.0)
+
+
+def table_arm(dialect="teachmover", *blocks):
+    """Return a referenced simulated arm with blocks on its table."""
+    config = simulated_config(dialect)
+    arm = connect_simulated(config, twin=make_twin(config, blocks=blocks))
+    arm.enable()
+    arm.home()
+    return arm
+
+
+def performer(arm, person=None):
+    return Performer(arm, person or Listener())
