@@ -15,15 +15,18 @@
     +-- DeviceFault               6   the controller said no, or something else than expected
     |   +-- NoAnswer              6   the deadline passed without an answer
     |   +-- PositionMismatch      6   the read-back differs from what was commanded
+    |   +-- ProgramHalfWritten    6   a program did not come into the arm's memory whole
     +-- LinkError                 4
     |   +-- PortUnavailable       4   the port cannot be opened
     |   +-- LinkLost              4   the wire broke
     +-- ArmFileError              2   an arm file that cannot be used
     +-- PointsFileError           2   a file of points that cannot be used
     |   +-- PointsChanged         2   somebody else has changed a point meanwhile
+    +-- PendantFileError          2   a file of a pendant's program that cannot be used
     +-- StateFileError            1   a state file that cannot be used
     +-- RecordingError            2   a recording that cannot be used
     +-- KeyFileError              2   a file of the desk's keys that cannot be used
+    +-- ProgramError              2   a program that cannot be read, or that cannot go on
 
 A goal that cannot be reached is kinematics' own `Unreachable`, and ends with 3. What each means for
 the arm and what to do stands in armdrive/catalogue, by `error.code`.
@@ -34,6 +37,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, ClassVar
 
 if TYPE_CHECKING:
+    from armdrive.programs.acts import Mark
+    from armdrive.programs.problems import Problem
     from kinematics.spaces import Pose
 
 
@@ -137,6 +142,21 @@ class PositionMismatch(DeviceFault):
     """The controller's registers are not where the acknowledged motion should have left them."""
 
 
+class ProgramHalfWritten(DeviceFault):
+    """A program was not brought into the arm's own memory whole, or reads otherwise there.
+
+    `written` are the numbers of the rows that are in the arm, `doubtful` of those that may be, or
+    read otherwise; the others are as they were before.
+    """
+
+    def __init__(
+        self, message: str, *, written: tuple[int, ...], doubtful: tuple[int, ...]
+    ) -> None:
+        self.written = written
+        self.doubtful = doubtful
+        super().__init__(message)
+
+
 class LinkError(ArmError):
     """Something is wrong with the wire."""
 
@@ -167,6 +187,12 @@ class PointsChanged(PointsFileError):
     """A point or a sequence was changed in the file since it was read: nothing was written."""
 
 
+class PendantFileError(ArmError):
+    """A file of a pendant's program that cannot be used; the message names the line."""
+
+    exit_code = 2
+
+
 class StateFileError(ArmError):
     """A saved state that cannot be used; the message says why."""
 
@@ -181,3 +207,20 @@ class KeyFileError(ArmError):
     """A file of the desk's keys that cannot be used; the message names the row or the key."""
 
     exit_code = 2
+
+
+class ProgramError(ArmError):
+    """A program that cannot be read, or a line of it that cannot be carried out.
+
+    `mark` is the first place that is wrong, None where no place is; `problems` are all of them.
+    The message has the lines, with a caret under the place.
+    """
+
+    exit_code = 2
+
+    def __init__(
+        self, message: str, *, mark: Mark | None = None, problems: tuple[Problem, ...] = ()
+    ) -> None:
+        self.mark = mark
+        self.problems = problems
+        super().__init__(message)

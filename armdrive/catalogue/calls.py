@@ -105,6 +105,22 @@ REQUESTS = (
         "Nothing was opened, nothing moved.",
         "Correct the line that the sentence names; `armdrive jog --show-keys` lists what has keys.",
     ),
+    Entry(
+        "E112", "PendantFileError", "a file of a pendant's program that cannot be used",
+        "A line of it is no row of a program, a number does not fit into the arm's memory, or a "
+        "row stands there twice.",
+        "Nothing was sent, nothing moved; the arm's memory is as it was.",
+        "Correct the line that the sentence names; `armdrive pendant read FILE` shows the form.",
+    ),
+    Entry(
+        "E113", "ProgramError", "a program that cannot be used",
+        "A line of it cannot be read, names what there is not, or came to where it cannot go on: "
+        "a division by zero, a wait that was given up, something that it expected and is not so.",
+        "What cannot be read moves nothing. A program that ended under way leaves the arm where "
+        "the line before brought it.",
+        "Correct the place under the caret, or what the sentence says of the arm; docs/programs.md "
+        "has every word.",
+    ),
 )  # fmt: skip
 
 REFUSALS = (
