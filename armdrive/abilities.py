@@ -30,7 +30,8 @@ class Abilities:
     `jog_burst_s` and `planned_burst_s` are the longest motion sent at once, by default; an arm
     file accepts longer planned bursts with `motion.planned_burst_s`. `traffic` is what one of them
     puts on the wire (budget.py). `register_bits` is the width at which position registers wrap;
-    `ramp_s` and `jerk_s` are how gently planned motion begins and ends by default.
+    `ramp_s` and `jerk_s` are how gently planned motion begins and ends by default. `program_rows`
+    is how many rows of a program of its own it can keep at most; 0: it keeps none.
     """
 
     motors: int
@@ -51,3 +52,4 @@ class Abilities:
     register_bits: int
     ramp_s: float = 0.0
     jerk_s: float = 0.0
+    program_rows: int = 0

@@ -12,6 +12,7 @@ from typing import Any, Self
 from armdrive.calls.conducting import Conducting
 from armdrive.calls.foreseeing import Foreseeing
 from armdrive.calls.jogging import Jogging
+from armdrive.calls.pendant import Pendant
 from armdrive.calls.reconnecting import Reconnecting
 from armdrive.calls.routing import Routing
 from armdrive.calls.verifying import Verifying
@@ -24,15 +25,15 @@ from armdrive.status import State
 
 
 @witnessed
-class Arm(Verifying, Routing, Foreseeing, Jogging, Reconnecting, Conducting):
+class Arm(Verifying, Routing, Foreseeing, Jogging, Reconnecting, Conducting, Pendant):
     """One arm, connected. Make one with `Arm.connect`; use it in a `with` statement."""
 
     @classmethod
     def connect(cls, target: str = "sim:teachmover", **options: Any) -> Arm:
         """Connect to an arm by the name of its arm file, a port with `dialect=`, or `sim:NAME`.
 
-        Options: `dialect`, `baud`, `pace` ("simulated", "real", or a factor of real time for a
-        simulated arm), `allow_restored`, `operator`, `reconnect` (look for a lost wire until it is
+        Options: `dialect`, `baud`, `pace` ("simulated", "real", a factor of real time, or a
+        `SimulatedClock` that several simulated arms share), `allow_restored`, `operator`, `reconnect` (look for a lost wire until it is
         back; by default as the arm file says). With `ARMDRIVE_FORCE_SIM=1` in the
         environment every arm is its simulated twin. Raises `PortUnavailable`, `ArmFileError`,
         `BadRequest`, `NoAnswer`.

@@ -138,6 +138,7 @@ DIALECTS: Mapping[str, Dialect] = MappingProxyType(
                 planned_burst_s=0.15,
                 traffic=Traffic(line_chars=36, answer_chars=2),
                 register_bits=16,
+                program_rows=64,
             ),
             settings=_teachmover_settings,
             controller=_teachmover,

@@ -97,6 +97,12 @@ CONTROLLERS = (
         LATCHED + " The controller vouches for the position.",
         "Look at the arm, then `reset`.",
     ),
+    Entry(
+        "E505", "ProgramHalfWritten", "a program is not whole in the arm's memory",
+        "Writing the arm's own program was broken off, or it reads otherwise than it was written.",
+        "Nothing moved. The sentence says which rows are in the arm, and which may be.",
+        "Write the program again before it is run at the pendant.",
+    ),
 )  # fmt: skip
 
 BYTES = (

@@ -19,6 +19,7 @@ from armdrive.controllers.grbl_plan import Way, trapezoid_s
 from armdrive.controllers.grbl_settings import GrblSettings
 from armdrive.controllers.grbl_stops import AGAIN_S, HELD
 from armdrive.controllers.grbl_talk import Answering, refusal
+from armdrive.controllers.program_requests import ReadProgram, WriteRow
 from armdrive.controllers.requests import (
     ClearFault,
     Denied,
@@ -123,6 +124,8 @@ class GrblController(GrblMotion, GrblContact):
                 return (yield from self._home(groups))
             case SwitchOn() | ClearFault():
                 return (yield from self.clear())
+            case ReadProgram() | WriteRow():
+                return Denied("a GRBL board keeps no program of its own", moved=False)
 
     # -- reading ------------------------------------------------------------------------------
 

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from enum import Enum
 
+from armdrive.controllers.program_requests import Program, ReadProgram, WriteRow
 from armdrive.controllers.settings import Settings
 from kinematics.spaces import Motors
 
@@ -114,7 +115,7 @@ class MendSetting:
 
 Request = (
     MoveBy | MoveAlong | ReadPosition | SetOutputs | SetGripper | DropCurrent | SwitchOn
-    | ClearFault | HomeDevice | ReadSettings | MendSetting
+    | ClearFault | HomeDevice | ReadSettings | MendSetting | ReadProgram | WriteRow
 )  # fmt: skip
 
 # -- what is answered ---------------------------------------------------------------------------
@@ -202,7 +203,7 @@ NO_KEY = "NONE"
 """What `Registers.key` says while no key has been pressed."""
 
 
-Reply = Done | Halted | Interrupted | Denied | Silence | Registers | Settings
+Reply = Done | Halted | Interrupted | Denied | Silence | Registers | Settings | Program
 
 # -- what nobody asked --------------------------------------------------------------------------
 

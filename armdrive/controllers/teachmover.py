@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 from armdrive.abilities import Abilities
 from armdrive.controllers.controller import Stopping
+from armdrive.controllers.program_requests import ReadProgram, WriteRow
 from armdrive.controllers.requests import (
     ClearFault,
     Denied,
@@ -29,6 +30,7 @@ from armdrive.controllers.requests import (
 from armdrive.controllers.scripted import BITS_A_BYTE, Scripted
 from armdrive.controllers.settings import Settings
 from armdrive.controllers.speed import SpeedMeter, SpeedTable
+from armdrive.controllers.teachmover_memory import Dump
 from armdrive.errors import Refused
 from armdrive.sections import within
 from firmware_protocol.teachmover import (
@@ -37,6 +39,8 @@ from firmware_protocol.teachmover import (
     Completed,
     Host,
     Key,
+    ProgramRow,
+    QWrite,
     Read,
     Reset,
     Status,
@@ -103,6 +107,7 @@ class TeachMoverController(Scripted[HostEvent]):
         self._table = SpeedTable(settings.speed_table)
         self._meter = SpeedMeter(self._table, settings.speed_doubt)
         self._outputs: int | None = None
+        self._heard_s = 0.0
         self._met = not settings.careful_contact
 
     def script(self, request: Request) -> Generator[float, HostEvent | None, Reply]:
@@ -111,9 +116,11 @@ class TeachMoverController(Scripted[HostEvent]):
             return Done()
         if isinstance(request, ReadSettings):
             return Settings()
-        command = self._command(request)
+        command = None if isinstance(request, ReadProgram) else self._command(request)
         if not self._met:
             yield from self._meet()
+        if command is None:
+            return (yield from self._dump())
         data = self._host.send(command)
         began_s = self.now_s
         self.say(data, data.decode("ascii").strip())
@@ -127,6 +134,24 @@ class TeachMoverController(Scripted[HostEvent]):
             return self.silence(began_s)
         timely = self._measure(command, motion_s, self.now_s - began_s - wire_s)
         return self._reply(heard, timely)
+
+    def receive(self, data: bytes, now_s: float) -> None:
+        """Take bytes from the arm, and note when: a silence is what ends a dump."""
+        if data:
+            self._heard_s = now_s
+        super().receive(data, now_s)
+
+    def _dump(self) -> Generator[float, HostEvent | None, Reply]:
+        """Ask for the program in the arm's memory, and wait until no more of it comes."""
+        dump = Dump(self._host, self._byte_s, self._settings.answer_margin_s)
+        began_s = self._heard_s = self.now_s
+        self.say(dump.data, dump.data.decode("ascii").strip())
+        yield from dump.wait(began_s, lambda: self.now_s, lambda: self._heard_s)
+        reply = dump.reply()
+        if reply is None:
+            self.give_up()
+            return self.silence(began_s)
+        return reply
 
     def _meet(self) -> Generator[float, HostEvent | None, None]:
         """Say the first line, and wait for whatever comes: a `0`, or nothing at all."""
@@ -183,6 +208,8 @@ class TeachMoverController(Scripted[HostEvent]):
                 return step
             case DropCurrent():
                 return Reset()
+            case WriteRow(words):
+                return QWrite(ProgramRow.from_words(words))
             case _:
                 raise Refused(f"a TeachMover knows no {type(request).__name__}")
 

@@ -19,6 +19,7 @@ CALLS = (
     "jog_j", "jog_l", "hold", "nudge", "release",
     "enable", "disable", "reset", "estop", "mend_settings", "set_outputs", "read_inputs",
     "grasp", "feel", "verify", "pause", "resume",
+    "read_pendant_program", "write_pendant_program",
 )  # fmt: skip
 """The methods of an arm or of its gripper whose calls are noted."""
 

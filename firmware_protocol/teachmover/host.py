@@ -98,6 +98,11 @@ class Host:
         return self._command
 
     @property
+    def dumping(self) -> bool:
+        """Whether the rows of a QDUMP are coming in, so that `end_dump` may be called."""
+        return self._awaits is Due.ROWS
+
+    @property
     def buffered(self) -> int:
         """How many received bytes are held."""
         return self._lines.buffered

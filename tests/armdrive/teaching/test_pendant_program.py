@@ -1,0 +1,250 @@
+"""The program in a TeachMover's own memory: read, written, and what goes wrong on the way."""
+
+from dataclasses import replace
+
+import pytest
+from faults import FaultyLink, Rule, garbled, instead, lost, ready_arm
+from hypothesis import given
+from hypothesis import strategies as st
+
+from armdrive import Arm
+from armdrive.connecting import connect_simulated, find
+from armdrive.dialects import DIALECTS
+from armdrive.errors import (
+    BadRequest,
+    DeviceFault,
+    LinkLost,
+    NoAnswer,
+    ProgramHalfWritten,
+    Refused,
+    Stopped,
+    WrongState,
+)
+from armdrive.status import State, Trust
+from armdrive.teaching.pendantrows import PendantProgram
+from firmware_protocol.teachmover import ProgramRow
+
+NUMBERS = st.integers(0, 65535)
+COUNTS = st.integers(-(1 << 15), (1 << 15) - 1)
+ROWS = st.builds(
+    ProgramRow,
+    NUMBERS,
+    st.integers(0, 255),
+    st.tuples(*[COUNTS] * 6),
+    st.integers(0, 255),
+)
+PROGRAMS = st.lists(ROWS, max_size=12, unique_by=lambda row: row.number).map(
+    lambda rows: PendantProgram(tuple(sorted(rows, key=lambda row: row.number)))
+)
+
+
+def program(*numbers: int, origin: tuple[int, ...] | None = None) -> PendantProgram:
+    rows = tuple(ProgramRow.move(n, 200, (100 * n, -7 * n, n, 0, -n, 50)) for n in numbers)
+    return PendantProgram(rows, origin)
+
+
+def spied() -> tuple[Arm, FaultyLink]:
+    arm = ready_arm()
+    return arm, arm.twin.link
+
+
+def memory(arm: Arm) -> dict[int, ProgramRow]:
+    return dict(arm.twin.device.memory)
+
+
+@given(PROGRAMS)
+def test_what_is_written_is_read_back_word_for_word_and_nothing_moves(rows):
+    with Arm.connect("sim:teachmover") as arm:
+        before = arm.twin.world.motors
+        assert arm.write_pendant_program(rows) == len(rows.rows)
+        assert arm.read_pendant_program().words == rows.words
+        assert arm.twin.world.motors == before
+        assert arm.status.state is State.STANDBY
+
+
+def test_rows_that_are_there_already_are_not_written_again():
+    arm, link = spied()
+    with arm:
+        arm.write_pendant_program(program(1, 2, 3))
+        changed = PendantProgram((*program(1, 2).rows, ProgramRow.move(3, 90, (0,) * 6)))
+        link.sent.clear()
+        assert arm.write_pendant_program(changed) == 1
+        assert len(link.named(b"@QWRITE")) == 1
+
+
+def test_an_arm_without_a_program_has_none_of_no_rows():
+    with Arm.connect("sim:teachmover") as arm:
+        assert arm.read_pendant_program().rows == ()
+
+
+@pytest.mark.parametrize(
+    "dialect", [name for name, row in DIALECTS.items() if name != "teachmover"]
+)
+def test_a_controller_without_a_program_says_so_before_a_byte(dialect):
+    with Arm.connect(f"sim:{dialect}") as arm:
+        sent = arm.engine.bytes_sent
+        with pytest.raises(Refused, match="keeps no program"):
+            arm.read_pendant_program()
+        with pytest.raises(Refused, match="keeps no program"):
+            arm.write_pendant_program(program(1))
+        assert arm.engine.bytes_sent == sent
+
+
+def test_the_rows_of_a_full_memory_are_read_whole():
+    with Arm.connect("sim:teachmover") as arm:
+        arm.write_pendant_program(program(*range(1, 51)))
+        assert len(arm.read_pendant_program().rows) == 50
+        with pytest.raises(BadRequest, match="65 rows are more"):
+            arm.write_pendant_program(program(*range(1, 66)))
+
+
+def test_a_full_memory_says_which_rows_are_in_it():
+    with Arm.connect("sim:teachmover") as arm, pytest.raises(ProgramHalfWritten) as caught:
+        arm.write_pendant_program(program(*range(1, 53)))
+    assert caught.value.written == tuple(range(1, 51))
+    assert caught.value.doubtful == (51,)
+    assert "rows 1 to 50 in the arm, row 51 perhaps; row 52 as before" in str(caught.value)
+
+
+def test_rows_of_other_numbers_are_not_left_to_run_with_the_new_ones_unless_said():
+    with Arm.connect("sim:teachmover") as arm:
+        arm.write_pendant_program(program(1, 2, 3, 4))
+        before = memory(arm)
+        with pytest.raises(Refused, match="rows 3 to 4 besides"):
+            arm.write_pendant_program(program(1, 2))
+        assert memory(arm) == before
+        arm.write_pendant_program(program(1, 2), leave_others=True)
+        assert list(memory(arm)) == [1, 2, 3, 4]
+
+
+def test_a_digit_that_was_turned_in_a_dump_is_noticed():
+    arm, link = spied()
+    with arm:
+        rows = program(1, 2, 3)
+        arm.write_pendant_program(rows)
+        link.back.append(Rule(b"2,", garbled(-3, ord("7")), times=1))
+        assert arm.read_pendant_program().words == rows.words
+        assert not link.back[0].applies(b"2,")  # it was turned, once
+
+
+def test_a_row_that_is_always_disturbed_makes_no_program():
+    arm, link = spied()
+    with arm:
+        arm.write_pendant_program(program(1, 2, 3))
+        link.back.append(Rule(b"2,", garbled(3), times=99))
+        with pytest.raises(DeviceFault, match="cannot be read"):
+            arm.read_pendant_program()
+        assert arm.status.state is State.STANDBY
+        assert arm.status.trust is Trust.REFERENCED
+
+
+def test_a_row_that_was_lost_on_the_wire_is_written_again():
+    arm, link = spied()
+    with arm:
+        link.to.append(Rule(b"@QWRITE 2,", lost, times=1))
+        arm.write_pendant_program(program(1, 2, 3))
+        assert list(memory(arm)) == [1, 2, 3]
+
+
+def test_a_row_that_came_otherwise_into_the_arm_is_named():
+    arm, link = spied()
+    with arm:
+        other = ProgramRow.move(2, 10, (0,) * 6)
+        line = b"@QWRITE " + b",".join(b"%d" % word for word in other.words) + b"\r"
+        link.to.append(Rule(b"@QWRITE 2,", instead(line), times=1))
+        with pytest.raises(ProgramHalfWritten, match="reads otherwise") as caught:
+            arm.write_pendant_program(program(1, 2, 3))
+        assert (caught.value.written, caught.value.doubtful) == ((1, 3), (2,))
+
+
+def test_a_cable_pulled_in_the_middle_of_writing_names_the_rows():
+    arm, link = spied()
+    link.on_write = lambda data: link.cut() if data.startswith(b"@QWRITE 3,") else None
+    with pytest.raises(ProgramHalfWritten) as caught, arm:
+        arm.write_pendant_program(program(1, 2, 3, 4, 5))
+    assert caught.value.written == (1, 2)
+    assert caught.value.doubtful == (3,)
+    assert isinstance(caught.value.__cause__, LinkLost)
+    assert "plug in" in str(caught.value)
+
+
+def test_an_arm_that_falls_silent_in_the_middle_is_given_up_and_the_rows_named():
+    arm, link = spied()
+    with arm:
+        link.to += [Rule(b"@QWRITE 2,", lost, times=99), Rule(b"@READ", lost, times=99)]
+        with pytest.raises(ProgramHalfWritten) as caught:
+            arm.write_pendant_program(program(1, 2, 3))
+        assert caught.value.written == (1,)
+        assert isinstance(caught.value.__cause__, NoAnswer)
+        assert arm.status.state is State.ERROR_STOP
+
+
+def test_a_stop_ends_writing_between_two_rows():
+    arm, link = spied()
+    with arm:
+        link.on_write = lambda data: arm.request_stop() if data.startswith(b"@QWRITE 2,") else None
+        with pytest.raises(Stopped, match="rows 1 to 2 in the arm"):
+            arm.write_pendant_program(program(1, 2, 3, 4))
+        assert list(memory(arm)) == [1, 2]
+
+
+def test_chatter_without_an_end_is_no_program():
+    arm, link = spied()
+    with arm:
+        row = b"1,2,3,4,5,6,7,8\r"
+        link.back.append(Rule(b"1\r", instead(b"1\r", *[row] * 200), times=99))
+        with pytest.raises(DeviceFault, match="more than 64 rows"):
+            arm.read_pendant_program()
+        link.back.clear()
+        assert arm.read_pendant_program().rows == ()
+
+
+def test_nothing_is_asked_of_an_arm_in_error_stop():
+    with ready_arm() as arm:
+        arm.estop()
+        pytest.raises(WrongState, arm.read_pendant_program)
+
+
+def test_rows_read_under_another_reference_are_refused_until_they_are_shifted():
+    with Arm.connect("sim:teachmover") as arm:
+        arm.home()
+        arm.write_pendant_program(program(1, 2))
+        read = arm.read_pendant_program()
+        arm.move_j(base_deg=20.0)
+        arm.disable()  # @RESET: the registers count from here now
+        arm.enable()
+        arm.declare_posture(arm.twin.world.joints)
+        sent = arm.engine.bytes_sent
+        with pytest.raises(Refused, match="count from elsewhere"):
+            arm.write_pendant_program(read)
+        assert arm.engine.bytes_sent == sent
+        now = arm.read_pendant_program().origin
+        shifted = read.moved_to(now)
+        arm.write_pendant_program(shifted)
+        for old, new in zip(read.rows, shifted.rows, strict=True):
+            old_place = [a + b for a, b in zip(old.positions, read.origin, strict=True)]
+            assert [a + b for a, b in zip(new.positions, now, strict=True)] == old_place
+        arm.write_pendant_program(read.without_origin())
+        assert arm.read_pendant_program().words == read.words
+
+
+def test_an_arm_that_nobody_has_referenced_tells_no_origin():
+    with Arm.connect("sim:teachmover") as arm:
+        assert arm.read_pendant_program().origin is None
+        with pytest.raises(Refused, match="nobody knows what the registers counted from"):
+            program(1).moved_to((0,) * 6)
+
+
+def test_a_row_of_an_unknown_kind_is_kept_but_not_shifted():
+    odd = PendantProgram((ProgramRow(1, 200, (1, 2, 3, 4, 5, 6), kind=4),), (0,) * 6)
+    with pytest.raises(Refused, match="unknown kind"):
+        odd.moved_to((5,) * 6)
+    assert odd.moved_to((0,) * 6) is odd
+
+
+def test_the_dump_of_a_slow_wire_is_waited_for():
+    config = find("sim:teachmover").config
+    slow = replace(config, connection=replace(config.connection, baud=300))
+    with connect_simulated(slow) as arm:
+        arm.write_pendant_program(program(1, 2, 3, 4, 5))
+        assert len(arm.read_pendant_program().rows) == 5
