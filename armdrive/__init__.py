@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from armdrive.arm import Arm
+    from armdrive.clock import SimulatedClock
     from armdrive.drift import Drift, Verdict, Verified
     from armdrive.errors import (
         ArmError,
@@ -59,6 +60,7 @@ if TYPE_CHECKING:
 _HOMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "armdrive.arm": ("Arm",),
+        "armdrive.clock": ("SimulatedClock",),
         "armdrive.drift": ("Drift", "Verdict", "Verified"),
         "armdrive.errors": (
             "ArmError",
@@ -154,6 +156,7 @@ __all__ = [
     "Preview",
     "RecordingError",
     "Refused",
+    "SimulatedClock",
     "Space",
     "State",
     "StateFileError",

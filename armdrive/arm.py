@@ -33,10 +33,10 @@ class Arm(Verifying, Routing, Foreseeing, Jogging, Reconnecting, Conducting, Pen
         """Connect to an arm by the name of its arm file, a port with `dialect=`, or `sim:NAME`.
 
         Options: `dialect`, `baud`, `pace` ("simulated", "real", a factor of real time, or a
-        `SimulatedClock` that several simulated arms share), `allow_restored`, `operator`, `reconnect` (look for a lost wire until it is
-        back; by default as the arm file says). With `ARMDRIVE_FORCE_SIM=1` in the
-        environment every arm is its simulated twin. Raises `PortUnavailable`, `ArmFileError`,
-        `BadRequest`, `NoAnswer`.
+        `SimulatedClock` that several simulated arms share), `allow_restored`, `operator`,
+        `reconnect` (look for a lost wire until it is back; by default as the arm file says). With
+        `ARMDRIVE_FORCE_SIM=1` in the environment every arm is its simulated twin. Raises
+        `PortUnavailable`, `ArmFileError`, `BadRequest`, `NoAnswer`.
         """
         from armdrive.connecting import connect
 

@@ -11,6 +11,7 @@ from armdrive import places
 from armdrive.arm import Arm
 from armdrive.armfile import ArmConfig, config_of_preset, load_arm_file
 from armdrive.armsections import Connection
+from armdrive.clock import SimulatedClock
 from armdrive.dialects import DIALECTS, dialect
 from armdrive.errors import ArmFileError, BadRequest, PortUnavailable
 from armdrive.holding import hold
@@ -30,6 +31,9 @@ if TYPE_CHECKING:
     from armdrive.sim.twin import Twin
 
 SIM = "sim:"
+PaceChoice = str | float | SimulatedClock | SimulatedPace | None
+"""What `pace` may be: "simulated", "real", a factor of real time, a clock, or another arm's pace.
+"""
 SIM_PLANNED_BURST_S = 0.5
 """A simulated arm harms nobody: its planned bursts are longer than an unconfigured real arm's."""
 
@@ -93,7 +97,7 @@ def connect(
     *,
     dialect: str | None = None,
     baud: int | None = None,
-    pace: str | float | None = None,
+    pace: PaceChoice = None,
     allow_restored: bool = False,
     operator: Operator | None = None,
     twin: Twin | None = None,
@@ -121,7 +125,7 @@ def connect_simulated(
     config: ArmConfig,
     *,
     twin: Twin | None = None,
-    pace: str | float | None = None,
+    pace: PaceChoice = None,
     operator: Operator | None = None,
     recorder: Recorder | None = None,
     allow_restored: bool = False,
@@ -207,14 +211,20 @@ def _wanted(reconnect: bool | None, config: ArmConfig) -> bool:
     return config.connection.reconnect if reconnect is None else reconnect
 
 
-def _pace(pace: str | float | None) -> Pace:
-    if pace in (None, "simulated"):
+def _pace(pace: PaceChoice) -> Pace:
+    if pace is None or isinstance(pace, SimulatedClock):
+        return SimulatedPace(pace)
+    if isinstance(pace, SimulatedPace):
+        return SimulatedPace(pace.clock)
+    if pace == "simulated":
         return SimulatedPace()
     if pace == "real":
         return RealPace()
     if isinstance(pace, int | float) and pace > 0:
         return RealPace(speed=float(pace))
-    raise BadRequest(f'pace is "simulated", "real" or a factor of real time, not {pace!r}')
+    raise BadRequest(
+        f'pace is "simulated", "real", a factor of real time or a SimulatedClock, not {pace!r}'
+    )
 
 
 def _arm_file(name: str) -> Path | None:

@@ -1,29 +1,25 @@
 """Who calls the engine, and by which clock: a thread in real time, or whoever waits.
 
 `RealPace` runs one thread that sleeps on the wire until the engine's next deadline.
-`SimulatedPace` has no thread: a call that waits drives the engine and jumps from deadline to
-deadline, so that a script runs as fast as the computer can.
+`SimulatedPace` has no thread: a call that waits drives the engines on its clock and jumps from
+deadline to deadline, so that a script runs as fast as the computer can.
 """
 
 from __future__ import annotations
 
-import math
 import threading
 import time
 from collections.abc import Callable
 from typing import Protocol
 
+from armdrive.clock import SimulatedClock
 from armdrive.engine import Engine
 from armdrive.errors import ArmError
 from armdrive.lateness import Lateness
-from armdrive.signals import SignalsBetweenSteps
+from armdrive.strands import present
 
 LONGEST_SLEEP_S = 0.25
 """The real-time thread looks around at least this often."""
-
-STUCK_TURNS = 20_000
-"""So many turns of an engine within `STUCK_S` of simulated time are a flaw; real ones need tens."""
-STUCK_S = 1e-6
 
 ABSENT_S = 1.0
 """A round that took so long was suspended, or its computer was: what moves then is stopped.
@@ -55,64 +51,55 @@ class Pace(Protocol):
 
 
 class SimulatedPace:
-    """Time that passes only while somebody waits, as fast as the engine gets through it."""
+    """An arm's place in simulated time, which passes only while somebody waits.
 
-    def __init__(self) -> None:
-        self.lock = threading.RLock()
+    As fast as the engines get through it. Several arms may live on one clock.
+    """
+
+    def __init__(self, clock: SimulatedClock | None = None) -> None:
+        self.clock = clock or SimulatedClock()
+        self.lock = self.clock.lock
         self.lateness = Lateness()
-        self._now_s = 0.0
         self._engine: Engine | None = None
+
+    @property
+    def _now_s(self) -> float:
+        return self.clock.now_s
+
+    @_now_s.setter
+    def _now_s(self, now_s: float) -> None:
+        self.clock.now_s = now_s
 
     def now_s(self) -> float:
         """Return the simulated time."""
-        return self._now_s
+        return self.clock.now_s
 
     def start(self, engine: Engine) -> None:
         """Begin to drive an engine."""
         self._engine = engine
+        self.clock.add(engine)
 
     def wait(self, done: Callable[[], bool], timeout_s: float) -> bool:
         """Jump from deadline to deadline until `done()` or the time is over."""
-        end_s = self._now_s + timeout_s
-        since_s, turns = self._now_s, 0
-        with SignalsBetweenSteps() as signals:
-            while not done():
-                with self.lock:
-                    if self._engine is None:
-                        return False
-                    next_s = self._engine.advance(self._now_s)
-                    if done():
-                        break
-                    if self._now_s >= end_s:
-                        return False
-                    if math.isinf(next_s) and math.isinf(end_s):
-                        raise ArmError("the simulated arm has nothing left to do")
-                    self._now_s = max(self._now_s, min(next_s, end_s))
-                    turns += 1
-                    if self._now_s > since_s + STUCK_S:
-                        since_s, turns = self._now_s, 0
-                    elif turns > STUCK_TURNS:
-                        raise ArmError(_stuck(self._engine, self._now_s))
-                signals.deliver()
-        return True
+        end_s = self.clock.now_s + timeout_s
+        strand = present()
+        if strand is not None:
+            ended = strand.park(self.clock, lambda: done() or not self._there(), end_s)
+            if ended is not None:
+                return ended and (self._there() or done())
+        return self.clock.wait(done, end_s, self._there)
 
     def wake(self) -> None:
         """Nothing sleeps on simulated time."""
 
     def close(self) -> None:
         """Let go of the engine."""
-        self._engine = None
+        engine, self._engine = self._engine, None
+        if engine is not None:
+            self.clock.remove(engine)
 
-
-def _stuck(engine: Engine, now_s: float) -> str:
-    """Say who wants to go on at once, over and over."""
-    wanting = {"the wire": engine.link.next_s(), "the controller": engine.controller.next_s()}
-    who = [name for name, due_s in wanting.items() if due_s <= now_s + STUCK_S]
-    return (
-        f"simulated time does not pass at {now_s:.6f} s: {' and '.join(who) or 'a flow'} on "
-        f"{engine.link.description} wants to go on at once, again and again; `{engine.last_sent}` "
-        "was sent last. This is a flaw of armdrive: please report it"
-    )
+    def _there(self) -> bool:
+        return self._engine is not None
 
 
 def _drivable(engine: Engine) -> bool:
@@ -148,9 +135,11 @@ class RealPace:
 
     def wait(self, done: Callable[[], bool], timeout_s: float) -> bool:
         """Sleep until `done()` or the time is over."""
-        end_s = self.now_s() + timeout_s
+        end_s, strand = self.now_s() + timeout_s, present()
         with self._turn:
             while not done():
+                if strand is not None:
+                    strand.check()
                 if self._failure is not None:
                     raise ArmError(f"the engine's thread ended: {self._failure}")
                 left_s = (end_s - self.now_s()) / self._speed

@@ -1,0 +1,146 @@
+"""Several arms in one simulated time: whichever is waited for, it passes for all of them."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from armdrive import Arm, SimulatedClock
+from armdrive.errors import ArmError, LinkLost, Stopped
+from armdrive.status import State
+
+
+def two(clock, first="sim:teachmover", second="sim:robko01"):
+    """Return two referenced arms on one clock."""
+    arms = Arm.connect(first, pace=clock), Arm.connect(second, pace=clock)
+    for arm in arms:
+        arm.enable()
+        arm.home()
+    return arms
+
+
+def test_two_motions_that_were_begun_run_side_by_side():
+    clock = SimulatedClock()
+    a, b = two(clock, second="sim:teachmover")
+    began_s = clock.now_s
+    first, second = a.move_j(base_deg=60, wait=False), b.move_j(base_deg=60, wait=False)
+    first.wait()
+    second.wait()
+    both_s = clock.now_s - began_s
+    assert a.joints.deg["base"] == pytest.approx(60, abs=0.2)
+    assert b.joints.deg["base"] == pytest.approx(60, abs=0.2)
+
+    alone = []
+    for arm in (a, b):
+        began_s = clock.now_s
+        arm.move_j(base_deg=0)
+        alone.append(clock.now_s - began_s)
+    assert both_s == pytest.approx(max(alone), rel=0.1)
+    assert both_s < 0.6 * sum(alone)
+
+
+def test_both_are_in_motion_at_the_same_moment():
+    a, b = two(SimulatedClock())
+    for arm in (a, b):
+        arm.move_j(base_deg=60, wait=False)
+    a.sleep(1.0)
+    assert {a.status.state, b.status.state} == {State.MOVING}
+    assert a.status.time_s == b.status.time_s
+
+
+def test_an_arm_that_connects_later_begins_now_and_the_other_goes_on():
+    clock = SimulatedClock()
+    a = Arm.connect("sim:teachmover", pace=clock)
+    a.home()
+    a.sleep(100.0)
+    handle = a.move_j(base_deg=60, wait=False)
+    b = Arm.connect("sim:grbl", pace=a.pace)
+    assert b.status.time_s >= 100.0
+    b.sleep(60.0)
+    assert handle.done
+
+
+def test_closing_one_leaves_the_other_running():
+    clock = SimulatedClock()
+    a, b = two(clock)
+    handle = b.move_j(base_deg=60, wait=False)
+    a.close()
+    assert a.status.state is State.DISCONNECTED
+    assert len(clock.engines) == 1
+    handle.wait()
+    assert b.joints.deg["base"] == pytest.approx(60, abs=0.2)
+    with pytest.raises(LinkLost):
+        a.read_inputs()
+
+
+def test_stopping_one_stops_no_other():
+    a, b = two(SimulatedClock())
+    first, second = (arm.move_j(base_deg=60, wait=False) for arm in (a, b))
+    a.sleep(0.6)
+    a.stop()
+    with pytest.raises(Stopped):
+        first.wait()
+    second.wait()
+    assert b.joints.deg["base"] == pytest.approx(60, abs=0.2)
+
+
+def test_a_wire_that_is_lost_is_the_loss_of_one_arm():
+    a, b = two(SimulatedClock())
+    first, second = (arm.move_j(base_deg=60, wait=False) for arm in (a, b))
+    a.twin.link.unplug()
+    second.wait()
+    with pytest.raises(LinkLost):
+        first.wait()
+    assert b.status.state is State.STANDBY
+
+
+def test_arms_without_a_clock_in_common_do_not_wait_for_one_another():
+    a, b = Arm.connect("sim:teachmover"), Arm.connect("sim:teachmover")
+    a.sleep(50.0)
+    assert b.pace.now_s() < 1.0
+
+
+def test_the_same_program_gives_the_same_result_each_time():
+    def run():
+        clock = SimulatedClock()
+        a, b = two(clock, second="sim:grbl")
+        seen = []
+        handles = [arm.move_j(base_deg=50, shoulder_deg=30, wait=False) for arm in (a, b)]
+        while not all(handle.done for handle in handles):
+            a.sleep(0.1)
+            seen.append((clock.now_s, a.twin.world.motors, b.twin.world.motors))
+        return seen
+
+    first = run()
+    assert len(first) > 5
+    assert run() == first
+
+
+def test_a_pace_is_one_of_those_that_are_named():
+    with pytest.raises(ArmError, match="SimulatedClock"):
+        Arm.connect("sim:teachmover", pace="fast")
+    with pytest.raises(ArmError, match="real time"):
+        Arm.connect("socket://127.0.0.1:9", dialect="teachmover", pace=SimulatedClock())
+
+
+@pytest.mark.parametrize("creep_s", [0.0, 1e-15])
+def test_of_several_arms_the_one_is_named_that_lets_no_time_pass(creep_s):
+    clock = SimulatedClock()
+    a, b = two(clock)
+    link, inner_s = a.twin.link, a.twin.link.next_s
+    link.next_s = lambda: min(inner_s(), clock.now_s + creep_s)
+    with pytest.raises(ArmError, match="time does not pass") as raised:
+        b.sleep(1.0)
+    assert a.engine.link.description in str(raised.value)
+    assert b.engine.link.description not in str(raised.value)
+
+
+def test_a_wait_for_ever_is_an_error_once_nothing_is_left_to_do():
+    clock = SimulatedClock()
+    a, b = two(clock)
+    for arm in (a, b):
+        arm.twin.link.unplug()
+        arm.sleep(0.1)
+    with pytest.raises(ArmError, match="nothing left"):
+        a.pace.wait(lambda: False, math.inf)
