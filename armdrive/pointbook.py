@@ -150,6 +150,25 @@ class Points(MutableMapping[str, Point]):
 
         self._file.change(change)
 
+    def put_all(
+        self, points: Mapping[str, Point], sequences: Mapping[str, StepList], *, again: bool = False
+    ) -> None:
+        """Write points and sequences at once; with `again` also over others of those names.
+
+        Raises `BadRequest` for a name that is taken, and writes nothing then.
+        """
+
+        def change(taught: Taught) -> Taught:
+            taken = [name for name in points if name in taught.points]
+            taken += [name for name in sequences if name in taught.sequences]
+            if taken and not again:
+                raise BadRequest(
+                    f"there is {', '.join(taken)} already: take another name, or say --again"
+                )
+            return _with(taught, points=points, sequences=sequences)
+
+        self._file.change(change)
+
     def remove_sequence(self, name: str, *, instead_of: StepList | None) -> None:
         """Take a sequence away; see `put` for what raises `PointsChanged`."""
 

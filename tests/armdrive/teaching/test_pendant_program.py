@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 from faults import FaultyLink, Rule, garbled, instead, lost, ready_arm
 from hypothesis import given
-from hypothesis import strategies as st
+from pendant_programs import PROGRAMS, program
 
 from armdrive import Arm
 from armdrive.connecting import connect_simulated, find
@@ -23,24 +23,6 @@ from armdrive.errors import (
 from armdrive.status import State, Trust
 from armdrive.teaching.pendantrows import PendantProgram
 from firmware_protocol.teachmover import ProgramRow
-
-NUMBERS = st.integers(0, 65535)
-COUNTS = st.integers(-(1 << 15), (1 << 15) - 1)
-ROWS = st.builds(
-    ProgramRow,
-    NUMBERS,
-    st.integers(0, 255),
-    st.tuples(*[COUNTS] * 6),
-    st.integers(0, 255),
-)
-PROGRAMS = st.lists(ROWS, max_size=12, unique_by=lambda row: row.number).map(
-    lambda rows: PendantProgram(tuple(sorted(rows, key=lambda row: row.number)))
-)
-
-
-def program(*numbers: int, origin: tuple[int, ...] | None = None) -> PendantProgram:
-    rows = tuple(ProgramRow.move(n, 200, (100 * n, -7 * n, n, 0, -n, 50)) for n in numbers)
-    return PendantProgram(rows, origin)
 
 
 def spied() -> tuple[Arm, FaultyLink]:
@@ -134,8 +116,7 @@ def test_a_row_that_is_always_disturbed_makes_no_program():
         link.back.append(Rule(b"2,", garbled(3), times=99))
         with pytest.raises(DeviceFault, match="cannot be read"):
             arm.read_pendant_program()
-        assert arm.status.state is State.STANDBY
-        assert arm.status.trust is Trust.REFERENCED
+        assert (arm.status.state, arm.status.trust) == (State.STANDBY, Trust.REFERENCED)
 
 
 def test_a_row_that_was_lost_on_the_wire_is_written_again():
@@ -202,7 +183,8 @@ def test_chatter_without_an_end_is_no_program():
 def test_nothing_is_asked_of_an_arm_in_error_stop():
     with ready_arm() as arm:
         arm.estop()
-        pytest.raises(WrongState, arm.read_pendant_program)
+        with pytest.raises(WrongState):
+            arm.read_pendant_program()
 
 
 def test_rows_read_under_another_reference_are_refused_until_they_are_shifted():

@@ -1,0 +1,206 @@
+"""The program that an arm keeps in its own memory, for its pendant: into a file, and back.
+
+Nothing moves. A file can be read, compared and edited; every row comes back word for word.
+
+Examples:
+  armdrive pendant show                              what is in the arm, row by row
+  armdrive pendant read monday.pendant               into a file
+  armdrive pendant write monday.pendant              back, and read once more to be sure
+  armdrive pendant write monday.pendant --shift      after the arm was homed anew
+  armdrive pendant points monday.pendant stack       as points and a sequence `stack`
+
+Every action prints JSON with --json.
+
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Mapping
+from datetime import datetime
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+from armdrive.cli.choosing import (
+    add_allow_restored,
+    add_arm_options,
+    chosen_target,
+    connect_chosen,
+)
+from armdrive.cli.confirming import agreed, settle_trust
+from armdrive.cli.output import emit, say, say_which
+from armdrive.durable import DISK, replace_durably
+from armdrive.errors import BadRequest, OperatorNeeded, PendantFileError
+
+if TYPE_CHECKING:
+    from armdrive.arm import Arm
+    from armdrive.armfile import ArmConfig
+    from armdrive.teaching.pendantrows import PendantProgram
+
+Deed = Callable[[argparse.Namespace], int]
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the actions, each with its own options."""
+    actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
+    for name, (_, words, summary) in ACTIONS.items():
+        action = actions.add_parser(name, help=summary, description=summary)
+        for word in words:
+            action.add_argument(word, metavar=word.upper())
+        if name == "read":
+            action.add_argument("--force", action="store_true", help="overwrite another file")
+        if name == "write":
+            _add_write_options(action)
+        if name == "points":
+            action.add_argument("--again", action="store_true", help="write over what is there")
+        else:
+            add_allow_restored(action)
+        add_arm_options(action)
+
+
+def _add_write_options(action: argparse.ArgumentParser) -> None:
+    action.add_argument("--yes", action="store_true", help="do not ask before writing")
+    action.add_argument(
+        "--leave-others", action="store_true", help="let rows stay that the file does not have"
+    )
+    meant = action.add_mutually_exclusive_group()
+    meant.add_argument("--shift", action="store_true", help="so that rows lead where they led")
+    meant.add_argument("--as-is", action="store_true", help="the numbers, wherever they lead now")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Do what was asked for."""
+    deed, _, _ = ACTIONS[options.action]
+    return deed(options)
+
+
+def _read_from(options: argparse.Namespace) -> tuple[ArmConfig, PendantProgram]:
+    with _connected(options) as arm:
+        return arm.config, arm.read_pendant_program()
+
+
+def _connected(options: argparse.Namespace) -> Arm:
+    arm = connect_chosen(options, allow_restored=options.allow_restored)
+    try:
+        if not options.json:
+            say_which(arm.status)
+        settle_trust(arm)
+    except BaseException:
+        arm.close()
+        raise
+    return arm
+
+
+def _show(options: argparse.Namespace) -> int:
+    config, program = _read_from(options)
+    if options.json:
+        emit(_view(config, program))
+    else:
+        say(_text(config, program).rstrip("\n"))
+    return 0
+
+
+def _read(options: argparse.Namespace) -> int:
+    from armdrive.teaching.pendantfile import parse_pendant
+
+    path = Path(options.file)
+    if path.exists() and not options.force:
+        raise BadRequest(f"{path} is there already: name another file, or say --force")
+    config, program = _read_from(options)
+    text = _text(config, program)
+    if parse_pendant(text) != program:
+        raise PendantFileError("what was read does not fit into a file: nothing was written")
+    replace_durably(DISK, path.absolute(), text.encode("utf-8"))
+    if options.json:
+        emit({"file": str(path), **_view(config, program)})
+    else:
+        say(f"{len(program.rows)} rows are in {path} now")
+    return 0
+
+
+def _write(options: argparse.Namespace) -> int:
+    program = _from_file(Path(options.file))
+    with _connected(options) as arm:
+        if options.as_is:
+            program = program.without_origin()
+        if options.shift:
+            program = program.moved_to(arm.read_pendant_program().origin)
+        count = len(program.rows)
+        question = f"Write {count} rows into the memory of {arm.status.arm}? Nothing moves. yes: "
+        if not options.yes and (options.json or not agreed(question)):
+            raise OperatorNeeded("not confirmed, nothing was written: say --yes to write unasked")
+        written = arm.write_pendant_program(program, leave_others=options.leave_others)
+    if options.json:
+        emit({"rows": count, "written": written})
+    else:
+        say(f"{count} rows are in the arm: {written} written, and all read back as they should")
+    return 0
+
+
+def _points(options: argparse.Namespace) -> int:
+    from armdrive.pointbook import points_of
+    from armdrive.teaching.pendantmeaning import taught_by
+
+    config = chosen_target(options).config
+    program = _from_file(Path(options.file))
+    note = f"from the arm's own program, {Path(options.file).name}"
+    points, steps = taught_by(config, program, options.name, note)
+    book = points_of(config)
+    book.put_all(points, {options.name: steps}, again=options.again)
+    if options.json:
+        emit({"sequence": options.name, "points": list(points), "steps": len(steps.steps)})
+    else:
+        say(f"{options.name}: {len(steps.steps)} steps over {len(points)} points, in {book.path}")
+    return 0
+
+
+def _from_file(path: Path) -> PendantProgram:
+    from armdrive.teaching.pendantfile import LARGEST_BYTES, parse_pendant
+
+    try:
+        return parse_pendant(DISK.read(path, LARGEST_BYTES).decode("utf-8"))
+    except (PendantFileError, UnicodeDecodeError) as error:
+        raise PendantFileError(f"{path}: {error}") from None
+    except OSError as error:
+        raise PendantFileError(f"{path} cannot be read: {error.strerror or error}") from None
+
+
+def _text(config: ArmConfig, program: PendantProgram) -> str:
+    from armdrive.teaching.pendantfile import pendant_text
+    from armdrive.teaching.pendantmeaning import meaning
+
+    transmission = config.model.transmission
+    names = [motor.name for motor in transmission.motors] if transmission else []
+    when = f"{datetime.now():%Y-%m-%d %H:%M}"
+    meanings = [meaning(config, program, row) for row in program.rows]
+    return pendant_text(program, config.name, when, names, meanings)
+
+
+def _view(config: ArmConfig, program: PendantProgram) -> dict[str, Any]:
+    from armdrive.teaching.pendantmeaning import place_of
+    from armdrive.view import joints_view
+
+    rows = []
+    for row in program.rows:
+        place = place_of(config, program, row)
+        rows.append(
+            {
+                "row": row.number,
+                "words": list(row.words),
+                "joints": None if place is None else joints_view(place.joints),
+                "gripper_mm": None if place is None else round(place.opening_mm, 3),
+            }
+        )
+    return {"origin": program.origin, "rows": rows}
+
+
+ACTIONS: Mapping[str, tuple[Deed, tuple[str, ...], str]] = MappingProxyType(
+    {
+        "show": (_show, (), "print the program in the arm, row by row"),
+        "read": (_read, ("file",), "read the program out of the arm into a file"),
+        "write": (_write, ("file",), "write a file's rows into the arm, and read them back"),
+        "points": (_points, ("file", "name"), "make points and a sequence of a file's rows"),
+    }
+)
+"""Every action: what does it, the names that it wants, and its line of help."""

@@ -1,0 +1,26 @@
+"""Pendant programs for tests: any there may be, and plain ones."""
+
+from __future__ import annotations
+
+from hypothesis import strategies as st
+
+from armdrive.teaching.pendantrows import PendantProgram
+from firmware_protocol.teachmover import ProgramRow
+
+COUNTS = st.integers(-(1 << 15), (1 << 15) - 1)
+ROWS = st.builds(
+    ProgramRow,
+    st.integers(0, 65535),
+    st.integers(0, 255),
+    st.tuples(*[COUNTS] * 6),
+    st.integers(0, 255),
+)
+PROGRAMS = st.lists(ROWS, max_size=12, unique_by=lambda row: row.number).map(
+    lambda rows: PendantProgram(tuple(sorted(rows, key=lambda row: row.number)))
+)
+
+
+def program(*numbers: int) -> PendantProgram:
+    """Rows of these numbers, each to another place."""
+    rows = (ProgramRow.move(n, 200, (100 * n, -7 * n, n, 0, -n, 50)) for n in numbers)
+    return PendantProgram(tuple(rows))

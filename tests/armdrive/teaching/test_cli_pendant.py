@@ -1,0 +1,96 @@
+"""`armdrive pendant`: a program out of the arm, into a file, and back."""
+
+import io
+import sys
+
+import pytest
+from cli_calls import Caller
+
+from armdrive.teaching.pendantfile import FIRST_LINE
+
+ROWS = "move 1 240 100 -200 300 -400 500 -600\nraw 2 1 2 3 4 5 6 7\n"
+WORDS = [[1, 3841, 14436, 28716, 43252, 65280, 65025, 64769], [2, 1, 2, 3, 4, 5, 6, 7]]
+
+
+@pytest.fixture
+def call(capsys):
+    return Caller(capsys)
+
+
+@pytest.fixture
+def rows(tmp_path):
+    path = tmp_path / "rows.pendant"
+    path.write_text(f"{FIRST_LINE}\n{ROWS}", encoding="utf-8")
+    return path
+
+
+def words(call):
+    return [row["words"] for row in call("pendant", "show", "--json", code=0).json["rows"]]
+
+
+def test_a_file_goes_into_the_arm_and_comes_out_the_same(call, rows, tmp_path):
+    said = call("pendant", "write", str(rows), "--yes", code=0).out
+    assert "2 rows are in the arm: 2 written" in said
+    assert words(call) == WORDS
+    out = tmp_path / "again.pendant"
+    assert "2 rows are in" in call("pendant", "read", str(out), code=0).out
+    call("pendant", "write", str(out), "--yes", code=0)
+    assert words(call) == WORDS
+    assert "raw     2" in call("pendant", "show", code=0).out
+
+
+def test_a_file_that_is_there_is_not_overwritten_unless_said(call, rows):
+    before = rows.read_text(encoding="utf-8")
+    assert "already" in call.refused("pendant", "read", str(rows), code=2)
+    assert rows.read_text(encoding="utf-8") == before
+    call("pendant", "read", str(rows), "--force", code=0)
+    assert rows.read_text(encoding="utf-8") != before
+
+
+@pytest.mark.parametrize(("answer", "code"), [("no\n", 3), ("\n", 3), ("yes\n", 0)])
+def test_writing_asks_first(call, rows, monkeypatch, answer, code):
+    class Person(io.StringIO):
+        def isatty(self):
+            return True
+
+    monkeypatch.setattr(sys, "stdin", Person(answer))
+    call("pendant", "write", str(rows), code=code)
+    assert words(call) == (WORDS if code == 0 else [])
+
+
+def test_nobody_to_ask_is_a_no(call, rows):
+    assert "--yes" in call.refused("pendant", "write", str(rows), "--json", code=3)
+    assert words(call) == []
+
+
+def test_a_file_that_cannot_be_used_is_named_with_its_line(call, tmp_path):
+    path = tmp_path / "bad.pendant"
+    assert "cannot be read" in call.refused("pendant", "write", str(path), code=2)
+    path.write_text(f"{FIRST_LINE}\nmove 1\n", encoding="utf-8")
+    assert "line 2" in call.refused("pendant", "write", str(path), code=2)
+
+
+def test_an_arm_without_a_memory_says_so(call):
+    assert "keeps no program" in call.refused("pendant", "show", "--sim", "mks", "--json", code=3)
+
+
+def test_a_program_of_a_homed_arm_becomes_points_that_can_be_gone_to(call, tmp_path):
+    call("home", code=0)
+    path = tmp_path / "home.pendant"
+    path.write_text(f"{FIRST_LINE}\nmove 1 140 0 0 0 0 0 0\n", encoding="utf-8")
+    call("pendant", "write", str(path), "--yes", code=0)
+    out = tmp_path / "out.pendant"
+    call("pendant", "read", str(out), code=0)
+    text = out.read_text(encoding="utf-8")
+    assert "\norigin " in text
+    assert "150 steps/s; base 0.0°" in text
+    call("pendant", "points", str(out), "there", code=0)
+    assert "there is there-1, there already" in call.refused(
+        "pendant", "points", str(out), "there", code=2
+    )
+    call("pendant", "points", str(out), "there", "--again", code=0)
+    assert "to there-1 at 32%" in call("points", "show", "there", code=0).out
+
+
+def test_rows_without_an_origin_become_no_points(call, rows):
+    assert "counted from" in call.refused("pendant", "points", str(rows), "there", code=3)

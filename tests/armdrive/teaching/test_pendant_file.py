@@ -1,0 +1,112 @@
+"""A pendant's program as a text: every row comes back word for word, and says what it means."""
+
+import re
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pendant_programs import PROGRAMS
+
+from armdrive.connecting import find
+from armdrive.errors import PendantFileError, Refused
+from armdrive.points import Taught
+from armdrive.teaching.pendantfile import FIRST_LINE, parse_pendant, pendant_text
+from armdrive.teaching.pendantmeaning import meaning, taught_by
+from armdrive.teaching.pendantrows import PendantProgram
+from firmware_protocol.teachmover import ProgramRow
+from kinematics import Joints
+
+NAMES = ("base", "shoulder", "elbow", "wrist_right", "wrist_left", "gripper")
+CONFIG = find("sim:teachmover").config
+ZERO = (0,) * 6
+
+
+def text_of(program, meanings=None):
+    meanings = meanings or ["x # y"] * len(program.rows)
+    return pendant_text(program, "bench", "2026-11-22 10:30", NAMES, meanings)
+
+
+def row_to(number, joints, opening_mm, speed=240):
+    steps = CONFIG.model.transmission.to_motors(joints, opening_mm)
+    return ProgramRow.move(number, speed, tuple(steps))
+
+
+@given(PROGRAMS, st.none() | st.tuples(*[st.integers(-32768, 32767)] * 6))
+def test_what_is_written_reads_as_the_same_words(program, origin):
+    program = PendantProgram(program.rows, origin)
+    assert parse_pendant(text_of(program)) == program
+
+
+def test_rows_stand_below_their_motors():
+    rows = (ProgramRow.move(1, 240, (100, -200, 300, -400, 500, -600)), ProgramRow(2, 250, ZERO))
+    lines = text_of(PendantProgram(rows, ZERO), ["470 steps/s", ""]).splitlines()
+    assert lines[0] == FIRST_LINE
+    assert "origin 0 0 0 0 0 0" in lines
+    assert lines[-2] == (
+        "move    1   240      100     -200      300     -400      500     -600   # 470 steps/s"
+    )
+    assert lines[-1].startswith("raw     2 ")
+    assert len(lines[-3]) == lines[-2].index(" # 470") - 2
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("move 1 240 1 2 3 4 5", "line 2: 8 numbers stand behind `move`, not 7"),
+        ("move 1 246 1 2 3 4 5 6", "line 2: .*246"),
+        ("move 1 240 1 2 3 4 5 40000", "line 2: .*40000"),
+        ("move 1 240 1 2 3 4 5 six", "line 2: 'six' is no whole number"),
+        ("jump 1 240 1 2 3 4 5 6", "line 2: a row begins with `move` or `raw`, not 'jump'"),
+        ("raw 1 70000 1 2 3 4 5 6", "line 2: 70000"),
+        ("origin 1 2 3", "line 2: 6 numbers"),
+    ],
+)
+def test_a_line_that_is_none_is_named(line, words):
+    with pytest.raises(PendantFileError, match=words):
+        parse_pendant(f"{FIRST_LINE}\n{line}\n")
+
+
+def test_what_is_no_program_at_all_and_a_row_twice_are_refused():
+    with pytest.raises(PendantFileError, match="first line would be"):
+        parse_pendant("[points.pick]\n")
+    row = "move 1 240 1 2 3 4 5 6\n"
+    with pytest.raises(PendantFileError, match="row 1 is there twice"):
+        parse_pendant(f"{FIRST_LINE}\n{row}{row}")
+
+
+def test_a_row_says_its_speed_posture_and_fingers_where_the_origin_is_known():
+    row = row_to(1, Joints.of(10.0, 40.0, -80.0, -40.0, 0.0), 30.0)
+    words = meaning(CONFIG, PendantProgram((row,), ZERO), row)
+    assert re.fullmatch(r"470 steps/s; base 10\.\d°, shoulder .*; fingers \d+\.\d mm", words)
+    assert meaning(CONFIG, PendantProgram((row,)), row) == "470 steps/s"
+    odd = ProgramRow(1, 240, ZERO, kind=9)
+    assert meaning(CONFIG, PendantProgram((odd,), ZERO), odd) == "not a move that is known"
+
+
+def test_rows_become_points_and_steps_of_the_fingers():
+    up, down = Joints.of(0.0, 40.0, -80.0, -40.0, 0.0), Joints.of(0.0, 30.0, -85.0, -35.0, 0.0)
+    rows = (
+        row_to(1, up, 40.0),
+        row_to(2, down, 40.0, 140),
+        row_to(3, down, 10.0),
+        row_to(4, up, 10.0),
+    )
+    points, steps = taught_by(CONFIG, PendantProgram(rows, ZERO), "stack")
+    assert list(points) == ["stack-1", "stack-2", "stack-4"]
+    assert [str(step) for step in steps.steps] == [
+        "to stack-1",
+        "gripper 40 mm",
+        "to stack-2 at 32%",
+        "gripper 10 mm",
+        "to stack-4",
+    ]
+    assert points["stack-1"].joints.deg["shoulder"] == pytest.approx(40.0, abs=0.1)
+    Taught(points, {"stack": steps})  # every step goes to a point there is
+
+
+def test_rows_that_nobody_understands_become_no_points():
+    with pytest.raises(Refused, match="nobody knows what those counted from"):
+        taught_by(CONFIG, PendantProgram(()), "stack")
+    odd = PendantProgram((ProgramRow(7, 240, ZERO, kind=9),), ZERO)
+    with pytest.raises(Refused, match="row 7 is of an unknown kind"):
+        taught_by(CONFIG, odd, "stack")
