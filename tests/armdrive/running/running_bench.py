@@ -29,7 +29,7 @@ class ScriptedMachine:
         self.at += 1
 
     def snapshot(self):
-        return {"at": self.at, "answers": [each for each in self.answers if each is not None]}
+        return {"at": self.at, "answers": list(self.answers)}
 
 
 @dataclass

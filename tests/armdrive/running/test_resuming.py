@@ -1,0 +1,253 @@
+"""Interrupted at every act, by a kill, a stop, a fault, a pulled cable: taken up again, or not."""
+
+import pytest
+from running_bench import BLOCK, PICK_AND_PLACE, Listener, Script
+
+from armdrive.connecting import connect_simulated, simulated_config, state_file
+from armdrive.errors import ArmError, NotReferenced, Refused, StateFileError, Stopped
+from armdrive.programs.acts import Go, Grasp, Home
+from armdrive.programs.journal import Journal, interrupted, journal_file
+from armdrive.programs.performing import Performer
+from armdrive.programs.resuming import require_place, require_same_program
+from armdrive.programs.running import Run
+from armdrive.record import FileRecorder
+from armdrive.sim.twin import make_twin
+
+SHA = "0" * 64
+ACTS = range(1, len(PICK_AND_PLACE) + 1)
+
+
+class Killed(BaseException):
+    """The program is no more: nobody stops anything, nobody closes anything."""
+
+
+class Killer:
+    """Kills at the beginning or the end of an act."""
+
+    def __init__(self, number, when):
+        self.number, self.when = number, when
+
+    def begins(self, step, machine):
+        if (step.number, "begins") == (self.number, self.when):
+            raise Killed
+
+    def ended(self, step, answer, took_s):
+        if (step.number, "ended") == (self.number, self.when):
+            raise Killed
+
+
+@pytest.fixture
+def arm():
+    """An arm whose record outlives it, with a block on its table."""
+    config = simulated_config("teachmover")
+    made = connected(config, make_twin(config, blocks=[BLOCK]))
+    made.home()
+    return made
+
+
+def reborn(arm):
+    """Return the arm as the next program finds it: nobody has closed it."""
+    return connected(arm.config, make_twin(arm.config, arm.twin.save()))
+
+
+def connected(config, twin):
+    recorder = FileRecorder(state_file(config.name))
+    return connect_simulated(config, twin=twin, recorder=recorder, allow_restored=True)
+
+
+def journal_of(arm, performer, tmp_path):
+    return Journal(arm, performer, tmp_path / "t.arm", SHA, 1)
+
+
+def begin(arm, script, tmp_path, *onlookers):
+    performer = Performer(arm, Listener())
+    journal = journal_of(arm, performer, tmp_path)
+    Run(script, performer, [journal, *onlookers]).carry_out()
+    journal.finish()
+
+
+def resume(arm, script, tmp_path):
+    entry = interrupted(arm.config.name)
+    require_same_program(entry, SHA, str(tmp_path / "t.arm"))
+    machine = script.restored(entry.snapshot)
+    require_place(arm, entry, machine.next().act, "armdrive run t.arm --resume")
+    performer = Performer(arm, Listener(), outputs=entry.outputs)
+    journal = journal_of(arm, performer, tmp_path)
+    run = Run(script, performer, [journal], loop=entry.loop, loops=entry.loops, machine=machine)
+    run.carry_out()
+    journal.finish()
+    return machine
+
+
+def placed(arm):
+    """Tell whether the block stands where the program brings it, and the arm holds nothing."""
+    x_mm, y_mm, z_mm = arm.twin.world.scene.blocks["A"].place
+    there = abs(x_mm - 250) < 1.5 and abs(y_mm + 60) < 1.5 and abs(z_mm) < 0.1
+    return there and arm.twin.world.scene.held is None and not arm.twin.world.incidents
+
+
+def test_uninterrupted_it_leaves_no_journal(arm, tmp_path):
+    begin(arm, Script(PICK_AND_PLACE), tmp_path)
+    assert placed(arm)
+    assert not journal_file(arm.config.name).exists()
+    with pytest.raises(Refused, match="no program of sim:teachmover was interrupted"):
+        interrupted(arm.config.name)
+
+
+@pytest.mark.parametrize("when", ["begins", "ended"])
+@pytest.mark.parametrize("number", ACTS)
+def test_killed_at_any_act_it_is_taken_up_and_ends_as_ever(arm, tmp_path, number, when):
+    script = Script(PICK_AND_PLACE)
+    with pytest.raises(Killed):
+        begin(arm, script, tmp_path, Killer(number, when))
+    assert interrupted(arm.config.name).line == number
+    arm.sleep(3.0)  # it has stood for a while when the program is begun again
+    again = reborn(arm)
+    machine = resume(again, script, tmp_path)
+    assert placed(again)
+    assert machine.answers[2] == pytest.approx(30, abs=1)
+
+
+@pytest.mark.parametrize("number", [n for n in ACTS if isinstance(PICK_AND_PLACE[n - 1], Go)])
+def test_stopped_on_its_way_it_is_taken_up_from_there(arm, tmp_path, number):
+    script = Script(PICK_AND_PLACE)
+    go = arm.go
+    count = 0
+
+    def stopped_on_the_way(*words, **named):
+        nonlocal count
+        handle = go(*words, **named)
+        count += 1
+        if count == [n for n in ACTS if isinstance(PICK_AND_PLACE[n - 1], Go)].index(number) + 1:
+            arm.sleep(0.8)
+            assert not handle.done
+            arm.request_stop()
+        return handle
+
+    arm.go = stopped_on_the_way
+    with pytest.raises(Stopped):
+        begin(arm, script, tmp_path)
+    arm.go = go
+    machine = resume(arm, script, tmp_path)
+    assert placed(arm)
+    assert machine.answers[2] == pytest.approx(30, abs=1)
+
+
+def test_killed_in_mid_motion_the_position_is_suspect_and_nothing_is_taken_up(arm, tmp_path):
+    script = Script(PICK_AND_PLACE)
+    go = arm.go
+
+    def killed_on_the_way(*words, **named):
+        go(*words, **named)
+        arm.sleep(0.8)
+        raise Killed
+
+    arm.go = killed_on_the_way
+    with pytest.raises(Killed):
+        begin(arm, script, tmp_path)
+    again = reborn(arm)
+    with pytest.raises(NotReferenced):
+        resume(again, script, tmp_path)
+
+
+def test_a_pulled_cable_ends_it_and_after_a_reference_it_says_where_to_bring_the_arm(arm, tmp_path):
+    script = Script(PICK_AND_PLACE)
+    go = arm.go
+    begun = []
+
+    def unplugged_on_the_way(*words, **named):
+        handle = go(*words, **named)
+        begun.append(handle)
+        if len(begun) == 4:
+            arm.sleep(0.8)
+            arm.twin.link.unplug()
+        return handle
+
+    arm.go = unplugged_on_the_way
+    with pytest.raises(ArmError):
+        begin(arm, script, tmp_path)
+    again = reborn(arm)
+    with pytest.raises(NotReferenced):
+        resume(again, script, tmp_path)
+    again.twin.world.take("A")  # as whoever guides it to its reference has to
+    again.home()
+    with pytest.raises(Refused, match="--joint base=") as refused:
+        resume(again, script, tmp_path)
+    assert "look whether what it held is still there" in str(refused.value)
+
+
+def test_an_arm_that_somebody_moved_meanwhile_is_left_alone(arm, tmp_path):
+    script = Script(PICK_AND_PLACE)
+    with pytest.raises(Killed):
+        begin(arm, script, tmp_path, Killer(5, "begins"))
+    arm.move_j(base_deg=40)
+    with pytest.raises(Refused, match="base 40.0° instead of"):
+        resume(arm, script, tmp_path)
+
+
+def test_fingers_that_somebody_opened_meanwhile_are_left_alone(arm, tmp_path):
+    script = Script(PICK_AND_PLACE)
+    with pytest.raises(Killed):
+        begin(arm, script, tmp_path, Killer(5, "begins"))
+    arm.gripper.open()
+    with pytest.raises(Refused, match="fingers 76 mm instead of"):
+        resume(arm, script, tmp_path)
+
+
+def test_another_program_or_a_changed_one_is_not_taken_up(arm, tmp_path):
+    script = Script(PICK_AND_PLACE)
+    with pytest.raises(Killed):
+        begin(arm, script, tmp_path, Killer(5, "begins"))
+    entry = interrupted(arm.config.name)
+    with pytest.raises(Refused, match="was changed since it was interrupted in line 5"):
+        require_same_program(entry, "1" * 64, entry.program)
+    with pytest.raises(Refused, match="and not other.arm"):
+        require_same_program(entry, "1" * 64, "other.arm")
+
+
+def test_a_reference_that_was_interrupted_is_taken_again(arm, tmp_path):
+    script = Script((Home(), *PICK_AND_PLACE[:2], Grasp()))
+    with pytest.raises(Killed):
+        begin(arm, script, tmp_path, Killer(1, "begins"))
+    arm.move_j(base_deg=40)
+    resume(arm, script, tmp_path)
+    assert arm.twin.world.scene.held == "A"
+
+
+def test_a_damaged_journal_says_so(arm, tmp_path):
+    with pytest.raises(Killed):
+        begin(arm, Script(PICK_AND_PLACE), tmp_path, Killer(5, "begins"))
+    path = journal_file(arm.config.name)
+    for text in ("", "[1]", path.read_text().replace("under", "over").replace("30", "31"), "{}"):
+        path.write_text(text)
+        with pytest.raises(StateFileError, match="is damaged"):
+            interrupted(arm.config.name)
+    path.unlink()
+    path.mkdir()
+    with pytest.raises(StateFileError, match="cannot be read"):
+        interrupted(arm.config.name)
+
+
+def test_why_it_ended_is_written_down(arm, tmp_path):
+    performer = Performer(arm, Listener())
+    journal = journal_of(arm, performer, tmp_path)
+    journal.broke_off(Stopped("before anything began"))
+    assert not journal.path.exists()
+    script = Script(PICK_AND_PLACE)
+    with pytest.raises(Killed):
+        Run(script, performer, [journal, Killer(2, "begins")]).carry_out()
+    journal.broke_off(Stopped("the program was stopped"))
+    entry = interrupted(arm.config.name)
+    assert entry.why == "the program was stopped"
+    assert entry.began is not None
+
+
+def test_a_disk_that_is_full_lets_no_act_begin(arm, tmp_path, monkeypatch):
+    def full(path, text):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("armdrive.programs.journal.replace_file", full)
+    before = arm.joints
+    with pytest.raises(StateFileError, match="No space left"):
+        begin(arm, Script(PICK_AND_PLACE), tmp_path)
+    assert arm.joints == before
