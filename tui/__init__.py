@@ -2,14 +2,25 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from kinematics import ArmModel
     from tui.arm_port import DeskArm
     from tui.keyboard import Keyboard
 
-__all__ = ["run_desk", "run_watch"]
+__all__ = ["DeskEnd", "run_desk", "run_watch"]
+
+
+@dataclass(frozen=True, slots=True)
+class DeskEnd:
+    """How a desk was left: its exit code, and the arm file that the next one is wanted for."""
+
+    code: int = 0
+    opens: Path | None = None
 
 
 def run_desk(
@@ -19,12 +30,14 @@ def run_desk(
     keys: Keyboard | None = None,
     first: str = "",
     hint: str = "",
-) -> int:
-    """Show the desk until somebody leaves it, and return the exit code.
+    reopens: bool = False,
+) -> DeskEnd:
+    """Show the desk until somebody leaves it, and return how that was.
 
     `keys` is the keyboard; without one it is the user's own file of keys, where there is one.
     `first` is the id of the screen to begin at, instead of the one that was left; `hint` is said
-    at the beginning.
+    at the beginning. With `reopens` the caller opens another desk where an arm file that was
+    written here is to be used at once.
     However it ends, the arm has been told to stop; closing the arm remains the caller's duty,
     except after SIGTERM and SIGHUP, when it is closed at once.
     """
@@ -42,13 +55,14 @@ def run_desk(
     braille = not ascii_only and can_braille(sys.stdout.encoding, os.environ)
     memory = memory_file()
     desk = Desk(arm, braille=braille, handle_signals=True, keys=keys, memory=memory, first=first)
+    desk.reopens = reopens
     desk.message = hint or desk.message
     try:
         desk.run()
     finally:
         arm.request_stop()
         forget_a_closed_terminal()
-    return desk.return_code or 0
+    return DeskEnd(desk.return_code or 0, desk.opens)
 
 
 def run_watch(

@@ -16,7 +16,6 @@ from textual.binding import BindingType
 from textual.screen import Screen
 
 from armdrive.errors import ArmError
-from armdrive.status import State
 from tui import panels
 from tui.arm_port import DeskArm
 from tui.asking import ask_confirm, ask_motors, ask_reference
@@ -24,8 +23,8 @@ from tui.dialogs import FirstScreen, HelpScreen
 from tui.framework import on_ending_signals
 from tui.keyboard import DEFAULT_KEYS, Keyboard
 from tui.layout import CSS, bindings
-from tui.memory import Remembered, left_at, recall, remember, set_as
-from tui.owner import Owner
+from tui.linked import LinkedOwner
+from tui.memory import Remembered, left_at, manner_of, recall, remember, set_as
 from tui.palette import commands
 from tui.screens import SCREENS
 from tui.themes import look_after, put_on
@@ -37,7 +36,7 @@ POLL_S = 0.05
 _SIGNAL_EXIT = 128  # a shell's way to say which signal ended a program
 
 
-class Desk(Owner):
+class Desk(LinkedOwner):
     """One arm and its screens. Every way out of it, and every change of screen, stops a jog."""
 
     TITLE = "armdrive"
@@ -60,12 +59,15 @@ class Desk(Owner):
     ) -> None:
         super().__init__(arm, braille=braille, clock=clock, keys=keys)
         self._handle_signals = handle_signals
-        self._was_lost = False
         self._memory = memory
+        self.reopens = False
+        """Whether whoever runs this desk would open the next one on another arm file."""
+        self.opens: Path | None = None
         self._left = Remembered(instructed=True) if memory is None else recall(memory)
         if first:
             self._left = replace(self._left, screen=first)
         self.settings = set_as(self.settings, self._left)
+        self.manner = manner_of(self._left)
         self.look_name = self._left.look
 
     # -- what is shown ------------------------------------------------------------------------
@@ -88,11 +90,7 @@ class Desk(Owner):
     def poll(self) -> None:
         """Take the latest status and show what changed."""
         self.alive()
-        self.status = self.arm.status
-        if self.lost:
-            self._note_loss()
-        elif self._was_lost:
-            self._note_return()
+        self.take(self.arm.status)
         self.show()
 
     def woken(self, time_s: float) -> None:
@@ -153,40 +151,6 @@ class Desk(Owner):
         """Switch the motors on, or off after a question."""
         ask_motors(self)
 
-    # -- a lost link --------------------------------------------------------------------------
-
-    @property
-    def lost(self) -> bool:
-        """Whether there is no link to the arm."""
-        return self.status.state is State.DISCONNECTED
-
-    def nobody_there(self) -> bool:
-        """Say so where there is no link to an arm of which something could be asked."""
-        if self.lost:
-            self.say(
-                f"there is no link to the arm, and no key moves it: {panels.look_for_it(self.keys)}"
-            )
-        return self.lost
-
-    def _note_loss(self) -> None:
-        """Let no key jog, and take away what was asked of an arm that is gone."""
-        self.disarm("the link is lost")
-        if not self._was_lost:
-            self._was_lost = True
-            self.close_dialogs()
-
-    def _note_return(self) -> None:
-        """Say what a link that came back has ended in; before that it has not proved itself."""
-        if self.status.state in (State.ERROR_STOP, State.DISABLED):
-            self._was_lost = False
-            self.message = panels.link_back(self.status, self.keys)
-
-    def action_reconnect(self) -> None:
-        """Look for a lost link once, now. Moves nothing."""
-        if self.lost:
-            self.say("looking for the link ...")
-        self.call(self.arm.reconnect, None)
-
     # -- stopping and ending ------------------------------------------------------------------
 
     def first_keys(self) -> Mapping[str, Callable[[], None]]:
@@ -216,6 +180,11 @@ class Desk(Owner):
         self.arm.request_stop()
         self.exit(0)
 
+    def open_next(self, path: Path) -> None:
+        """Leave this arm, so that a desk is opened on the one of an arm file."""
+        self.opens = path
+        self.action_leave()
+
     def on_app_blur(self) -> None:
         """Disarm when the terminal says that another window has the keyboard."""
         self.disarm("the terminal lost the keyboard focus")
@@ -232,6 +201,7 @@ class Desk(Owner):
             return
         left = left_at(
             self.settings,
+            self.manner,
             self.current_mode,
             self._left.look if self.no_color else self.look_name,
             instructed=self._left.instructed,

@@ -59,6 +59,14 @@ EMPTY = Entry()
 
 
 @dataclass(frozen=True, slots=True)
+class Manner:
+    """How goals are given and gone to: what is kept from one form, or one desk, to the next."""
+
+    cartesian: bool = True
+    speed: float = 0.5
+
+
+@dataclass(frozen=True, slots=True)
 class Form:
     """The fields of both modes, and which of them is typed into. Every change makes a new one."""
 

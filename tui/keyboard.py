@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
@@ -67,9 +67,12 @@ class Keyboard:
         """Return the keys by id, as the framework takes them."""
         return {row.id: ",".join(row.keys) for row in self.rows}
 
-    def footer(self, place: str, width: int) -> str:
-        """Return as much of the key line as fits whole, the stop first."""
-        shown = [row for row in self.at(place) if row.description]
+    def footer(self, place: str, width: int, idle: Collection[str] = ()) -> str:
+        """Return as much of the key line as fits whole, the stop first.
+
+        Rows that are `idle`, by id, would do nothing now, and are left out.
+        """
+        shown = [row for row in self.at(place) if row.description and row.id not in idle]
         order = {name: number for number, name in enumerate(FOOTER_FIRST)}
         line = ""
         for row in sorted(shown, key=lambda row: order.get(row.id, len(order))):

@@ -5,11 +5,15 @@ What the keys are on the keyboard at hand, and how they are shown, is keyboard.p
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from kinematics import JOINT_NAMES
 from tui.key_row import DeskKey as DeskKey
+from tui.keys_desk import DESK_KEYS as DESK_KEYS
+from tui.keys_desk import DIALOG_KEYS
+from tui.keys_desk import STOP as STOP
 from tui.keys_errands import MOVE_KEYS, POINT_KEYS
 from tui.keys_log import LOG_DIALOG_KEYS, LOG_KEYS
 from tui.keys_setup import SETUP_KEYS
@@ -17,81 +21,6 @@ from tui.keys_theory import MODEL_KEYS, THEORY_KEYS
 from tui.keys_view import VIEW_KEYS
 from tui.keys_watch import WATCH_KEYS
 from tui.screens import SCREENS
-
-STOP = "stop"
-"""The row that no file of keys can take the space bar from."""
-
-DESK_KEYS = (
-    DeskKey(
-        STOP,
-        ("space", "escape", "ctrl+c"),
-        "stop_arm",
-        "STOP",
-        "Stop, disarm, close any dialog; works everywhere. Space is 0.1 s quicker than Esc.",
-        everywhere=True,
-    ),
-    DeskKey("help", ("question_mark", "f1"), "help", "help", "Show all keys."),
-    DeskKey(
-        "quit",
-        ("ctrl+q",),
-        "leave",
-        "quit",
-        "Stop the arm and leave the desk.",
-        everywhere=True,
-    ),
-    DeskKey(
-        "reference",
-        ("H",),
-        "reference",
-        "reference",
-        "Show the reference posture, and say that the arm stands in it. A simulated arm is "
-        "led; one with switches homes by itself, after a question.",
-    ),
-    DeskKey(
-        "confirm",
-        ("C",),
-        "confirm",
-        "confirm",
-        "Show the posture that the last program left, and say that the arm stands in it.",
-    ),
-    DeskKey(
-        "motors",
-        ("P",),
-        "motors",
-        "motors",
-        "Switch the motor current on; or off, after a question, since the arm sags then.",
-    ),
-    DeskKey(
-        "reconnect",
-        ("L",),
-        "reconnect",
-        "link",
-        "Look for a lost link once, now. Moves nothing; what was under way is not taken up again.",
-    ),
-    DeskKey(
-        "palette",
-        ("ctrl+p",),
-        "command_palette",
-        "commands",
-        "Find by a few letters what can be done here; enter does it.",
-    ),
-    DeskKey(
-        "look",
-        ("T",),
-        "next_look",
-        "look",
-        "Other colours: dark, light, of high contrast, or your terminal's own.",
-    ),
-    DeskKey("reset", ("R",), "reset", "reset", "Leave error-stop. Moves nothing."),
-    DeskKey(
-        "estop",
-        ("X",),
-        "estop",
-        "e-stop",
-        "Stop and latch error-stop: nothing moves until a reset.",
-    ),
-)
-"""What can be done on every screen."""
 
 JOG_KEYS = (
     DeskKey(
@@ -133,15 +62,6 @@ JOG_KEYS = (
         "frame of the arm file.",
         "jog",
     ),
-)
-
-DIALOG_KEYS = (
-    DeskKey(
-        "help-close", ("question_mark", "f1", "enter", "n"), "close", "close", "Close it.", "help"
-    ),
-    DeskKey("understood", ("enter",), "close", "understood", "Go to the desk.", "first"),
-    DeskKey("yes", ("y",), "answer(True)", "yes", "It is so: do it.", "question"),
-    DeskKey("no", ("n",), "answer(False)", "no", "It is not so: do nothing.", "question"),
 )
 
 SCREEN_KEYS = tuple(
@@ -249,3 +169,10 @@ TABLE = (
 def words(axis: str) -> str:
     """Return an axis as people write it."""
     return axis.replace("_", " ")
+
+
+def spoken(text: str, axes: Sequence[str]) -> str:
+    """Return a sentence with these axes as people write them; `wrist_pitch_deg` is left alone."""
+    for axis in (each for each in axes if "_" in each):
+        text = re.sub(rf"\b{re.escape(axis)}\b", words(axis), text)
+    return text

@@ -14,6 +14,8 @@ from armdrive import places
 from armdrive.durable import Files
 from armdrive.intents import Space
 from armdrive.record import replace_file
+from tui import goal_form
+from tui.goal_form import Manner
 from tui.settings import INCREMENTS, SPEEDS, Settings
 
 MOST_BYTES = 65536
@@ -31,6 +33,8 @@ class Remembered:
     speed: float = 0.0
     instructed: bool = False
     """Whether somebody has read the first screen."""
+    move_mode: str = ""
+    move_speed: float = 0.0
 
 
 def memory_file() -> Path:
@@ -72,8 +76,21 @@ def set_as(settings: Settings, what: Remembered) -> Settings:
     return settings
 
 
-def left_at(settings: Settings, screen: str, look: str, *, instructed: bool) -> Remembered:
+def manner_of(what: Remembered) -> Manner:
+    """Return how goals were given and gone to at the move screen, as far as that makes sense."""
+    manner = Manner()
+    if what.move_mode in [space.value for space in Space]:
+        manner = replace(manner, cartesian=what.move_mode == Space.CARTESIAN.value)
+    if what.move_speed in goal_form.SPEEDS:
+        manner = replace(manner, speed=what.move_speed)
+    return manner
+
+
+def left_at(
+    settings: Settings, manner: Manner, screen: str, look: str, *, instructed: bool
+) -> Remembered:
     """Return what is to be remembered of a desk."""
+    move_space = Space.CARTESIAN if manner.cartesian else Space.JOINT
     return Remembered(
         screen=screen,
         look=look,
@@ -82,6 +99,8 @@ def left_at(settings: Settings, screen: str, look: str, *, instructed: bool) -> 
         increment=settings.increment,
         speed=settings.speed,
         instructed=instructed,
+        move_mode=move_space.value,
+        move_speed=manner.speed,
     )
 
 

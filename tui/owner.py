@@ -14,8 +14,9 @@ from kinematics import Joints, KinematicsError
 from tui.arm_port import DeskArm
 from tui.dialogs import STANDS_SO, PostureScreen
 from tui.framework import FirstKeys
+from tui.goal_form import Manner
 from tui.keyboard import DEFAULT_KEYS, Keyboard
-from tui.keys import jog_pairs
+from tui.keys import jog_pairs, spoken
 from tui.screens.base import DeskScreen
 from tui.settings import Settings
 from tui.views import scene_of
@@ -41,10 +42,13 @@ class Owner(FirstKeys):
         self.keys = keys
         geometry = arm.model.arm
         pairs = jog_pairs(geometry.joint_names, has_yaw=geometry.has_yaw)
+        self._joint_names = geometry.joint_names
         self.settings = Settings(pairs=pairs, frames=arm.frames)
         self.message = ""
         """What was said last; each screen has a hint of its own for when nothing was."""
         self.status: Status = arm.status
+        self.manner = Manner()
+        """How the move screen's goals are given and gone to."""
         self.goal: Joints | None = None
         """A posture that one screen has left for the move screen."""
 
@@ -67,6 +71,10 @@ class Owner(FirstKeys):
         """Say something on whatever screen is shown."""
         self.message = message
         self.show()
+
+    def spoken(self, text: str) -> str:
+        """Return a text with the joints of this arm as people write them."""
+        return spoken(text, self._joint_names)
 
     def scene(self) -> ArmScene | None:
         """Return what is to be drawn of the arm as it stands; None while that is not known."""
@@ -118,7 +126,10 @@ class Owner(FirstKeys):
                 self.say("not confirmed: nothing was changed")
 
         self.push_screen(
-            PostureScreen(question, scene, self.keys, braille=self.braille, asked=asked), answered
+            PostureScreen(
+                self.spoken(question), scene, self.keys, braille=self.braille, asked=asked
+            ),
+            answered,
         )
 
     def close_dialogs(self) -> None:

@@ -4,12 +4,19 @@ from __future__ import annotations
 
 from armdrive.status import State, Status, Trust, coded
 from tui.keyboard import Keyboard
+from tui.screens import titled
+
+TITLE_GAP = 2
+"""Between the arm and the name of the screen, which stands at the right end."""
 
 
-def title(status: Status, width: int) -> str:
-    """Say which arm this is and whether it is real, the latter first lest it is cut off."""
+def title(status: Status, screen: str, width: int) -> str:
+    """Say whether the arm is real, first lest it is cut off; then which, and which screen."""
     kind = "SIMULATED" if status.simulated else "REAL ARM"
-    return f"{kind}: {status.arm} ({status.title}) on {status.link}"[:width]
+    arm = f"{kind}: {status.arm} ({status.title}) on {status.link}"
+    name = screen.upper()
+    room = max(width - len(name) - TITLE_GAP, len(kind))
+    return f"{arm[:room]:<{room}}{' ' * TITLE_GAP}{name}"[:width]
 
 
 def look_for_it(keys: Keyboard) -> str:
@@ -17,10 +24,13 @@ def look_for_it(keys: Keyboard) -> str:
     return f"{keys.label('reconnect')} looks for it, {keys.label('quit')} leaves"
 
 
-def banner(status: Status, keys: Keyboard, *, looked_for: bool = False) -> str:
+def banner(
+    status: Status, keys: Keyboard, *, looked_for: bool = False, paused_here: bool = False
+) -> str:
     """Say what forbids all motion, and what to do; nothing while nothing does.
 
-    `looked_for` says that a lost link is looked for without anybody asking.
+    `looked_for` says that a lost link is looked for without anybody asking, `paused_here` that it
+    was this desk that paused the arm.
     """
     reason = (
         coded(status.error, status.error_code)
@@ -34,10 +44,19 @@ def banner(status: Status, keys: Keyboard, *, looked_for: bool = False) -> str:
     if status.state is State.ERROR_STOP:
         return f"ERROR-STOP: {reason}. {keys.label('reset')} resets, and moves nothing."
     if status.paused:
-        return "PAUSED from outside: `armdrive resume` lets the arm go on, space ends its motion."
+        return _paused(keys, here=paused_here)
     if status.speed_override < 1.0:
         return f"SLOWED from outside to {status.speed_override:.0%}: `armdrive slow 100` ends that."
     return ""
+
+
+def _paused(keys: Keyboard, *, here: bool) -> str:
+    """Say who has paused the arm, and how it goes on or ends."""
+    stop = f"{keys.label('stop')} ends its motion"
+    if here:
+        where = f"{keys.label('points-pause')} on the {titled('points')} screen"
+        return f"PAUSED at this desk: {where} lets the arm go on, {stop}."
+    return f"PAUSED from outside: `armdrive resume` lets the arm go on, {stop}."
 
 
 def link_back(status: Status, keys: Keyboard) -> str:

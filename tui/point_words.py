@@ -59,17 +59,24 @@ def point_text(point: Point) -> str:
     return "\n".join(lines)
 
 
-def sequence_text(stepper: Stepper, keys: Keyboard, *, stepping: bool) -> str:
-    """Lay the steps out about the next one, and say what the keys would do."""
-    return "\n".join(_sequence_lines(stepper, keys, stepping=stepping))
+def sequence_text(
+    stepper: Stepper, keys: Keyboard, *, stepping: bool, marked: int | None = None
+) -> str:
+    """Lay the steps out about the next or the marked one, and say what the keys would do."""
+    return "\n".join(_sequence_lines(stepper, keys, stepping=stepping, marked=marked))
 
 
-def _sequence_lines(stepper: Stepper, keys: Keyboard, *, stepping: bool) -> Iterator[str]:
-    total = len(stepper.steps)
-    first = max(min(stepper.at - STEPS_SHOWN // 2, total - STEPS_SHOWN), 0)
+def _sequence_lines(
+    stepper: Stepper, keys: Keyboard, *, stepping: bool, marked: int | None
+) -> Iterator[str]:
+    total, middle = len(stepper.steps), stepper.at if marked is None else marked
+    first = max(min(middle - STEPS_SHOWN // 2, total - STEPS_SHOWN), 0)
     for index, step in enumerate(stepper.steps[first : first + STEPS_SHOWN], first):
-        mark = ">" if index == stepper.at else " "
-        yield f"{mark} {index + 1:>3} {'done ' * (index < stepper.at)}{step}"
+        mark = (">" if index == stepper.at else " ") + ("*" if index == marked else " ")
+        yield f"{mark}{index + 1:>3} {'done ' * (index < stepper.at)}{step}"
+    if marked is not None:
+        drop, sooner = keys.label("points-step-drop"), keys.label("points-step-sooner")
+        yield f"* {drop} twice: out; {sooner}, {keys.label('points-step-later')}: sooner, later"
     if stepper.at == total:
         yield f"at its end: {keys.label('points-rewind')} begins anew"
     switch = keys.label("points-stepping")

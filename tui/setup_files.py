@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from armdrive.errors import BadRequest
 from armdrive.setup.describing import path_of
 from armdrive.setup.filing import Proposal, write
-from tui.setup_stage import Go, Stage, first_of
+from tui.setup_stage import WARNING, Go, Stage, first_of
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -49,7 +49,31 @@ class NewFile(Stage):
         self.go(Written(self.desk, self.go, first_of(self), path))
 
 
-class Written(Stage):
+class Closing(Stage):
+    """A stage behind which the desk may be opened anew, on an arm file; that takes two presses."""
+
+    path: Path
+
+    def reopening(self) -> list[str]:
+        """Say how the desk is opened on the file; nothing where nobody would do that."""
+        if not self.desk.reopens:
+            return []
+        return [self.again(f"leaves this arm, and opens the desk on {self.path.stem}"), WARNING]
+
+    def enter(self) -> None:
+        """Take a press towards the other desk; without one, go back to the steps."""
+        if self.desk.reopens:
+            self.twice.press()
+        else:
+            self.go(first_of(self))
+
+    def due(self) -> None:
+        """Leave for the desk of the file."""
+        if self.twice.due():
+            self.desk.open_next(self.path)
+
+
+class Written(Closing):
     """A new file is written: what comes next."""
 
     def __init__(self, desk: Desk, go: Go, before: Stage, path: Path) -> None:
@@ -59,11 +83,15 @@ class Written(Stage):
     def text(self) -> str:
         """Say what comes next, from the safest on."""
         name, quit_ = self.path.stem, self.desk.keys.label("quit")
+        reopening = self.reopening()
+        leave = f"{'Or l' if reopening else 'L'}eave it ({quit_}), then:"
         return "\n".join(
             (
                 f"written: {self.path}",
                 "",
-                f"This desk still has the arm it began with. Leave it ({quit_}), then:",
+                *reopening,
+                *[""] * bool(reopening),
+                f"This desk still has the arm it began with. {leave}",
                 f"  armdrive config check {name}",
                 "    (opens nothing)",
                 f"  armdrive jog --arm {name} --setup",
@@ -71,17 +99,13 @@ class Written(Stage):
             )
         )
 
-    def enter(self) -> None:
-        """Go back to the steps."""
-        self.back()
 
-
-class Correction(Stage):
+class Correction(Closing):
     """What the arm's own file should say instead, as a difference; two presses write it."""
 
     def __init__(self, desk: Desk, go: Go, before: Stage, proposal: Proposal) -> None:
         super().__init__(desk, go, before)
-        self.proposal = proposal
+        self.proposal, self.path = proposal, proposal.path
         self.written = False
 
     def text(self) -> str:
@@ -90,11 +114,10 @@ class Correction(Stage):
         lines = [*proposal.remarks, ""] if proposal.remarks else []
         if self.written:
             leave = self.desk.keys.label("quit")
-            lines += [
-                f"written: {proposal.path}",
-                f"The arm takes it up when it is next connected: leave ({leave}),",
-                "come back, and check once more.",
-            ]
+            takes_up = "The arm takes it up when it is next connected"
+            reopening = self.reopening()
+            lines += [f"written: {proposal.path}", f"{takes_up}: check once more then.", ""]
+            lines += reopening or [f"Leave ({leave}), and come back."]
         elif proposal.differs:
             lines += [self.again(f"writes {proposal.path}"), "", *proposal.difference]
         else:
@@ -103,13 +126,17 @@ class Correction(Stage):
 
     def enter(self) -> None:
         """Take a press; go back where there is nothing to write."""
-        if self.written or not self.proposal.differs:
-            self.go(first_of(self))
-        else:
+        if self.written:
+            super().enter()
+        elif self.proposal.differs:
             self.twice.press()
+        else:
+            self.go(first_of(self))
 
     def due(self) -> None:
-        """Write it."""
-        if self.twice.due():
+        """Write it; once that is done, open the desk on it."""
+        if self.written:
+            super().due()
+        elif self.twice.due():
             self.proposal.write()
             self.written = True

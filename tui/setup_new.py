@@ -9,15 +9,11 @@ from armdrive.setup.describing import Describing
 from armdrive.setup.finding import Candidate, Found, candidates, looked_at, probe
 from kinematics import KinematicsError
 from tui.setup_files import NewFile
-from tui.setup_stage import Go, Stage, listed
+from tui.setup_stage import WARNING, Go, Stage, listed
 
 if TYPE_CHECKING:
     from tui.desk import Desk
 
-WARNING = (
-    "Opening it can restart the board behind it: motors lose their current, and an arm that is "
-    "raised sags. Support it first. Nothing that is sent moves it."
-)
 CHOICES = 8
 """So many choices are shown at once."""
 

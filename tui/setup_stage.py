@@ -12,6 +12,12 @@ from tui.errand import Twice
 if TYPE_CHECKING:
     from tui.desk import Desk
 
+WARNING = (
+    "Opening it can restart the board behind it: motors lose their current, and an arm that is "
+    "raised sags. Support it first. Nothing that is sent moves it."
+)
+"""Said before a port is opened."""
+
 Go = Callable[["Stage"], None]
 """Shows another stage."""
 

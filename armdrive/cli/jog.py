@@ -11,6 +11,7 @@ import argparse
 import sys
 from typing import TYPE_CHECKING
 
+from armdrive import places
 from armdrive.cli.choosing import (
     DEFAULT_SIM,
     add_arm_options,
@@ -25,6 +26,9 @@ from armdrive.errors import ArmInUse, BadRequest
 from armdrive.status import State, coded
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
+    from tui import DeskEnd
     from tui.keyboard import Keyboard
 
 
@@ -73,22 +77,41 @@ def run(options: argparse.Namespace) -> int:
         return jog_model(options, keys)
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
         raise BadRequest("jogging needs a terminal; scripts use jog_j() and jog_l()")
-    from tui import run_desk
+    end = _desk(options, keys, "setup" if options.setup else "", _hint(options, keys))
+    while end.opens is not None:  # an arm file that was written there
+        options = _on_file(options, end.opens)
+        hint = f"this is {options.arm}: nothing was moved; reference it, then check its motors"
+        end = _desk(options, keys, "setup", hint)
+    return end.code
+
+
+def _desk(options: argparse.Namespace, keys: Keyboard, first: str, hint: str) -> DeskEnd:
+    """Connect the arm, and show its desk until that is left."""
+    from tui import DeskEnd, run_desk
 
     # in real time also the simulated twin of a port's arm
     try:
         arm = connect_chosen(options, pace="real", reconnect=options.reconnect)
     except ArmInUse as error:
-        return _watch_instead(error, options)
+        return DeskEnd(_watch_instead(error, options))
     with arm:
         confirm_simulated(arm)
-        first = "setup" if options.setup else ""
-        hint = _hint(options, keys)
-        code = run_desk(arm, ascii_only=options.ascii, keys=keys, first=first, hint=hint)
+        end = run_desk(
+            arm, ascii_only=options.ascii, keys=keys, first=first, hint=hint, reopens=True
+        )
         last = arm.status
-    if last.error and last.state is State.DISCONNECTED and not code:
+    if last.error and last.state is State.DISCONNECTED and not end.code:
         say(f"left while the link was lost: {coded(last.error, last.error_code)}")
-    return code
+    return end
+
+
+def _on_file(options: argparse.Namespace, path: Path) -> argparse.Namespace:
+    """Return the options of the same desk on the arm of a file."""
+    named = path.stem if path.parent == places.arm_files() else str(path)
+    return argparse.Namespace(
+        **vars(options)
+        | {"arm": named, "sim": None, "port": None, "dialect": None, "baud": None, "fresh": False}
+    )
 
 
 def _hint(options: argparse.Namespace, keys: Keyboard) -> str:

@@ -21,10 +21,10 @@ def desk(monkeypatch):
     monkeypatch.setattr(jog, "sys", SimpleNamespace(stdin=terminal, stdout=terminal))
     shown = []
 
-    def run_desk(arm, *, ascii_only, keys, first, hint):
+    def run_desk(arm, *, first, hint, **more):
         shown.append(arm)
         shown.append((first, hint))
-        return 0
+        return tui.DeskEnd()
 
     monkeypatch.setattr(tui, "run_desk", run_desk)
 
@@ -46,10 +46,10 @@ def test_a_lost_link_is_looked_for_as_the_command_or_the_arm_file_says(call, des
 
 
 def test_who_leaves_a_desk_without_its_link_is_told_what_became_of_it(call, desk, monkeypatch):
-    def run_desk(arm, *, ascii_only, keys, first, hint):
+    def run_desk(arm, *, first, hint, **more):
         arm.twin.faults.add("unplug")
         arm.sleep(1.0)
-        return 0
+        return tui.DeskEnd()
 
     monkeypatch.setattr(tui, "run_desk", run_desk)
     write_arm_file("bench", 'model = "teachmover"\n[connection]\nport = "/dev/x"\n')
@@ -67,6 +67,24 @@ def test_who_has_no_arm_yet_is_offered_to_set_one_up(call, desk):
     write_arm_file("bench", 'model = "teachmover"\n[connection]\nport = "/dev/x"\n')
     call("jog", code=0)
     assert desk[5] == ("", "")
+
+
+def test_a_desk_is_opened_on_the_arm_that_was_described_at_the_one_before(call, desk, monkeypatch):
+    seen = []
+
+    def run_desk(arm, *, first, hint, reopens, **more):
+        seen.append((arm.status.arm, first, reopens))
+        assert all(each.status.state.value == "disconnected" for each in arms), "left behind"
+        arms.append(arm)
+        path = write_arm_file("bench", 'model = "teachmover"\n[connection]\nport = "/dev/x"\n')
+        return tui.DeskEnd(3, path if len(seen) == 1 else None)
+
+    arms = []
+    monkeypatch.setattr(tui, "run_desk", run_desk)
+    call("jog", "--sim", "robko01", code=3)
+    assert [first for _, first, _ in seen] == ["", "setup"]
+    assert seen[1][0] == "bench"
+    assert all(reopens for *_, reopens in seen)
 
 
 @pytest.mark.parametrize(("answer", "code"), [(True, 0), (False, 4)])

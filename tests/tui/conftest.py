@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 
 import pytest
+from textual.css.stylesheet import Stylesheet
 
 from armdrive import places
 
@@ -31,6 +32,27 @@ async def quiet(min_sleep: float = 0.0, max_sleep: float = 1.0) -> None:
 def _wait_for_the_desk_alone(monkeypatch):
     monkeypatch.setattr("textual.app.wait_for_idle", quiet)
     monkeypatch.setattr("textual.pilot.wait_for_idle", quiet)
+
+
+@pytest.fixture(scope="session")
+def _rules_read():
+    return {}
+
+
+@pytest.fixture(autouse=True)
+def _read_each_style_once(monkeypatch, _rules_read):
+    """Parse a style sheet once for all desks: each reads the same ones, for half of its start."""
+    parse_anew = Stylesheet._parse_rules
+
+    def parse(self, css, read_from, is_default_rules=False, tie_breaker=0, scope=""):
+        key = (css, read_from, is_default_rules, tie_breaker, scope, *self._variables.items())
+        if key not in _rules_read:
+            _rules_read[key] = parse_anew(
+                self, css, read_from, is_default_rules, tie_breaker, scope
+            )
+        return _rules_read[key]
+
+    monkeypatch.setattr(Stylesheet, "_parse_rules", parse)
 
 
 @pytest.fixture

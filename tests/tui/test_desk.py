@@ -13,10 +13,12 @@ from armdrive.intents import Jog, Space
 from armdrive.status import State, Trust
 from kinematics import Joints, system
 from kinematics.chain_arm import ChainArm
+from tui import panels
 from tui.desk import Desk
 from tui.framework import ENDING_SIGNALS
 from tui.jogging import IDLE_DISARMS_S
-from tui.keys import DESK_KEYS, JOG_KEYS, JOG_PAIRS
+from tui.keys import DESK_KEYS, JOG_KEYS, JOG_PAIRS, spoken
+from tui.screens import SCREENS
 
 
 async def test_the_screen_says_which_arm_this_is_and_starts_disarmed():
@@ -30,7 +32,59 @@ async def test_the_screen_says_which_arm_this_is_and_starts_disarmed():
 
 async def test_a_real_arm_is_called_real_in_words():
     async with Session(FakeArm(simulated=False, link="COM3")) as session:
-        assert session.text("title") == "REAL ARM: sim (TeachMover) on COM3"
+        title = session.text("title")
+        assert title.split("  ", 1)[0] == "REAL ARM: sim (TeachMover) on COM3"
+        assert title.endswith("  JOG")
+
+
+@pytest.mark.parametrize("entry", SCREENS, ids=lambda entry: entry.id)
+@pytest.mark.parametrize("width", [40, 80, 200])
+def test_the_title_names_the_screen_and_whether_the_arm_is_real_however_narrow(entry, width):
+    for simulated, kind in ((True, "SIMULATED"), (False, "REAL ARM")):
+        status = FakeArm(simulated=simulated, link="/dev/serial/by-id/usb-FTDI_FT232R").status
+        title = panels.title(status, entry.title, width)
+        assert title.startswith(kind)
+        assert title.endswith(f"  {entry.title.upper()}")
+        assert len(title) == width
+
+
+async def test_the_footer_offers_what_would_change_something():
+    async with Session(size=(120, 24)) as session:
+        assert "enter arm" in session.text("footer")
+        assert "G grasp" not in session.text("footer")
+        await session.arm_keys()
+        assert "enter arm" not in session.text("footer")
+        assert "G grasp" in session.text("footer")
+        assert session.text("footer").startswith("space STOP")
+
+
+@pytest.mark.parametrize("key", ["H", "C"])
+async def test_joints_are_written_as_people_write_them(key):
+    arm = FakeArm(simulated=False, trust=Trust.RESTORED, notice="wrist_pitch is at its limit")
+    arm.reference_request = lambda: NamingRequest(arm)
+    async with Session(arm) as session:
+        assert "wrist pitch is at its limit" in session.text("remarks")
+        await session.press(key)
+        text = session.desk.screen.query_one("#posture-text").shown
+        assert "wrist pitch -60.0" in text
+        assert "_" not in text
+
+
+class NamingRequest:
+    """A posture that is asked for by its joints."""
+
+    def __init__(self, arm):
+        self.joints = arm.status.joints
+        self.opening_mm = 0.0
+
+    def __str__(self):
+        return f"Bring the arm to {self.joints}"
+
+
+def test_only_whole_names_are_spoken():
+    joints = MODEL.arm.joint_names
+    said = spoken("wrist_pitch 3, wrist_roll_deg=2, my_wrist_roll", joints)
+    assert said == "wrist pitch 3, wrist_roll_deg=2, my_wrist_roll"
 
 
 @pytest.mark.parametrize("cartesian", [False, True])

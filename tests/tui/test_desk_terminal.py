@@ -33,7 +33,7 @@ class Noting(FakeArm):
     def close(self):
         self.note("close")
 
-sys.exit(run_desk(Noting()))
+sys.exit(run_desk(Noting()).code)
 """
 
 

@@ -4,11 +4,13 @@ import json
 
 import pytest
 from desk_fake import FakeArm
+from desk_planner import PlannerArm
 from desk_session import Session
 
 from tui.dialogs import safety
+from tui.goal_form import Manner
 from tui.keyboard import DEFAULT_KEYS
-from tui.memory import Remembered, recall, remember, set_as
+from tui.memory import Remembered, manner_of, recall, remember, set_as
 from tui.settings import Settings
 from tui.themes import LOOKS, look_after, look_named
 
@@ -22,7 +24,7 @@ def memory(tmp_path):
 
 
 def test_what_was_left_is_there_again(tmp_path):
-    left = Remembered("jog", "light", "cartesian", "tool", 5.0, 0.1, True)
+    left = Remembered("jog", "light", "cartesian", "tool", 5.0, 0.1, True, "joint", 0.25)
     remember(tmp_path / "desk.json", left)
     assert recall(tmp_path / "desk.json") == left
 
@@ -56,6 +58,23 @@ async def test_a_desk_is_found_as_it_was_left_and_disarmed(memory):
         assert session.text("conduct").splitlines()[2] == left
         assert session.desk.look_name == look
         assert not session.desk.armed
+
+
+async def test_the_move_screen_is_found_in_the_mode_and_at_the_speed_that_it_was_left(memory):
+    async with Session(PlannerArm(), memory=memory) as session:
+        await session.press("f3", "m", "less_than_sign", "4", "0")
+        left = session.desk.place.form
+        assert (left.cartesian, left.speed) == (False, 0.25)
+        await session.press("f2", "ctrl+q")
+    async with Session(PlannerArm(), memory=memory) as session:
+        await session.press("f3")
+        form = session.desk.place.form
+        assert (form.cartesian, form.speed) == (False, 0.25)
+        assert form.entries == {}, "a goal is not kept: whoever comes next has not seen it"
+
+
+def test_a_manner_that_makes_no_sense_is_the_usual_one():
+    assert manner_of(Remembered(move_mode="sideways", move_speed=7.0)) == Manner()
 
 
 async def test_a_memory_that_cannot_be_written_keeps_nobody_in_the_desk(tmp_path):

@@ -226,6 +226,61 @@ async def test_points_are_put_into_a_sequence_and_taken_out():
         assert "has steps" in session.text("remarks")
 
 
+async def test_a_marked_step_is_taken_out_and_changes_places():
+    async with PointSession() as session:
+        await session.choose("up")
+        await session.press("pagedown")
+        assert "has steps" in session.text("remarks")
+        await session.choose("stack")
+        await session.press("D")
+        assert "mark a step" in session.text("remarks")
+        await session.press("pagedown", "pagedown", "pagedown", "K")
+        await session.settle()
+        left, open_, right, up = STACK.steps
+        assert session.arm.points.sequence("stack").steps == (left, right, open_, up)
+        assert " *  2 to right" in session.text("chosen")
+        await session.press("J")
+        await session.settle()
+        assert session.arm.points.sequence("stack") == STACK
+        await session.press("pageup", "D")
+        session.clock.now_s += 0.5
+        await session.settle()
+        assert session.arm.points.sequence("stack") == STACK, "one press takes nothing out"
+        assert "AGAIN takes step 2 (gripper open) out of stack" in session.text("begin")
+        await session.press("pageup")
+        await session.twice("D")
+        assert session.arm.points.sequence("stack").steps == (open_, right, up)
+        assert session.arm.asked_for == []
+
+
+async def test_a_marked_step_stays_within_the_sequence_and_marks_go_round():
+    async with PointSession() as session:
+        await session.choose("stack")
+        await session.press("pageup", "J")
+        assert "the last step of stack" in session.text("remarks")
+        await session.press("pagedown", "K")
+        assert "the first step of stack" in session.text("remarks")
+        assert session.arm.points.sequence("stack") == STACK
+        await session.press("up", "down")
+        assert session.screen.marked is None
+
+
+async def test_steps_that_somebody_else_has_changed_are_not_overwritten():
+    async with PointSession() as session:
+        await session.choose("stack")
+        await session.press("pagedown", "pagedown")
+        other = StepList((Step("up"), Step("left")))
+        session.arm.points.put_sequence("stack", other, instead_of=STACK)
+        await session.press("K")
+        assert session.arm.points.sequence("stack") == other
+        await session.settle()
+        assert session.screen.marked is None, "what was marked is another step by now"
+        session.screen.busy = True
+        await session.press("pagedown", "J")
+        assert "under way" in session.text("remarks")
+        assert session.arm.points.sequence("stack") == other
+
+
 # -- sequences --------------------------------------------------------------------------------
 
 
@@ -314,7 +369,13 @@ async def test_pausing_and_going_on():
     async with PointSession() as session:
         await session.press("p")
         await session.poll()
+        assert "PAUSED at this desk: p on the points screen" in session.text("banner")
         await session.press("p")
+        await session.poll()
+        session.arm.set(paused=True)
+        await session.poll()
+        assert "PAUSED from outside" in session.text("banner")
+        session.arm.set(paused=False)
         assert [call[0] for call in session.arm.calls if call[0] in ("pause", "resume")] == [
             "pause",
             "resume",

@@ -51,7 +51,7 @@ class Session:
 
     async def __aenter__(self):
         self.pilot = await self._running.__aenter__()
-        await self.pilot.pause()
+        await self.seen(lambda: self.text("title"))
         return self
 
     async def __aexit__(self, *error):

@@ -16,7 +16,7 @@ from textual.screen import Screen
 from armdrive.status import Status
 from tui import panels
 from tui.framework import PlainText
-from tui.screens import summary_of
+from tui.screens import summary_of, titled
 from tui.spans import send_spans_alone
 
 if TYPE_CHECKING:
@@ -45,6 +45,11 @@ class DeskScreen(Screen[None]):
     def armed(self) -> bool:
         """Whether keys of this screen move the arm at once."""
         return False
+
+    @property
+    def idle(self) -> tuple[str, ...]:
+        """Rows of the table of keys that would change nothing now, by id."""
+        return ()
 
     @property
     def hint(self) -> str:
@@ -90,12 +95,13 @@ class DeskScreen(Screen[None]):
             return  # not laid out yet, or already being taken down
         desk = self.desk
         width = self.size.width
-        banner = panels.banner(status, desk.keys, looked_for=desk.arm.reconnects)
-        said = desk.message or self.hint
-        self.text("title").show(panels.title(status, width))
-        self.text("banner").show(banner)
-        self.text("remarks").show(panels.remarks(status, said, bannered=bool(banner)))
-        self.text("footer").show(desk.keys.footer(self.place, width))
+        looked_for, paused_here = desk.arm.reconnects, desk.paused_here
+        banner = panels.banner(status, desk.keys, looked_for=looked_for, paused_here=paused_here)
+        remarks = panels.remarks(status, desk.message or self.hint, bannered=bool(banner))
+        self.text("title").show(panels.title(status, titled(self.place), width))
+        self.text("banner").show(desk.spoken(banner))
+        self.text("remarks").show(desk.spoken(remarks))
+        self.text("footer").show(desk.keys.footer(self.place, width, self.idle))
         self.text("title").set_class(not status.simulated, "-real")
         self.text("banner").set_class(bool(banner), "-shown")
         self.show_body(status)

@@ -63,6 +63,11 @@ class JogScreen(DeskScreen):
         return self.hand.armed
 
     @property
+    def idle(self) -> tuple[str, ...]:
+        """Keys that are armed need no arming; keys that are not grasp nothing."""
+        return ("arm",) if self.armed else ("grasp",)
+
+    @property
     def hint(self) -> str:
         """How jogging begins, and how it ends."""
         keys = self.desk.keys

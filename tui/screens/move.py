@@ -50,7 +50,7 @@ class MoveScreen(FormKeys):
         fresh = self.look_ahead(status)
         present = self.present(status)
         self.text("goal").show(move_words.form_text(self.form, present, self.desk.keys))
-        self.text("foreseen").show(self._foreseen_text(fresh))
+        self.text("foreseen").show(self.desk.spoken(self._foreseen_text(fresh)))
         self.text("going").show(self.going_text(status, fresh))
 
     def _foreseen_text(self, fresh: Preview | None) -> str:

@@ -9,7 +9,7 @@ from textual import events
 from armdrive.errors import ArmError
 from armdrive.frames import BASE, TOOL
 from armdrive.status import Status
-from tui.goal_form import DIGITS, Form, present_of
+from tui.goal_form import DIGITS, Form, Manner, present_of
 from tui.screens.errands import ErrandScreen
 
 if TYPE_CHECKING:
@@ -23,7 +23,14 @@ class FormKeys(ErrandScreen):
         super().__init__()
         arm = self.desk.arm
         geometry = arm.model.arm
-        self.form = Form(geometry.joint_names, geometry.has_yaw, arm.frames)
+        manner = self.desk.manner
+        self.form = Form(
+            geometry.joint_names,
+            geometry.has_yaw,
+            arm.frames,
+            cartesian=manner.cartesian,
+            speed=manner.speed,
+        )
 
     def present(self, status: Status) -> dict[str, float]:
         """Return where the arm is, in the form's mode and frame."""
@@ -46,6 +53,7 @@ class FormKeys(ErrandScreen):
         """Take another form; a first press was meant for the one before."""
         self.confirming.forget()
         self.form = form
+        self.desk.manner = Manner(form.cartesian, form.speed)
         self.desk.show()
 
     def action_field(self, by: int) -> None:

@@ -56,12 +56,15 @@ class PointsScreen(PointKeys):
         self.text("list").show(point_words.list_text(self.listed, arm, height, keys))
         self.text("chosen").show(self._chosen_text())
         self.text("how").show(self._how_text())
-        self.text("ahead").show(move_words.short_text(fresh) if fresh is not None else "")
+        ahead = move_words.short_text(fresh) if fresh is not None else ""
+        self.text("ahead").show(self.desk.spoken(ahead))
         self.text("begin").show(self._begin_text(status, fresh is not None))
 
     def _chosen_text(self) -> str:
         if self.stepper is not None:
-            return point_words.sequence_text(self.stepper, self.desk.keys, stepping=self.stepping)
+            return point_words.sequence_text(
+                self.stepper, self.desk.keys, stepping=self.stepping, marked=self.marked
+            )
         point = self.listed.point
         return "" if point is None else point_words.point_text(point)
 

@@ -6,7 +6,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Protocol
 
 from tui.goal_form import SPEEDS, neighbour
-from tui.screens.points_teach import TeachKeys
+from tui.screens.points_steps import StepKeys
 
 if TYPE_CHECKING:
     from armdrive.status import Status
@@ -22,7 +22,7 @@ class Deed(Protocol):
         """Do it."""
 
 
-class PointKeys(TeachKeys):
+class PointKeys(StepKeys):
     """What the keys do. One step or run at a time; a stop that comes first lets it not begin."""
 
     _step_s = -STEP_QUIET_S
@@ -109,8 +109,7 @@ class PointKeys(TeachKeys):
 
     def action_pause(self) -> None:
         """Hold the arm up behind its next burst, or let it go on."""
-        arm = self.desk.arm
-        (arm.resume if self.desk.status.paused else arm.pause)()
+        self.desk.pause_or_go_on()
 
     # -- how ----------------------------------------------------------------------------------
 
@@ -130,7 +129,8 @@ class PointKeys(TeachKeys):
         """Ask for the chosen point on the move screen."""
         point = self.listed.point
         if point is None:
-            self.desk.say("choose a point to change; steps are changed in the file")
+            mark = self.desk.keys.label("points-step-next")
+            self.desk.say(f"choose a point to change; {mark} marks a step of a sequence")
             return
         self.desk.goal = point.joints
         self.desk.show_screen("move")
