@@ -29,9 +29,11 @@ class Arm(Verifying, Routing, Foreseeing, Jogging, Reconnecting, Conducting, Pen
     """One arm, connected. Make one with `Arm.connect`; use it in a `with` statement."""
 
     @classmethod
-    def connect(cls, target: str = "sim:teachmover", **options: Any) -> Arm:
+    def connect(cls, target: str | None = None, **options: Any) -> Arm:
         """Connect to an arm by the name of its arm file, a port with `dialect=`, or `sim:NAME`.
 
+        Without any it is the simulated TeachMover, and in a script under `armdrive run` the arm
+        that the command names.
         Options: `dialect`, `baud`, `pace` ("simulated", "real", a factor of real time, or a
         `SimulatedClock` that several simulated arms share), `allow_restored`, `operator`,
         `reconnect` (look for a lost wire until it is back; by default as the arm file says). With

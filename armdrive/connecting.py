@@ -22,6 +22,7 @@ from armdrive.posture import Operator
 from armdrive.record import FileRecorder, NoRecorder, Recorder
 from armdrive.recorder.files import recordings
 from armdrive.recorder.flight import FlightRecorder
+from armdrive.standins import stood_in
 from armdrive.transports.can_address import is_can
 from armdrive.wiring import Wiring
 from kinematics.near_words import suggestion
@@ -34,6 +35,9 @@ SIM = "sim:"
 PaceChoice = str | float | SimulatedClock | SimulatedPace | None
 """What `pace` may be: "simulated", "real", a factor of real time, a clock, or another arm's pace.
 """
+DEFAULT_TARGET = f"{SIM}teachmover"
+"""What a program connects to that names nothing."""
+
 SIM_PLANNED_BURST_S = 0.5
 """A simulated arm harms nobody: its planned bursts are longer than an unconfigured real arm's."""
 
@@ -93,7 +97,7 @@ def simulated_config(name: str) -> ArmConfig:
 
 
 def connect(
-    target: str,
+    target: str | None,
     *,
     dialect: str | None = None,
     baud: int | None = None,
@@ -104,7 +108,21 @@ def connect(
     reconnect: bool | None = None,
 ) -> Arm:
     """Connect as `Arm.connect` says."""
-    found = find(target, dialect_name=dialect, baud=baud)
+    instead = stood_in(
+        target,
+        {
+            "dialect": dialect,
+            "baud": baud,
+            "pace": pace,
+            "allow_restored": allow_restored,
+            "operator": operator,
+            "twin": twin,
+            "reconnect": reconnect,
+        },
+    )
+    if instead is not None:
+        return instead
+    found = find(target or DEFAULT_TARGET, dialect_name=dialect, baud=baud)
     if found.simulated:
         return connect_simulated(
             found.config,
