@@ -8,37 +8,22 @@ block pushes it.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
-from enum import Enum
-from types import MappingProxyType
 
-from armdrive.sim.blocks import GRAZE_MM, Block, Point, riders, settled
+from armdrive.sim.blocks import GRAZE_MM, Block, Point, riders
+from armdrive.sim.incidents import Incident, IncidentKind
+from armdrive.sim.table import Stand
 
 TABLE_TOLERANCE_MM = 1.5
 """How far below the table the tip may be: rounding to steps and the table's own give."""
 _ROUNDING_MM = 1e-6
 
 
-class IncidentKind(Enum):
-    """What can go wrong in the world of the arm."""
-
-    TABLE = "table touched"
-    KNOCK = "block knocked"
-    STOP = "mechanical stop"
-
-
-@dataclass(frozen=True, slots=True)
-class Incident:
-    """Something went wrong: with what, when (s, on the device's clock), and a sentence."""
-
-    kind: IncidentKind
-    what: str
-    sentence: str
-    time_s: float
-
-
 class Scene:
-    """The blocks, and which of them the fingers hold."""
+    """What one arm's fingers have to do with the blocks of its table, and which one they hold.
+
+    Points and blocks are told and shown in the arm's base frame; within, all is in the table's.
+    A block's footprint lies along the table's x and y, however the arm's base is turned.
+    """
 
     def __init__(
         self,
@@ -46,27 +31,41 @@ class Scene:
         held: str | None = None,
         tip: Point = (0.0, 0.0, 0.0),
         opening_mm: float = 0.0,
+        stand: Stand | None = None,
     ) -> None:
-        self._blocks = {block.name: block for block in blocks}
+        self._stand = stand or Stand()
+        self._table = self._stand.table
         self._held: str | None = None
         self._offset: Point = (0.0, 0.0, 0.0)
         self._carried: tuple[str, ...] = ()
         self._around: set[str] = set()
         self._touching: set[str] = set()
-        if held is not None:
-            self.hold(held, tip)
-        self._settle()
-        self._look(tip, opening_mm)
+        self._tip = self._stand.on_table(tip)
+        self._opening_mm = opening_mm
+        with self._table.lock:
+            self._table.join(self)
+            for block in blocks:
+                self._blocks[block.name] = block.at(self._stand.on_table(block.place))
+            if held is not None:
+                self._hold(held)
+            self._settle()
+            self.look()
 
     @property
     def blocks(self) -> Mapping[str, Block]:
         """Every block by its name."""
-        return MappingProxyType(self._blocks)
+        with self._table.lock:
+            return self._stand.seen()
 
     @property
     def held(self) -> str | None:
         """The name of the block between the fingers, if they hold one."""
         return self._held
+
+    @property
+    def carried(self) -> tuple[str, ...]:
+        """The blocks that go where the fingers go; none while another arm holds theirs."""
+        return self._carried
 
     @property
     def contact_mm(self) -> float:
@@ -77,30 +76,43 @@ class Scene:
 
     def put(self, block: Block, tip: Point, opening_mm: float) -> Block:
         """Set a block down where it says, or on what is there; return where it came to rest."""
-        self.take(block.name, tip, opening_mm)
-        self._blocks[block.name] = block
-        self._settle()
-        self._look(tip, opening_mm)
-        return self._blocks[block.name]
+        self._tip, self._opening_mm = self._stand.on_table(tip), opening_mm
+        put = self._table.put(block.at(self._stand.on_table(block.place)))
+        return put.at(self._stand.from_base(put.place))
 
     def take(self, name: str, tip: Point, opening_mm: float) -> Block | None:
         """Take a block away, out of the fingers if need be."""
+        self._tip, self._opening_mm = self._stand.on_table(tip), opening_mm
+        taken = self._table.take(name)
+        return taken and taken.at(self._stand.from_base(taken.place))
+
+    # -- what the table tells -----------------------------------------------------------------
+
+    def forget(self, name: str) -> None:
+        """Know nothing more of a block: it was taken away."""
         if name == self._held:
             self._let_go()
-        taken = self._blocks.pop(name, None)
+        self._carried = tuple(each for each in self._carried if each != name)
         self._around.discard(name)
         self._touching.discard(name)
-        self._settle()
-        self._look(tip, opening_mm)
-        return taken
 
-    def hold(self, name: str, tip: Point) -> None:
-        """Have a block in the fingers, where it is: as they close on it, or from a saved world."""
-        x, y, z = self._blocks[name].place
-        self._held = name
-        self._offset = (x - tip[0], y - tip[1], z - tip[2])
-        self._carried = (name, *riders(self._blocks, name))
-        self._around.add(name)
+    def look(self) -> None:
+        """Find out what the fingers are around after things have been moved by hand."""
+        for name, block in self._blocks.items():
+            if name not in self._carried and block.contains(self._tip, -GRAZE_MM):
+                wide = self._opening_mm >= block.width_mm - _ROUNDING_MM
+                (self._around if wide else self._touching).add(name)
+
+    def take_over(self) -> None:
+        """Carry the block that the fingers grip, and what stands on it."""
+        if self._held is None:
+            return
+        place, tip = self._blocks[self._held].place, self._tip
+        self._offset = (place[0] - tip[0], place[1] - tip[1], place[2] - tip[2])
+        free = [on for on in riders(self._blocks, self._held) if self._table.carrier(on) is None]
+        self._carried = (self._held, *free)
+
+    # -- what the fingers do ------------------------------------------------------------------
 
     def follow(
         self, before: Point, after: Point, opening_mm: float, time_s: float
@@ -109,15 +121,18 @@ class Scene:
 
         `opening_mm` is where the fingers' motor has them, whatever is between them.
         """
-        incidents = list(self._carry(after, time_s))
-        if before != after:
-            incidents += self._pass(before, after, opening_mm, time_s)
-        self._grip(after, opening_mm)
+        before, after = self._stand.on_table(before), self._stand.on_table(after)
+        with self._table.lock:
+            self._tip, self._opening_mm = after, opening_mm
+            incidents = list(self._carry(after, time_s))
+            if before != after:
+                incidents += self._pass(before, after, opening_mm, time_s)
+            self._grip(after, opening_mm)
         return incidents
 
     def _carry(self, tip: Point, time_s: float) -> Iterator[Incident]:
         """Move what is held, and push what it runs into."""
-        if self._held is None:
+        if self._held is None or not self._carried:  # else another arm holds it as well
             return
         held = self._blocks[self._held]
         place = (tip[0] + self._offset[0], tip[1] + self._offset[1], tip[2] + self._offset[2])
@@ -126,6 +141,7 @@ class Scene:
             return
         for name in self._carried:
             self._shift(name, shift)
+        yield from self._pull(time_s)
         yield from self._strike(self._held, (shift[0], shift[1], 0.0), time_s)
         held = self._blocks[self._held]
         if held.z_mm >= -TABLE_TOLERANCE_MM:
@@ -134,6 +150,18 @@ class Scene:
             self._touching.add(held.name)
             sentence = f"block {held.name} was pressed {-held.z_mm:.1f} mm into the table"
             yield Incident(IncidentKind.TABLE, held.name, sentence, time_s)
+
+    def _pull(self, time_s: float) -> Iterator[Incident]:
+        """Draw what is carried out of fingers that have closed on it as well, and hold still."""
+        for hand in self._table.others(self):
+            if isinstance(hand, Scene) and hand.held in self._carried and not hand.reaches():
+                sentence = f"block {hand.held} was pulled out of another arm's fingers"
+                yield Incident(IncidentKind.KNOCK, hand.held or "", sentence, time_s)
+                hand.forget(hand.held or "")
+
+    def reaches(self) -> bool:
+        """Tell whether the tip is still within the block that the fingers hold."""
+        return self._held is not None and self._blocks[self._held].contains(self._tip, GRAZE_MM)
 
     def _strike(self, held: str, push: Point, time_s: float) -> Iterator[Incident]:
         for name, block in list(self._blocks.items()):
@@ -164,6 +192,8 @@ class Scene:
                     yield from self._push(name, before, after, entered, time_s)
             if not self._blocks[name].contains(after, GRAZE_MM):
                 self._around.discard(name)
+                if name == self._held:  # another arm carries it, and has kept it
+                    self._let_go()
                 if self._held is None:
                     self._touching.discard(name)
 
@@ -192,22 +222,29 @@ class Scene:
         ]
         if pressed:
             nearest = min(pressed, key=lambda one: abs(tip[2] - one.z_mm - one.height_mm / 2))
-            self.hold(nearest.name, tip)
+            self._hold(nearest.name)
 
-    def _look(self, tip: Point, opening_mm: float) -> None:
-        """Find out what the fingers are around after things have been moved by hand."""
-        for name, block in self._blocks.items():
-            if name not in self._carried and block.contains(tip, -GRAZE_MM):
-                wide = opening_mm >= block.width_mm - _ROUNDING_MM
-                (self._around if wide else self._touching).add(name)
+    def _hold(self, name: str) -> None:
+        """Have a block in the fingers, where it is: as they close on it, or from a saved world."""
+        self._held = name
+        self._around.add(name)
+        if self._table.carrier(name) is None:
+            self.take_over()
 
     def _let_go(self) -> None:
         self._held, self._carried = None, ()
-        self._settle()
+        self._table.released()
+
+    @property
+    def _blocks(self) -> dict[str, Block]:
+        return self._table.blocks
 
     def _shift(self, name: str, by: Point) -> None:
+        """Move a block that no other arm carries."""
+        if name not in self._carried and self._table.carrier(name) is not None:
+            return
         block = self._blocks[name]
         self._blocks[name] = block.at((block.x_mm + by[0], block.y_mm + by[1], block.z_mm + by[2]))
 
     def _settle(self) -> None:
-        self._blocks = settled(self._blocks, self._carried)
+        self._table.settle()

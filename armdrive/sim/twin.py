@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from armdrive.errors import StateFileError
+from armdrive.errors import BadRequest, StateFileError
 from armdrive.sim.blocks import Block
 from armdrive.sim.body import ArmBody
 from armdrive.sim.device import SimDevice
@@ -17,6 +17,7 @@ from armdrive.sim.options import Options, Value
 from armdrive.sim.play import play_of
 from armdrive.sim.recalling import recalled
 from armdrive.sim.saved import MEND, Json
+from armdrive.sim.table import Stand
 from armdrive.sim.twins import twin_kind
 from armdrive.sim.world import World
 from armdrive.transports.memory import MemoryLink
@@ -58,16 +59,18 @@ def make_twin(
     *,
     blocks: Iterable[Block] = (),
     play: int | Sequence[int] | None = None,
+    stand: Stand | None = None,
     **options: Value,
 ) -> Twin:
     """Build the twin of an arm: as it was saved, or as one finds it in the morning.
 
     `play` is the lost motion of every motor's train, or of each, in steps: without it, the
-    backlash of the arm file, which is what the driver takes up. `options` are settings of the
+    backlash of the arm file, which is what the driver takes up. `stand` puts the arm on a table
+    with others, which a saved world cannot be put on. `options` are settings of the
     dialect's device (`twins.py`), `speed_error=0.2` say. Raises `StateFileError` where what was
     saved fits no such arm, and `BadRequest` for the rest.
     """
-    device = make_device(config, saved, blocks=blocks, play=play, settings=options)
+    device = make_device(config, saved, blocks=blocks, play=play, stand=stand, settings=options)
     link = link_to(device)
     operator, faults = SimulatedOperator(device.world), Faults(device, link.line, LinkCable(link))
     return Twin(config.connection.dialect, device, link, operator, faults)
@@ -88,6 +91,7 @@ def make_device(
     *,
     blocks: Iterable[Block] = (),
     play: int | Sequence[int] | None = None,
+    stand: Stand | None = None,
     settings: Mapping[str, Value] | None = None,
 ) -> SimDevice:
     """Build the simulated device alone, for a process of its own."""
@@ -98,7 +102,9 @@ def make_device(
     body = replace(body, play=widths)
     chosen = Options(kind.options, settings)
     if saved is None:
-        return kind.make(config, World(body, blocks=blocks), chosen)
+        return kind.make(config, World(body, blocks=blocks, stand=stand), chosen)
+    if stand is not None:
+        raise BadRequest("a saved world has a table of its own: it cannot be put on another")
     known = _of_dialect(saved, dialect)
     what = f"simulated {kind.title}"
     return recalled(known, lambda world: kind.make(config, world, chosen), body, what=what)

@@ -12,9 +12,11 @@ from collections.abc import Iterable, Sequence
 from armdrive.sim.blocks import Block, Point
 from armdrive.sim.body import ArmBody
 from armdrive.sim.found import found_posture
+from armdrive.sim.incidents import Incident, IncidentKind
 from armdrive.sim.play import Play
 from armdrive.sim.sag import sagged
-from armdrive.sim.scene import TABLE_TOLERANCE_MM, Incident, IncidentKind, Scene
+from armdrive.sim.scene import TABLE_TOLERANCE_MM, Scene
+from armdrive.sim.table import Stand
 from kinematics.presets import preset
 from kinematics.spaces import Joints, Motors, Pose
 
@@ -35,11 +37,12 @@ class World:
         body: ArmBody | None = None,
         motors: Sequence[int] | None = None,
         blocks: Iterable[Block] = (),
+        stand: Stand | None = None,
     ) -> None:
+        """Take an arm as it is found; without a `stand` it has a table of its own."""
         self.body = body or ArmBody.of_preset(preset("teachmover"))
         self.energised = True
         self.incidents: list[Incident] = []
-        self.scene = Scene()
         self.stalled: set[int] = set()
         self.play = Play(self.body.play)
         self._to_lose: dict[int, int] = {}
@@ -50,6 +53,7 @@ class World:
         self._sample_steps = self.body.sample_steps
         self._blocked: set[str] = set()
         self._observe()
+        self.scene = Scene(tip=self.tip, opening_mm=self._pull_mm, stand=stand)
         for block in blocks:
             self.put(block)
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.sim.blocks import Block
 from armdrive.sim.body import ArmBody
+from armdrive.sim.incidents import Incident, IncidentKind
 from armdrive.sim.saved import MEND, STEPS_MOST, Json, Saved
-from armdrive.sim.scene import Incident, IncidentKind
 from armdrive.sim.world import World
 
 FORMAT = 1

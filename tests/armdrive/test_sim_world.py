@@ -13,7 +13,7 @@ from armdrive.errors import BadRequest
 from armdrive.sim import world as world_module
 from armdrive.sim.blocks import Block
 from armdrive.sim.body import ArmBody
-from armdrive.sim.scene import IncidentKind
+from armdrive.sim.incidents import IncidentKind
 from armdrive.sim.world import World
 from armdrive.sim.world_file import world_from_json, world_to_json
 from kinematics.presets import preset
