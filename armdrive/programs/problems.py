@@ -1,0 +1,45 @@
+"""What is wrong with a program, and how a person is told: the line, and a caret under the place."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from armdrive.errors import ProgramError
+from armdrive.programs.acts import Mark
+
+MOST_TOLD = 20
+"""So many problems of one program are told at once: more are the echo of the first."""
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """One thing that is wrong, where it stands."""
+
+    mark: Mark
+    text: str
+
+
+def lines_of(text: str) -> list[str]:
+    """Return the lines of a text, however its lines end."""
+    return text.removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n").split("\n")
+
+
+def pointed(problem: Problem, lines: list[str]) -> str:
+    """Return what is wrong, the line, and a caret under the place."""
+    mark = problem.mark
+    if not 1 <= mark.line <= len(lines):
+        return f"{mark}: {problem.text}"
+    line = lines[mark.line - 1]
+    before = "".join("\t" if sign == "\t" else " " for sign in line[: mark.column - 1])
+    return f"{mark}: {problem.text}\n    {line}\n    {before.ljust(mark.column - 1)}^"
+
+
+def program_error(problems: Iterable[Problem], text: str) -> ProgramError:
+    """Return the error that tells of these problems of a program, in the order of its lines."""
+    found = tuple(sorted(set(problems), key=lambda each: (each.mark.line, each.mark.column)))
+    lines = lines_of(text)
+    told = [pointed(each, lines) for each in found[:MOST_TOLD]]
+    if len(found) > MOST_TOLD:
+        told.append(f"and {len(found) - MOST_TOLD} more")
+    return ProgramError("\n".join(told), mark=found[0].mark, problems=found)

@@ -1,0 +1,122 @@
+"""A program that has been read, checked as a whole, and compiled: what runs are made from."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+from armdrive.programs.acts import Mark
+from armdrive.programs.checking import check
+from armdrive.programs.compiling import Code, compiled
+from armdrive.programs.instructions import Op
+from armdrive.programs.machine import Machine
+from armdrive.programs.operations import World
+from armdrive.programs.problems import Problem, program_error
+from armdrive.programs.reading import read_tree
+from armdrive.programs.syntax import Tree
+from armdrive.programs.values import ForwardKinematics, Place
+from kinematics.near_words import suggestion
+
+
+@dataclass(frozen=True)
+class Program:
+    """A program; `tree` is what was written, `code` what the machine carries out."""
+
+    text: str
+    file: str
+    tree: Tree
+    code: Code
+
+    @cached_property
+    def digest(self) -> str:
+        """What changes when the text does: its sha256."""
+        return hashlib.sha256(self.text.encode("utf-8", "surrogatepass")).hexdigest()
+
+    @cached_property
+    def wanted(self) -> Mapping[str, Mark]:
+        """The points of the arm's own book that it goes by, and where each stands first."""
+        found: dict[str, Mark] = {}
+        for row in self.code.instructions:
+            if row.op in (Op.LOAD_POINT, Op.LOAD_SHIFTED):
+                found.setdefault(row.name, row.mark)
+        return found
+
+    def machine(
+        self,
+        points: Mapping[str, Mapping[str, float]] | None = None,
+        fk: ForwardKinematics | None = None,
+        joint_names: tuple[str, ...] | None = None,
+    ) -> Machine:
+        """Return a run of it, from its beginning.
+
+        `points` is the arm's book: joint angles (deg, by joint) by the names of the points; `fk`
+        says the pose of joint angles; `joint_names` are the arm's joints. Raises `ProgramError`
+        with every name that there is not.
+        """
+        book = {} if points is None else points
+        places, problems = self._places(book)
+        if joint_names is not None:
+            problems += self._wrong_joints(joint_names)
+        if problems:
+            raise program_error(problems, self.text)
+        return Machine(self, World(places, fk))
+
+    def restored(
+        self, snapshot: Mapping[str, object], *, fk: ForwardKinematics | None = None
+    ) -> Machine:
+        """Return a run taken up again where its snapshot was made. Raises `ProgramError`."""
+        return Machine.restored(self, snapshot, fk=fk)
+
+    def _places(
+        self, book: Mapping[str, Mapping[str, float]]
+    ) -> tuple[dict[str, Place], list[Problem]]:
+        places, problems = {}, []
+        for name, mark in self.wanted.items():
+            found = _in_book(name, book)
+            if isinstance(found, str):
+                problems.append(Problem(mark, found))
+            else:
+                places[name] = Place(joints_deg=dict(found))
+        return places, problems
+
+    def _wrong_joints(self, joint_names: tuple[str, ...]) -> list[Problem]:
+        problems = []
+        for row in self.code.instructions:
+            if row.op is Op.JOINTS:
+                text = _joints_wrong(row.name.split(","), joint_names)
+                problems += [Problem(row.mark, text)] if text else []
+        return problems
+
+
+def read_program(text: str, file: str = "") -> Program:
+    """Read a program and check it as a whole. Raises `ProgramError` with all that is wrong."""
+    tree, problems = read_tree(text, file)
+    problems += check(tree)
+    if problems:
+        raise program_error(problems, text)
+    return Program(text, file, tree, compiled(tree))
+
+
+def _in_book(name: str, book: Mapping[str, Mapping[str, float]]) -> Mapping[str, float] | str:
+    """Return a point by its name, in any capitals where that is clear, or why there is none."""
+    if name in book:
+        return book[name]
+    alike = [each for each in book if each.lower() == name.lower()]
+    if len(alike) == 1:
+        return book[alike[0]]
+    if alike:
+        return f'{" and ".join(alike)} differ by capitals alone: write taught("{alike[0]}")'
+    near = suggestion(name, book)
+    return f"{name!r} is set nowhere, and the arm's book has no point of that name{near}"
+
+
+def _joints_wrong(said: list[str], known: tuple[str, ...]) -> str:
+    unknown = next((name for name in said if name not in known), None)
+    if unknown is not None:
+        return f"this arm has no joint {unknown!r}{suggestion(unknown, known)}"
+    missing = [name for name in known if name not in said]
+    return (
+        f"a place in joint angles says every joint: {', '.join(missing)} missing" if missing else ""
+    )

@@ -1,0 +1,83 @@
+"""What a person is told of a line that cannot be read."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from lark import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
+
+from armdrive.programs.vocabulary import RESERVED, SPELLINGS
+from kinematics.near_words import suggestion
+
+SHAPES = ("point", "if", "while", "repeat", "define", "end", "else", "goto")
+"""The words that a line begins with besides the vocabulary's."""
+
+_FIRST = re.compile(r"\s*(?:\d+\s*:?\s*)?([A-Za-z_][A-Za-z0-9_]*)")
+
+_EXPECTED: Mapping[str, str] = MappingProxyType({
+    "NUMBER": "a value", "PERCENT": "a value", "TEXT": "a value", "TRUTH": "a value",
+    "JOINTS": "a value", "LPAR": "a value", "NOT": "a value", "MINUS": "",
+    "RPAR": "`)`", "COMMA": "a comma", "EQUAL": "`=`", "NAME": "a name",
+    "$END": "the end of the line",
+    "PLUS": "", "TIMES": "", "OVER": "", "OR": "", "AND": "", "COMPARE": "", "DOT": "",
+    "COMMENT": "", "COLON": "", "WORD": "a word", "LINK": "",
+})  # fmt: skip
+"""What the parser's expectations are called; nothing where naming them would only be noise."""
+
+
+def mistake(error: UnexpectedInput, line: str) -> tuple[int, str]:
+    """Return the column at which a line cannot be read on, and why."""
+    if isinstance(error, UnexpectedCharacters):
+        return error.column, _unknown_sign(line, error.column)
+    column = getattr(error, "column", None)
+    token = getattr(error, "token", None)
+    if column is None or column < 1 or token is None or token.type == "$END":
+        column, found = len(line.rstrip()) + 1, ""
+    else:
+        found = str(token)
+    first = _first_word(line, column)
+    if first is not None:
+        return first
+    expected = set(error.accepts or ()) if isinstance(error, UnexpectedToken) else set()
+    wanted = _wanted(expected)
+    if not found:
+        return column, f"the line ends too early{wanted}"
+    return column, f"{found!r} does not belong here{wanted}"
+
+
+def _unknown_sign(line: str, column: int) -> str:
+    sign = line[column - 1] if column <= len(line) else ""
+    if sign == '"':
+        return 'the text has no end: a `"` is missing'
+    return f"{sign!r} is no sign of a program"
+
+
+def _first_word(line: str, column: int) -> tuple[int, str] | None:
+    """Return what is wrong where the word that the line begins with is the mistake."""
+    match = _FIRST.match(line)
+    if match is None:
+        return None
+    word, at = match[1], match.start(1) + 1
+    rest = line[match.end(1) :].lstrip()
+    low = word.lower()
+    if low in RESERVED and rest.startswith("=") and not rest.startswith("=="):
+        return at, f"`{low}` is a word of the language: give the value another name"
+    known = low in SPELLINGS or low in SHAPES or low in RESERVED
+    if known or column <= at or rest.startswith(("=", ":", "(")):
+        return None
+    near = suggestion(low, (*SPELLINGS, *SHAPES))
+    return at, f"there is no word {word!r}{near}"
+
+
+def _wanted(expected: set[str]) -> str:
+    if "NUMBER" in expected and "LPAR" in expected:
+        return ": a value is missing"
+    if "WORD" in expected:
+        return ": a number at the beginning of a line is a label, and a word comes after it"
+    named = {_EXPECTED.get(each, f"`{each.lower()}`") for each in expected} - {""}
+    listed = sorted(named)
+    if not listed:
+        return ""
+    return ": " + " or ".join(listed) + " was expected"
