@@ -15,9 +15,10 @@ from armdrive.calls.jogging import Jogging
 from armdrive.calls.pendant import Pendant
 from armdrive.calls.reconnecting import Reconnecting
 from armdrive.calls.routing import Routing
+from armdrive.calls.signalling import Signalling
 from armdrive.calls.verifying import Verifying
 from armdrive.controllers.settings import Settings
-from armdrive.flows import comparing, idling, referencing
+from armdrive.flows import comparing, referencing
 from armdrive.gripper import Gripper
 from armdrive.recorder.calls import witnessed
 from armdrive.states import Event, after
@@ -25,7 +26,7 @@ from armdrive.status import State
 
 
 @witnessed
-class Arm(Verifying, Routing, Foreseeing, Jogging, Reconnecting, Conducting, Pendant):
+class Arm(Verifying, Routing, Foreseeing, Jogging, Reconnecting, Conducting, Pendant, Signalling):
     """One arm, connected. Make one with `Arm.connect`; use it in a `with` statement."""
 
     @classmethod
@@ -81,13 +82,3 @@ class Arm(Verifying, Routing, Foreseeing, Jogging, Reconnecting, Conducting, Pen
         """
         chosen = [each.mend for each in self.core.differences] if lines is None else lines
         return self.perform(comparing.mend_settings(self.wire, tuple(chosen)))
-
-    def set_outputs(self, bits: int) -> None:
-        """Write the output bits. Moves nothing."""
-        after(self.core.state, Event.MOVE)
-        self.perform(idling.set_outputs(self.wire, bits))
-
-    def read_inputs(self) -> int:
-        """Read the input bits now."""
-        self.perform(referencing.poll(self.wire))
-        return self.core.inputs or 0

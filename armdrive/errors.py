@@ -10,6 +10,7 @@
     |   +-- OutOfBounds           3   a limit or a guard would be passed
     |   +-- SettingsDiffer        3   the device is set up for another arm
     |   +-- ArmInUse              4   another program holds the arm
+    +-- InputTimeout              1   an input did not become what was waited for in time
     +-- Stopped                   5   a motion ended early because somebody stopped it
     |   +-- PendantStop           5   the STOP key of the pendant
     +-- DeviceFault               6   the controller said no, or something else than expected
@@ -116,6 +117,10 @@ class ArmInUse(Refused):
     """Another program holds the arm."""
 
     exit_code = 4
+
+
+class InputTimeout(ArmError, TimeoutError):
+    """An input did not become what was waited for before the deadline. Nothing was stopped."""
 
 
 class Stopped(ArmError):

@@ -69,6 +69,10 @@ class Whereabouts:
         """Whether registers fell to zero in the present motion, which does not lead there."""
         self.coordinates = self.coordinates_of(still)
         self.inputs: int | None = None
+        self.sensed = 0
+        """How often the inputs have been read."""
+        self.awaiting = 0
+        """How many calls wait for inputs: a standing arm is looked at more often then."""
         self.outputs: int | None = None
         self.gripping: bool | None = None
         self.touch_mm: float | None = None
@@ -129,6 +133,7 @@ class Whereabouts:
     def sense(self, registers: Registers) -> None:
         """Take the inputs; an arm without a grip switch never tells whether it grips."""
         self.inputs = registers.inputs
+        self.sensed += 1
         if self.controller.abilities.grip_switch:
             self.gripping = registers.gripping
 

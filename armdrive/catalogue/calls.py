@@ -121,6 +121,14 @@ REQUESTS = (
         "Correct the place under the caret, or what the sentence says of the arm; docs/programs.md "
         "has every word.",
     ),
+    Entry(
+        "E114", "InputTimeout", "an input that did not come",
+        "The program waited for an input to become high or low, and the deadline that it gave "
+        "passed first.",
+        "None: the wait stopped nothing and moved nothing.",
+        "Look at the sensor and its cable, and at the number: inputs are counted from 1. "
+        "`armdrive status` shows them.",
+    ),
 )  # fmt: skip
 
 REFUSALS = (

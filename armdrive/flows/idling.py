@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 
 MOST_OUTPUTS = 255
 
+INPUTS_POLL_S = 0.05
+"""While somebody waits for an input, a standing arm is looked at so often."""
+
 STILL_S = 2.0
 """An arm that has stood this long is recorded as standing."""
 
@@ -40,6 +43,8 @@ class Idling:
             core.still_since_s = now_s  # where it could not be written, try again later
         mark_s = core.still_since_s + STILL_S if core.memory.owing else math.inf
         every_s = core.config.motion.idle_poll_s
+        if core.awaiting:
+            every_s = min(every_s or INPUTS_POLL_S, INPUTS_POLL_S)
         if every_s == 0.0:
             return mark_s, None
         poll_s = max(self._polled_s, core.still_since_s) + every_s

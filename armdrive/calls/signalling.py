@@ -1,0 +1,130 @@
+"""Inputs and outputs of the arm's controller, one by one: read, waited for, switched."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from armdrive.calls.connected import Connected
+from armdrive.errors import BadRequest, InputTimeout, Stopped
+from armdrive.flows import idling, referencing
+from armdrive.pace import RealPace
+from armdrive.states import Event, after
+from armdrive.status import State
+from kinematics.errors import finite
+
+if TYPE_CHECKING:
+    from armdrive.engine import Engine
+
+Lines = int | Iterable[int]
+"""One input, or several, counted from 1."""
+
+MOST_LINES = idling.MOST_OUTPUTS.bit_length()
+"""Inputs and outputs are numbered from 1 to this."""
+
+SIMULATED_S = 3600.0
+"""A wait without a deadline ends after so long on simulated time, where nobody could interrupt it.
+"""
+
+_ASLEEP = (State.DISCONNECTED, State.DISABLED, State.ERROR_STOP)
+"""The states in which nobody looks at an arm."""
+
+
+class Signalling(Connected):
+    """The calls that read and switch single lines. None of them moves the arm."""
+
+    def set_outputs(self, bits: int) -> None:
+        """Write the output bits. Moves nothing."""
+        after(self.core.state, Event.MOVE)
+        self.perform(idling.set_outputs(self.wire, bits))
+
+    def set_output(self, number: int, on: bool = True) -> None:
+        """Switch one output, counted from 1; the others stay. Moves nothing.
+
+        Outputs that this connection has not written yet are taken to be off, as they are when the
+        controller is switched on: no such controller tells how they are.
+        """
+        bit = _bits(number)
+        bits = self.core.outputs or 0
+        self.set_outputs(bits | bit if on else bits & ~bit)
+
+    def read_inputs(self) -> int:
+        """Read the input bits now."""
+        self.perform(referencing.poll(self.wire))
+        return self.core.inputs or 0
+
+    def wait_inputs(
+        self, *, high: Lines = (), low: Lines = (), within_s: float | None = None
+    ) -> int:
+        """Wait until inputs, counted from 1, are high and low; return the input bits.
+
+        `wait_inputs(high=3, low=(1, 2), within_s=10)`, on the arm's own clock. Other calls may go
+        on meanwhile: a standing arm is looked at 20 times a second, one in motion as often as its
+        controller tells. Raises `InputTimeout` at the deadline, `Stopped` where the arm is stopped,
+        what broke where its wire is lost, and `WrongState` for an arm that nobody looks at.
+        """
+        want, shun, patience_s = _bits(high), _bits(low), self._patience_s(within_s)
+        if want & shun or not want | shun:
+            raise BadRequest("name inputs that shall be high or low, none as both: high=1, low=2")
+        core, stops = self.core, self.stops
+        with self.pace.lock:
+            after(State.STANDBY if core.state not in _ASLEEP else core.state, Event.MOVE)
+            core.awaiting += 1
+            seen = core.sensed
+
+        def ended() -> bool:
+            if self.stops != stops or core.state in _ASLEEP:
+                return True
+            bits = core.inputs or 0
+            return core.sensed != seen and bits & want == want and not bits & shun
+
+        self.pace.wake()
+        try:
+            met = self.pace.wait(ended, patience_s)
+        finally:
+            with self.pace.lock:
+                core.awaiting -= 1
+        self._require_looking(self.engine, stops)
+        if not met:
+            raise InputTimeout(
+                f"after {patience_s:g} s {_words(want, shun)} is not so: the inputs read "
+                f"{core.inputs or 0:08b}, the last digit is input 1"
+            )
+        return core.inputs or 0
+
+    def _require_looking(self, engine: Engine, stops: int) -> None:
+        """Raise what keeps anybody from seeing the inputs."""
+        if engine.broken is not None:
+            raise engine.broken
+        if self.stops != stops:
+            raise Stopped("a stop was asked for while the program waited for inputs")
+        if self.core.state in _ASLEEP:
+            after(self.core.state, Event.MOVE)
+
+    def _patience_s(self, within_s: float | None) -> float:
+        if within_s is None:
+            return math.inf if isinstance(self.pace, RealPace) else SIMULATED_S
+        return max(finite("within_s", within_s), 0.0)
+
+
+def _bits(lines: Lines) -> int:
+    """Return the bits of lines that are counted from 1. Raises `BadRequest`."""
+    bits = 0
+    for number in [lines] if isinstance(lines, int) else lines:
+        whole = isinstance(number, int) and not isinstance(number, bool)
+        if not whole or not 1 <= number <= MOST_LINES:
+            raise BadRequest(
+                f"inputs and outputs are counted from 1 to {MOST_LINES}, not {number!r}"
+            )
+        bits |= 1 << number - 1
+    return bits
+
+
+def _words(want: int, shun: int) -> str:
+    named = [(want, "high"), (shun, "low")]
+    return " and ".join(
+        f"{name} {', '.join(str(bit + 1) for bit in range(MOST_LINES) if bits >> bit & 1)}"
+        for bits, name in named
+        if bits
+    )
