@@ -11,10 +11,10 @@ from dataclasses import dataclass
 from itertools import accumulate, chain
 from typing import TYPE_CHECKING
 
-from armdrive.programs.running import FOR_EVER, Step
+from armdrive.programs.running import FOR_EVER
 
 if TYPE_CHECKING:
-    from armdrive.programs.acts import Mark, Stage
+    from armdrive.programs.acts import Mark
 
 LOOPS_REHEARSED = 2
 """The second loop begins where the first has ended, and so do all that follow."""
@@ -24,13 +24,9 @@ LOOPS_REHEARSED = 2
 class Took:
     """What one act of a rehearsal took, and where it stands in the program."""
 
-    stage: Stage
+    mark: Mark
+    what: str
     took_s: float
-
-    @property
-    def mark(self) -> Mark:
-        """Where it stands."""
-        return self.stage.mark
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,13 +65,12 @@ class Progress:
             return None
         return sum(self._loop_s(number) for number in range(1, self._repeated + 1))
 
-    def begins(self, step: Step) -> None:
+    def begins(self, mark: Mark, loop: int = 1) -> None:
         """Note where the run is now."""
-        fresh = step.loop != self._loop
-        self._loop = step.loop
-        marks = [each.mark for each in self._rehearsed(step.loop)]
-        expected = 0 if fresh else -1 if self._index is None else self._index + 1
-        self._index = nearest(marks, step.stage.mark, expected)
+        fresh, self._loop = loop != self._loop, loop
+        marks = [each.mark for each in self._rehearsed(loop)]
+        expected = 0 if fresh or self._index is None else self._index + 1
+        self._index = nearest(marks, mark, expected)
 
     def estimate(self, under_way_s: float, share: float = 1.0) -> Estimate:
         """Return how far the run has come, `under_way_s` after the present act began.
@@ -106,10 +101,8 @@ class Progress:
 def nearest(marks: Sequence[Mark], mark: Mark, expected: int) -> int | None:
     """Return the index of a mark: the first from where it is expected on, else the last before.
 
-    None where it is nowhere, or nobody knows where to begin to look (`expected` is -1) and it is
-    not there either.
+    None where it is nowhere.
     """
-    start = max(expected, 0)
-    ahead = range(start, len(marks))
-    behind = range(min(start, len(marks)) - 1, -1, -1)
+    ahead = range(expected, len(marks))
+    behind = range(min(expected, len(marks)) - 1, -1, -1)
     return next((index for index in chain(ahead, behind) if marks[index] == mark), None)

@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from armdrive.errors import ArmError, Refused
-from armdrive.programs.acts import Act, Answer, AwaitInputs, Delay, Machine
+from armdrive.programs.acts import Act, Answer, AwaitInputs, Delay, Machine, Mark
 from armdrive.programs.progress import LOOPS_REHEARSED, Took
-from armdrive.programs.rehearsing import Assumption, Assumptions, Rehearser
+from armdrive.programs.rehearsing import Assumption, Assumptions, Rehearser, Things
 from armdrive.programs.running import FOR_EVER, Run, Source, Step
 from armdrive.programs.twins import knows_its_world, rehearsing_arm
 from kinematics.errors import KinematicsError
@@ -39,7 +39,7 @@ class Rehearsal:
     """What a rehearsal found.
 
     `loops` are its acts, a list a loop, with what each took; `refusal` is what it was refused
-    with, in the step `at`. `whole` is False where it was cut short: the program may never end.
+    with, at the mark `at`. `whole` is False where it was cut short: the program may never end.
     `share` of its speed was what the arm went with, `path` are the tip's points in mm, where they
     were asked for.
     """
@@ -47,7 +47,7 @@ class Rehearsal:
     loops: tuple[tuple[Took, ...], ...]
     assumptions: tuple[Assumption, ...] = ()
     refusal: Exception | None = None
-    at: Step | None = None
+    at: Mark | None = None
     whole: bool = True
     share: float = 1.0
     path: tuple[Point, ...] = field(default=(), repr=False)
@@ -83,8 +83,23 @@ class Plan:
     traced: bool = False
 
 
-class _TooLong(Exception):
-    """The rehearsal has come far enough."""
+class TooLong(BaseException):
+    """The rehearsal has come far enough; no script that catches errors keeps it from ending."""
+
+
+class Patience:
+    """How long a rehearsal may go on, by its acts, by the arm's time, and by a person's."""
+
+    def __init__(self) -> None:
+        self._acts = 0
+        self._until_s = time.monotonic() + MOST_REAL_S
+
+    def ask(self, took_s: float) -> None:
+        """Raise `TooLong` where it has gone on for long enough; asked for once before each act."""
+        self._acts += 1
+        too_many = self._acts > MOST_ACTS or took_s > MOST_S
+        if too_many or time.monotonic() > self._until_s:
+            raise TooLong
 
 
 class _Watch:
@@ -93,22 +108,21 @@ class _Watch:
     def __init__(self, assumptions: Assumptions) -> None:
         self.loops: dict[int, list[Took]] = {}
         self._assumptions = assumptions
-        self._acts, self._took_s = 0, 0.0
-        self._until_s = time.monotonic() + MOST_REAL_S
+        self._took_s = 0.0
+        self._patience = Patience()
 
     def begins(self, step: Step, machine: Machine) -> None:  # noqa: ARG002 - as every onlooker
         """Say where the program is, to what is assumed there."""
-        too_many = self._acts >= MOST_ACTS or self._took_s > MOST_S
-        if too_many or time.monotonic() > self._until_s:
-            raise _TooLong
+        self._patience.ask(self._took_s)
         self._assumptions.mark = step.stage.mark
 
     def ended(self, step: Step, answer: Answer, took_s: float) -> None:
         """Keep what it took."""
         took_s = _waited_s(step.stage.act, answer, took_s)
-        self._acts += 1
         self._took_s += took_s
-        self.loops.setdefault(step.loop, []).append(Took(step.stage, took_s))
+        self.loops.setdefault(step.loop, []).append(
+            Took(step.stage.mark, type(step.stage.act).__name__, took_s)
+        )
 
 
 def _waited_s(act: Act, answer: Answer, took_s: float) -> float:
@@ -132,8 +146,7 @@ def rehearse(config: ArmConfig, arm: Arm | None, plan: Plan) -> Rehearsal:
             twin,
             assumptions,
             inputs=plan.inputs,
-            width_mm=plan.width_mm,
-            invents=not knows_its_world(arm),
+            things=Things(assumptions, plan.width_mm, known=knows_its_world(arm)),
             traced=plan.traced,
             outputs=plan.outputs,
         )
@@ -147,7 +160,7 @@ def rehearse(config: ArmConfig, arm: Arm | None, plan: Plan) -> Rehearsal:
         tuple(tuple(watch.loops.get(number, ())) for number in range(1, loops + 1)),
         tuple(assumptions.found),
         refusal,
-        run.at if refusal is not None else None,
+        run.at.stage.mark if refusal is not None and run.at is not None else None,
         whole,
         twin.speed_override,
         tuple(rehearser.path),
@@ -158,7 +171,7 @@ def _carried_out(run: Run) -> tuple[Exception | None, bool]:
     """Carry a rehearsal out; return what it was refused with, and whether it came to an end."""
     try:
         run.carry_out()
-    except _TooLong:
+    except TooLong:
         return None, False
     except (ArmError, KinematicsError) as refusal:
         return refusal, True

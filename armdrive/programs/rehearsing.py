@@ -65,12 +65,36 @@ class Nobody:
         """Let it go on."""
 
 
-class Rehearser(Performer):
-    """Carries out acts on a twin.
+class Things:
+    """What the fingers find where nobody knows what is around the arm.
 
-    `invents` tells that nobody knows what is around the arm: what the fingers find then is a
-    thing `width_mm` wide, or nothing.
+    Always something `width_mm` wide, or nothing. Where the world around is `known` it is as it is.
     """
+
+    def __init__(self, assumptions: Assumptions, width_mm: float | None, *, known: bool) -> None:
+        self._assumptions = assumptions
+        self._width_mm = width_mm
+        self._known = known
+        self._names = count(1)
+
+    def before_grasp(self, arm: Arm) -> None:
+        """Have between the fingers of a twin what they are assumed to find, if it fits in there."""
+        if self._known or arm.twin is None:
+            return
+        if self._width_mm is None:
+            self._assumptions.note("the fingers find nothing")
+            return
+        self._assumptions.note(f"the fingers find something {self._width_mm:g} mm wide")
+        world = arm.twin.world
+        if world.scene.held is None and world.opening_mm > self._width_mm:
+            x_mm, y_mm, z_mm = world.tip
+            name = f"assumed-{next(self._names)}"
+            high_mm = 2.0 * max(z_mm, self._width_mm / 2.0)
+            world.put(Block(name, x_mm, y_mm, 0.0, self._width_mm, high_mm))
+
+
+class Rehearser(Performer):
+    """Carries out acts on a twin; with `traced` the path of the tip is kept."""
 
     def __init__(
         self,
@@ -78,8 +102,7 @@ class Rehearser(Performer):
         assumptions: Assumptions,
         *,
         inputs: Mapping[int, bool],
-        width_mm: float | None,
-        invents: bool,
+        things: Things,
         traced: bool,
         outputs: int = 0,
     ) -> None:
@@ -87,10 +110,8 @@ class Rehearser(Performer):
         self.path: list[Point] = []
         self._assumptions = assumptions
         self._inputs = inputs
-        self._width_mm = width_mm
-        self._invents = invents
+        self._things = things
         self._traced = traced
-        self._names = count(1)
 
     def _go(self, act: Go) -> None:
         if self._traced:
@@ -106,23 +127,8 @@ class Rehearser(Performer):
             self.path.append(tip_of(self.arm))
 
     def _grasp(self, act: Grasp) -> float:
-        if self._invents:
-            self._put_something()
+        self._things.before_grasp(self.arm)
         return super()._grasp(act)
-
-    def _put_something(self) -> None:
-        """Have between the fingers what they are assumed to find, if it fits in there."""
-        twin = self.arm.twin
-        if self._width_mm is None or twin is None:
-            self._assumptions.note("the fingers find nothing")
-            return
-        self._assumptions.note(f"the fingers find something {self._width_mm:g} mm wide")
-        world = twin.world
-        if world.scene.held is None and world.opening_mm > self._width_mm:
-            x_mm, y_mm, z_mm = world.tip
-            name = f"assumed-{next(self._names)}"
-            high_mm = 2.0 * max(z_mm, self._width_mm / 2.0)
-            world.put(Block(name, x_mm, y_mm, 0.0, self._width_mm, high_mm))
 
     def _read_input(self, act: ReadInput) -> bool:
         return self._input(act.number)

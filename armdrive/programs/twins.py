@@ -20,17 +20,21 @@ if TYPE_CHECKING:
 
     from armdrive.arm import Arm
     from armdrive.armfile import ArmConfig
+    from armdrive.connecting import PaceChoice
     from armdrive.sim.twin import Twin
 
 
 def rehearsing_arm(
-    config: ArmConfig, arm: Arm | None, assumed: Callable[[str], object] | None
+    config: ArmConfig,
+    arm: Arm | None,
+    assumed: Callable[[str], object] | None,
+    clock: PaceChoice = None,
 ) -> Arm:
     """Return a connected twin of an arm on simulated time, enabled, which the caller closes.
 
     Without `arm` the arm itself cannot be asked. With `assumed`, a position that nobody knows is
     assumed, and `assumed` hears a sentence about it; without, the twin is as little referenced as
-    the arm is.
+    the arm is. `clock` is one of simulated time that several twins share.
     """
     twin = _twin(config, arm)
     there = _known(arm)
@@ -40,7 +44,7 @@ def rehearsing_arm(
             assumed(f"the arm stands in {where}")
     if there is not None:
         twin.device.bring_to(there.joints, there.opening_mm)
-    made = connect_simulated(config, twin=twin, witness=NO_WITNESS)
+    made = connect_simulated(config, twin=twin, pace=clock, witness=NO_WITNESS)
     try:
         _make_ready(made, there)
         if arm is not None:

@@ -181,7 +181,7 @@ def test_an_arm_that_somebody_moved_meanwhile_is_left_alone(arm, tmp_path):
     with pytest.raises(Killed):
         begin(arm, script, tmp_path, Killer(5, "begins"))
     arm.move_j(base_deg=40)
-    with pytest.raises(Refused, match="base 40.0° instead of"):
+    with pytest.raises(Refused, match=r"base 40\.0° instead of"):
         resume(arm, script, tmp_path)
 
 
@@ -201,7 +201,7 @@ def test_another_program_or_a_changed_one_is_not_taken_up(arm, tmp_path):
     entry = interrupted(arm.config.name)
     with pytest.raises(Refused, match="was changed since it was interrupted in line 5"):
         require_same_program(entry, "1" * 64, entry.program)
-    with pytest.raises(Refused, match="and not other.arm"):
+    with pytest.raises(Refused, match=r"and not other\.arm"):
         require_same_program(entry, "1" * 64, "other.arm")
 
 

@@ -1,0 +1,155 @@
+"""Python scripts as programs: run as `python SCRIPT` runs them, on the arms that the run gives.
+
+`Arm.connect()` without a target takes the arm that the run names; an arm that the script names
+itself stays. In a rehearsal each is its simulated twin, whatever it says, and no port is opened.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import runpy
+import sys
+import traceback
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from armdrive.errors import BadRequest
+from armdrive.programs.calls import ScriptCall, watch_calls
+from armdrive.standins import standing_in
+
+if TYPE_CHECKING:
+    from armdrive.arm import Arm
+
+FORCE_SIM = "ARMDRIVE_FORCE_SIM"
+
+Own = Callable[[Mapping[str, Any]], "Arm"]
+"""Connects to the arm that the run names, with the options of the script's own call."""
+
+
+class Connections:
+    """Every arm that a script connects to while it runs; `own` is the run's arm."""
+
+    def __init__(
+        self,
+        script: Path,
+        own: Own,
+        told: Callable[[Arm, ScriptCall], object],
+        made: Callable[[Arm], object],
+        given: Callable[[str, Mapping[str, Any]], Arm],
+    ) -> None:
+        """`given` connects to an arm that the script names; `made` hears of each that is there."""
+        self.arms: list[Arm] = []
+        self._script = str(script)
+        self._own = own
+        self._told = told
+        self._made = made
+        self._given = given
+
+    def __call__(self, target: str | None, options: Mapping[str, Any]) -> Arm:
+        """Connect as `standins.Standin` says."""
+        arm = self._own(options) if target is None else self._given(target, options)
+        self.arms.append(arm)
+        self._made(arm)
+        watch_calls(arm, self._script, self._told)
+        return arm
+
+    def close(self) -> None:
+        """Stop and give back what the script has left open."""
+        with contextlib.ExitStack() as stack:  # each is closed, whatever another one says
+            for arm in self.arms:
+                if not arm.closed:
+                    stack.callback(arm.close)
+
+
+def as_it_says(target: str, options: Mapping[str, Any]) -> Arm:
+    """Connect to an arm that a script names, outside of any standing in."""
+    from armdrive.connecting import connect
+
+    with standing_in(lambda *_: None):
+        return connect(target, **options)
+
+
+def read_script(path: Path) -> bytes:
+    """Return a script's bytes, compiled once to see that it is Python. Raises `BadRequest`."""
+    try:
+        source = path.read_bytes()
+        compile(source, str(path), "exec", dont_inherit=True)
+    except OSError as error:
+        raise BadRequest(f"{path} cannot be read: {error.strerror or error}") from None
+    except (SyntaxError, ValueError) as error:
+        line = getattr(error, "lineno", None)
+        where = f"{path}: line {line}" if line else str(path)
+        raise BadRequest(f"{where}: {getattr(error, 'msg', error)}") from None
+    return source
+
+
+def carry_out(path: Path, words: Sequence[str], connections: Connections) -> int:
+    """Run a script to its end, with `words` as its arguments; return its exit code.
+
+    Raises what the script raises, but for `SystemExit`; whatever it leaves open is closed.
+    """
+    with _as_main(path, words), standing_in(connections):
+        try:
+            runpy.run_path(str(path), run_name="__main__")
+        except SystemExit as end:
+            return _exit_code(end.code)
+        finally:
+            connections.close()
+    return 0
+
+
+@contextlib.contextmanager
+def simulation_only() -> Iterator[None]:
+    """Have every connection simulated meanwhile, those of other programs that it starts as well.
+
+    A second wall behind the standing in: no port opens.
+    """
+    before = os.environ.get(FORCE_SIM)
+    os.environ[FORCE_SIM] = "1"
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[FORCE_SIM]
+        else:
+            os.environ[FORCE_SIM] = before
+
+
+def line_of(error: BaseException, script: Path) -> int | None:
+    """Return the script's line in which an error came up, None of one that came from elsewhere."""
+    lines = [
+        number
+        for frame, number in traceback.walk_tb(error.__traceback__)
+        if frame.f_code.co_filename == str(script)
+    ]
+    return lines[-1] if lines else None
+
+
+def own_traceback(error: BaseException, script: Path) -> str:
+    """Return the traceback of a script's own error, from the script's first line on."""
+    trace = error.__traceback__
+    while trace is not None and trace.tb_frame.f_code.co_filename != str(script):
+        trace = trace.tb_next
+    return "".join(traceback.format_exception(type(error), error, trace or error.__traceback__))
+
+
+@contextlib.contextmanager
+def _as_main(path: Path, words: Sequence[str]) -> Iterator[None]:
+    """Give the script its arguments, and its own folder to import from."""
+    arguments, folders = sys.argv, list(sys.path)
+    sys.argv = [str(path), *words]
+    sys.path.insert(0, str(path.resolve().parent))
+    try:
+        yield
+    finally:
+        sys.argv = arguments
+        sys.path[:] = folders
+
+
+def _exit_code(code: object) -> int:
+    if code is None or isinstance(code, int):
+        return code or 0
+    sys.stderr.write(f"{code}\n")
+    return 1

@@ -1,0 +1,144 @@
+"""A Python script rehearsed: it runs, and each of its arms is the simulated twin of that arm.
+
+Only what it does to arms is rehearsed. Whatever else it does, it does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from armdrive.connecting import connect_simulated, find
+from armdrive.errors import BadRequest
+from armdrive.programs.acts import Mark
+from armdrive.programs.progress import Took
+from armdrive.programs.python_programs import Connections, carry_out, line_of, simulation_only
+from armdrive.programs.rehearsal import Patience, Plan, Rehearsal, TooLong
+from armdrive.programs.rehearsing import WORDS, Assumptions, Things, tip_of
+from armdrive.programs.twins import knows_its_world, rehearsing_arm
+from armdrive.status import Trust
+
+if TYPE_CHECKING:
+    from armdrive.arm import Arm
+    from armdrive.armfile import ArmConfig
+    from armdrive.programs.calls import ScriptCall
+    from kinematics.arm_geometry import Point
+
+GRASPS = ("grasp", "feel")
+
+
+class _Stage:
+    """Gives a script its twins, and notes what it does with them."""
+
+    def __init__(self, config: ArmConfig, arm: Arm | None, plan: Plan, script: Path) -> None:
+        self.assumptions = Assumptions()
+        self.path: list[Point] = []
+        self.calls: list[tuple[Mark, str, float]] = []
+        self.twins: list[Arm] = []
+        self._config = config
+        self._arm = arm
+        self._plan = plan
+        self._script = str(script)
+        self._patience = Patience()
+        self._things: dict[int, Things] = {}
+
+    def own(self, options: Mapping[str, Any]) -> Arm:
+        """Return the twin of the arm that the run names."""
+        return self._twin_of(self._config, self._arm, options)
+
+    def given(self, target: str, options: Mapping[str, Any]) -> Arm:
+        """Return the twin of an arm that the script names; a simulated one it is itself."""
+        config = find(target, dialect_name=options.get("dialect"), baud=options.get("baud")).config
+        own_world = target.startswith("sim:") or options.get("twin") is not None
+        if not own_world:
+            return self._twin_of(config, None, options)
+        made = connect_simulated(
+            config,
+            twin=options.get("twin"),
+            pace=_clock(options),
+            operator=options.get("operator"),
+        )
+        self._things[id(made)] = self._known(True)
+        return made
+
+    def made(self, arm: Arm) -> None:
+        """Give a twin its inputs."""
+        self.twins.append(arm)
+        for number, on in self._plan.inputs.items():
+            if arm.twin is not None:
+                arm.twin.device.set_input(number - 1, on)
+
+    def told(self, arm: Arm, call: ScriptCall) -> None:
+        """Note a call of the script."""
+        self._patience.ask(self.elapsed_s)
+        mark = self.assumptions.mark = Mark(call.line, 1, self._script)
+        self.calls.append((mark, call.name, self.elapsed_s))
+        if self._plan.traced and arm.status.trust is not Trust.UNKNOWN:
+            self.path.append(tip_of(arm))
+        if call.name in GRASPS:
+            self._things[id(arm)].before_grasp(arm)
+        elif call.name == "read_inputs":
+            on = [str(number) for number, high in self._plan.inputs.items() if high]
+            self.assumptions.note(f"inputs are {WORDS[False]}, but for {', '.join(on) or 'none'}")
+
+    @property
+    def elapsed_s(self) -> float:
+        """The time of all arms that have a clock of their own."""
+        clocks = {id(getattr(arm.pace, "clock", arm.pace)): arm.pace.now_s() for arm in self.twins}
+        return sum(clocks.values())
+
+    def took(self) -> tuple[Took, ...]:
+        """Return what every call took, up to the next one."""
+        ends = [at_s for _, _, at_s in self.calls[1:]] + [self.elapsed_s]
+        return tuple(
+            Took(mark, name, max(end_s - at_s, 0.0))
+            for (mark, name, at_s), end_s in zip(self.calls, ends, strict=True)
+        )
+
+    def _twin_of(self, config: ArmConfig, arm: Arm | None, options: Mapping[str, Any]) -> Arm:
+        settle = self.assumptions.note if self._plan.settle else None
+        made = rehearsing_arm(config, arm, settle, _clock(options))
+        self._things[id(made)] = self._known(knows_its_world(arm))
+        return made
+
+    def _known(self, known: bool) -> Things:
+        return Things(self.assumptions, self._plan.width_mm, known=known)
+
+
+def rehearse_script(
+    script: Path, words: Sequence[str], config: ArmConfig, arm: Arm | None, plan: Plan
+) -> Rehearsal:
+    """Rehearse a script. What it raises, other than to end, is the refusal of the answer.
+
+    `config` is the arm that `Arm.connect()` without a target means, `arm` that arm where it could
+    be asked where it stands.
+    """
+    stage = _Stage(config, arm, plan, script)
+    connections = Connections(script, stage.own, stage.told, stage.made, stage.given)
+    refusal: Exception | None = None
+    whole = True
+    try:
+        with simulation_only():
+            code = carry_out(script, words, connections)
+        if code:
+            refusal = BadRequest(f"{script} ended with {code}")
+    except TooLong:
+        whole = False
+    except Exception as error:
+        refusal = error
+    line = None if refusal is None else line_of(refusal, script)
+    return Rehearsal(
+        (stage.took(),),
+        tuple(stage.assumptions.found),
+        refusal,
+        None if line is None else Mark(line, 1, str(script)),
+        whole,
+        path=tuple(stage.path),
+    )
+
+
+def _clock(options: Mapping[str, Any]) -> Any:
+    """Return the clock that several simulated arms of a script share; no real time passes."""
+    pace = options.get("pace")
+    return None if isinstance(pace, str | int | float) else pace
