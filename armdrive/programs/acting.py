@@ -1,5 +1,7 @@
 """The acts of the words: which one a word asks for, from values that have been computed."""
 
+# ruff: noqa: ARG001 - one form for all functions of the table below
+
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence

@@ -1,5 +1,7 @@
-"""Whether a number is in the bounds of what takes it: of constants before a program runs, of
-everything else when it is there."""
+"""Whether a number is in the bounds of what takes it.
+
+Constants are looked at before a program runs, everything else when it has been computed.
+"""
 
 from __future__ import annotations
 

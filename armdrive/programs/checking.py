@@ -2,10 +2,26 @@
 
 from __future__ import annotations
 
+from armdrive.programs.compiling import Code, compiled
+from armdrive.programs.fitting import Fitting
+from armdrive.programs.kinds import Kinds
+from armdrive.programs.naming import scoped
 from armdrive.programs.problems import Problem
+from armdrive.programs.settled import unsettled
+from armdrive.programs.shape import shape_problems
 from armdrive.programs.syntax import Tree
 
 
-def check(tree: Tree) -> list[Problem]:
-    """Return everything that is wrong with a program."""
-    return []
+def checked(tree: Tree) -> tuple[Code | None, list[Problem]]:
+    """Return a program's code, and everything that is wrong with it.
+
+    There is no code where it does not hold together, nor where a value does not fit.
+    """
+    problems = list(shape_problems(tree))
+    kinds = Kinds(tree)
+    for define, line in scoped(tree):
+        problems += Fitting(kinds, define).line(line)
+    if problems:
+        return None, problems
+    code = compiled(tree)
+    return code, unsettled(code)

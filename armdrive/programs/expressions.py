@@ -1,5 +1,7 @@
 """Reading values: the parser's tree of what has a value becomes ours."""
 
+# ruff: noqa: ARG002, D102 - one form for all methods of the table below
+
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
@@ -9,7 +11,7 @@ from typing import Any
 from lark import Token, Tree
 
 from armdrive.programs.acts import Mark
-from armdrive.programs.syntax import (
+from armdrive.programs.terms import (
     Binary,
     Expression,
     FieldOf,
@@ -55,41 +57,41 @@ class Expressions:
         made: Expression = _VALUES[found.data](self, found.children, self.mark(found))
         return made
 
-    def _number_of(self, children: list[Any], mark: Mark) -> Expression:
+    def number_of(self, children: list[Any], mark: Mark) -> Expression:
         return Number(float(children[0]), mark=mark)
 
-    def _percent(self, children: list[Any], mark: Mark) -> Expression:
+    def percent(self, children: list[Any], mark: Mark) -> Expression:
         return Number(float(children[0].rstrip("% \t")) / 100.0, percent=True, mark=mark)
 
-    def _text(self, children: list[Any], mark: Mark) -> Expression:
+    def text(self, children: list[Any], mark: Mark) -> Expression:
         return Text(children[0][1:-1].replace('""', '"'), mark=mark)
 
-    def _truth(self, children: list[Any], mark: Mark) -> Expression:
+    def truth(self, children: list[Any], mark: Mark) -> Expression:
         return Truth(children[0].lower() in _TRUE, mark=mark)
 
-    def _name(self, children: list[Any], mark: Mark) -> Expression:
+    def name(self, children: list[Any], mark: Mark) -> Expression:
         return Name(str(children[0]), mark=mark)
 
-    def _use(self, children: list[Any], mark: Mark) -> Expression:
+    def use(self, children: list[Any], mark: Mark) -> Expression:
         arguments = self.arguments(children[1]) if len(children) > 1 else ()
         return Use(str(children[0]).lower(), arguments, mark=mark)
 
-    def _joints(self, children: list[Any], mark: Mark) -> Expression:
+    def joints(self, children: list[Any], mark: Mark) -> Expression:
         angles = [each.children for each in children[1:]]
         named = tuple((str(name).lower(), self.value(angle)) for name, angle in angles)
         return JointsOf(named, mark=mark)
 
-    def _field(self, children: list[Any], mark: Mark) -> Expression:
+    def field(self, children: list[Any], mark: Mark) -> Expression:
         return FieldOf(self.value(children[0]), str(children[1]).lower(), mark=mark)
 
-    def _inner(self, children: list[Any], mark: Mark) -> Expression:
+    def inner(self, children: list[Any], mark: Mark) -> Expression:
         return self.value(children[0])
 
-    def _unary(self, children: list[Any], mark: Mark) -> Expression:
+    def unary(self, children: list[Any], mark: Mark) -> Expression:
         sign, value = str(children[0]).lower(), self.value(children[1])
         return negative(value, mark) if sign == "-" else Unary(sign, value, mark=mark)
 
-    def _binary(self, children: list[Any], mark: Mark) -> Expression:
+    def binary(self, children: list[Any], mark: Mark) -> Expression:
         left, sign, right = children
         said = " ".join(str(sign).lower().split())
         at = self.mark(sign)
@@ -97,15 +99,15 @@ class Expressions:
 
 
 _VALUES: Mapping[str, Callable[[Expressions, list[Any], Mark], Expression]] = MappingProxyType({
-    "number": Expressions._number_of,
-    "percent": Expressions._percent,
-    "text": Expressions._text,
-    "truth": Expressions._truth,
-    "name": Expressions._name,
-    "use": Expressions._use,
-    "joints": Expressions._joints,
-    "field": Expressions._field,
-    "inner": Expressions._inner,
-    "unary": Expressions._unary,
-    "binary": Expressions._binary,
+    "number": Expressions.number_of,
+    "percent": Expressions.percent,
+    "text": Expressions.text,
+    "truth": Expressions.truth,
+    "name": Expressions.name,
+    "use": Expressions.use,
+    "joints": Expressions.joints,
+    "field": Expressions.field,
+    "inner": Expressions.inner,
+    "unary": Expressions.unary,
+    "binary": Expressions.binary,
 })  # fmt: skip

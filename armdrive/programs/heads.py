@@ -6,7 +6,10 @@ from dataclasses import dataclass, field
 from typing import TypeAlias
 
 from armdrive.programs.acts import Mark
-from armdrive.programs.syntax import NOWHERE, Expression
+from armdrive.programs.terms import (
+    NOWHERE,
+    Expression,
+)
 
 
 @dataclass(frozen=True, slots=True)

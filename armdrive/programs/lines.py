@@ -19,12 +19,14 @@ from armdrive.programs.syntax import (
     Branch,
     Call,
     Do,
-    Expression,
     Goto,
     If,
     Label,
     Remark,
     Statement,
+)
+from armdrive.programs.terms import (
+    Expression,
 )
 from armdrive.programs.vocabulary import SPELLINGS
 from armdrive.programs.wording import mistake

@@ -14,7 +14,7 @@ from armdrive.programs.acts import MOTIONS, Act, Answer, Home, Mark, Seen, Stage
 from armdrive.programs.instructions import Instruction, Op
 from armdrive.programs.operations import World, step
 from armdrive.programs.problems import Problem, program_error
-from armdrive.programs.state import State, state_from_json, state_to_json
+from armdrive.programs.state import State, state_from_json, state_to_json, table
 from armdrive.programs.values import (
     ForwardKinematics,
     Place,
@@ -66,12 +66,10 @@ class Machine:
         if snapshot.get("program") != program.digest:
             raise ProgramError("the program has been changed since: begin it anew")
         try:
-            points, state = snapshot["points"], snapshot["state"]
-            if not isinstance(points, dict) or not isinstance(state, dict):
-                raise TypeError("points and state are tables")
-            places = {str(name): _place(data) for name, data in points.items()}
-            machine = cls(program, World(places, fk), state_from_json(state))
-            machine._row()  # noqa: B018 - a state that stands nowhere is none
+            places = {name: _place(data) for name, data in table(snapshot["points"]).items()}
+            state = state_from_json(table(snapshot["state"]))
+            machine = cls(program, World(places, fk), state)
+            machine._row()  # a state that stands nowhere is none
         except (KeyError, TypeError, ValueError, IndexError) as error:
             raise ProgramError(f"this state of a program cannot be used: {error}") from None
         return machine

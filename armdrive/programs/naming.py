@@ -11,14 +11,16 @@ from armdrive.programs.syntax import (
     Call,
     Define,
     Do,
-    Expression,
     If,
-    Name,
     Repeat,
     Statement,
     Tree,
     While,
     bodies,
+)
+from armdrive.programs.terms import (
+    Expression,
+    Name,
 )
 from armdrive.programs.vocabulary import WORDS, Kind, Slot
 

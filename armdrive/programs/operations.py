@@ -1,5 +1,7 @@
 """What each instruction does to the state of a program; acts are asked for, not carried out."""
 
+# ruff: noqa: ARG001 - one form for all functions of the table below
+
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping

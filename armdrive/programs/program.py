@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from armdrive.programs.acts import Mark
-from armdrive.programs.checking import check
-from armdrive.programs.compiling import Code, compiled
+from armdrive.programs.checking import checked
+from armdrive.programs.compiling import Code
 from armdrive.programs.instructions import Op
 from armdrive.programs.machine import Machine
 from armdrive.programs.operations import World
@@ -93,10 +93,10 @@ class Program:
 def read_program(text: str, file: str = "") -> Program:
     """Read a program and check it as a whole. Raises `ProgramError` with all that is wrong."""
     tree, problems = read_tree(text, file)
-    problems += check(tree)
-    if problems:
-        raise program_error(problems, text)
-    return Program(text, file, tree, compiled(tree))
+    code, wrong = checked(tree)
+    if code is None or problems or wrong:
+        raise program_error([*problems, *wrong], text)
+    return Program(text, file, tree, code)
 
 
 def _in_book(name: str, book: Mapping[str, Mapping[str, float]]) -> Mapping[str, float] | str:

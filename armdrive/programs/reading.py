@@ -25,13 +25,14 @@ from armdrive.programs.problems import Problem, lines_of, program_error
 from armdrive.programs.syntax import (
     Branch,
     Define,
-    Expression,
     If,
-    Remark,
     Repeat,
     Statement,
     Tree,
     While,
+)
+from armdrive.programs.terms import (
+    Expression,
 )
 
 DEEPEST_BLOCK = 30

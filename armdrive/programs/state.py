@@ -77,16 +77,16 @@ def _frame_to_json(frame: Frame) -> dict[str, object]:
 
 
 def _frame_from_json(data: object) -> Frame:
-    table = _table(data)
-    mark = table["mark"]
+    frame = table(data)
+    mark = frame["mark"]
     loops = {
         name: [None if count is None else _whole(count) for count in _list(rounds)]
-        for name, rounds in _table(table["loops"]).items()
+        for name, rounds in table(frame["loops"]).items()
     }
     return Frame(
-        _whole(table["back"]),
+        _whole(frame["back"]),
         None if mark is None else Mark(*_list(mark)),  # type: ignore[arg-type]
-        _values_from_json(table["own"]),
+        _values_from_json(frame["own"]),
         loops,
     )
 
@@ -96,10 +96,11 @@ def _values_to_json(values: dict[str, Value]) -> dict[str, object]:
 
 
 def _values_from_json(data: object) -> dict[str, Value]:
-    return {name: from_json(value) for name, value in _table(data).items()}
+    return {name: from_json(value) for name, value in table(data).items()}
 
 
-def _table(data: object) -> dict[str, object]:
+def table(data: object) -> dict[str, object]:
+    """Return a table of JSON data; raises `TypeError` for anything else."""
     if not isinstance(data, dict):
         raise TypeError(f"{data!r} is no table")
     return data

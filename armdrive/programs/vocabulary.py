@@ -47,6 +47,8 @@ class Word:
     example: str
     old: tuple[str, ...] = ()
     links: tuple[tuple[str, tuple[Slot, ...]], ...] = ()
+    needs: tuple[str, ...] = ()
+    """Which of the links there has to be."""
 
 
 PLACE = Slot("place", Kind.PLACE)

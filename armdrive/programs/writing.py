@@ -7,27 +7,29 @@ from dataclasses import dataclass
 
 from armdrive.programs.syntax import (
     Assign,
-    Binary,
     Call,
     Define,
     Do,
-    Expression,
-    FieldOf,
     Goto,
     If,
-    JointsOf,
     Label,
-    Name,
-    Number,
     Remark,
     Repeat,
     Statement,
-    Text,
     Tree,
+    While,
+)
+from armdrive.programs.terms import (
+    Binary,
+    Expression,
+    FieldOf,
+    JointsOf,
+    Name,
+    Number,
+    Text,
     Truth,
     Unary,
     Use,
-    While,
 )
 
 INDENT = "  "
@@ -139,7 +141,8 @@ def _value(value: Expression, strength: int) -> str:
         case FieldOf():
             return f"{_value(value.value, _PART)}.{value.name}"
         case JointsOf():
-            return f"joints({', '.join(f'{name} {_value(each, _COMPARES)}' for name, each in value.angles)})"
+            angles = (f"{name} {_value(each, _COMPARES)}" for name, each in value.angles)
+            return f"joints({', '.join(angles)})"
         case Unary():
             own = _MINUS if value.sign == "-" else _STRENGTH["not"]
             space = "" if value.sign == "-" else " "
