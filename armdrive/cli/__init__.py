@@ -18,6 +18,7 @@ COMMANDS: Mapping[str, str] = MappingProxyType(
         "jog": "drive an arm from the keyboard",
         "move": "move an arm to joint angles or to a pose",
         "points": "name places of an arm, and go to them; step through sequences of them",
+        "teach": "record sequences as the arm is moved, and edit them step by step",
         "pendant": "the program in an arm's own memory: into a file, and back",
         "home": "reference an arm in its reference posture",
         "verify": "measure at the reference mark how far an arm has drifted",

@@ -8,6 +8,8 @@ Examples:
   armdrive points go pick --line --speed 0.3          or --preview, which moves nothing
   armdrive points rename pick grip
   armdrive points run stack
+  armdrive points mirror stack stack-left             the same on the other side
+  armdrive points offset stack stack2 --x 40 --turn 30
 
 Every action prints JSON with --json.
 
@@ -29,6 +31,7 @@ from armdrive.cli.choosing import (
 from armdrive.cli.confirming import settle_trust
 from armdrive.cli.numbers import fraction
 from armdrive.cli.output import emit, say, say_which
+from armdrive.cli.points_shaping import add_shape_options, shape
 from armdrive.pointbook import Points, points_of
 from armdrive.points import Point, StepList
 from armdrive.view import joints_view, pose_view, status_view
@@ -49,6 +52,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         if name == "save":
             action.add_argument("--note", default="", help="what the point is for")
             action.add_argument("--again", action="store_true", help="move a point that is there")
+        if name in ("copy", "mirror", "offset"):
+            add_shape_options(action, name)
         if name in ("go", "run"):
             add_allow_restored(action)
         if name == "go":
@@ -225,6 +230,9 @@ ACTIONS: Mapping[str, tuple[Deed, tuple[str, ...], str]] = MappingProxyType(
         "run": (_run, ("name",), "carry out a sequence"),
         "rename": (_rename, ("name", "new"), "give a point another name, in sequences too"),
         "delete": (_delete, ("name",), "take a point or a sequence away"),
+        "copy": (shape, ("name", "new"), "the same point or sequence once more, over new points"),
+        "mirror": (shape, ("name", "new"), "a point or a sequence with left and right exchanged"),
+        "offset": (shape, ("name", "new"), "a point or a sequence in another place"),
     }
 )
 """Every action: what does it, the names that it wants, and its line of help."""

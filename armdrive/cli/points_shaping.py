@@ -1,0 +1,71 @@
+"""`armdrive points copy`, `mirror` and `offset`: new points and sequences from old ones."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from armdrive.cli.choosing import chosen_target
+from armdrive.cli.numbers import number
+from armdrive.cli.output import emit, say
+from armdrive.pointbook import points_of
+from armdrive.points import check_name
+
+if TYPE_CHECKING:
+    import argparse
+
+    from armdrive.armfile import ArmConfig
+    from armdrive.teaching.shaping import Shape
+
+AXES = ("x", "y", "z")
+
+
+def add_shape_options(action: argparse.ArgumentParser, name: str) -> None:
+    """Declare the options of one of the actions."""
+    action.add_argument("--again", action="store_true", help="write over what is there")
+    if name != "offset":
+        return
+    for axis in AXES:
+        action.add_argument(
+            f"--{axis}", type=number, default=0.0, metavar="MM", help=f"along the base's {axis}"
+        )
+    action.add_argument(
+        "--turn", type=number, default=0.0, metavar="DEG", help="about the base axis, first"
+    )
+
+
+def shape(options: argparse.Namespace) -> int:
+    """Make the new from the old, look at every point, and write them all or none."""
+    from armdrive.teaching.shaping import shaped
+
+    config = chosen_target(options).config
+    book = points_of(config)
+    taught = book.read()
+    points, sequences = shaped(
+        config,
+        options.name,
+        check_name(options.new),
+        (taught.points, taught.sequences),
+        _change(options, config),
+    )
+    book.put_all(points, sequences, again=options.again)
+    if options.json:
+        emit({"name": options.new, "points": list(points), "sequences": list(sequences)})
+    else:
+        for name, point in points.items():
+            say(f"{name}: {point.joints}")
+        for name, steps in sequences.items():
+            say(f"{name}: sequence of {len(steps.steps)} steps")
+    return 0
+
+
+def _change(options: argparse.Namespace, config: ArmConfig) -> tuple[Shape, str]:
+    """Return how postures change, and the words for the notes."""
+    from armdrive.teaching.shaping import Offset, mirrored, offset
+
+    if options.action == "copy":
+        return (lambda joints: joints), ""
+    if options.action == "mirror":
+        return (lambda joints: mirrored(config, joints)), f"{options.name} mirrored"
+    by = Offset(options.x, options.y, options.z, math.radians(options.turn))
+    return (lambda joints: offset(config, joints, by)), f"{options.name} offset by {by}"
