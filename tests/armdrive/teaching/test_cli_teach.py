@@ -1,0 +1,192 @@
+"""`armdrive teach`, and the shaping actions of `armdrive points`."""
+
+import json
+import threading
+
+import pytest
+from cli_calls import Caller
+
+from armdrive.cli import teach_recording
+from armdrive.cli.worlds import connect_remembered
+from armdrive.connecting import find, simulated_config
+from armdrive.errors import ArmError
+from armdrive.pointbook import points_of
+from armdrive.points import Point, Step, StepList
+from armdrive.teaching.recording import Recorder
+from armdrive.view import status_view
+from kinematics import Joints
+
+PATIENCE_S = 10.0
+UP, DOWN = Joints.of(20.0, 40.0, -80.0, -40.0, 0.0), Joints.of(20.0, 30.0, -85.0, -35.0, 0.0)
+
+
+@pytest.fixture
+def call(capsys):
+    return Caller(capsys)
+
+
+@pytest.fixture
+def book():
+    points = points_of(find("sim:teachmover").config)
+    points["above"], points["pick"] = Point(UP, 40.0), Point(DOWN, 12.0)
+    steps = StepList((Step("above"), Step(gripper="open"), Step("pick", "line", 0.3)))
+    points.put_sequence("fetch", steps, instead_of=None)
+    return points
+
+
+def shown(call, name="fetch"):
+    return call("points", "show", name, "--json", code=0).json["steps"]
+
+
+def test_steps_are_added_inserted_moved_retimed_and_removed(call, book):
+    call("teach", "add", "fetch", "gripper", "grasp", code=0)
+    call("teach", "insert", "fetch", "2", "wait", "0.5", code=0)
+    assert shown(call) == [
+        "to above", "wait 0.5 s", "gripper open", "to pick along a line at 30%", "gripper grasp",
+    ]  # fmt: skip
+    call("teach", "move", "fetch", "2", "5", code=0)
+    said = call("teach", "retime", "fetch", "--factor", "2", "--wait", "1", code=0).out
+    assert "note: step 1 goes at 100%, not at 200%" in said
+    call("teach", "remove", "fetch", "2", "3", code=0)
+    assert shown(call) == ["to above", "gripper grasp", "wait 1 s"]
+
+
+def test_a_new_sequence_begins_with_its_first_step(call, book):
+    printed = call("teach", "add", "tour", "to above line at 20%", "--json", code=0).json
+    assert printed["steps"] == ["to above along a line at 20%"]
+    assert shown(call, "tour") == ["to above along a line at 20%"]
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("add", "fetch", "fly", "home"), "is no step"),
+        (("add", "fetch", "to", "nowhere"), "which there is not"),
+        (("insert", "fetch", "9", "to", "above"), "no place 9"),
+        (("remove", "nothing", "1"), "no sequence 'nothing'"),
+        (("move", "fetch", "1", "7"), "no place 7"),
+        (("reverse", "fetch", "fetch"), "is new in the file"),
+    ],
+)
+def test_what_cannot_be_is_refused_and_nothing_is_written(call, book, words, sentence):
+    before = book.path.read_text(encoding="utf-8")
+    assert sentence in call.refused("teach", *words, code=2)
+    assert book.path.read_text(encoding="utf-8") == before
+
+
+def test_the_way_back_stands_under_a_new_name_and_tells_what_it_left_out(call, book):
+    said = call("teach", "reverse", "fetch", "back", code=0).out
+    assert "note: step 2 (gripper open) is left out" in said
+    assert shown(call, "back") == ["to pick at 30%", "to above along a line at 30%"]
+
+
+def test_the_place_where_the_arm_stands_becomes_the_next_step(call):
+    call("home", code=0)
+    call("teach", "here", "tour", code=0)
+    call("move", "--z", "60", code=0)
+    call("teach", "here", "tour", "--line", "--speed", "0.5", code=0)
+    assert shown(call, "tour") == ["to tour-1", "to tour-2 along a line at 50%"]
+
+
+def test_a_sequence_is_mirrored_offset_and_copied(call, book):
+    call("points", "mirror", "fetch", "left", code=0)
+    assert book["left-pick"].joints.deg["base"] == pytest.approx(-20.0, abs=1e-3)
+    call("points", "offset", "pick", "pick2", "--x", "10", "--turn", "5", code=0)
+    arm = find("sim:teachmover").config.model.arm
+    assert arm.fk(book["pick2"].joints).z_mm == pytest.approx(arm.fk(DOWN).z_mm, abs=0.01)
+    call("points", "copy", "fetch", "again", code=0)
+    assert shown(call, "again")[0] == "to again-above"
+    assert "already" in call.refused("points", "copy", "fetch", "again", code=2)
+    call("points", "copy", "fetch", "again", "--again", code=0)
+
+
+def test_a_point_out_of_reach_leaves_nothing_behind(call, book):
+    before = book.path.read_text(encoding="utf-8")
+    text = call.refused("points", "offset", "fetch", "far", "--x", "900", code=3)
+    assert "the point 'above' has no place there" in text
+    assert book.path.read_text(encoding="utf-8") == before
+
+
+def test_a_held_arm_is_recorded_until_it_is_given_back(call, monkeypatch):
+    arm = connect_remembered(simulated_config("teachmover"), pace=10.0)
+    arm.confirm_reference()
+    watched = {base_deg: threading.Event() for base_deg in (0, 30, -10)}
+    see = Recorder.see
+
+    def seen(recorder, what, now_s):
+        made = see(recorder, what, now_s)
+        if what.joints is not None:
+            watched[round(what.joints.deg["base"])].set()
+        return made
+
+    def drive():
+        with arm:
+            for base_deg, seen_there in watched.items():
+                arm.move_j(base_deg=base_deg)
+                assert seen_there.wait(PATIENCE_S)
+
+    monkeypatch.setattr(Recorder, "see", seen)
+    driver = threading.Thread(target=drive)
+    driver.start()
+    lines = call("teach", "record", "tour", "--rest", "0", "--json", code=0).json_lines
+    driver.join()
+    assert [line["text"] for line in lines] == shown(call, "tour")
+    assert shown(call, "tour") == ["to tour-1", "gripper 0 mm", "to tour-2", "to tour-3"]
+
+
+@pytest.fixture
+def views(monkeypatch, call):
+    """What is seen of an arm, which the test says; the arm itself is not held by anybody."""
+    call("home", code=0)
+    view = json.loads(call("status", "--json", code=0).out)
+    told = []
+    monkeypatch.setattr(teach_recording, "one_holder", lambda _: "sim:teachmover")
+    monkeypatch.setattr("armdrive.holder.watch_holder", lambda *_: iter_views(told))
+    return view, told
+
+
+def iter_views(told):
+    for each in told:
+        if isinstance(each, BaseException):
+            raise each
+        yield each
+
+
+def test_ctrl_c_ends_a_recording_and_keeps_it(call, views):
+    view, told = views
+    told += [view, KeyboardInterrupt()]
+    said = call("teach", "record", "tour", code=0).out
+    assert "tour: 2 steps over 1 points" in said
+    assert shown(call, "tour") == ["to tour-1", "gripper 0 mm"]
+
+
+def test_what_was_recorded_before_the_position_was_lost_is_kept(call, views):
+    view, told = views
+    told += [view, view | {"trust": "suspect", "trust_reason": "moved by the pendant"}]
+    said = call("teach", "record", "tour", code=3)
+    assert "moved by the pendant" in said.err
+    assert len(shown(call, "tour")) == 2
+
+
+def test_a_holder_that_falls_silent_at_once_leaves_nothing(call, views):
+    _, told = views
+    told.append(ArmError("it does not answer"))
+    assert "it does not answer" in call.refused("teach", "record", "tour", "--json", code=1)
+
+
+def test_a_name_that_is_taken_is_refused_before_anything_is_recorded(call, views, book):
+    view, told = views
+    told += [view, AssertionError("it was recorded")]
+    assert "fetch already" in call.refused("teach", "record", "fetch", code=2)
+
+
+def test_nobody_holds_an_arm(call):
+    assert "no program of yours holds" in call.refused("teach", "record", "tour", code=1)
+
+
+def test_the_status_of_an_arm_is_what_a_recording_reads():
+    with connect_remembered(simulated_config("teachmover")) as arm:
+        arm.confirm_reference()
+        assert {"state", "trust", "joints", "gripper_mm", "gripping"} <= status_view(
+            arm.status
+        ).keys()
