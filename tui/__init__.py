@@ -6,11 +6,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
     from kinematics import ArmModel
     from tui.arm_port import DeskArm
     from tui.keyboard import Keyboard
+    from tui.pad_reader import Pad
 
 __all__ = ["DeskEnd", "run_desk", "run_watch"]
 
@@ -31,13 +33,15 @@ def run_desk(
     first: str = "",
     hint: str = "",
     reopens: bool = False,
+    gamepad: str | None = None,
 ) -> DeskEnd:
     """Show the desk until somebody leaves it, and return how that was.
 
     `keys` is the keyboard; without one it is the user's own file of keys, where there is one.
     `first` is the id of the screen to begin at, instead of the one that was left; `hint` is said
     at the beginning. With `reopens` the caller opens another desk where an arm file that was
-    written here is to be used at once.
+    written here is to be used at once. `gamepad` are letters of the name of the gamepad that jogs
+    as well, none of them for the only one; raises `BadRequest` where none can be read.
     However it ends, the arm has been told to stop; closing the arm remains the caller's duty,
     except after SIGTERM and SIGHUP, when it is closed at once.
     """
@@ -54,7 +58,16 @@ def run_desk(
         keys = load_keys(None)
     braille = not ascii_only and can_braille(sys.stdout.encoding, os.environ)
     memory = memory_file()
-    desk = Desk(arm, braille=braille, handle_signals=True, keys=keys, memory=memory, first=first)
+    find_pad = None if gamepad is None else _finds_pad(gamepad)
+    desk = Desk(
+        arm,
+        braille=braille,
+        handle_signals=True,
+        keys=keys,
+        memory=memory,
+        first=first,
+        find_pad=find_pad,
+    )
     desk.reopens = reopens
     desk.message = hint or desk.message
     try:
@@ -63,6 +76,14 @@ def run_desk(
         arm.request_stop()
         forget_a_closed_terminal()
     return DeskEnd(desk.return_code or 0, desk.opens)
+
+
+def _finds_pad(wanted: str) -> Callable[[], Pad | None]:
+    from functools import partial
+
+    from tui.pad_evdev import check_gamepads, open_gamepad
+
+    return partial(open_gamepad, wanted, check_gamepads())
 
 
 def run_watch(

@@ -25,6 +25,8 @@ from tui.keyboard import DEFAULT_KEYS, Keyboard
 from tui.layout import CSS, bindings
 from tui.linked import LinkedOwner
 from tui.memory import Remembered, left_at, manner_of, recall, remember, set_as
+from tui.pad_desk import PadDesk
+from tui.pad_reader import Pad
 from tui.palette import commands
 from tui.screens import SCREENS
 from tui.themes import look_after, put_on
@@ -56,7 +58,9 @@ class Desk(LinkedOwner):
         keys: Keyboard = DEFAULT_KEYS,
         memory: Path | None = None,
         first: str = "",
+        find_pad: Callable[[], Pad | None] | None = None,
     ) -> None:
+        """`find_pad` opens a gamepad, or returns None; without it none is looked for."""
         super().__init__(arm, braille=braille, clock=clock, keys=keys)
         self._handle_signals = handle_signals
         self._memory = memory
@@ -69,6 +73,7 @@ class Desk(LinkedOwner):
         self.settings = set_as(self.settings, self._left)
         self.manner = manner_of(self._left)
         self.look_name = self._left.look
+        self.pad = None if find_pad is None else PadDesk(self, find_pad)
 
     # -- what is shown ------------------------------------------------------------------------
 
@@ -79,6 +84,8 @@ class Desk(LinkedOwner):
         self.set_keymap(self.keys.keymap())
         self.look(self.look_name)
         self.set_interval(POLL_S, self.poll)
+        if self.pad is not None:
+            self.pad.start()
         if self._left.screen in self.MODES:
             self.show_screen(self._left.screen)
         if not self._left.instructed:
@@ -197,6 +204,8 @@ class Desk(LinkedOwner):
     def on_unmount(self) -> None:
         """Stop the arm, whatever it was that ended the desk, and remember where it was left."""
         self.arm.request_stop()
+        if self.pad is not None:
+            self.pad.close()
         if self._memory is None:
             return
         left = left_at(

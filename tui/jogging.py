@@ -1,7 +1,7 @@
 """Jogging at the desk: keys become jogs through the dead-man, at the settings of the moment.
 
-The mouse tells when a button is let go, so it holds by itself; but a link that has stalled tells
-nothing. So it holds for some time after the mouse was last heard of, and no longer.
+The mouse and a gamepad tell when a button is let go, so they hold by themselves; but a link that
+has stalled tells nothing. So they hold for some time after they were last heard of, and no longer.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from armdrive.jog import GATE_S, Action, DeadMan, Disarm, Hold, Increment
 from tui.settings import Settings
 
 if TYPE_CHECKING:
+    from armdrive.intents import Jog
     from tui.arm_port import DeskArm
 
 IDLE_DISARMS_S = 60.0
@@ -23,11 +24,17 @@ IDLE_DISARMS_S = 60.0
 
 
 MOUSE_HOLDS_S = 2.0
-"""So long an on-screen button is held after the mouse was last heard of; a nudge of it goes on."""
+"""So long something is held after its mouse or gamepad was last heard of; a nudge of it goes on."""
 
 MOUSE_RENEWS_S = 0.1
 MOUSE_HOLD_S = 0.25
 """Each hold that the mouse renews ends by itself after this, as that of a key does."""
+
+STEER_S = 0.03
+"""A stick that is moved changes the way of a jog no more often."""
+
+Aim = Callable[[], "Jog | None"]
+"""Where what is held would move the arm now; None while it rests."""
 
 
 class Rings(Protocol):
@@ -58,8 +65,10 @@ class Jogging:
         self._deadman = DeadMan()
         self._active_s = clock()
         self._button = ""
+        self._aim: Aim = _nowhere
         self._heard_s = -math.inf
         self._renew_s = math.inf
+        self._renewed_s = -math.inf
         self.alarm: Rings | None = None
 
     @property
@@ -73,7 +82,7 @@ class Jogging:
 
     @property
     def held_button(self) -> str:
-        """The jog key whose on-screen button is held; empty while none is."""
+        """The jog key whose on-screen button is held, or the name of what else is; or nothing."""
         return self._button
 
     def press(self, key: str) -> None:
@@ -93,18 +102,29 @@ class Jogging:
             self._renew()
         self._apply(self._deadman.tick(self._clock()))
 
-    # -- on-screen buttons --------------------------------------------------------------------
+    # -- on-screen buttons, and what else tells when it is let go -----------------------------
 
     def push(self, key: str) -> None:
         """Hold the on-screen button of a jog key until `lift`, or the mouse is heard of no more."""
         if not self.armed:
             self._say("the buttons are dead, as the keys are, until they are armed")
             return
+        self.take(key, lambda: self._settings().direction_of(key))
+
+    def take(self, held: str, aim: Aim) -> None:
+        """Hold what has this name, and goes where `aim` says; whatever else is held ends."""
         self.release()
-        self._button = key
+        self._button, self._aim = held, aim
         self.moved()
         self._renew()
         self._apply(())
+
+    def steer(self) -> None:
+        """Go where what is held points by now: at rest at once, elsewhere not too often."""
+        self.moved()
+        if self._aim() is None or self._clock() - self._renewed_s >= STEER_S:
+            self._renew()
+            self._apply(())
 
     def moved(self) -> None:
         """Hear of the mouse while it holds a button."""
@@ -121,13 +141,19 @@ class Jogging:
         now_s = self._clock()
         left_s = self._heard_s + MOUSE_HOLDS_S - now_s
         if left_s <= 0.0:
+            source = "mouse" if self._settings().pair_of(self._button) else self._button
             self.lift()
-            self._say(f"let go: nothing was heard of the mouse for {MOUSE_HOLDS_S:.0f} s")
+            self._say(f"let go: nothing was heard of the {source} for {MOUSE_HOLDS_S:.0f} s")
             return
-        self._renew_s = now_s + MOUSE_RENEWS_S
-        settings, for_s = self._settings(), min(MOUSE_HOLD_S, left_s)
-        jog = settings.direction_of(self._button)
-        self._tell(partial(self._arm.hold, jog, speed=settings.speed, for_s=for_s))
+        jog, moving = self._aim(), self._renew_s != math.inf
+        if jog is None:
+            self._renew_s = math.inf
+            if moving:
+                self._tell(self._arm.release)
+            return
+        self._renew_s, self._renewed_s = now_s + MOUSE_RENEWS_S, now_s
+        speed, for_s = self._settings().speed, min(MOUSE_HOLD_S, left_s)
+        self._tell(partial(self._arm.hold, jog, speed=speed, for_s=for_s))
 
     # -- arming -------------------------------------------------------------------------------
 
@@ -179,3 +205,8 @@ class Jogging:
             self._arm.release()
             if isinstance(action, Disarm):
                 self._say(f"keys disarmed: {action.reason}")
+
+
+def _nowhere() -> Jog | None:
+    """Return where nothing goes."""
+    return None

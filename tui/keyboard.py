@@ -10,6 +10,7 @@ from typing import Any
 from tui.framework import printed
 from tui.key_row import DeskKey
 from tui.keys import STOP, TABLE, JogPair, words
+from tui.pad_map import DEFAULT_PAD, PadMap
 from tui.screens import titled
 
 FOOTER_FIRST = (STOP, "arm", "move-go", "points-go", "help", "quit")
@@ -31,6 +32,8 @@ class Keyboard:
     """The table of keys as it is on this keyboard: the same rows, maybe with other keys."""
 
     rows: tuple[DeskKey, ...] = TABLE
+    pad: PadMap = DEFAULT_PAD
+    """What the sticks and buttons of a gamepad mean."""
 
     def row(self, name: str) -> DeskKey:
         """Return the row of an id; raises `KeyError`."""
@@ -61,7 +64,7 @@ class Keyboard:
     def changed(self, keys: Mapping[str, tuple[str, ...]]) -> Keyboard:
         """Return a keyboard on which these rows have other keys."""
         rows = (replace(row, keys=keys.get(row.id, row.keys)) for row in self.rows)
-        return Keyboard(tuple(rows))
+        return replace(self, rows=tuple(rows))
 
     def keymap(self) -> dict[str, str]:
         """Return the keys by id, as the framework takes them."""

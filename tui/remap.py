@@ -4,11 +4,13 @@ layout = "azerty"           # or qwerty, qwertz, dvorak, colemak
 [keys]
 arm = "f9"                  # a row's id: a key, as printed or by its name ...
 finer = [",", "f8"]         # ... or several
+[gamepad]                   # see pad_map.py
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -20,7 +22,12 @@ from tui.framework import key_named
 from tui.key_row import DeskKey
 from tui.keyboard import DEFAULT_KEYS, Keyboard, label
 from tui.keys import STOP, TABLE
+from tui.pad_map import read_pad
 from tui.screens import SCREENS
+
+PAD = "gamepad"
+TABLES = ("layout", "keys", PAD)
+"""What a file of keys may hold."""
 
 STOP_KEYS = ("space", "ctrl+c")
 """Stop whatever a file says: who comes to somebody else's desk has to know one key."""
@@ -78,8 +85,8 @@ def _read(path: Path) -> dict[str, Any]:
 def _of_table(table: dict[str, Any], where: str) -> Keyboard:
     """Return the keyboard of a file's content; `where` begins the errors."""
     for word in table:
-        if word not in ("layout", "keys"):
-            known = ("layout", "keys", *(row.id for row in TABLE))
+        if word not in TABLES:
+            known = (*TABLES, *(row.id for row in TABLE))
             raise KeyFileError(f"{where}: no {word!r} is known{suggestion(word, known)}")
     layout, given = table.get("layout", QWERTY), table.get("keys", {})
     if layout not in LAYOUTS:
@@ -88,7 +95,8 @@ def _of_table(table: dict[str, Any], where: str) -> Keyboard:
     if not isinstance(given, dict):
         raise KeyFileError(f'{where}: keys is a table: `[keys]`, and below it `arm = "f9"`')
     keys = {name: _keys(name, value, where) for name, value in given.items()}
-    return _checked(_of_layout(layout).changed(keys), where)
+    keyboard = replace(_of_layout(layout).changed(keys), pad=read_pad(table.get(PAD, {}), where))
+    return _checked(keyboard, where)
 
 
 def _of_layout(name: str) -> Keyboard:

@@ -61,6 +61,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="store_true",
         help="begin at the set-up screen: find an arm, describe it, check its motors",
     )
+    parser.add_argument(
+        "--gamepad",
+        nargs="?",
+        const="",
+        metavar="NAME",
+        help="jog with a gamepad too (Linux); with several, letters of the name of one",
+    )
     add_arm_options(parser)
 
 
@@ -77,6 +84,10 @@ def run(options: argparse.Namespace) -> int:
         return jog_model(options, keys)
     if not (sys.stdin.isatty() and sys.stdout.isatty()):
         raise BadRequest("jogging needs a terminal; scripts use jog_j() and jog_l()")
+    if options.gamepad is not None:
+        from tui.pad_evdev import check_gamepads
+
+        check_gamepads()
     end = _desk(options, keys, "setup" if options.setup else "", _hint(options, keys))
     while end.opens is not None:  # an arm file that was written there
         options = _on_file(options, end.opens)
@@ -97,7 +108,13 @@ def _desk(options: argparse.Namespace, keys: Keyboard, first: str, hint: str) ->
     with arm:
         confirm_simulated(arm)
         end = run_desk(
-            arm, ascii_only=options.ascii, keys=keys, first=first, hint=hint, reopens=True
+            arm,
+            ascii_only=options.ascii,
+            keys=keys,
+            first=first,
+            hint=hint,
+            reopens=True,
+            gamepad=options.gamepad,
         )
         last = arm.status
     if last.error and last.state is State.DISCONNECTED and not end.code:

@@ -21,6 +21,7 @@ from tui.spans import send_spans_alone
 
 if TYPE_CHECKING:
     from tui.desk import Desk
+    from tui.jogging import Jogging
 
 
 class DeskScreen(Screen[None]):
@@ -29,6 +30,9 @@ class DeskScreen(Screen[None]):
     AUTO_FOCUS = ""
     place: ClassVar[str] = ""
     """The id of the screen's row in `SCREENS`, and of its rows in the table of keys."""
+
+    hand: Jogging | None = None
+    """The hand on the jog keys, where the screen has those."""
 
     _laid_out = False
 

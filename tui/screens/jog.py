@@ -16,6 +16,7 @@ from tui import tables
 from tui.framework import Alarm, PlainText
 from tui.jogging import Jogging
 from tui.layout import bindings
+from tui.pad_hand import PAD
 from tui.screens.base import DeskScreen
 from tui.settings import Settings
 from tui.widgets.arm_view import SpaceView
@@ -46,7 +47,7 @@ class JogScreen(DeskScreen):
     def __init__(self) -> None:
         super().__init__()
         desk = self.desk
-        self.hand = Jogging(
+        self.hand: Jogging = Jogging(
             desk.arm,
             clock=desk.clock,
             say=desk.say,
@@ -129,7 +130,7 @@ class JogScreen(DeskScreen):
 
     def _show_buttons(self, settings: Settings, *, pose_known: bool) -> None:
         """Show buttons beside whatever is jogged, and how they are held."""
-        held = bool(self.hand.held_button)
+        held = self.hand.held_button not in ("", PAD)
         for name in TABLES:
             buttons = self.query_one(f"#hold-{name}", HoldButtons)
             shown = (name == "tip") == settings.cartesian and (pose_known or name != "tip")
