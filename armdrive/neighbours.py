@@ -95,7 +95,8 @@ def _answered(answer: Callable[[Arm, Json], Json], arm: Arm, words: Json) -> Jso
 def _status(arm: Arm, _: Json) -> Json:
     from armdrive.view import status_view
 
-    return status_view(arm.status)
+    view = status_view(arm.status)
+    return view if arm.program is None else {**view, "program": arm.program()}
 
 
 def _stop(arm: Arm, _: Json) -> Json:

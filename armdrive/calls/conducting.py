@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 from armdrive.calls.connected import Connected
 
 
 class Conducting(Connected):
     """The calls that change when and how fast the arm goes, not where. None of them waits."""
+
+    program: Callable[[], dict[str, Any]] | None = None
+    """Tells other programs what program the arm is at work on, as plain data; None of none."""
 
     def pause(self) -> None:
         """Have the arm stand behind its next burst or segment, until `resume` or a stop.

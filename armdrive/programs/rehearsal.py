@@ -12,7 +12,17 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from armdrive.errors import ArmError, Refused
-from armdrive.programs.acts import Act, Answer, AwaitInputs, Delay, Machine, Mark
+from armdrive.programs.acts import (
+    Act,
+    Answer,
+    AwaitInputs,
+    Delay,
+    Home,
+    Machine,
+    Mark,
+    Outputs,
+    Say,
+)
 from armdrive.programs.progress import LOOPS_REHEARSED, Took
 from armdrive.programs.rehearsing import Assumption, Assumptions, Rehearser, Things
 from armdrive.programs.running import FOR_EVER, Run, Source, Step
@@ -141,7 +151,8 @@ def rehearse(config: ArmConfig, arm: Arm | None, plan: Plan) -> Rehearsal:
     `ArmError` for a twin that cannot be made.
     """
     assumptions = Assumptions()
-    with rehearsing_arm(config, arm, assumptions.note if plan.settle else None) as twin:
+    settles = plan.settle and not _references_first(plan)
+    with rehearsing_arm(config, arm, assumptions.note if settles else None) as twin:
         rehearser = Rehearser(
             twin,
             assumptions,
@@ -165,6 +176,14 @@ def rehearse(config: ArmConfig, arm: Arm | None, plan: Plan) -> Rehearsal:
         twin.speed_override,
         tuple(rehearser.path),
     )
+
+
+def _references_first(plan: Plan) -> bool:
+    """Tell whether a program takes a reference before anything that needs one."""
+    machine = plan.source.machine() if plan.machine is None else plan.machine()
+    while (stage := machine.next()) is not None and isinstance(stage.act, Say | Delay | Outputs):
+        machine.answer(None)
+    return stage is not None and isinstance(stage.act, Home)
 
 
 def _carried_out(run: Run) -> tuple[Exception | None, bool]:

@@ -1,0 +1,228 @@
+"""Runs a program file: rehearses it, writes down where it is, shows it, and takes it up again."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import shlex
+import sys
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING
+
+from armdrive.cli.choosing import chosen_target
+from armdrive.cli.run_common import (
+    connect_to_check,
+    connect_to_run,
+    display_for,
+    ended_view,
+    failed_view,
+    keep_recording,
+    make_ready,
+    report,
+    show_place,
+    slow_down,
+    stands_at,
+)
+from armdrive.cli.run_person import Terminal, standard_input
+from armdrive.cli.run_showing import Display, duration
+from armdrive.cli.run_signals import stopped_by_interrupt
+from armdrive.programs.journal import Entry, Journal, interrupted
+from armdrive.programs.performing import Performer
+from armdrive.programs.progress import Progress
+from armdrive.programs.rehearsal import Plan, Rehearsal, rehearse, require_rehearsed
+from armdrive.programs.resuming import require_place, require_same_program
+from armdrive.programs.running import Run, Step
+from armdrive.programs.source import ArmProgram, read_program_file
+
+if TYPE_CHECKING:
+    from armdrive.arm import Arm
+    from armdrive.programs.acts import Answer, Machine
+    from armdrive.programs.program import Program
+
+
+def run_program(options: argparse.Namespace) -> int:
+    """Run or rehearse a program file."""
+    program = read_program_file(options.program)
+    if options.check:
+        return _check(program, options)
+    with contextlib.closing(connect_to_run(options)) as arm, stopped_by_interrupt(lambda: [arm]):
+        return _Running(program, arm, options).run()
+
+
+def _check(program: Program, options: argparse.Namespace) -> int:
+    arm, unasked = connect_to_check(options)
+    with contextlib.closing(arm) if arm is not None else contextlib.nullcontext():
+        config = chosen_target(options).config
+        if arm is not None:
+            slow_down(arm, options)
+        source = ArmProgram(program, config)
+        plan = _plan(source, options, _taken_up(program, source, arm, options), settle=True)
+        rehearsal = rehearse(config, arm, plan)
+        return report(rehearsal, options, program.text.splitlines(), unasked)
+
+
+def _taken_up(
+    program: Program, source: ArmProgram, arm: Arm | None, options: argparse.Namespace
+) -> Entry | None:
+    """Return where the program is to be taken up, None for its beginning. Raises `Refused`."""
+    if not options.resume:
+        return None
+    entry = interrupted(source.config.name)
+    require_same_program(entry, program.digest, str(options.program.resolve()))
+    stage = source.restored(entry.snapshot).next()
+    if arm is not None and stage is not None:
+        require_place(arm, entry, stage.act, _command(options, resume=True))
+    return entry
+
+
+def _plan(
+    source: ArmProgram, options: argparse.Namespace, entry: Entry | None, *, settle: bool
+) -> Plan:
+    machine: Callable[[], Machine] | None = None
+    if entry is not None:
+        machine = partial(source.restored, entry.snapshot)
+    return Plan(
+        source,
+        _loops(options, entry),
+        1 if entry is None else entry.loop,
+        machine,
+        dict(options.input),
+        options.assume_width,
+        0 if entry is None else entry.outputs,
+        settle=settle,
+        traced=options.plot is not None,
+    )
+
+
+def _loops(options: argparse.Namespace, entry: Entry | None) -> int:
+    if options.loops is not None:
+        return int(options.loops)
+    return 1 if entry is None else entry.loops
+
+
+def _command(options: argparse.Namespace, *, resume: bool) -> str:
+    """Return the command that runs this program on this arm."""
+    words = ["armdrive", "run", str(options.program)]
+    for name in ("arm", "sim", "port", "dialect"):
+        value = getattr(options, name)
+        words += [f"--{name}", value] if value else []
+    return shlex.join([*words, *["--resume"] * resume])
+
+
+class _Gate:
+    """Waits for the person before each motion."""
+
+    def __init__(self, performer: Performer, display: Display) -> None:
+        self._performer = performer
+        self._display = display
+
+    def begins(self, step: Step, machine: Machine) -> None:  # noqa: ARG002 - as every onlooker
+        """Wait before a motion; a stop meanwhile ends the run."""
+        if not step.moves:
+            return
+        line = step.stage.mark.line
+        arm, stops = self._performer.arm, self._performer.arm.stops
+        self._performer.person.hold(
+            f"line {line}: {self._display.source(line)}", lambda: arm.stops != stops
+        )
+        self._performer.require_no_stop()
+
+    def ended(self, step: Step, answer: Answer, took_s: float) -> None:
+        """Wait for the next motion."""
+
+
+class _Running:
+    """One run of a program file on a connected arm."""
+
+    def __init__(self, program: Program, arm: Arm, options: argparse.Namespace) -> None:
+        self._program = program
+        self._arm = arm
+        self._options = options
+        self._lines = program.text.splitlines()
+        self._stops = arm.stops  # a stop during the rehearsal counts as well
+
+    def run(self) -> int:
+        """Rehearse, carry out, and say how it ended."""
+        source = ArmProgram(self._program, self._arm.config)
+        slow_down(self._arm, self._options)
+        entry = _taken_up(self._program, source, self._arm, self._options)
+        plan = _plan(source, self._options, entry, settle=False)
+        rehearsal = rehearse(self._arm.config, self._arm, plan)
+        self._require(rehearsal)
+        make_ready(self._arm, self._options)
+        with display_for(self._options, self._lines) as display:
+            self._begin(display, rehearsal, plan)
+            person = Terminal(self._arm, display, standard_input())
+            performer = Performer(self._arm, person, since=self._stops, outputs=plan.outputs)
+            return self._carry_out(source, plan, performer, display)
+
+    def _require(self, rehearsal: Rehearsal) -> None:
+        try:
+            require_rehearsed(rehearsal, anyway=self._options.yes)
+        except BaseException as error:
+            if not self._options.json:
+                show_place(rehearsal.at, self._lines, rehearsal.refusal or error)
+            raise
+
+    def _begin(self, display: Display, rehearsal: Rehearsal, plan: Plan) -> None:
+        known = rehearsal.whole and rehearsal.refusal is None
+        progress = Progress(rehearsal.loops if known else (), repeated=plan.loops)
+        display.use(self._arm)
+        display.follow(progress, share=rehearsal.share, loops=plan.loops)
+        total_s = progress.total_s
+        takes = "" if total_s is None else f", about {duration(total_s)}"
+        assumed = "".join(f"\nassumed: {each}" for each in rehearsal.assumptions)
+        event = {
+            "event": "begin",
+            "program": str(self._options.program),
+            "arm": self._arm.config.name,
+            "simulated": self._arm.simulated,
+            "left_s": None if total_s is None else round(total_s, 1),
+            "assumptions": [str(each) for each in rehearsal.assumptions],
+        }
+        display.tell(event, f"{self._options.program}{takes}{assumed}")
+
+    def _carry_out(
+        self, source: ArmProgram, plan: Plan, performer: Performer, display: Display
+    ) -> int:
+        path, digest = self._options.program.resolve(), self._program.digest
+        journal = Journal(self._arm, performer, path, digest, plan.loops)
+        gate = [_Gate(performer, display)] if self._options.step else []
+        machine = None if plan.machine is None else plan.machine()
+        run = Run(
+            source,
+            performer,
+            [journal, *gate, display],
+            loops=plan.loops,
+            loop=plan.loop,
+            machine=machine,
+        )
+        began_s = self._arm.pace.now_s()
+        try:
+            run.carry_out()
+        except BaseException as error:
+            self._failed(error, run, journal, display)
+            raise
+        finally:
+            keep_recording(self._arm, self._options)
+        journal.finish()
+        took_s = self._arm.pace.now_s() - began_s
+        words = f"done: {run.done} acts in {duration(took_s)}; {stands_at(self._arm)}"
+        display.tell(ended_view(self._arm, run.done, took_s), words)
+        return 0
+
+    def _failed(self, error: BaseException, run: Run, journal: Journal, display: Display) -> None:
+        with contextlib.suppress(Exception):  # what went wrong first is what is told
+            journal.broke_off(error)
+        mark = None if run.at is None else run.at.stage.mark
+        mark = getattr(error, "mark", None) or mark
+        resume = "" if run.at is None else _command(self._options, resume=True)
+        if self._options.json:
+            display.tell(failed_view(mark, error, resume), "")
+            return
+        display.tell({}, f"ended early: {run.done} acts done; {stands_at(self._arm)}")
+        sys.stdout.flush()
+        show_place(mark, self._lines, error)
+        if resume:
+            sys.stderr.write(f"to go on from there: {resume}\n")

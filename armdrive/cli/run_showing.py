@@ -1,0 +1,227 @@
+"""What a running program shows: a line that is rewritten, a line a motion, or JSON lines.
+
+The same picture is what other programs are told of the program (`armdrive status`, `watch`).
+"""
+
+from __future__ import annotations
+
+import shutil
+import sys
+import threading
+from collections.abc import Callable, Mapping
+from types import TracebackType
+from typing import TYPE_CHECKING, Any, Self
+
+from armdrive.programs.acts import Mark
+from armdrive.programs.progress import Estimate, Progress
+
+if TYPE_CHECKING:
+    from armdrive.arm import Arm
+    from armdrive.programs.acts import Answer, Machine
+    from armdrive.programs.running import Step
+
+REDRAW_S = 0.2
+CLEAR_LINE = "\r\x1b[K"
+
+
+class Display:
+    """Shows one run. `lines` are the program's own, of which the one under way is shown.
+
+    Every method may be called from any thread.
+    """
+
+    def __init__(
+        self,
+        lines: list[str],
+        emit: Callable[[dict[str, Any]], None] | None,
+        *,
+        rewrites: bool,
+    ) -> None:
+        """With `emit`, events go there as plain data; else text goes to standard output."""
+        self._lines = lines
+        self._emit = emit
+        self._rewrites = rewrites and emit is None
+        self._progress = Progress(())
+        self._share = 1.0
+        self._arm: Arm | None = None
+        self._mark: Mark | None = None
+        self._act = ""
+        self._loop = 1
+        self._loops = 1
+        self._began_s = 0.0
+        self._paused = False
+        self._drawn = False
+        self._lock = threading.RLock()
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._look, name="progress", daemon=True)
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._over.set()
+        self._thread.join()
+        with self._lock:
+            self._wipe()
+
+    def follow(self, progress: Progress, *, share: float = 1.0, loops: int = 1) -> None:
+        """Estimate by a rehearsal, in which the arm went with `share` of its speed."""
+        with self._lock:
+            self._progress, self._share, self._loops = progress, share, loops
+
+    # -- what happens -------------------------------------------------------------------------
+
+    def begins(self, step: Step, machine: Machine) -> None:  # noqa: ARG002 - as every onlooker
+        """Show an act of a program file."""
+        act = type(step.stage.act).__name__
+        self.at(None, step.stage.mark, act, loop=step.loop, loud=step.moves)
+
+    def ended(self, step: Step, answer: Answer, took_s: float) -> None:
+        """Tell programs what an act brought."""
+        if self._emit is not None:
+            brought = answer if isinstance(answer, bool | float | int) else None
+            self._emit(
+                {
+                    "event": "done",
+                    "line": step.stage.mark.line,
+                    "act": type(step.stage.act).__name__,
+                    "answer": brought,
+                    "took_s": round(took_s, 3),
+                }
+            )
+
+    def use(self, arm: Arm) -> None:
+        """Look at this arm from now on, and let other programs know what it is at work on."""
+        with self._lock:
+            self._arm = arm
+        arm.program = self.view
+
+    def at(
+        self, arm: Arm | None, mark: Mark, act: str, *, loop: int = 1, loud: bool = True
+    ) -> None:
+        """Show where the program is; `loud` is worth a line of its own."""
+        with self._lock:
+            self._arm = arm or self._arm
+            self._mark, self._act, self._loop = mark, act, loop
+            self._progress.begins(mark, loop)
+            self._began_s = 0.0 if self._arm is None else self._arm.pace.now_s()
+            view = self.view()
+            if self._emit is not None:
+                self._emit({"event": "act", **view})
+            elif self._rewrites:
+                self._draw(view)
+            elif loud:
+                self._print(_line(view))
+
+    def say(self, text: str) -> None:
+        """Show what the program says."""
+        self._tell({"event": "say", "text": text}, text)
+
+    def waits(self, text: str) -> None:
+        """Show what a person is waited for."""
+        words = f"{text}: " * bool(text)
+        self._tell(
+            {"event": "hold", "text": text}, f"{words}Enter goes on, and so does `armdrive resume`"
+        )
+
+    def tell(self, event: dict[str, Any], text: str) -> None:
+        """Show something else: an event for programs, a line for people."""
+        self._tell(event, text)
+
+    # -- what is shown ------------------------------------------------------------------------
+
+    def view(self) -> dict[str, Any]:
+        """Return where the program is, as plain data."""
+        with self._lock:
+            if self._mark is None:
+                return {}
+            estimate = self._estimate()
+            return {
+                "file": self._mark.file,
+                "line": self._mark.line,
+                "column": self._mark.column,
+                "text": self.source(self._mark.line),
+                "act": self._act,
+                "loop": self._loop,
+                "loops": self._loops,
+                "percent": None if estimate.percent is None else round(estimate.percent, 1),
+                "left_s": None if estimate.left_s is None else round(estimate.left_s, 1),
+            }
+
+    def source(self, line: int) -> str:
+        """Return a line of the program."""
+        return self._lines[line - 1].strip() if 0 < line <= len(self._lines) else ""
+
+    def _estimate(self) -> Estimate:
+        if self._arm is None:
+            return Estimate()
+        share = self._arm.speed_override / self._share
+        return self._progress.estimate(self._arm.pace.now_s() - self._began_s, share)
+
+    def _look(self) -> None:
+        """Show now and then what changes between two acts."""
+        while not self._over.wait(REDRAW_S):
+            with self._lock:
+                arm = self._arm
+                if arm is None or self._mark is None:
+                    continue
+                if arm.paused is not self._paused:
+                    self._paused = arm.paused
+                    word = "paused" if self._paused else "going on"
+                    event = {"event": word.replace(" ", "-"), **self.view()}
+                    self._tell(event, word)
+                if self._rewrites:
+                    self._draw(self.view())
+
+    def _tell(self, event: dict[str, Any], text: str) -> None:
+        with self._lock:
+            if self._emit is not None:
+                self._emit(event)
+            else:
+                self._wipe()
+                self._print(text)
+
+    def _draw(self, view: Mapping[str, Any]) -> None:
+        columns = shutil.get_terminal_size().columns
+        arm = self._arm
+        slowed = arm is not None and arm.speed_override < 1.0
+        words = _line(view) + "  slowed" * slowed + "  PAUSED" * self._paused
+        sys.stdout.write(f"{CLEAR_LINE}{words[: columns - 1]}")
+        sys.stdout.flush()
+        self._drawn = True
+
+    def _wipe(self) -> None:
+        if self._drawn:
+            sys.stdout.write(CLEAR_LINE)
+            sys.stdout.flush()
+            self._drawn = False
+
+    def _print(self, text: str) -> None:
+        sys.stdout.write(f"{text}\n")
+        sys.stdout.flush()
+
+
+def _line(view: Mapping[str, Any]) -> str:
+    """Return where a program is, as a line for people."""
+    percent, left_s = view["percent"], view["left_s"]
+    share = "    " if percent is None else f"{percent:3.0f}%"
+    left = "" if left_s is None else f"  {duration(left_s)} left"
+    several = view["loops"] != 1
+    loop = f"loop {view['loop']}  " if several else ""
+    return f"{share}  {loop}line {view['line']}: {view['text'] or view['act']}{left}"
+
+
+def duration(time_s: float) -> str:
+    """Return a time for people: seconds, or minutes and seconds, or hours and minutes."""
+    if time_s < 60.0:
+        return f"{time_s:.1f} s" if time_s < 10.0 else f"{time_s:.0f} s"
+    minutes, seconds = divmod(round(time_s), 60)
+    if minutes < 60:
+        return f"{minutes} min {seconds} s"
+    return f"{minutes // 60} h {minutes % 60} min"
