@@ -10,6 +10,7 @@ Examples:
   armdrive points run stack
   armdrive points mirror stack stack-left             the same on the other side
   armdrive points offset stack stack2 --x 40 --turn 30
+  armdrive points export stack stack.arm              as a program: `armdrive run stack.arm`
 
 Every action prints JSON with --json.
 
@@ -31,6 +32,7 @@ from armdrive.cli.choosing import (
 from armdrive.cli.confirming import settle_trust
 from armdrive.cli.numbers import fraction
 from armdrive.cli.output import emit, say, say_which
+from armdrive.cli.points_export import add_export_options, export
 from armdrive.cli.points_shaping import add_shape_options, shape
 from armdrive.pointbook import Points, points_of
 from armdrive.points import Point, StepList
@@ -52,6 +54,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         if name == "save":
             action.add_argument("--note", default="", help="what the point is for")
             action.add_argument("--again", action="store_true", help="move a point that is there")
+        if name == "export":
+            add_export_options(action)
         if name in ("copy", "mirror", "offset"):
             add_shape_options(action, name)
         if name in ("go", "run"):
@@ -232,6 +236,7 @@ ACTIONS: Mapping[str, tuple[Deed, tuple[str, ...], str]] = MappingProxyType(
         "delete": (_delete, ("name",), "take a point or a sequence away"),
         "copy": (shape, ("name", "new"), "the same point or sequence once more, over new points"),
         "mirror": (shape, ("name", "new"), "a point or a sequence with left and right exchanged"),
+        "export": (export, ("name", "file"), "write a sequence as a program file"),
         "offset": (shape, ("name", "new"), "a point or a sequence in another place"),
     }
 )

@@ -1,0 +1,42 @@
+"""`armdrive points export`: a taught sequence as a program file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from armdrive.cli.choosing import chosen_target
+from armdrive.cli.output import emit, say
+from armdrive.durable import DISK, replace_durably
+from armdrive.errors import BadRequest
+from armdrive.pointbook import points_of
+
+if TYPE_CHECKING:
+    import argparse
+
+
+def add_export_options(action: argparse.ArgumentParser) -> None:
+    """Declare the options."""
+    action.add_argument("--force", action="store_true", help="overwrite another file")
+
+
+def export(options: argparse.Namespace) -> int:
+    """Write the program beside nothing that is there, unless told to, and say where."""
+    from armdrive.programs.program import read_program
+    from armdrive.programs.writing import unparse
+    from armdrive.teaching.exporting import program_of
+
+    path = Path(options.file)
+    if path.exists() and not options.force:
+        raise BadRequest(f"{path} is there already: name another file, or say --force")
+    config = chosen_target(options).config
+    book = points_of(config)
+    steps, taught = book.sequence(options.name), book.read()
+    text = unparse(program_of(options.name, steps, taught.points, config.model.arm.fk))
+    program = read_program(text, str(path))  # what is written can be run
+    replace_durably(DISK, path.absolute(), text.encode("utf-8"))
+    if options.json:
+        emit({"file": str(path), "sha256": program.digest, "steps": len(steps.steps)})
+    else:
+        say(f"{options.name} is {path} now: `armdrive run {path} --check` tells what it would do")
+    return 0
