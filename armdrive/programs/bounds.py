@@ -40,4 +40,4 @@ def out_of_bounds(slot: Slot, value: float) -> str | None:
 
 
 def _meant(slot: Slot, value: float) -> str:
-    return f": {said(value)}% was meant?" if slot.most == 1.0 and 1.0 < value <= 100.0 else ""
+    return f"; was {said(value)}% meant?" if slot.most == 1.0 and 1.0 < value <= 100.0 else ""

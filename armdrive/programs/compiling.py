@@ -115,20 +115,18 @@ class _Compiler(WordCode):
 
     def repeat(self, line: Repeat) -> None:
         name = f"@{len(self.code)}"
-        if line.count is None:
-            self.emit(Op.FOREVER, line.mark, name)
-        else:
+        if line.count is not None:
             self.value(line.count)
-            self.emit(Op.ROUNDS, line.mark, name)
-        top = self.emit(Op.ROUND, line.mark, name)
+        self.emit(Op.FOREVER if line.count is None else Op.ROUNDS, line.mark, name)
+        top = self.emit(Op.COUNT if line.count is None else Op.ROUND, line.mark, name)
         if line.variable:
             self.store(line.variable, line.mark)
         else:
             self.emit(Op.DROP, line.mark)
-        self._looped(line.body, top, top, line.mark)
+        self._looped(line.body, top, None if line.count is None else top, line.mark)
 
-    def _looped(self, body: tuple[Statement, ...], top: int, miss: int, mark: Mark) -> None:
-        breaks = [miss]
+    def _looped(self, body: tuple[Statement, ...], top: int, miss: int | None, mark: Mark) -> None:
+        breaks = [] if miss is None else [miss]
         self.scope.loops.append((top, breaks))
         self._block(body)
         self.scope.loops.pop()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from math import isfinite
 
 from armdrive.programs.acts import Mark
 from armdrive.programs.bounds import fewest, out_of_bounds, slot_of
@@ -139,7 +140,7 @@ class Fitting:
             yield self._nowhere(value)
         elif kind is not None and slot.kind not in (kind, Kind.ANY):
             yield Problem(value.mark, f"{slot.kind.value} is needed here, not {kind.value}")
-        elif isinstance(value, Number):
+        elif isinstance(value, Number) and isfinite(value.value):
             wrong = out_of_bounds(slot, value.value)
             if wrong is not None:
                 yield Problem(value.mark, wrong)
@@ -151,6 +152,8 @@ class Fitting:
 
     def _inside(self, value: Expression) -> Iterator[Problem]:
         match value:
+            case Number() if not isfinite(value.value):
+                yield Problem(value.mark, "this number is too large")
             case Unary():
                 wanted = Kind.NUMBER if value.sign == "-" else Kind.TRUTH
                 yield from self._value(value.value, Slot("value", wanted))

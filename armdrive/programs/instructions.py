@@ -33,6 +33,7 @@ class Op(Enum):
     KEEP_ON = "go on elsewhere if it is on, else pop (target)"
     ROUNDS = "pop how many rounds a loop (name) has"
     FOREVER = "a loop (name) has no end"
+    COUNT = "push the round's number of a loop without an end (name)"
     ROUND = "push the round's number (name), or go on behind the loop (target)"
     CALL = "call a subprogram (target) with so many values (count)"
     RETURN = "leave a subprogram; in the program itself, end it"

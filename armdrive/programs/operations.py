@@ -135,15 +135,8 @@ def _jump_if(state: State, row: Instruction, world: World) -> None:
     state.at = row.target if truth(state.stack.pop()) else state.at + 1
 
 
-def _keep_off(state: State, row: Instruction, world: World) -> None:
-    if truth(state.stack[-1]):
-        _drop(state, row, world)
-    else:
-        state.at = row.target
-
-
-def _keep_on(state: State, row: Instruction, world: World) -> None:
-    if truth(state.stack[-1]):
+def _keep(state: State, row: Instruction, world: World) -> None:
+    if truth(state.stack[-1]) == (row.op is Op.KEEP_ON):
         state.at = row.target
     else:
         _drop(state, row, world)
@@ -163,13 +156,17 @@ def _forever(state: State, row: Instruction, world: World) -> None:
 
 
 def _round(state: State, row: Instruction, world: World) -> None:
-    rounds = state.frames[-1].loops[row.name]
-    begun, most = rounds[0] or 0, rounds[1]
-    if most is not None and begun >= most:
+    begun, most = state.frames[-1].loops[row.name]
+    if most is not None and begun is not None and begun >= most:
         state.at = row.target
-        return
-    rounds[0] = begun + 1
-    _next(state, float(begun + 1))
+    else:
+        _count(state, row, world)
+
+
+def _count(state: State, row: Instruction, world: World) -> None:
+    rounds = state.frames[-1].loops[row.name]
+    rounds[0] = begun = (rounds[0] or 0) + 1
+    _next(state, float(begun))
 
 
 def _call(state: State, row: Instruction, world: World) -> None:
@@ -239,8 +236,8 @@ _STEPS: Mapping[Op, Callable[[State, Instruction, World], Act | None]] = Mapping
     Op.LOAD_SHIFTED: _load_shifted, Op.STORE: _store, Op.STORE_OWN: _store_own, Op.DROP: _drop,
     Op.NEGATE: _negate, Op.NOT: _not, Op.BINARY: _binary, Op.USE: _use, Op.PART: _part,
     Op.JOINTS: _joints, Op.JUMP: _jump, Op.JUMP_UNLESS: _jump_unless, Op.JUMP_IF: _jump_if,
-    Op.KEEP_OFF: _keep_off, Op.KEEP_ON: _keep_on, Op.ROUNDS: _rounds, Op.FOREVER: _forever,
-    Op.ROUND: _round, Op.CALL: _call, Op.RETURN: _return, Op.END: _end, Op.FAIL: _fail,
-    Op.SPEED: _speed, Op.OPENING: _opening, Op.FINGERS: _fingers, Op.LOOK: _look,
-    Op.INPUT: _input, Op.ACT: _act,
+    Op.KEEP_OFF: _keep, Op.KEEP_ON: _keep, Op.ROUNDS: _rounds, Op.FOREVER: _forever,
+    Op.ROUND: _round, Op.COUNT: _count, Op.CALL: _call, Op.RETURN: _return, Op.END: _end,
+    Op.FAIL: _fail, Op.SPEED: _speed, Op.OPENING: _opening, Op.FINGERS: _fingers,
+    Op.LOOK: _look, Op.INPUT: _input, Op.ACT: _act,
 })  # fmt: skip

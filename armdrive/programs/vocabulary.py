@@ -103,7 +103,7 @@ FINGERS = (
 PLACES = (
     Word("here", (NEW_PLACE,), "Give the place where the arm stands a name.", "here corner"),
     Word("shift", (NEW_PLACE,), "Move a point of the program along x, y and z of the base.",
-         "shift corner by 10, 0, 0", links=(("by", ALONG),)),
+         "shift corner by 10, 0, 0", links=(("by", ALONG),), needs=("by",)),
     Word("remember", (NEW_PLACE,),
          "Like `here`, and write it into the arm's own book of points, over one of that name.",
          "remember corner"),

@@ -18,7 +18,7 @@ _FIRST = re.compile(r"\s*(?:\d+\s*:?\s*)?([A-Za-z_][A-Za-z0-9_]*)")
 
 _EXPECTED: Mapping[str, str] = MappingProxyType({
     "NUMBER": "a value", "PERCENT": "a value", "TEXT": "a value", "TRUTH": "a value",
-    "JOINTS": "a value", "LPAR": "a value", "NOT": "a value", "MINUS": "",
+    "JOINTS": "a value", "LPAR": "", "NOT": "a value", "MINUS": "",
     "RPAR": "`)`", "COMMA": "a comma", "EQUAL": "`=`", "NAME": "a name",
     "$END": "the end of the line",
     "PLUS": "", "TIMES": "", "OVER": "", "OR": "", "AND": "", "COMPARE": "", "DOT": "",

@@ -129,7 +129,8 @@ def _value(value: Expression, strength: int) -> str:
     """Return a value, in brackets where what stands around it binds as strongly."""
     match value:
         case Number():
-            return _number(value)
+            text = _number(value)
+            return f"({text})" if strength == _PART else text
         case Truth():
             return "on" if value.value else "off"
         case Text():

@@ -1,0 +1,220 @@
+"""A program is checked as a whole: every mistake is found, in its place, before anything moves."""
+
+from __future__ import annotations
+
+import pytest
+from program_bench import BOOK, acts, refused, started, told
+
+from armdrive.catalogue import entry
+from armdrive.errors import ProgramError
+from armdrive.programs import read_program
+from armdrive.programs.problems import MOST_TOLD
+from armdrive.programs.reading import DEEPEST_BLOCK
+from armdrive.programs.vocabulary import RESERVED, WORDS
+
+WRONG = [
+    # words that are none, and lines that end too early or too late
+    ("mvoe pick", 1, "there is no word 'mvoe'; did you mean 'move'?"),
+    ("reday", 1, "no word and no subprogram 'reday'; did you mean 'ready'?"),
+    ("move pick,", 11, "the line ends too early: a value is missing"),
+    ("move (pick", 11, "the line ends too early: `)` was expected"),
+    ("move pick)", 10, "')' does not belong here"),
+    ("approach pick 60", 15, "'60' does not belong here: a comma or the end"),
+    ('type "abc', 6, 'a `"` is missing'),
+    ("move ?", 6, "'?' is no sign of a program"),
+    ("x = 1 < 2 < 3", 11, "'<' does not belong here"),
+    ("point home at(1, 2, 3, 4)", 12, "`=` was expected"),
+    ("3 = x", 3, "a number at the beginning of a line is a label"),
+    # blocks
+    ("end", 1, "this `end` ends nothing"),
+    ("else", 1, "this `else` belongs to no `if`"),
+    ("while on", 1, "this `while` has no `end`"),
+    ("repeat 2\ndefine f()\nend\nend", 8, "cannot be defined within a block"),
+    ("if on\nelse\nelse if off\nend", 1, "nothing comes after `else` but `end`"),
+    # how many values, of which kind, in which bounds
+    ("move", 1, "`move` needs the place: `move pick`"),
+    ("move pick, 3", 12, "`move` takes 1 value, this is too many"),
+    ("ready 3", 7, "`ready` takes nothing, this is too many"),
+    ("approach pick", 1, "`approach` needs the distance in mm: `approach pick, 60`"),
+    ("approach 60, 60", 10, "a place is needed here, not a number"),
+    ("delay on", 7, "a number is needed here, not on or off"),
+    ('delay "long"', 7, "a number is needed here, not a text"),
+    ("expect 3", 8, "on or off is needed here, not a number"),
+    ("while 3\nend", 7, "on or off is needed here, not a number"),
+    ("if not 3\nend", 8, "on or off is needed here, not a number"),
+    ("delay 2 * on", 11, "a number is needed here, not on or off"),
+    ("speed 50", 7, "at most 1, not 50; was 50% meant?"),
+    ("speed 120%", 7, "at most 1, not 1.2"),
+    ("speed 0", 7, "above 0, not 0"),
+    ("delay -1", 7, "at least 0, not -1"),
+    ("open_now -5", 10, "at least 0, not -5"),
+    ("signal 0", 8, "counts from 1, 0 is none"),
+    ("wait 1.5", 6, "whole number, not 1.5"),
+    ("wait 1 within -2", 15, "at least 0, not -2"),
+    ("repeat 2.5\nend", 8, "whole number, not 2.5"),
+    ("repeat -1\nend", 8, "at least 0, not -1"),
+    ("if input(0)\nend", 10, "at least 1, not 0"),
+    ("shift pick", 1, "`shift` needs `by`"),
+    ("grasp by 3", 1, "`by` does not belong to `grasp` so"),
+    ("wait 1 within 2 within 3", 1, "`within` does not belong to `wait` so"),
+    ("here at(1, 2, 3, 4)", 6, "`here` needs a name here"),
+    # functions, parts, joints
+    ("x = sinn(3)", 5, "there is no function 'sinn'; did you mean 'sin'?"),
+    ("x = abs()", 5, "`abs` needs the number"),
+    ("x = pick.q", 5, "a place has x, y, z, pitch, roll, yaw, no q"),
+    ("move joints(base 0, base 1)", 6, "base has two angles"),
+    ("move joints(base 0, elbw 1)", 6, "no joint 'elbw'; did you mean 'elbow'?"),
+    ("move joints(base 0)", 6, "shoulder, elbow, wrist_pitch, wrist_roll missing"),
+    ("move taught(3)", 13, "a text is needed here, not a number"),
+    ('if "a" == "a"\nend', 8, "texts are not compared"),
+    ("if pick == tray\nend", 9, "places are not compared"),
+    # names
+    ("speed = 3", 1, "`speed` is a word of the language: give the value another name"),
+    ("grasp into point", 12, "`point` is a word of the language"),
+    ("point home = at(1, 2, 3, 4)", 7, "`home` is a word of the language"),
+    ("x = widht", 5, "'widht' is set nowhere"),
+    ("delay pick", 7, "'pick' is set nowhere"),
+    ("move pik", 6, "the arm's book has no point of that name; did you mean 'pick'?"),
+    ("x = pick.x\npoint x = pick", 7, "'x' is a number elsewhere, and cannot become a place"),
+    ("x = at(1, 2, 3, 4)", 1, "a place is given a name so: `point x = ...`"),
+    ("point x = 3", 11, "a place is needed here, not a number"),
+    ('x = "text"', 5, "a text cannot be given a name"),
+    # subprograms and labels
+    ("define f(a)\nend\nf()", 1, "`f` takes a: 1 values, not 0"),
+    ('define f(a)\nend\nf("x")', 3, "a subprogram takes no text"),
+    ("define f(a)\nmove a\nend\nf(3)", 6, "a place is needed here, not a number"),
+    ("define f(a)\nend\nf(3)\nf(pick)", 3, "'pick' is set nowhere"),
+    ("define f(a)\nend\nf(3)\nf(here)", 3, "a number is needed here, not a place"),
+    ("define f()\nend\ndefine F()\nend", 8, "there is a subprogram 'F' already"),
+    ("define f(a, A)\nend", 8, "two parameters are called 'A'"),
+    ("define f()\nend\nf = 3", 8, "'f' is the name of a value too"),
+    ("goto there", 6, "no label 'there' stands in this block"),
+    ("repeat 1\nthere:\nend\ngoto there", 6, "no label 'there' stands in this block"),
+    ("there:\nTHERE:", 1, "there is a label 'THERE' already"),
+    ("there:\ndefine f()\ngoto there\nend", 6, "no label 'there'"),
+    ("break", 1, "`break` stands in a loop"),
+    ("define f()\ncontinue\nend\nrepeat 1\nf()\nend", 1, "`continue` stands in a loop"),
+    ("return", 1, "`return` stands in a subprogram"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "column", "wanted"), WRONG)
+def test_every_mistake_is_told_in_its_place(text, column, wanted):
+    ((_, at, said),) = refused(text)
+    assert wanted in said
+    assert at == column
+
+
+def test_all_mistakes_are_told_at_once_in_the_order_of_lines():
+    text = "delay -1\nmvoe pick\nif x >\nready\nend\nspeed 50\nmove"
+    assert [line for line, _, _ in refused(text)] == [1, 2, 3, 6, 7]
+
+
+def test_a_head_that_cannot_be_read_takes_its_end_along():
+    assert len(refused("while (\nready\nend\nrepeat 1\nend")) == 1
+    assert len(refused("if (\nready\nelse\nhome\nend")) == 1
+
+
+def test_the_message_shows_the_line_and_a_caret_under_the_place():
+    with pytest.raises(ProgramError) as caught:
+        read_program("ready\n\tdelay -1", "stack.arm")
+    assert str(caught.value) == (
+        "stack.arm: line 2, column 8: time in s is at least 0, not -1\n"
+        "    \tdelay -1\n"
+        "    \t      ^"
+    )
+    assert str(caught.value.mark) == "stack.arm: line 2, column 8"
+    assert caught.value.exit_code == 2
+    assert entry(caught.value).name == "ProgramError"
+
+
+def test_more_mistakes_than_a_screen_holds_are_counted():
+    with pytest.raises(ProgramError, match="and 5 more") as caught:
+        read_program("delay -1\n" * (MOST_TOLD + 5))
+    assert len(caught.value.problems) == MOST_TOLD + 5
+
+
+def test_nothing_of_a_program_may_be_called_as_a_word_is():
+    for word in RESERVED:
+        for text in (f"{word} = 3", f"grasp into {word}", f"define {word}()\nend"):
+            with pytest.raises(ProgramError):
+                read_program(text)
+    assert set(WORDS) <= RESERVED
+
+
+def test_blocks_and_values_are_nested_only_so_deep():
+    deep = DEEPEST_BLOCK
+    read_program("if on\n" * deep + "end\n" * deep)
+    assert refused("if on\n" * 500 + "end\n" * 500)
+    assert "nested too deeply" in refused("x = " + "(" * 2000 + "1" + ")" * 2000)[0][2]
+    assert "nested too deeply" in refused("x = " + "-" * 2000 + "1")[0][2]
+    assert "nested too deeply" in refused("x = 1" + " + 1" * 2000)[0][2]
+
+
+# -- names that may have no value --------------------------------------------------------------
+
+SETTLED = [
+    "if input(1)\nx = 1\nelse\nx = 2\nend\ntype x",
+    "define f()\nx = 1\nend\nf()\ntype x",
+    "define f(n)\nif n > 0\nf(n - 1)\nelse\nx = 1\nend\nend\nf(3)\ntype x",
+    "repeat\ngrasp into x\nif x > 3\nbreak\nend\nend\ntype x",
+    "if input(1)\nstop\nelse\nx = 1\nend\ntype x",
+    "goto first\nsecond:\ntype x\nstop\nfirst:\nx = 1\ngoto second",
+    "define f()\ntype x\nend\nx = 1\nf()",
+    "x = 1\ndefine never()\ntype y\nend\ndefine other()\ny = 1\nend\ntype x",
+]
+UNSETTLED = [
+    ("if input(1)\nx = 1\nend\ntype x", 4),
+    ("while input(1)\nx = 1\nend\ntype x", 4),
+    ("repeat 2\nx = 1\nend\ntype x", 4),
+    ("x = x + 1", 1),
+    ("define f()\ntype x\nend\nf()\nx = 1", 2),
+    ("repeat\nif input(1)\nbreak\nend\nx = 1\nend\ntype x", 7),
+    ("if input(1)\ngoto over\nend\nx = 1\nover:\ntype x", 6),
+    ("define f()\nif input(1)\nreturn\nend\nx = 1\nend\nf()\ntype x", 8),
+]
+
+
+@pytest.mark.parametrize("text", SETTLED)
+def test_a_name_that_surely_has_a_value_may_be_used(text):
+    read_program(text)
+
+
+@pytest.mark.parametrize(("text", "line"), UNSETTLED)
+def test_a_name_that_may_have_none_may_not(text, line):
+    ((at, _, said),) = refused(text)
+    assert (at, "may have no value yet" in said) == (line, True)
+
+
+def test_who_called_is_said_where_a_subprogram_lacks_a_value():
+    ((_, _, said),) = refused("define f()\ntype x\nend\nready\nf()\nx = 1")
+    assert "when this is called in line 5" in said
+
+
+# -- what the arm has to know ------------------------------------------------------------------
+
+
+def test_every_point_that_the_book_lacks_is_named():
+    text = "move pik\nmove tray\nmove_line nowhere\nmove pik"
+    assert [(line, column) for line, column, _ in refused(text)] == [(1, 6), (3, 11)]
+    program = read_program(text)
+    assert {name: mark.line for name, mark in program.wanted.items()} == {
+        "pik": 1, "tray": 2, "nowhere": 3,
+    }  # fmt: skip
+
+
+def test_the_joints_of_another_arm_are_another_arms():
+    text = "move joints(a 1, b 2)"
+    assert started(text, joint_names=("a", "b")).next() is not None
+    assert started(text, joint_names=None).next() is not None
+    assert refused(text)
+
+
+def test_parameters_hide_the_programs_names_and_are_free_again_outside():
+    assert told("x = 1\ndefine f(x)\nx = x + 1\ntype x\nend\nf(7)\ntype x") == ["8", "1"]
+
+
+def test_variables_belong_to_the_whole_program():
+    assert told("define f()\nx = 5\nend\nf()\ntype X") == ["5"]
+    assert BOOK.keys() >= {"pick"}
+    assert acts("") == []

@@ -1,0 +1,220 @@
+"""A program under way: values, what cannot be carried out, and taking a run up again."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from program_bench import acts, fk, refused, reply, run, started, told
+
+from armdrive.errors import ProgramError
+from armdrive.programs import read_program
+from armdrive.programs.acts import Fingers, Go, Grasp, Look, Ready, Say
+from armdrive.programs.operations import DEEPEST_CALL
+
+STACK = """# Stack blocks until there is none left.
+point stack = at(200, 120, 30, -90)
+speed 50%
+count = 0
+define fetch(place)
+  approach place, 60
+  open
+  move_line place
+  grasp into width
+  depart_line 60
+end
+repeat 5 as level
+  fetch(pick)
+  if width == 0
+    type "none left after", count
+    break
+  end
+  approach shifted(stack, 0, 0, (level - 1) * 20), 60
+  draw 0, 0, -60
+  open_now
+  count = count + 1
+end
+ready
+"""
+
+
+@pytest.mark.parametrize(
+    ("value", "wanted"),
+    {
+        "1 + 2 * 3": "7", "(1 + 2) * 3": "9", "7 - 2 - 1": "4", "8 / 2 / 2": "2",
+        "-2 * -3": "6", "- (2 + 1)": "-3", "2 - -1": "3", "50%": "0.5", "1e3": "1000",
+        "1 / 3": "0.333", "-0.0001": "0", "not 1 > 2": "on", "on or off and off": "on",
+        "1 + 1 == 2": "on", "2 <> 2": "off", "on is on": "on", "on is not off": "on",
+        "1 < 2 and 2 <= 2 and 3 > 2 and 2 >= 2": "on", "2 ge 3 or 2 le 3": "on",
+        "not on == off": "on", '"say ""hi"""': 'say "hi"',
+    }.items(),
+)  # fmt: skip
+def test_values_come_out_as_in_mathematics(value, wanted):
+    assert told(f"type {value}") == [wanted]
+
+
+def test_stacking_ends_when_there_is_nothing_left():
+    machine = started(STACK)
+    found = run(machine, widths=[25.0, 24.0, 0.0])
+    assert [type(act) for act in found[:6]] == [Go, Fingers, Go, Grasp, Look, Go]
+    assert [act.text for act in found if isinstance(act, Say)] == ["none left after 2"]
+    assert found[-1] == Ready(0.5)
+    places = [act.goal for act in found if isinstance(act, Go) and act.name.startswith("shifted")]
+    assert [place.z_mm for place in places] == [90.0, 110.0]
+
+
+def test_an_act_knows_its_line_and_the_calls_that_led_to_it():
+    text = "define outer()\ninner()\nend\ndefine inner()\nready\nend\nouter()"
+    stage = started(text).next()
+    assert stage.mark.line == 5
+    assert [mark.line for mark in stage.calls] == [7, 2]
+
+
+def test_the_act_stays_the_same_until_it_is_answered():
+    machine = started("ready\nhome")
+    assert machine.next() is machine.next()
+    machine.answer(None)
+    assert machine.next().mark.line == 2
+    machine.answer(None)
+    assert machine.next() is None
+    with pytest.raises(ProgramError, match="has ended"):
+        machine.answer(None)
+
+
+# -- what cannot be carried out ----------------------------------------------------------------
+
+FAILING = [
+    ("n = 0\nx = 1 / n", "divides by zero"),
+    ("n = 0\nx = mod(1, n)", "divides by zero"),
+    ("x = sqrt(1 - 2)", "square root of a negative"),
+    ("x = tan(45 + 45)", "tangent of a right angle"),
+    ("x = 1e300 * 1e300", "too large"),
+    ("x = 1e999", "too large"),
+    ("n = 1.5\nrepeat n\nend", "whole number of times, not 1.5"),
+    ("n = -1\nrepeat n\nend", "whole number of times, not -1"),
+    ("n = 2\nspeed n", "at most 1, not 2"),
+    ("n = -2\ndelay n", "at least 0, not -2"),
+    ("n = 1.5\nsignal n", "whole number, not 1.5"),
+    ("n = 0\nif input(n)\nend", "at least 1, not 0"),
+    ("n = -1\nwait 1 within n", "at least 0 s, not -1"),
+    ("n = 1\nsignal n, -n", "1 cannot be both on and off"),
+    ("x = pick.yaw", "this arm has no yaw"),
+    ("while on\nend", "goes round here without ever asking anything"),
+    ("define f()\nf()\nend\nf()", f"more than {DEEPEST_CALL} deep"),
+    ("expect 1 > 2", "it was expected that 1 > 2"),
+    ('x = 3\nexpect x > 5, "only", x', "only 3"),
+]
+
+
+@pytest.mark.parametrize(("text", "wanted"), FAILING)
+def test_what_cannot_be_carried_out_says_why_and_where(text, wanted):
+    ((_, _, said),) = refused(text)
+    assert wanted in said
+
+
+def test_numbers_too_large_to_count_with_are_refused_as_bounds_and_rounds():
+    refused("repeat 1e999\nend")
+    refused("signal 1e999")
+    refused("x = floor(1e999)")
+
+
+def test_a_failure_says_who_called():
+    ((line, _, said),) = refused("define f(n)\nx = 1 / n\nend\nready\nf(0)")
+    assert line == 2
+    assert said.endswith("called in line 5")
+
+
+def test_a_failure_stays_and_can_be_written_down():
+    machine = started("ready\nx = 0\nx = 1 / x")
+    machine.next()
+    machine.answer(None)
+    for _ in range(2):
+        with pytest.raises(ProgramError, match="divides by zero"):
+            machine.next()
+    again = machine.program.restored(json.loads(json.dumps(machine.snapshot())))
+    with pytest.raises(ProgramError, match="divides by zero"):
+        again.next()
+
+
+@pytest.mark.parametrize(
+    ("text", "answer"),
+    [("grasp into w", None), ("grasp into w", float("nan")), ("here p", 3.0),
+     ("x = input(1)", 1.0), ("wait 1 within 2", None)],
+)  # fmt: skip
+def test_an_answer_of_a_wrong_kind_is_refused_and_the_act_stays(text, answer):
+    machine = started(text)
+    stage = machine.next()
+    with pytest.raises(ProgramError, match="the answer does not fit"):
+        machine.answer(answer)
+    assert machine.next() == stage
+
+
+def test_a_mistake_of_the_arm_is_told_with_the_line():
+    def lost(joints_deg):
+        raise ProgramError("nobody knows")
+
+    machine = read_program("ready\nx = pick.x").machine({"pick": {"base": 0.0}}, lost)
+    machine.next()
+    machine.answer(None)
+    with pytest.raises(ProgramError, match="line 2, column 5: nobody knows"):
+        machine.next()
+
+
+def test_without_an_arm_a_posture_has_no_coordinates():
+    machine = read_program("x = pick.x").machine({"pick": {"base": 0.0}})
+    with pytest.raises(ProgramError, match="no x, y and z without an arm"):
+        machine.next()
+
+
+# -- taking it up again ------------------------------------------------------------------------
+
+
+def snapshot():
+    """Return what a run of the stacking program knows after six acts."""
+    machine = started(STACK)
+    for _ in range(6):
+        machine.answer(reply(machine.next().act))
+    machine.next()
+    return json.loads(json.dumps(machine.snapshot()))
+
+
+def test_a_run_goes_on_with_the_points_that_it_began_with():
+    data = snapshot()
+    again = read_program(STACK, "test.arm").restored(data, fk=fk)
+    assert "pick" in data["points"]
+    assert [act for act in run(again) if isinstance(act, Ready)] == [Ready(0.5)]
+
+
+def test_another_program_does_not_take_it_up():
+    with pytest.raises(ProgramError, match="the program has been changed since"):
+        read_program(STACK + "# more\n").restored(snapshot())
+    with pytest.raises(ProgramError, match="another version"):
+        read_program(STACK).restored({})
+
+
+DAMAGE = [
+    ("state", None), ("points", {"pick": 3}), ("points", []), ("state", {"at": 0}),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("key", "value"), DAMAGE)
+def test_a_damaged_state_is_refused(key, value):
+    with pytest.raises(ProgramError, match="this state of a program cannot be used"):
+        read_program(STACK).restored({**snapshot(), key: value})
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [("at", 10**9), ("at", -1), ("at", "0"), ("stack", [[]]), ("frames", []), ("frames", [{}]),
+     ("variables", 3), ("speed", "x"), ("opening", [])],
+)  # fmt: skip
+def test_a_damaged_part_of_the_state_is_refused(key, value):
+    data = snapshot()
+    data["state"][key] = value
+    with pytest.raises(ProgramError, match="this state of a program cannot be used"):
+        read_program(STACK).restored(data)
+
+
+def test_jumps_out_of_loops_leave_nothing_behind():
+    text = "again:\nrepeat 3 as n\nif n == 2\ntype n\ngoto out\nend\nend\nout:\nready"
+    assert acts(text) == [Say("2"), Ready()]

@@ -1,0 +1,264 @@
+"""Every word of the vocabulary: what it asks of an arm, in today's spelling and in the old ones."""
+
+from __future__ import annotations
+
+import pytest
+from program_bench import BOOK, HERE, HERE_DEG, acts, at, fk, goals, refused, told
+
+from armdrive.programs.acts import (
+    AwaitInputs,
+    Delay,
+    Fingers,
+    Go,
+    Grasp,
+    Hold,
+    Home,
+    Look,
+    Outputs,
+    ReadInput,
+    Ready,
+    Remember,
+    Say,
+)
+from armdrive.programs.vocabulary import FIELDS, FORMS, FUNCTIONS, WORDS
+
+PICK = BOOK["pick"]
+P = "point p = at(250, 0, 60, -90)\n"
+LOOP = "repeat 2\n{}\ntype 1\nend"
+
+GOLDEN = {
+    "move": ("move pick", [Go(PICK, name="pick")]),
+    "move_line": ("move_line pick", [Go(PICK, line=True, name="pick")]),
+    "move_with": ("move_with pick, 40", [Go(PICK, opening_mm=40.0, name="pick")]),
+    "move_line_with": (
+        "move_line_with pick, 40",
+        [Go(PICK, line=True, opening_mm=40.0, name="pick")],
+    ),
+    "approach": (P + "approach p, 60", [Go(at(250, 0, 120), name="p")]),
+    "approach_line": (P + "approach_line p, 60", [Go(at(250, 0, 120), line=True, name="p")]),
+    "depart": ("depart 60", [Look(), Go(at(200, 0, 160))]),
+    "depart_line": ("depart_line 60", [Look(), Go(at(200, 0, 160), line=True)]),
+    "draw": ("draw 10, 0, -5", [Look(), Go(at(210, 0, 95), line=True)]),
+    "ready": ("ready", [Ready()]),
+    "home": ("home", [Home()]),
+    "speed": ("speed 50%\nready", [Ready(0.5)]),
+    "open": ("open 30\nmove pick", [Go(PICK, opening_mm=30.0, name="pick")]),
+    "close": ("close\nmove pick", [Go(PICK, opening_mm=0.0, name="pick")]),
+    "open_now": ("open_now", [Fingers(None)]),
+    "close_now": ("close_now", [Fingers(0.0)]),
+    "grasp": ("grasp into w\ntype w", [Grasp(), Say("30")]),
+    "here": ("here q\nmove q", [Look(), Go(HERE_DEG, name="q")]),
+    "shift": (P + "shift p by 10, 0, -5\nmove p", [Go(at(260, 0, 55), name="p")]),
+    "remember": ("remember spot", [Look(), Remember("spot", HERE_DEG, 40.0)]),
+    "delay": ("delay 1.5", [Delay(1.5)]),
+    "signal": ("signal 3, -4", [Outputs((3,), (4,))]),
+    "wait": ("wait 1, -2", [AwaitInputs((1,), (2,))]),
+    "hold": ('hold "turn it"', [Hold("turn it")]),
+    "type": ('type "width", 2.5, on', [Say("width 2.5 on")]),
+    "expect": ("expect 3 > 2\nready", [Ready()]),
+    "stop": ('stop "enough"\nready', [Say("enough")]),
+    "return": ("define f()\nreturn\nready\nend\nf()", []),
+    "break": (LOOP.format("break"), []),
+    "continue": (LOOP.format("continue"), []),
+}
+
+
+@pytest.mark.parametrize("word", WORDS)
+def test_every_word_asks_for_its_acts(word):
+    text, wanted = GOLDEN[word]
+    assert acts(text) == wanted
+
+
+@pytest.mark.parametrize(
+    ("word", "old"), [(word.name, old) for word in WORDS.values() for old in word.old]
+)
+def test_every_old_spelling_in_capitals_means_the_same(word, old):
+    text, wanted = GOLDEN[word]
+    lines = [
+        old.upper() + line.removeprefix(word) if line.split()[0] == word else line
+        for line in text.split("\n")
+    ]
+    assert lines != text.split("\n")
+    assert acts("\n".join(lines)) == wanted
+
+
+@pytest.mark.parametrize("word", WORDS.values(), ids=lambda word: word.name)
+def test_the_example_of_every_word_can_be_read(word):
+    setting = {"shift": "point corner = pick\n", "type": "width = 3\n", "expect": "width = 30\n"}
+    text = setting.get(word.name, "") + word.example
+    if word.name in ("return", "break", "continue"):
+        text = f"define f()\nrepeat 1\n{word.example}\nend\nend"
+    acts(text, inputs=(1,))
+
+
+VALUES = {
+    "at": ("at(250, 0, 60, -90).z", "60"),
+    "taught": ('taught("Place-2").roll', "0"),
+    "shifted": ("shifted(at(1, 2, 3, 0), 1, 1, 1).y", "3"),
+    "above": ("above(at(1, 2, 3, 0), 30).z", "33"),
+    "input": ("input(3)", "on"),
+    "abs": ("abs(-3)", "3"),
+    "min": ("min(4, 2, 3)", "2"),
+    "max": ("max(4, 2, 3)", "4"),
+    "mod": ("mod(7, 3)", "1"),
+    "sqrt": ("sqrt(9)", "3"),
+    "sin": ("sin(30)", "0.5"),
+    "cos": ("cos(60)", "0.5"),
+    "tan": ("tan(45)", "1"),
+    "atan2": ("atan2(1, 1)", "45"),
+    "floor": ("floor(-2.5)", "-3"),
+    "round": ("round(2.5)", "3"),
+}
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_every_function_gives_its_value(name):
+    value, wanted = VALUES[name]
+    assert told(f"type {value}", inputs=(3,)) == [wanted]
+
+
+@pytest.mark.parametrize("row", FUNCTIONS.values(), ids=lambda row: row.name)
+def test_the_example_of_every_function_can_be_read(row):
+    example = row.example.replace("pick-2", "Place-2")
+    assert len(told(f"type {example}")) == 1
+
+
+@pytest.mark.parametrize(
+    ("name", "wanted"),
+    {"x": "1", "y": "2", "z": "3", "pitch": "-90", "roll": "10", "yaw": "20"}.items(),
+)
+def test_every_part_of_a_place(name, wanted):
+    assert name in FIELDS
+    assert told(f"type at(1, 2, 3, -90, 10, 20).{name}") == [wanted]
+
+
+FORMED = {
+    "point": ("point q = pick\nmove q", [Go(PICK, name="q")]),
+    "=": ("n = 2\ntype n", [Say("2")]),
+    "if": ("if 1 > 2\nready\nelse if 2 > 1\nhome\nelse\nready\nend", [Home()]),
+    "while": ("n = 0\nwhile n < 2\nn = n + 1\ntype n\nend", [Say("1"), Say("2")]),
+    "repeat": ("repeat 2 as n\ntype n\nend", [Say("1"), Say("2")]),
+    "define": ("define f(a)\ntype a\nend\nf(7)", [Say("7")]),
+    "end": ("repeat 1\nend\nready", [Ready()]),
+    "goto": ("goto there\nready\nthere:\nhome", [Home()]),
+    "#": ("# nothing\nready # something", [Ready()]),
+}
+
+
+@pytest.mark.parametrize("form", FORMS, ids=lambda form: form.name)
+def test_every_form_of_a_line(form):
+    text, wanted = FORMED[form.name]
+    assert acts(text) == wanted
+
+
+def test_a_program_of_the_old_days_runs_as_it_is():
+    old = """
+        SPEED 50%
+        N = 0
+    10  APPRO PICK, 30
+        MOVES PICK
+        GRASP
+        DEPARTS 30
+        N = N + 1
+        IF N LT 2 THEN GOTO 10
+        IF N EQ 2 THEN 30
+        HOME
+    30: READY
+    """
+    kinds = [type(act) for act in acts(old)]
+    assert kinds == [Go, Go, Grasp, Look, Go] * 2 + [Ready]
+
+
+# -- the fingers with the next move ------------------------------------------------------------
+
+
+def test_open_all_the_way_comes_before_the_move():
+    assert acts("open\nmove pick\nmove tray")[:2] == [Fingers(None), Go(PICK, name="pick")]
+    assert len(acts("open\nmove pick\nmove tray")) == 3
+
+
+def test_an_opening_before_ready_is_an_act_of_its_own():
+    assert acts("open 20\nready") == [Fingers(20.0), Ready()]
+
+
+def test_an_opening_of_the_move_itself_is_the_one_that_counts():
+    assert acts("open 20\nmove_with pick, 40\nmove tray") == [
+        Go(PICK, opening_mm=40.0, name="pick"),
+        Go(BOOK["tray"], name="tray"),
+    ]
+
+
+def test_what_is_done_at_once_is_not_done_again_with_the_next_move():
+    assert acts("close\nopen_now\nmove pick") == [Fingers(None), Go(PICK, name="pick")]
+    assert acts("open\ngrasp\nmove pick") == [Grasp(), Go(PICK, name="pick")]
+
+
+def test_homing_leaves_it_to_the_next_move():
+    assert acts("close\nhome\nmove pick") == [Home(), Go(PICK, opening_mm=0.0, name="pick")]
+
+
+# -- places ------------------------------------------------------------------------------------
+
+
+def test_a_place_in_joint_angles_is_gone_to_as_it_is():
+    text = "move joints(base 10, shoulder 40, elbow -60, wrist_pitch -70, wrist_roll 5 + 5)"
+    assert goals(text) == [{**HERE_DEG, "base": 10.0, "wrist_roll": 10.0}]
+
+
+def test_an_approach_to_joint_angles_is_computed_by_the_arm():
+    pose = fk(PICK)
+    (goal,) = goals("approach pick, 25")
+    assert goal.z_mm == pytest.approx(pose.z_mm + 25.0)  # this point looks straight down
+    assert goal.x_mm == pytest.approx(pose.x_mm)
+
+
+def test_an_approach_goes_back_along_the_hand():
+    (goal,) = goals("approach at(0, 200, 60, 30), 20")
+    assert (goal.x_mm, goal.y_mm, goal.z_mm) == pytest.approx((0.0, 182.679, 50.0), abs=1e-3)
+
+
+def test_an_approach_beyond_the_axis_of_the_base_is_refused():
+    ((_, _, text),) = refused("approach at(50, 0, 60, 0), 60")
+    assert "behind the axis" in text
+    (goal,) = goals("approach at(50, 0, 60, 0, 0, 90), 60")  # this hand has a direction of its own
+    assert (goal.x_mm, goal.y_mm) == pytest.approx((50.0, -60.0))
+
+
+def test_a_point_of_the_book_can_be_shifted_and_stays_in_the_book():
+    (goal,) = goals("shift pick by 0, 0, 10\nmove pick")
+    assert goal.z_mm == pytest.approx(fk(PICK).z_mm + 10.0)
+    assert goals("move pick") == [PICK]
+
+
+def test_where_the_arm_stands_is_a_value():
+    assert told("type here.x, here.pitch") == ["200 -90"]
+    assert goals("move above(here, 10)") == [at(200, 0, 110)]
+
+
+def test_a_book_is_looked_up_in_any_capitals_where_that_is_clear():
+    assert goals("MOVE PICK\nmove Tray") == [PICK, BOOK["tray"]]
+    points = {"spot": PICK, "Spot": BOOK["tray"]}
+    assert goals("move Spot", points=points) == [BOOK["tray"]]
+    assert "taught(" in refused("move SPOT", points=points)[0][2]
+
+
+def test_a_point_may_be_called_as_a_word_is():
+    assert goals("move home", points={"home": PICK}) == [PICK]
+
+
+# -- inputs ------------------------------------------------------------------------------------
+
+
+def test_a_wait_that_takes_too_long_ends_the_program_or_says_so():
+    assert acts("wait 1 within 2\nready", inputs=(1,))[-1] == Ready()
+    ((line, _, text),) = refused("wait 1, -2 within 2\nready")
+    assert (line, text) == (1, "the inputs were not 1, -2 within 2 s")
+    assert told("wait 1 within 2 into came\ntype came") == ["off"]
+    assert told("wait 1 within 2 into came\ntype came", inputs=(1,)) == ["on"]
+
+
+def test_an_input_is_read_anew_each_time_and_only_where_it_counts():
+    text = "repeat 2\nif input(1) and input(2)\nready\nend\nend"
+    assert acts(text, inputs=(2,)) == [ReadInput(1), ReadInput(1)]
+    assert acts("if input(1) or input(2)\nend", inputs=(1,)) == [ReadInput(1)]
+    assert HERE.opening_mm == 40.0
