@@ -107,6 +107,6 @@ def _columns(fields: Sequence[str]) -> str:
     """Lay fields out so that rows stand below one another."""
     first, *rest = fields
     if first.startswith("#"):
-        return first + "".join(f"{name:>9.8}" for name in rest)
+        return first + "".join(f"{name:>12.11}" for name in rest)
     number, second, *positions = rest
-    return f"{first}{number:>5} {second:>5}" + "".join(f"{each:>9}" for each in positions)
+    return f"{first}{number:>5} {second:>5}" + "".join(f"{each:>12}" for each in positions)

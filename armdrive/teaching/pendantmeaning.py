@@ -76,6 +76,8 @@ def taught_by(
             "the rows say registers, and nobody knows what those counted from: read the program "
             "again from an arm that has been homed"
         )
+    if not program.rows:
+        raise Refused("the program has no rows: there is nothing to make points of")
     points: dict[str, Point] = {}
     steps: list[Step] = []
     last: Place | None = None

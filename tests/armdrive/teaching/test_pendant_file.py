@@ -43,7 +43,9 @@ def test_rows_stand_below_their_motors():
     assert lines[0] == FIRST_LINE
     assert "origin 0 0 0 0 0 0" in lines
     assert lines[-2] == (
-        "move    1   240      100     -200      300     -400      500     -600   # 470 steps/s"
+        "move    1   240"
+        + "".join(f"{n:>12}" for n in (100, -200, 300, -400, 500, -600))
+        + "   # 470 steps/s"
     )
     assert lines[-1].startswith("raw     2 ")
     assert len(lines[-3]) == lines[-2].index(" # 470") - 2
@@ -107,6 +109,8 @@ def test_rows_become_points_and_steps_of_the_fingers():
 def test_rows_that_nobody_understands_become_no_points():
     with pytest.raises(Refused, match="nobody knows what those counted from"):
         taught_by(CONFIG, PendantProgram(()), "stack")
+    with pytest.raises(Refused, match="has no rows"):
+        taught_by(CONFIG, PendantProgram((), ZERO), "stack")
     odd = PendantProgram((ProgramRow(7, 240, ZERO, kind=9),), ZERO)
     with pytest.raises(Refused, match="row 7 is of an unknown kind"):
         taught_by(CONFIG, odd, "stack")
