@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from typing import Any
 
+    from armdrive.aio.arm import AsyncArm
+    from armdrive.aio.handle import AsyncHandle
     from armdrive.arm import Arm
     from armdrive.clock import SimulatedClock
     from armdrive.drift import Drift, Verdict, Verified
@@ -60,6 +62,8 @@ if TYPE_CHECKING:
 
 _HOMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
+        "armdrive.aio.arm": ("AsyncArm",),
+        "armdrive.aio.handle": ("AsyncHandle",),
         "armdrive.arm": ("Arm",),
         "armdrive.clock": ("SimulatedClock",),
         "armdrive.drift": ("Drift", "Verdict", "Verified"),
@@ -123,6 +127,8 @@ __all__ = [
     "ArmError",
     "ArmFileError",
     "ArmInUse",
+    "AsyncArm",
+    "AsyncHandle",
     "BadRequest",
     "Current",
     "DeviceFault",

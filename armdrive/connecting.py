@@ -23,6 +23,7 @@ from armdrive.record import FileRecorder, NoRecorder, Recorder
 from armdrive.recorder.files import recordings
 from armdrive.recorder.flight import FlightRecorder
 from armdrive.standins import stood_in
+from armdrive.strands import present
 from armdrive.transports.can_address import is_can
 from armdrive.wiring import Wiring
 from kinematics.near_words import suggestion
@@ -230,8 +231,11 @@ def _wanted(reconnect: bool | None, config: ArmConfig) -> bool:
 
 
 def _pace(pace: PaceChoice) -> Pace:
-    if pace is None or isinstance(pace, SimulatedClock):
+    if isinstance(pace, SimulatedClock):
         return SimulatedPace(pace)
+    if pace is None:
+        strand = present()
+        return SimulatedPace(None if strand is None else strand.clock)
     if isinstance(pace, SimulatedPace):
         return SimulatedPace(pace.clock)
     if pace == "simulated":

@@ -21,6 +21,10 @@ class GivenUp(BaseException):
 class Strand(Protocol):
     """One call under way for an event loop."""
 
+    @property
+    def clock(self) -> SimulatedClock:
+        """The simulated time of that loop, in which arms live that are given no other."""
+
     def check(self) -> None:
         """Raise `GivenUp` once where the call was given up."""
 

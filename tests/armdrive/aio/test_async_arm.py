@@ -1,0 +1,433 @@
+"""Arms in coroutines: side by side on one clock, the same each time, and still when cancelled."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+import threading
+
+import pytest
+
+from armdrive import Arm, AsyncArm, LinkLost, OutOfBounds, Pose, SimulatedClock, State, Stopped
+from armdrive.errors import ArmFileError, OperatorNeeded, WrongState
+
+PLACE = Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90)
+LONG_S = 1e6
+"""So much simulated time takes minutes to get through."""
+
+
+@pytest.fixture(autouse=True)
+def _no_thread_stays():
+    yield
+    for each in threading.enumerate():
+        if each.name == "armdrive call":
+            each.join(timeout=5.0)
+            assert not each.is_alive()
+
+
+def still(arm):
+    """Tell whether the physical arm stands, and the driver knows it."""
+    before = arm.sync.twin.world.motors
+    arm.sync.sleep(5.0)
+    return arm.sync.twin.world.motors == before
+
+
+async def moving(arm, base_deg=60):
+    """Begin a motion as a task and let it get under way."""
+    task = asyncio.create_task(arm.move_j(base_deg=base_deg))
+    while arm.status.state is not State.MOVING or arm.status.acknowledged == arm.status.commanded:
+        await asyncio.sleep(0)
+    return task
+
+
+async def test_the_calls_are_those_of_an_arm():
+    async with AsyncArm.connect("sim:teachmover") as arm:
+        reference = await arm.home()
+        assert reference == arm.pose
+        await arm.move_j(shoulder_deg=40, elbow_deg=-60, speed=0.5)
+        moved = await arm.move_to(PLACE)
+        assert moved.pose.z_mm == pytest.approx(120, abs=0.5)
+        await arm.move_l(Pose.of(x_mm=250, y_mm=80, z_mm=120, pitch_deg=-90))
+        assert await arm.gripper.grasp() == pytest.approx(0.0, abs=0.1)
+        assert arm.gripper.force_n > 1.0
+        await arm.gripper.open(40.0)
+        assert arm.gripper.opening_mm == pytest.approx(40.0, abs=0.1)
+        await arm.jog_l(x_mm=5)
+        assert (await arm.preview(base_deg=10)).duration_s > 0.0
+        assert arm.twin.world.pose.y_mm == pytest.approx(80, abs=1.0)
+    assert arm.status.state is State.DISCONNECTED
+
+
+async def test_it_can_be_awaited_or_entered_and_a_with_statement_leaves_a_still_arm():
+    arm = await AsyncArm.connect("sim:mks")
+    assert arm.status.state is State.DISABLED
+    async with arm:
+        assert arm.status.state is State.STANDBY
+        await arm.home()
+        handle = await arm.move_j(base_deg=60, wait=False)
+        assert not handle.done
+    assert handle.done
+    device = arm.twin.device
+    assert not device.moving
+    async with await AsyncArm.connect("sim:teachmover") as other:
+        assert other.status.state is State.STANDBY
+
+
+async def test_two_arms_of_one_loop_move_side_by_side_on_one_clock():
+    async with AsyncArm.connect("sim:teachmover") as a, AsyncArm.connect("sim:teachmover") as b:
+        await asyncio.gather(a.home(), b.home())
+        began_s = a.status.time_s
+        await a.move_j(base_deg=60)
+        alone_s = a.status.time_s - began_s
+        await b.move_j(base_deg=60)
+        began_s = a.status.time_s
+        await asyncio.gather(a.move_j(base_deg=0), b.move_j(base_deg=0))
+        assert a.sync.pace.clock is b.sync.pace.clock
+        assert a.status.time_s - began_s == pytest.approx(alone_s, rel=0.05)
+
+
+async def program(clock):
+    """Move two unlike arms, each in its own coroutine; return what was seen and when."""
+    seen = []
+
+    async def work(arm, name, angles):
+        await arm.home()
+        for angle in angles:
+            await arm.move_j(base_deg=angle)
+            seen.append((name, clock.now_s, arm.twin.world.motors))
+            await arm.sleep(0.3)
+
+    first, second = (AsyncArm.connect(f"sim:{each}", pace=clock) for each in ("robko01", "grbl"))
+    async with first as a, second as b:
+        await asyncio.gather(work(a, "a", (10, 5, 12)), work(b, "b", (20, -30, 40, 10)))
+    return seen
+
+
+def test_the_same_program_gives_the_same_result_each_time():
+    first, again = (asyncio.run(program(SimulatedClock())) for _ in range(2))
+    assert len(first) == 7
+    assert again == first
+
+
+async def test_what_follows_a_gather_begins_at_the_moment_in_which_it_ended():
+    async with AsyncArm.connect("sim:teachmover") as a, AsyncArm.connect("sim:grbl") as b:
+        await asyncio.gather(a.home(), b.home())
+        mover = asyncio.create_task(b.move_j(base_deg=80, speed=0.2))
+
+        async def pair():
+            await asyncio.gather(a.sleep(1.0), a.sleep(0.5))
+
+        before_s = a.sync.pace.now_s()
+        await asyncio.gather(pair())
+        assert a.sync.pace.now_s() == pytest.approx(before_s + 1.0, abs=1e-9)
+        assert not mover.done()
+        await mover
+
+
+async def test_simulated_time_stands_while_nobody_awaits_an_arm():
+    async with AsyncArm.connect("sim:teachmover") as arm:
+        before_s = arm.sync.pace.now_s()
+        for _ in range(100):
+            await asyncio.sleep(0)
+        assert arm.sync.pace.now_s() == before_s
+
+
+async def test_a_refusal_is_raised_where_the_call_is_awaited():
+    async with AsyncArm.connect("sim:teachmover") as arm:
+        await arm.home()
+        with pytest.raises(OutOfBounds):
+            await arm.move_j(shoulder_deg=400)
+        task = await moving(arm)
+        with pytest.raises(WrongState):
+            await arm.move_j(base_deg=10)
+        await task
+
+
+async def test_a_stop_from_another_task_ends_a_motion_with_stopped():
+    async with AsyncArm.connect("sim:teachmover") as arm:
+        await arm.home()
+        task = await moving(arm)
+        await arm.stop()
+        with pytest.raises(Stopped):
+            await task
+        assert still(arm)
+        assert abs(arm.joints.deg["base"]) < 60
+
+
+@pytest.mark.parametrize("dialect", ["teachmover", "robko01", "grbl", "armdroid", "mks"])
+async def test_a_cancelled_motion_has_stopped_when_the_cancelling_goes_on(dialect):
+    async with AsyncArm.connect(f"sim:{dialect}") as arm:
+        await arm.home()
+        task = await moving(arm)
+        task.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await task
+        assert arm.status.state is State.STANDBY
+        assert still(arm)
+        assert arm.joints.deg["base"] < 59
+        await arm.move_j(base_deg=0)
+
+
+async def test_a_timeout_stops_the_arm_and_is_a_timeout():
+    async with AsyncArm.connect("sim:teachmover") as arm:
+        await arm.home()
+
+        async def to_and_fro():
+            while True:
+                await arm.move_j(base_deg=60)
+                await arm.move_j(base_deg=-60)
+
+        with pytest.raises(TimeoutError):
+            await asyncio.wait_for(to_and_fro(), 0.02)
+        assert arm.status.state is State.STANDBY
+        assert still(arm)
+
+
+async def test_whoever_cancels_again_meanwhile_does_not_hurry_it():
+    async with AsyncArm.connect("sim:teachmover") as arm:
+        await arm.home()
+        task = await moving(arm)
+        for _ in range(5):
+            task.cancel()
+            await asyncio.sleep(0)
+        with pytest.raises(asyncio.CancelledError):
+            await task
+        assert still(arm)
+
+
+async def test_an_outer_timeout_that_comes_while_an_inner_one_stops_the_arm_is_kept():
+    async with AsyncArm.connect("sim:teachmover") as arm:
+        await arm.home()
+
+        async def inner():
+            async with asyncio.timeout(None) as deadline:
+                asyncio.get_running_loop().call_soon(deadline.reschedule, 0.0)
+                await arm.move_j(base_deg=60)
+
+        with pytest.raises(TimeoutError):
+            await inner()
+        assert still(arm)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda arm: arm.sleep(LONG_S),
+        lambda arm: arm.wait_inputs(high=3, within_s=LONG_S),
+        lambda arm: arm.jog_j(base=1, duration_s=LONG_S),
+    ],
+    ids=["sleep", "wait_inputs", "jog"],
+)
+async def test_any_wait_can_be_cancelled(call):
+    async with AsyncArm.connect("sim:teachmover") as arm:
+        await arm.home()
+        task = asyncio.create_task(call(arm))
+        while arm.sync.pace.now_s() < 20.0:
+            await asyncio.sleep(0)
+        task.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await task
+        assert still(arm)
+        assert arm.sync.core.awaiting == 0
+
+
+async def test_a_cancelled_wait_of_a_handle_stops_the_motion():
+    async with AsyncArm.connect("sim:teachmover") as arm:
+        await arm.home()
+        handle = await arm.move_j(base_deg=60, wait=False)
+        task = asyncio.create_task(handle.wait())
+        await asyncio.sleep(0)
+        task.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await task
+        with pytest.raises(Stopped):
+            await handle.wait()
+        handle = await arm.go(PLACE)
+        with pytest.raises(TimeoutError):
+            await handle.wait(0.5)
+        await handle.cancel()
+        assert handle.done
+
+
+async def test_a_cancelled_homing_leaves_nothing_referenced_and_nothing_at_work():
+    async with AsyncArm.connect("sim:teachmover") as arm:
+        task = asyncio.create_task(arm.home())
+        while arm.status.state is not State.HOMING:
+            await asyncio.sleep(0)
+        task.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await task
+        assert arm.status.state is State.STANDBY
+        assert still(arm)
+        await arm.home()
+
+
+async def test_an_operator_is_an_ordinary_function_and_may_jog():
+    asked = []
+
+    def operator(request):
+        asked.append(request.pose)
+        request.arm.jog_j(base_deg=3)
+        return False
+
+    async with AsyncArm.connect("sim:teachmover", operator=operator) as arm:
+        with pytest.raises(OperatorNeeded):
+            await arm.home()
+    assert len(asked) == 1
+
+
+async def test_a_cancelled_connection_leaves_nothing_connected(monkeypatch):
+    made = []
+    inner = Arm.__init__
+
+    def noted(self, *words, **named):
+        made.append(self)
+        inner(self, *words, **named)
+
+    monkeypatch.setattr(Arm, "__init__", noted)
+    task = asyncio.create_task(AsyncArm.connect("sim:teachmover")._connected())
+    await asyncio.sleep(0)
+    task.cancel()
+    with pytest.raises(asyncio.CancelledError):
+        await task
+    (arm,) = made
+    assert arm.pace.clock.engines == ()
+
+
+async def test_a_close_is_carried_out_whoever_cancels_it():
+    arm = await AsyncArm.connect("sim:teachmover")
+    await arm.home()
+    mover = await moving(arm)
+    task = asyncio.create_task(arm.close())
+    await asyncio.sleep(0)
+    task.cancel()
+    with pytest.raises(asyncio.CancelledError):
+        await task
+    assert arm.status.state is State.DISCONNECTED
+    assert not arm.twin.device.moving
+    with pytest.raises(Stopped):
+        await mover
+
+
+async def test_a_connection_that_is_refused_is_refused():
+    with pytest.raises(ArmFileError):
+        await AsyncArm.connect("no-such-arm")
+
+
+async def test_a_lost_wire_is_the_loss_of_one_arm():
+    async with AsyncArm.connect("sim:teachmover") as a, AsyncArm.connect("sim:grbl") as b:
+        await asyncio.gather(a.home(), b.home())
+        mover = await moving(a)
+        other = asyncio.create_task(b.move_j(base_deg=30))
+        a.twin.link.unplug()
+        with pytest.raises(LinkLost):
+            await mover
+        await other
+
+
+async def test_a_flaw_of_the_engine_is_raised_and_no_hang():
+    arm = await AsyncArm.connect("sim:teachmover")
+    inner = arm.sync.engine.advance
+    arm.sync.engine.advance = lambda now_s: 1 / 0
+    with pytest.raises(ZeroDivisionError):
+        await arm.sleep(1.0)
+    arm.sync.engine.advance = inner
+    await arm.close()
+
+
+def test_a_program_that_ends_in_mid_motion_leaves_the_arm_standing():
+    found = []
+
+    async def left_behind():
+        arm = await AsyncArm.connect("sim:teachmover")
+        found.append(arm)
+        await arm.home()
+        task = await moving(arm)
+        assert not task.done()
+
+    asyncio.run(left_behind())
+    (arm,) = found
+    assert arm.status.state is State.STANDBY
+    assert still(arm)
+
+
+def test_ctrl_c_stops_the_arm_before_the_program_ends():
+    found = []
+
+    async def interrupted():
+        async with AsyncArm.connect("sim:teachmover") as arm:
+            found.append(arm)
+            await arm.home()
+            asyncio.get_running_loop().call_later(0.05, signal.raise_signal, signal.SIGINT)
+            while True:
+                await arm.move_j(base_deg=60)
+                await arm.move_j(base_deg=-60)
+
+    with pytest.raises(KeyboardInterrupt):
+        asyncio.run(interrupted())
+    (arm,) = found
+    assert arm.status.state is State.DISCONNECTED
+    assert not arm.twin.device.moving
+
+
+def test_an_arm_may_be_used_from_one_loop_after_another():
+    clock = SimulatedClock()
+    arm = asyncio.run(_connected(clock))
+    asyncio.run(_moved(arm))
+    assert arm.joints.deg["base"] == pytest.approx(20, abs=0.2)
+    arm.sync.move_j(base_deg=0)  # and without any
+    asyncio.run(arm.close())
+
+
+async def _connected(clock):
+    arm = await AsyncArm.connect("sim:teachmover", pace=clock)
+    await arm.home()
+    return arm
+
+
+async def _moved(arm):
+    await arm.move_j(base_deg=20)
+
+
+class TestRealTime:
+    """The same with an engine's thread that sleeps; here thirty times faster than the clock."""
+
+    async def test_the_loop_goes_on_while_an_arm_moves(self):
+        async with AsyncArm.connect("sim:teachmover", pace=30.0) as arm:
+            await arm.home()
+            rounds = 0
+            task = asyncio.create_task(arm.move_j(base_deg=60))
+            while not task.done():
+                await asyncio.sleep(0.001)
+                rounds += 1
+            assert rounds > 10
+            assert (await task).bursts
+
+    async def test_a_cancelled_motion_has_stopped(self):
+        async with AsyncArm.connect("sim:teachmover", pace=30.0) as arm:
+            await arm.home()
+            task = await moving(arm)
+            task.cancel()
+            with pytest.raises(asyncio.CancelledError):
+                await task
+            assert arm.status.state is State.STANDBY
+            assert arm.joints.deg["base"] < 59
+
+    async def test_a_cancelled_sleep_ends_at_once(self):
+        async with AsyncArm.connect("sim:teachmover", pace=30.0) as arm:
+            with pytest.raises(TimeoutError):
+                async with asyncio.timeout(0.05):
+                    await arm.sleep(LONG_S)
+
+    async def test_a_stop_waits_for_nobody_however_many_calls_are_under_way(self):
+        async with AsyncArm.connect("sim:teachmover", pace=30.0) as arm:
+            await arm.home()
+            sleepers = [asyncio.create_task(arm.sleep(LONG_S)) for _ in range(40)]
+            task = await moving(arm)
+            await arm.stop()
+            with pytest.raises(Stopped):
+                await task
+            for each in sleepers:
+                each.cancel()
+            ended = await asyncio.gather(*sleepers, return_exceptions=True)
+            assert {type(each) for each in ended} == {asyncio.CancelledError}

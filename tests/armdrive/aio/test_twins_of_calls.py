@@ -1,0 +1,74 @@
+"""Every public call of an arm and of its gripper has its async twin, with the same signature."""
+
+from __future__ import annotations
+
+import inspect
+
+import pytest
+
+from armdrive import Arm, AsyncArm, AsyncHandle, Handle
+from armdrive.aio.gripper import AsyncGripper
+from armdrive.gripper import Gripper
+
+INNER = {"submit", "finish", "perform", "known", "goal_of"}
+"""What the calls are made of: they take and give what only armdrive itself has."""
+OWN = {"sync", "carry"}
+"""What only a twin has."""
+AT_ONCE = {
+    "above_mark", "estop", "hold", "log", "nudge", "on_close", "pause", "pose_in",
+    "reference_request", "release", "request_stop", "resume",
+}  # fmt: skip
+"""The calls that never wait for the arm, and are not awaited. `connect` can be both."""
+
+PAIRS = [(Arm, AsyncArm), (Gripper, AsyncGripper), (Handle, AsyncHandle)]
+
+
+def public(kind):
+    """Return the public names of a class that are calls or properties."""
+    return {
+        name
+        for name in dir(kind)
+        if not name.startswith("_")
+        and (callable(found := inspect.getattr_static(kind, name)) or hasattr(found, "__get__"))
+    } - OWN
+
+
+def calls():
+    return [
+        (sync, twin, name)
+        for sync, twin in PAIRS
+        for name in sorted(public(sync) - INNER)
+        if inspect.isfunction(inspect.getattr_static(sync, name))
+    ]
+
+
+@pytest.mark.parametrize(("sync", "twin"), PAIRS, ids=lambda kind: kind.__name__)
+def test_each_call_has_its_twin_and_no_twin_is_left_over(sync, twin):
+    missing = public(sync) - INNER - public(twin)
+    assert not missing, f"write their twins into armdrive/aio: {', '.join(sorted(missing))}"
+    beside = {"config", "simulated", "twin", "stops"}  # an Arm has them as plain attributes
+    assert public(twin) - public(sync) <= beside
+
+
+@pytest.mark.parametrize(("sync", "twin", "name"), calls(), ids=str)
+def test_a_twin_is_called_as_its_call_is(sync, twin, name):
+    ours, theirs = (inspect.signature(getattr(kind, name)) for kind in (twin, sync))
+    assert [str(each) for each in ours.parameters.values()] == [
+        str(each) for each in theirs.parameters.values()
+    ]
+    assert inspect.getdoc(getattr(twin, name))
+
+
+@pytest.mark.parametrize(("sync", "twin", "name"), calls(), ids=str)
+def test_what_may_wait_is_awaited_and_what_never_waits_is_not(sync, twin, name):
+    assert inspect.iscoroutinefunction(getattr(twin, name)) == (name not in AT_ONCE)
+
+
+def test_properties_stay_properties():
+    for sync, twin in PAIRS:
+        for name in public(sync) - INNER:
+            if isinstance(inspect.getattr_static(sync, name), property):
+                ours = inspect.getattr_static(twin, name)
+                theirs = inspect.getattr_static(sync, name)
+                assert isinstance(ours, property), name
+                assert (ours.fset is None) == (theirs.fset is None), name
