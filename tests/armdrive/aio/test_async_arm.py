@@ -97,7 +97,7 @@ async def program(clock):
             seen.append((name, clock.now_s, arm.twin.world.motors))
             await arm.sleep(0.3)
 
-    first, second = (AsyncArm.connect(f"sim:{each}", pace=clock) for each in ("robko01", "grbl"))
+    first, second = (AsyncArm.connect(f"sim:{each}", pace=clock) for each in ("teachmover", "grbl"))
     async with first as a, second as b:
         await asyncio.gather(work(a, "a", (10, 5, 12)), work(b, "b", (20, -30, 40, 10)))
     return seen

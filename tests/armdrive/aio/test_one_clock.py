@@ -11,7 +11,7 @@ from armdrive.errors import ArmError, LinkLost, Stopped
 from armdrive.status import State
 
 
-def two(clock, first="sim:teachmover", second="sim:robko01"):
+def two(clock, first="sim:teachmover", second="sim:teachmover"):
     """Return two referenced arms on one clock."""
     arms = Arm.connect(first, pace=clock), Arm.connect(second, pace=clock)
     for arm in arms:
@@ -22,7 +22,7 @@ def two(clock, first="sim:teachmover", second="sim:robko01"):
 
 def test_two_motions_that_were_begun_run_side_by_side():
     clock = SimulatedClock()
-    a, b = two(clock, second="sim:teachmover")
+    a, b = two(clock)
     began_s = clock.now_s
     first, second = a.move_j(base_deg=60, wait=False), b.move_j(base_deg=60, wait=False)
     first.wait()
@@ -125,9 +125,10 @@ def test_a_pace_is_one_of_those_that_are_named():
 
 
 @pytest.mark.parametrize("creep_s", [0.0, 1e-15])
-def test_of_several_arms_the_one_is_named_that_lets_no_time_pass(creep_s):
+def test_of_several_arms_the_one_is_named_that_lets_no_time_pass(creep_s, monkeypatch):
+    monkeypatch.setattr("armdrive.clock.STUCK_TURNS", 1000)
     clock = SimulatedClock()
-    a, b = two(clock)
+    a, b = two(clock, second="sim:grbl")
     link, inner_s = a.twin.link, a.twin.link.next_s
     link.next_s = lambda: min(inner_s(), clock.now_s + creep_s)
     with pytest.raises(ArmError, match="time does not pass") as raised:
