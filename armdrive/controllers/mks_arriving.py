@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Collection, Generator, Mapping
 
 from armdrive.controllers.mks_contact import MksContact
-from armdrive.controllers.mks_drive import COUNTS_S_PER_RPM
+from armdrive.controllers.mks_drive import ASKED_S, COUNTS_S_PER_RPM, Drive
 from armdrive.controllers.mks_stops import ALL_MUTE_LOOKS, MUTE_LOOKS
 from armdrive.controllers.mks_talk import TRIES
 from armdrive.controllers.requests import (
@@ -70,6 +70,11 @@ class MksArriving(MksContact):
                 return (yield from self.break_off((*stuck, *overdue)[0]))
             yield from self.pause(asked_s + ARRIVE_POLL_S)
         return Done()
+
+    @property
+    def answered_last_s(self) -> float:
+        """When any drive answered something last."""
+        return max(drive.answered_s for drive in self.drives)
 
     @property
     def under_way(self) -> tuple[int, ...]:
@@ -139,11 +144,13 @@ class MksArriving(MksContact):
     def lose(self, since_s: float) -> Ending:
         """End a motion in which drives fell silent; the others are stopped."""
         nodes = self.under_way
+        asked_s = min(each.gap.since_s for each in self.drives)
+        all_silent = self.answered_last_s <= asked_s + ASKED_S
         silent = [each for each in self.drives if each.heard_s < self.now_s - SILENT_S]
         self._say_stop(nodes, hard=False)  # those that are silent may hear us still
         missing = yield from self.look()
         back = [each for each in silent if each.node not in missing]
-        astray = [each for each in back if each.off_by(each.seen or 0, self.now_s) > self.reach]
+        astray = [each for each in back if self._is_astray(each, all_silent)]
         if astray and not missing:  # it was reset, most likely
             return (yield from self.break_off(astray[0].node))
         answering = [node for node in nodes if node not in missing]
@@ -153,8 +160,16 @@ class MksArriving(MksContact):
         if missing:
             return Denied(self.absent_words(missing), silent=True)
         named = ", ".join(map(str, silent)) or "a drive"
-        words = f"{named} did not answer for a while: look at the bus's wiring and its load"
-        return Denied(words, silent=True)
+        what = f"{named} did not answer for a while"
+        if all_silent:
+            what = "no drive was heard for a while"
+        return Denied(f"{what}: look at the bus's wiring and its load", silent=True)
+
+    def _is_astray(self, drive: Drive, all_silent: bool) -> bool:
+        """Tell whether a drive that was silent is elsewhere; where all were, orders have waited."""
+        if all_silent:
+            return drive.began_anew(self.reach, self.now_s)
+        return drive.off_by(drive.seen or 0, self.now_s) > self.reach
 
     def break_off(self, node: int, alert: Alert | None = None) -> Ending:
         """End a motion that a drive does not make; say what is wrong with it."""

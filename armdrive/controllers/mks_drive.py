@@ -21,6 +21,8 @@ WAY_S = 0.1
 """A drive may be behind its model by what it runs in this time: loops and wires are late."""
 PROMPT_S = 0.03
 """An answer that took longer is of another moment than now."""
+ASKED_S = 0.05
+"""Questions that follow each other sooner are one look."""
 BRAKES_SURELY = 1.1
 """How much steeper than it just needs a drive brakes at its end."""
 LEAST_SHARE = 0.1
@@ -52,6 +54,8 @@ class Drive:
     """The encoder's count when it was read last."""
     seen_s: float = -math.inf
     heard_s: float = -math.inf
+    answered_s: float = -math.inf
+    """When it answered something last; it tells the end of a motion unasked."""
     position: float = 0.0
     speed: float = 0.0
     target: int = 0
@@ -68,7 +72,9 @@ class Drive:
     off: int = 0
     """How often in a row it was seen off its way."""
     unanswered: int = 0
-    """How often it was asked where it is since it was heard last."""
+    """How often it was looked at, by asking where it is, since it was heard last."""
+    counted_s: float = -math.inf
+    """When it was looked at last."""
     stopped_at: float = 0.0
     """Where it was by its orders when it was told to stop."""
     stopped_off: float = 0.0
@@ -141,7 +147,8 @@ class Drive:
     def ask(self, now_s: float) -> None:
         """Take note that it is asked where it is: its answer is of some moment from now on."""
         self.advance(now_s)
-        self.unanswered += 1
+        if not self.unanswered or now_s >= self.counted_s + ASKED_S:
+            self.unanswered, self.counted_s = self.unanswered + 1, now_s
         self.asked_s, self.asked_at = now_s, self.position
 
     def stop(self, corridor: float, now_s: float) -> None:
@@ -204,6 +211,13 @@ class Drive:
     def fastest(self) -> float:
         """No faster than this does it run, in counts a second, by its orders."""
         return max(abs(self.speed), self.told)
+
+    def anchor(self, count: int, now_s: float) -> None:
+        """Have the model be where the drive was found, on its way to where it was sent."""
+        left = self.target - count
+        self.position, self.at_s, self.off = float(count), now_s, 0
+        self.speed = math.copysign(self.told, left) if left and self.moving else 0.0
+        self.asked_at = self.position
 
     def believe(self, count: int, gain: float) -> None:
         """Draw the model towards what was read, if that is of now."""

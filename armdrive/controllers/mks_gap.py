@@ -36,6 +36,11 @@ class Gap:
             self._last_s = now_s
             self.missed += others_s > self._since_s
 
+    @property
+    def since_s(self) -> float:
+        """When it was told what it answers first; infinity where it has nothing to answer."""
+        return self._since_s
+
     def heard(self) -> None:
         """Take note that it says something."""
         if self.missed >= MISSED:

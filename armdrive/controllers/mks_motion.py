@@ -12,8 +12,9 @@ from __future__ import annotations
 import math
 from collections.abc import Generator
 
-from armdrive.controllers.mks_arriving import Ending, MksArriving
+from armdrive.controllers.mks_arriving import Ending
 from armdrive.controllers.mks_drive import COUNTS_S_PER_RPM, Drive
+from armdrive.controllers.mks_holdups import MksHoldUps
 from armdrive.controllers.mks_stops import ALL_MUTE_LOOKS, MUTE_LOOKS
 from armdrive.controllers.mks_track import Lead, Track, Trip
 from armdrive.controllers.requests import Alert, AlertKind, Denied, MoveAlong, Progress, Reply
@@ -43,7 +44,7 @@ DOUBT_S = 0.3
 FRESH_S = 0.3
 
 
-class MksMotion(MksArriving):
+class MksMotion(MksHoldUps):
     """Drives segments by steering."""
 
     def drive_along(self, request: MoveAlong) -> Ending:
@@ -53,13 +54,13 @@ class MksMotion(MksArriving):
             return hindrance
         track = Track(Motors(drive.target for drive in self.drives))
         trip = Trip(request.segments, request.ahead_s, request.let_go, track)
-        trip.polled_s = self.now_s
         for drive in self.drives:
-            drive.heard_s, drive.unanswered = self.now_s, 0
+            drive.heard_s = drive.answered_s = self.now_s
+            drive.unanswered = 0
         while not trip.sent_all:
             if self.stop_asked or request.let_go():
                 return (yield from self.halted())
-            if trip.is_due(self.now_s, self.settings.segment_s):
+            if not self.held_up and trip.is_due(self.now_s, self.settings.segment_s):
                 trip.go_on(self.now_s)
                 trip.held = request.held_back()
                 self.underruns += trip.draw()
@@ -67,8 +68,8 @@ class MksMotion(MksArriving):
                     yield from self.halted()
                     return refused
             self._poll(trip)
-            wake_s = min(trip.due_s, self._poll_s(trip))
-            heard = yield wake_s
+            wake_s = self._poll_s(trip)
+            heard = yield wake_s if self.held_up else min(trip.due_s, wake_s)
             end = (yield from self._weighed(trip, heard)) if heard is not None else None
             if end is None and not self.stop_asked:  # who was suspended has heard nobody, and stops
                 end = yield from self._unheard()
@@ -172,6 +173,8 @@ class MksMotion(MksArriving):
         if self.now_s < self._poll_s(trip):
             return
         trip.polled_s = self.now_s
+        if not self.held_up:
+            trip.extra = dict(self.extra)
         for node in self.nodes:
             self.put(node, ReadEncoder())
         if any(drive.seen is not None for drive in self.drives):
@@ -179,8 +182,11 @@ class MksMotion(MksArriving):
 
     def _weighed(self, trip: Trip, heard: Event) -> Generator[float, Event | None, Reply | None]:
         """Take in what was heard; return what the motion has come to, where it has come to one."""
+        quiet_s, held_up = self.answered_last_s, self.held_up
         self.heed(heard)
         match heard:
+            case _ if held_up and self.answered_last_s > quiet_s:
+                return (yield from self.catch_up(trip, quiet_s))
             case Answered(node, _, EncoderRead(counts)):
                 return (yield from self._seen(node, counts))
             case LimitStop(node, _):

@@ -102,7 +102,9 @@ class MksTalk(Scripted[Event]):
         """Note that a drive has something to answer; of orders, if it does answer such."""
         gap = self.drive(node).gap
         if gap.obedient or not isinstance(message, Motion):
-            others_s = max((each.heard_s for each in self.drives if each.node != node), default=0.0)
+            others_s = max(
+                (each.answered_s for each in self.drives if each.node != node), default=0.0
+            )
             gap.asked(self.now_s, others_s)
 
     def ask(
@@ -175,7 +177,9 @@ class MksTalk(Scripted[Event]):
         drive = None if node is None else self._by_node.get(node)
         if drive is None:
             return
-        drive.heard_s, drive.unanswered = self.now_s, 0
+        drive.heard_s = self.now_s
+        if not isinstance(heard, Done | Failed | LimitStop):
+            drive.answered_s, drive.unanswered = self.now_s, 0
         drive.gap.heard()
         drive.gap.obedient = drive.gap.obedient or isinstance(heard, Started)
         if isinstance(heard, Answered | Stray) and isinstance(heard.answer, EncoderRead):

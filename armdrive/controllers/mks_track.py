@@ -8,11 +8,16 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 from armdrive.controllers.requests import MoveBy
 from kinematics.spaces import Motors
+
+KEEP_S = 1.0
+"""What lies behind is remembered for so long: drives may be found to be there still."""
+LOOK_S, FINE_S = 0.01, 0.001
+"""How finely a place on the way is looked for, at first and at last."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,8 +61,8 @@ class Track:
         self.end, self.end_s = end, end_s
 
     def pass_by(self, time_s: float) -> None:
-        """Forget what lies behind."""
-        while len(self._pieces) > 1 and self._pieces[0].end_s <= time_s:
+        """Forget what lies far behind."""
+        while len(self._pieces) > 1 and self._pieces[0].end_s <= time_s - KEEP_S:
             self._pieces.popleft()
 
     def at(self, motor: int, time_s: float) -> float:
@@ -66,6 +71,27 @@ class Track:
             if time_s < piece.end_s:
                 return piece.at(motor, time_s)
         return float(self.end[motor])
+
+    def nearest_s(self, counts: Sequence[int], early_s: float, late_s: float) -> float:
+        """Return when between two times motors should be where they were found, or nearest to it.
+
+        The earliest such time: what is driven twice is not left out.
+        """
+        for step_s in (LOOK_S, FINE_S):
+            steps = max(math.ceil((late_s - early_s) / step_s), 1)
+            times = [min(early_s + step * step_s, late_s) for step in range(steps + 1)]
+            found_s = min(times, key=lambda time_s: self._off(counts, time_s))
+            early_s, late_s = max(found_s - LOOK_S, early_s), min(found_s + LOOK_S, late_s)
+        return found_s
+
+    def span(self, motor: int, early_s: float, late_s: float) -> tuple[float, float]:
+        """Return from where to where a motor goes between two times."""
+        inner = [piece.end[motor] for piece in self._pieces if early_s < piece.end_s < late_s]
+        places = (self.at(motor, early_s), self.at(motor, late_s), *inner)
+        return min(places), max(places)
+
+    def _off(self, counts: Sequence[int], time_s: float) -> float:
+        return max(abs(self.at(motor, time_s) - count) for motor, count in enumerate(counts))
 
     def mean(self, motor: int, from_s: float, lead: Lead) -> float:
         """Return how fast a motor goes on a lead, at a mean."""
@@ -112,6 +138,8 @@ class Trip:
     """Whether nothing more is to be drawn for now."""
     doubted: dict[int, float] = field(default_factory=dict)
     """When a drive was last looked into, because it refused something."""
+    extra: dict[int, int] = field(default_factory=dict)
+    """How many answers more than questions each drive had given when all was well last."""
 
     @property
     def sent_all(self) -> bool:
@@ -131,6 +159,11 @@ class Trip:
             self.time_s = min(self.time_s + now_s - self.steered_s, self.sent_s)
         self.steered_s = now_s
         self.track.pass_by(self.time_s)
+
+    def resume(self, time_s: float, now_s: float) -> None:
+        """Go on from a time on the track that the motors are found to be at."""
+        self.time_s = self.sent_s = time_s
+        self.steered_s = self.due_s = now_s
 
     def draw(self) -> bool:
         """Draw segments while there is room; tell whether the track had run out before."""

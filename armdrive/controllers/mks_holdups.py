@@ -1,0 +1,76 @@
+"""A bus that stands still for a moment while MKS drives are steered: they wait, and go on there.
+
+Nobody is heard then: another program has the adapter's cable or the processor, or ours had no time.
+Each drive ends where it was sent, which is announced. Nothing further is sent until somebody is
+heard. Then all are asked where they are, and the motion goes on from that place of its way: what
+was drawn for the time since is not made up for. A supply that failed looks the same, but what was
+asked meanwhile is never answered.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator
+
+from armdrive.controllers.mks_arriving import MksArriving
+from armdrive.controllers.mks_track import KEEP_S, Trip
+from armdrive.controllers.requests import Reply
+from firmware_protocol.mks import Event
+
+HELD_S = 0.06
+"""A bus on which nobody has answered for so long, though somebody was asked, is held up."""
+DRAIN_S = 0.03
+"""What was kept on the bus has come so long after its first frame."""
+
+
+class MksHoldUps(MksArriving):
+    """Notices that nobody is heard, and takes up a motion again."""
+
+    @property
+    def held_up(self) -> bool:
+        """Whether nobody answers: a mute drive has been asked before others were heard last."""
+        heard_s = self.answered_last_s
+        asked = (drive.gap.since_s for drive in self.drives)
+        return (
+            self.now_s > min((at_s for at_s in asked if at_s >= heard_s), default=math.inf) + HELD_S
+        )
+
+    def catch_up(self, trip: Trip, quiet_s: float) -> Generator[float, Event | None, Reply | None]:
+        """Find where the drives are after nobody was heard since a time, and go on from there.
+
+        Return how the motion ends, where it cannot go on.
+        """
+        yield from self.pause(self.now_s + DRAIN_S)
+        self._doubt_those_that_owe(trip, quiet_s)
+        if self.stop_asked:
+            return None
+        missing = yield from self.look_once(self.nodes)
+        if set(missing) == set(self.nodes):
+            trip.steered_s = self.now_s  # what was heard was said unasked: it is held up still
+            return None
+        if missing:
+            missing = yield from self.look(missing)
+        if self.stop_asked:
+            return None
+        if missing:
+            return (yield from self.lose(quiet_s))
+        early_s = max(trip.time_s - KEEP_S, 0.0)
+        for motor, drive in enumerate(self.drives):
+            low, high = trip.track.span(motor, early_s, trip.sent_s)
+            count, margin = drive.seen or 0, self.settings.corridor_counts
+            if self.began_anew(drive.node) or not low - margin <= count <= high + margin:
+                return (yield from self.break_off(drive.node))
+        counts = [drive.seen or 0 for drive in self.drives]
+        trip.resume(trip.track.nearest_s(counts, early_s, trip.sent_s), self.now_s)
+        for drive, count in zip(self.drives, counts, strict=True):
+            drive.anchor(count, self.now_s)
+        self.underruns += 1
+        return None
+
+    def _doubt_those_that_owe(self, trip: Trip, quiet_s: float) -> None:
+        """Doubt whoever has left unanswered what it was asked: it had no power, perhaps."""
+        for drive in self.drives:
+            drive.gap.forget()
+            before = trip.extra.get(drive.node, 0)
+            if self.extra.get(drive.node, 0) < before:
+                drive.gap.doubted_s = quiet_s

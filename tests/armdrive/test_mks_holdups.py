@@ -1,0 +1,167 @@
+"""A bus that stands still for tenths of a second in motion: no drive is to blame, all go on."""
+
+from __future__ import annotations
+
+import pytest
+from mks_bench import MksBench
+from test_mks_controller_late import stand_still
+from test_mks_controller_motion import BURSTS, along, off_the_way, segments, straight
+
+from armdrive.controllers.requests import AlertKind, Denied, Done, Halted, MoveBy, Silence
+from kinematics import Motors
+
+WAY = (6000, -3000, 1500, 0, 700, 20)
+STARTS = (50_000,) * 6
+BOTH, ORDERS, ANSWERS = (True, True), (True, False), (False, True)
+AT = pytest.mark.parametrize("after_s", [0.0, 0.01, 0.31, 0.42, 1.9])
+SIDES = pytest.mark.parametrize("sides", [BOTH, ORDERS, ANSWERS])
+
+
+def hold_up(bench, for_s, sides=BOTH):
+    """Have the bus keep what is on it, and what comes, for a time; then all passes at once."""
+    end_s, step = bench.now_s + for_s, bench._step
+    queues = [queue for queue, held in zip((bench.to, bench.back), sides, strict=True) if held]
+
+    def keep():
+        for queue in queues:
+            queue[:] = [(max(at_s, end_s + i * 1e-5), data) for i, (at_s, data) in enumerate(queue)]
+
+    def held(until_s):
+        if bench.now_s >= end_s:
+            step(until_s)
+            return
+        keep()
+        step(min(until_s, end_s))
+        keep()
+
+    bench._step = held
+
+
+def moving(after_s, moves=None, **options):
+    bench = MksBench(starts=STARTS, **options).ready()
+    bench.begin(along(moves or straight(20, WAY)))
+    bench.run(after_s)
+    return bench
+
+
+@SIDES
+@AT
+@pytest.mark.parametrize("for_s", [0.12, 0.14, 0.2, 0.45, 0.9])
+def test_a_bus_that_stood_still_for_a_moment_blames_no_drive(for_s, after_s, sides):
+    bench = moving(after_s)
+    hold_up(bench, for_s, sides)
+    reply = bench.finish()
+    assert isinstance(reply, Done), str(reply)
+    assert not bench.alerts()
+    assert (bench.positions - Motors(50_000 + 20 * each for each in WAY)).largest <= 8
+
+
+@SIDES
+@AT
+@pytest.mark.parametrize("for_s", [1.4, 2.5])
+def test_one_that_stands_still_for_long_ends_the_motion_and_blames_no_drive(for_s, after_s, sides):
+    bench = moving(after_s)
+    hold_up(bench, for_s, sides)
+    reply = bench.finish()
+    assert isinstance(reply, Silence) or (reply.silent and "no drive was heard" in reply.reason)
+    assert not bench.alerts()
+    bench.run(for_s)
+    stood = bench.positions
+    bench.run(2.0)
+    assert bench.positions == stood
+
+
+def test_while_nobody_is_heard_nobody_is_sent_on():
+    bench = moving(0.5)
+    hold_up(bench, 0.8)
+    began_s = bench.now_s
+    bench.run(0.8)
+    orders = [at_s for at_s, frame in bench.sent if frame.data[0] == 0xF5]
+    assert max(orders) < began_s + 0.2
+    assert any(at_s > began_s + 0.4 for at_s, frame in bench.sent if frame.data[0] == 0x31)
+
+
+CORNER = segments(*([(6000, 3000, 0, 0, 0, 0)] * 8 + [(-6000, 3000, 0, 0, 0, 0)] * 8))
+
+
+@SIDES
+@pytest.mark.parametrize("after_s", [0.55, 0.7])
+@pytest.mark.parametrize("for_s", [0.2, 0.7])
+def test_it_goes_on_where_it_was_left_and_cuts_no_corner(after_s, for_s, sides):
+    bench = moving(after_s, CORNER)
+    corners, at = [(0.0, Motors(STARTS))], Motors(STARTS)
+    for number, move in enumerate(CORNER):
+        at = at + move.steps
+        corners.append(((number + 1) * 0.1, at))
+    hold_up(bench, for_s, sides)
+    worst = 0.0
+    while bench.controller.busy:
+        bench.run(0.04)
+        looks = (off_the_way(corners, step * 0.04, bench.positions) for step in range(41))
+        worst = max(worst, min(looks))
+    assert isinstance(bench.finish(), Done)
+    assert bench.positions == at
+    assert worst < 5000  # of 48000 each way: a drive waits at the corner while the other goes on
+
+
+def test_a_stop_in_the_middle_of_it_ends_the_motion():
+    bench = moving(0.5)
+    hold_up(bench, 0.5)
+    bench.run(0.3)
+    bench.controller.stop(hard=False)
+    assert isinstance(bench.finish(), Halted)
+    assert not bench.alerts()
+
+
+def test_a_drive_that_is_blocked_meanwhile_is_found_all_the_same():
+    bench = moving(0.3)
+    hold_up(bench, 0.4)
+    bench.node(3).blocked = True
+    bench.node(3).motor.hold(bench.node(3).at(bench.now_s))
+    assert isinstance(bench.finish(), Denied)
+    (alert,) = bench.alerts()
+    assert "drive 3 (elbow)" in alert.text
+    assert bench.now_s < 2.5
+
+
+@pytest.mark.parametrize("start", [50_000, -2000, 900, 0])
+@pytest.mark.parametrize("dead_s", [0.15, 0.3, 0.7])
+@pytest.mark.parametrize("after_s", [0.1, 0.3, 0.55])
+def test_a_supply_of_all_drives_that_fails_for_a_moment_is_told_from_a_late_bus(
+    after_s, dead_s, start
+):
+    way = (6000, 3000, 1500, 0, 700, 20) if abs(start) > 2000 else (2500, 400, 0, 0, 0, 0)
+    bench = MksBench(starts=(start,) * 6).ready()
+    bench.begin(along(straight(20, way)))
+    bench.run(after_s)
+    for node in bench.nodes:
+        node.mute = True
+        node.motor.hold(node.at(bench.now_s))
+    bench.run(dead_s)
+    for node in bench.nodes:
+        node.mute, node.moving, node.enabled = False, None, True
+        node.motor.hold(0)
+    assert isinstance(bench.finish(), Denied)
+    assert bench.alerts()[0].kind is AlertKind.RESTARTED
+    bench.run(2.0)
+    assert bench.positions.largest < 4500
+
+
+@pytest.mark.parametrize("for_s", [0.2, 0.5])
+def test_a_program_that_stood_still_goes_on_where_the_drives_are(for_s):
+    bench = moving(0.5, CORNER)
+    stand_still(bench, for_s)
+    assert isinstance(bench.finish(), Done)
+    assert not bench.alerts()
+    assert bench.positions == Motors((50_000, 98_000, *STARTS[2:]))
+
+
+@SIDES
+@pytest.mark.parametrize("for_s", [0.2, 0.5, 0.9])
+def test_a_burst_is_waited_for(for_s, sides):
+    bench = MksBench(starts=STARTS, settings=BURSTS).ready()
+    bench.begin(MoveBy(Motors((30_000, -9000, 0, 0, 0, 0)), 30_000.0))
+    bench.run(0.2)
+    hold_up(bench, for_s, sides)
+    assert isinstance(bench.finish(), Done)
+    assert not bench.alerts()
