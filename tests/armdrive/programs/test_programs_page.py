@@ -1,0 +1,64 @@
+"""The page about programs: its programs run, its tables and its error are the real ones."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from program_bench import acts
+
+from armdrive.errors import ProgramError
+from armdrive.programs import read_program
+from armdrive.programs.acts import Fingers, Go, Grasp, Look, Ready
+from armdrive.programs.describing import tables
+from armdrive.programs.machine import MOST_STEPS
+from armdrive.programs.operations import DEEPEST_CALL
+
+PAGE = (Path(__file__).parents[3] / "docs" / "programs.md").read_text(encoding="utf-8")
+SHOWN = re.findall(r"```arm\n(.*?)```", PAGE, re.DOTALL)
+
+
+def test_the_tables_are_made_from_the_vocabulary():
+    assert PAGE.endswith(tables())
+
+
+@pytest.mark.parametrize("text", SHOWN)
+def test_every_shown_program_runs(text):
+    assert acts(text, inputs=(1, 4))
+
+
+def test_the_first_shown_program_does_what_the_page_says():
+    kinds = [type(act) for act in acts(SHOWN[0])]
+    there = [Go, Fingers, Go, Grasp, Look, Go]
+    assert kinds == [*there, Go, Go, Fingers, Look, Go, Ready]
+
+
+def test_the_shown_mistake_is_what_a_person_sees():
+    text = 'grasp into width\nexpect widht > 5, "there is no block"\n'
+    with pytest.raises(ProgramError) as caught:
+        read_program(text, "stack.arm")
+    assert f"```text\n{caught.value}\n```" in PAGE
+
+
+def test_the_bounds_that_the_page_names_are_the_real_ones():
+    assert f"{MOST_STEPS:,} steps".replace(",", " ") in PAGE
+    assert f"{DEEPEST_CALL} deep" in PAGE
+
+
+def test_the_shown_python_runs():
+    (code,) = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert ended.stdout.count("Ready(speed=1.0)") == 2
+
+
+def test_the_parser_is_loaded_only_where_a_program_is_read():
+    code = (
+        "import sys, armdrive.errors, armdrive.programs, armdrive.programs.acts, armdrive.cli\n"
+        "assert not any(name.split('.')[0] == 'lark' for name in sys.modules)\n"
+        "armdrive.programs.read_program('ready')\n"
+        "assert 'lark' in sys.modules"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
