@@ -33,18 +33,28 @@ class Pendant(Connected):
         rows = self.perform(program_memory.read_program(self.wire), PATIENCE_S)
         return PendantProgram.from_words(rows, self._origin())
 
-    def write_pendant_program(self, program: PendantProgram, *, leave_others: bool = False) -> int:
+    def write_pendant_program(
+        self,
+        program: PendantProgram,
+        *,
+        leave_others: bool = False,
+        told: program_memory.Told = program_memory.unheard,
+    ) -> int:
         """Write a program into the arm's memory, and read it back; moves nothing.
 
-        Returns how many rows were not there already. Raises `Refused` where the program's rows
-        were read under another reference, so that they mean other places now (`moved_to` shifts
-        them), or where rows of other numbers would stay, unless `leave_others`. An end before the
-        end raises `ProgramHalfWritten`, which names the rows that are in the arm.
+        Returns how many rows were not there already; `told` is called by the engine's thread with
+        the number of each as it is in the arm, and must not wait for anything. Raises `Refused`
+        where the program's rows were read under another reference, so that they mean other places
+        now (`moved_to` shifts them), or where rows of other numbers would stay, unless
+        `leave_others`. An end before the end raises `ProgramHalfWritten`, which names the rows
+        that are in the arm.
         """
         self._require_memory()
         program.require_fitting(self.abilities.program_rows)
         program.require_origin(self._origin())
-        flow = program_memory.write_program(self.wire, program.words, leave_others=leave_others)
+        flow = program_memory.write_program(
+            self.wire, program.words, leave_others=leave_others, told=told
+        )
         return self.perform(flow, PATIENCE_S)
 
     def _require_memory(self) -> None:

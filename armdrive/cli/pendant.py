@@ -16,6 +16,7 @@ Every action prints JSON with --json.
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Callable, Mapping
 from datetime import datetime
 from pathlib import Path
@@ -32,6 +33,7 @@ from armdrive.cli.confirming import agreed, settle_trust
 from armdrive.cli.output import emit, say, say_which
 from armdrive.durable import DISK, replace_durably
 from armdrive.errors import BadRequest, OperatorNeeded, PendantFileError
+from armdrive.status import Trust
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm
@@ -127,15 +129,38 @@ def _write(options: argparse.Namespace) -> int:
         if options.shift:
             program = program.moved_to(arm.read_pendant_program().origin)
         count = len(program.rows)
-        question = f"Write {count} rows into the memory of {arm.status.arm}? Nothing moves. yes: "
-        if not options.yes and (options.json or not agreed(question)):
+        if not options.yes and (options.json or not agreed(_question(arm, program))):
             raise OperatorNeeded("not confirmed, nothing was written: say --yes to write unasked")
-        written = arm.write_pendant_program(program, leave_others=options.leave_others)
+        written = _written(arm, program, leave_others=options.leave_others)
     if options.json:
         emit({"rows": count, "written": written})
     else:
         say(f"{count} rows are in the arm: {written} written, and all read back as they should")
     return 0
+
+
+def _question(arm: Arm, program: PendantProgram) -> str:
+    known = arm.status.trust in (Trust.REFERENCED, Trust.RESTORED)
+    if program.origin is not None and not known:
+        say("Nobody has homed this arm: its rows may lead elsewhere than when they were read.")
+    return (
+        f"Write {len(program.rows)} rows into the memory of {arm.status.arm}? Nothing moves. yes: "
+    )
+
+
+def _written(arm: Arm, program: PendantProgram, *, leave_others: bool) -> int:
+    """Write, and say which rows are in the arm where somebody interrupts it."""
+    done: list[int] = []
+    try:
+        return arm.write_pendant_program(program, leave_others=leave_others, told=done.append)
+    except Exception:
+        raise  # its own words name the rows
+    except BaseException:
+        from armdrive.flows.program_memory import named_rows
+
+        new = f"{named_rows(done)} new in the arm" if done else "nothing new in the arm"
+        sys.stderr.write(f"{new}; the next one perhaps, the others as before\n")
+        raise
 
 
 def _points(options: argparse.Namespace) -> int:

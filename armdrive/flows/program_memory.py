@@ -6,7 +6,7 @@ So a program is believed when it was read twice alike, and written when it reads
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from armdrive.controllers.program_requests import Program, ReadProgram, WriteRow
@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 Row = tuple[int, ...]
 """The device's words of one row; the first is its number."""
+
+Told = Callable[[int], object]
 
 READINGS = 5
 """So often a program is read at most until two readings in succession agree."""
@@ -51,19 +53,26 @@ def read_program(wire: Wire) -> Flow[tuple[Row, ...]]:
     raise DeviceFault(f"the program in the arm cannot be read: {trouble}. Try again")
 
 
-def write_program(wire: Wire, rows: Sequence[Row], *, leave_others: bool) -> Flow[int]:
+def unheard(_: int) -> None:
+    """Nobody wants to hear which rows are in the arm."""
+
+
+def write_program(
+    wire: Wire, rows: Sequence[Row], *, leave_others: bool, told: Told = unheard
+) -> Flow[int]:
     """Bring rows into the device's memory; return how many of them had to be written.
 
-    Rows that are there already are left. Raises `Refused` where the memory has rows of other
-    numbers, which nothing sent from here can take away, unless `leave_others`; and
-    `ProgramHalfWritten` where it ends before the end, or reads otherwise afterwards.
+    Rows that are there already are left; `told` hears the number of each other one as it is in.
+    Raises `Refused` where the memory has rows of other numbers, which nothing sent from here can
+    take away, unless `leave_others`; and `ProgramHalfWritten` where it ends before the end, or
+    reads otherwise afterwards.
     """
     before = yield from read_program(wire)
     others = tuple(row[0] for row in before if row[0] not in {row[0] for row in rows})
     if others and not leave_others:
         raise Refused(
-            f"the arm's memory has {_rows(others)} besides, which would stay, and run with the "
-            "new program: clear them at the pendant (CLEAR), or say that they are to stay"
+            f"the arm's memory has {named_rows(others)} besides, which would stay, and run with "
+            "the new program: clear them at the pendant (CLEAR), or say that they are to stay"
         )
     missing = [row for row in rows if row not in before]
     written: list[int] = []
@@ -73,6 +82,7 @@ def write_program(wire: Wire, rows: Sequence[Row], *, leave_others: bool) -> Flo
         except ArmError as error:
             raise _half(error, written, missing) from error
         written.append(row[0])
+        told(row[0])
     try:
         after = yield from read_program(wire)
     except ArmError as error:
@@ -118,7 +128,7 @@ def _compare(
     if wrong:
         good = tuple(number for number in written if number not in wrong)
         raise ProgramHalfWritten(
-            f"the arm's memory reads otherwise than it was written: {_rows(wrong)}. Write again",
+            f"the arm's memory reads otherwise than was written: {named_rows(wrong)}. Write again",
             written=good,
             doubtful=wrong,
         )
@@ -128,9 +138,9 @@ def _half(error: ArmError, written: list[int], missing: Sequence[Row]) -> ArmErr
     """Return the error that says which rows are in the arm."""
     under_way = tuple(row[0] for row in missing[len(written) : len(written) + 1])
     rest = tuple(row[0] for row in missing[len(written) + 1 :])
-    is_in = f"{_rows(written)} in the arm" if written else "nothing new in the arm"
-    doubt = f", {_rows(under_way)} perhaps" if under_way else ""
-    old = f"; {_rows(rest)} as before" if rest else ""
+    is_in = f"{named_rows(written)} in the arm" if written else "nothing new in the arm"
+    doubt = f", {named_rows(under_way)} perhaps" if under_way else ""
+    old = f"; {named_rows(rest)} as before" if rest else ""
     mend = (
         "plug in, connect again and write again" if isinstance(error, LinkLost) else "write again"
     )
@@ -143,7 +153,7 @@ def _half(error: ArmError, written: list[int], missing: Sequence[Row]) -> ArmErr
     return ProgramHalfWritten(words, written=tuple(written), doubtful=under_way)
 
 
-def _rows(numbers: Sequence[int]) -> str:
+def named_rows(numbers: Sequence[int]) -> str:
     """Name rows: `row 3`, or `rows 1 to 4`."""
     if len(numbers) == 1:
         return f"row {numbers[0]}"

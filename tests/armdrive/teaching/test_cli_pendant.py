@@ -6,6 +6,7 @@ import sys
 import pytest
 from cli_calls import Caller
 
+from armdrive.flows import program_memory
 from armdrive.teaching.pendantfile import FIRST_LINE
 
 ROWS = "move 1 240 100 -200 300 -400 500 -600\nraw 2 1 2 3 4 5 6 7\n"
@@ -94,3 +95,28 @@ def test_a_program_of_a_homed_arm_becomes_points_that_can_be_gone_to(call, tmp_p
 
 def test_rows_without_an_origin_become_no_points(call, rows):
     assert "counted from" in call.refused("pendant", "points", str(rows), "there", code=3)
+
+
+def test_ctrl_c_in_the_middle_of_writing_names_the_rows(call, rows, monkeypatch):
+    write_row = program_memory._write_row
+
+    def interrupted(wire, row):
+        if row[0] == 2:
+            raise KeyboardInterrupt
+        yield from write_row(wire, row)
+
+    monkeypatch.setattr(program_memory, "_write_row", interrupted)
+    said = call("pendant", "write", str(rows), "--yes", code=130)
+    assert "row 1 new in the arm; the next one perhaps" in said.err
+
+
+def test_a_position_that_nobody_knows_is_said_before_writing(call, rows, monkeypatch):
+    text = rows.read_text(encoding="utf-8").replace("move", "origin 1 2 3 4 5 6\nmove")
+    rows.write_text(text, encoding="utf-8")
+    assert "Nobody has homed" in call("pendant", "write", str(rows), code=3).out
+    call("home", code=0)
+    assert "count from elsewhere" in call.refused(
+        "pendant", "write", str(rows), "--yes", "--json", code=3
+    )
+    call("pendant", "write", str(rows), "--yes", "--as-is", code=0)
+    assert words(call) == WORDS

@@ -68,6 +68,15 @@ def test_a_line_that_is_none_is_named(line, words):
         parse_pendant(f"{FIRST_LINE}\n{line}\n")
 
 
+@given(st.text(alphabet="mover awign0123456789- #\n", max_size=80))
+def test_whatever_stands_in_a_file_is_a_program_or_a_sentence(text):
+    try:
+        read = parse_pendant(f"{FIRST_LINE}\n{text}")
+    except PendantFileError:
+        return  # said in a sentence, and by no other error
+    assert parse_pendant(text_of(read)) == read
+
+
 def test_what_is_no_program_at_all_and_a_row_twice_are_refused():
     with pytest.raises(PendantFileError, match="first line would be"):
         parse_pendant("[points.pick]\n")
