@@ -1,15 +1,17 @@
-"""Write the tables of the desk's page anew from the program's own: `python docs/desk_tables.py`."""
+"""Write the tables of the desk's pages anew from the program: `python docs/desk_tables.py`."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
 
+from tui import pad_map
 from tui.keyboard import DEFAULT_KEYS, as_markdown
 from tui.screens import SCREENS
 from tui.themes import LOOKS
 
 PAGE = Path(__file__).parent / "desk.md"
+PAD_PAGE = PAGE.with_name("gamepad.md")
 
 
 def screens() -> Iterator[str]:
@@ -29,12 +31,15 @@ def looks() -> Iterator[str]:
 
 
 def filled(page: str) -> str:
-    """Return the page with its tables as they are now, each between two marks of its name."""
+    """Return a page with its tables as they are now, each between two marks of its name."""
     for name, lines in (
         ("screens", screens()),
         ("looks", looks()),
         ("keys", as_markdown(DEFAULT_KEYS)),
+        ("gamepad", pad_map.as_markdown()),
     ):
+        if f"<!-- {name} -->" not in page:
+            continue
         before, _, rest = page.partition(f"<!-- {name} -->\n")
         _, mark, after = rest.partition(f"<!-- end of {name} -->")
         table = "".join(f"{line}\n" for line in lines)
@@ -43,8 +48,9 @@ def filled(page: str) -> str:
 
 
 def main() -> None:
-    """Fill the page."""
-    PAGE.write_text(filled(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
+    """Fill the pages."""
+    for page in (PAGE, PAD_PAGE):
+        page.write_text(filled(page.read_text(encoding="utf-8")), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -23,6 +23,7 @@ from textual.timer import Timer
 from textual.widgets import Static
 
 from kinematics.near_words import suggestion
+from tui.served import ending, is_served
 
 ENDING_SIGNALS = tuple(
     getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)
@@ -159,7 +160,8 @@ class FirstKeys(App[int], inherit_bindings=False):
 
     def get_driver_class(self) -> type[Driver]:
         """Return the system's own driver, made to outlive its terminal."""
-        return lasting(super().get_driver_class())
+        driver = lasting(super().get_driver_class())
+        return ending(driver) if is_served(driver) else driver
 
     def first_keys(self) -> Mapping[str, Callable[[], None]]:
         """Return these keys, with what they do."""

@@ -21,6 +21,7 @@ from armdrive.cli.choosing import (
 )
 from armdrive.cli.config_files import arm_paths
 from armdrive.cli.confirming import agreed, confirm_simulated
+from armdrive.cli.numbers import count
 from armdrive.cli.output import emit, say
 from armdrive.errors import ArmInUse, BadRequest
 from armdrive.status import State, coded
@@ -30,6 +31,9 @@ if TYPE_CHECKING:
 
     from tui import DeskEnd
     from tui.keyboard import Keyboard
+
+WEB_PORT = 8765
+"""Where a browser finds the desk, unless another port is named."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -68,6 +72,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME",
         help="jog with a gamepad too (Linux); with several, letters of the name of one",
     )
+    parser.add_argument(
+        "--web", action="store_true", help="show it in a browser on this computer instead"
+    )
+    parser.add_argument(
+        "--web-port", type=count, default=WEB_PORT, metavar="N", help=f"with --web; else {WEB_PORT}"
+    )
+    parser.add_argument("--served", action="store_true", help=argparse.SUPPRESS)  # behind a page
     add_arm_options(parser)
 
 
@@ -78,11 +89,15 @@ def run(options: argparse.Namespace) -> int:
     keys = load_keys(options.keys)  # what is wrong with it is said before anything is opened
     if options.show_keys:
         return _show_keys(keys, json=options.json)
+    if options.web:
+        from armdrive.cli.jog_web import jog_web
+
+        return jog_web(options)
     if options.model is not None:
         from armdrive.cli.jog_model import jog_model
 
         return jog_model(options, keys)
-    if not (sys.stdin.isatty() and sys.stdout.isatty()):
+    if not (options.served or (sys.stdin.isatty() and sys.stdout.isatty())):
         raise BadRequest("jogging needs a terminal; scripts use jog_j() and jog_l()")
     if options.gamepad is not None:
         from tui.pad_evdev import check_gamepads
@@ -113,7 +128,7 @@ def _desk(options: argparse.Namespace, keys: Keyboard, first: str, hint: str) ->
             keys=keys,
             first=first,
             hint=hint,
-            reopens=True,
+            reopens=not options.served,
             gamepad=options.gamepad,
         )
         last = arm.status
@@ -145,6 +160,8 @@ def _watch_instead(error: ArmInUse, options: argparse.Namespace) -> int:
     """Offer to watch an arm that another program drives. Raises the error where nobody wants to."""
     from armdrive.cli.watch import watch_on_screen
 
+    if options.served:
+        raise error
     say(str(error))
     if not agreed("Watch it instead, with a key to stop it? Type yes: "):
         raise error

@@ -23,7 +23,7 @@ def jog_model(options: argparse.Namespace, keys: Keyboard) -> int:
         _list(as_json=options.json)
         return 0
     subject = find_subject(options.model)
-    if not (sys.stdin.isatty() and sys.stdout.isatty()):
+    if not (options.served or (sys.stdin.isatty() and sys.stdout.isatty())):
         raise BadRequest(
             "jogging needs a terminal; `armdrive explain` prints the same of one posture"
         )

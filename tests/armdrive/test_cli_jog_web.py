@@ -1,0 +1,304 @@
+"""The desk in a browser: who is let in, and that the arm stands still when the page is closed."""
+
+import asyncio
+import contextlib
+import json
+import os
+import re
+import shlex
+import signal
+import subprocess
+import sys
+import threading
+import time
+from argparse import Namespace
+
+import pytest
+from cli_calls import write_arm_file
+from served import Served, until
+
+from armdrive import places
+from armdrive.cli import jog_web
+from armdrive.cli.jog_door import HOST, Door, Visit
+from armdrive.connecting import find
+from armdrive.holder import ask_holder
+
+KEY = "the-key"
+DOOR = Door(8765, KEY)
+GOOD = {"host": "127.0.0.1:8765", "origin": "http://127.0.0.1:8765"}
+REPEAT_S = 0.04
+PATIENCE_S = 20.0
+SLACK_S = 0.1
+"""For a busy computer to see that the page is closed, and the test that the arm stands."""
+
+LET_IN = [
+    Visit("/", GOOD["host"], given=KEY),
+    Visit("/", GOOD["host"], kept=KEY),
+    Visit("/ws", kept=KEY, **GOOD),
+    Visit("/static/js/textual.js", GOOD["host"]),
+]
+REFUSED = {
+    "another name of this computer": Visit("/", "localhost:8765", given=KEY),
+    "a name that somebody has made lead here": Visit("/", "evil.example:8765", given=KEY),
+    "another port": Visit("/", "127.0.0.1:8766", given=KEY),
+    "another page's socket": Visit("/ws", GOOD["host"], "http://evil.example", kept=KEY),
+    "a page of another port": Visit("/ws", GOOD["host"], "http://127.0.0.1:80", kept=KEY),
+    "a page in a sandbox": Visit("/ws", GOOD["host"], "null", kept=KEY),
+    "no browser": Visit("/ws", GOOD["host"], kept=KEY),
+    "no key": Visit("/", GOOD["host"]),
+    "a wrong key": Visit("/", GOOD["host"], given="the-kez"),
+    "a socket without a cookie": Visit("/ws", **GOOD),
+    "a socket with a wrong cookie": Visit("/ws", kept="é", **GOOD),
+}
+
+
+@pytest.mark.parametrize("visit", LET_IN)
+def test_the_own_page_is_let_in(visit):
+    assert DOOR.refusal(visit) == ""
+
+
+@pytest.mark.parametrize("who", REFUSED)
+def test_anybody_else_is_not(who):
+    assert DOOR.refusal(REFUSED[who])
+
+
+def test_every_desk_has_a_key_of_its_own_that_nobody_guesses():
+    keys = {Door(1).key for _ in range(100)}
+    assert len(keys) == 100
+    assert min(map(len, keys)) >= 32
+
+
+def options(**more):
+    names = dict.fromkeys((*jog_web.SWITCHES, *jog_web.VALUES, "reconnect"))
+    return Namespace(**names | more)
+
+
+def test_the_desk_behind_the_page_is_given_what_was_asked_for_and_no_shell_reads_it():
+    line = jog_web.command(options(arm="a; rm x", ascii=True, reconnect=True, baud=9600))
+    words = shlex.split(line)
+    assert words[0] == "exec"
+    assert words[2:] == [
+        "-m", "armdrive", "jog", "--served", "--reconnect", "--ascii", "--arm=a; rm x",
+        "--baud=9600",
+    ]  # fmt: skip
+
+
+def test_every_option_of_the_desk_is_handed_on(call):
+    said = call("jog", "--help", code=0).out
+    own = {"help", "web", "web-port", "show-keys", "json"}
+    named = set(re.findall(r"--([a-z-]+)", said.partition("options:")[2])) - own
+    assert named - {"setup", "arm", "sim"} <= {*jog_web.SWITCHES, *jog_web.VALUES, "reconnect"}
+    assert set(jog_web.VALUES) <= named
+
+
+def test_what_is_missing_or_taken_is_said(call, monkeypatch):
+    def missing(name):
+        raise ModuleNotFoundError(name)
+
+    monkeypatch.setattr(jog_web, "import_module", missing)
+    assert "pip install 'armdrive[web]'" in call.refused("jog", "--web", code=2)
+    with jog_web.socket.create_server((HOST, 0)) as taken:
+        monkeypatch.setattr(jog_web, "import_module", lambda _: None)
+        port = taken.getsockname()[1]
+        assert "--web-port" in call.refused("jog", "--web", "--web-port", str(port), code=2)
+    assert "--web-port" in call.refused("jog", "--web", "--web-port", "99999", code=2)
+
+
+# -- the desk behind a page -------------------------------------------------------------------
+
+
+def packet(kind, data):
+    return kind + len(data).to_bytes(4, "big") + data
+
+
+class Browsed:
+    """A desk behind a page, as the program that serves the page runs it, and its arm's twin."""
+
+    def __init__(self):
+        self.served = Served("teachmover", tcp=f"{HOST}:0")
+        text = f'model = "teachmover"\n[connection]\nport = "{self.served.port}"\n'
+        write_arm_file("bench", text + 'dialect = "teachmover"\n')
+        places.states().mkdir(parents=True, exist_ok=True)
+        (places.states() / "desk.json").write_text('{"instructed": true, "screen": "jog"}')
+        words = shlex.split(jog_web.command(options(arm="bench")))[1:]
+        driver = "textual.drivers.web_driver:WebDriver"
+        self.process = subprocess.Popen(
+            words,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            env={**os.environ, "TEXTUAL_DRIVER": driver, "COLUMNS": "100", "ROWS": "30"},
+        )
+        self.painted = b""
+        self._reader = threading.Thread(target=self._read, daemon=True)
+        self._reader.start()
+        self._lifted = threading.Event()
+        self._finger = None
+
+    def _read(self):
+        while data := os.read(self.process.stdout.fileno(), 65536):
+            self.painted += data
+
+    def send(self, kind, data):
+        self.process.stdin.write(packet(kind, data))
+        self.process.stdin.flush()
+
+    def press(self, keys):
+        self.send(b"D", keys)
+
+    def meta(self, what):
+        self.send(b"M", json.dumps({"type": what}).encode())
+
+    def hold(self, key):
+        """Hold a key from now on, whatever happens to the desk."""
+
+        def repeat():
+            while not self._lifted.wait(REPEAT_S):
+                try:
+                    self.press(key)
+                except (OSError, ValueError):
+                    return
+
+        self._finger = threading.Thread(target=repeat, daemon=True)
+        self._finger.start()
+
+    def lift(self):
+        self._lifted.set()
+        self._finger.join()
+
+    @property
+    def motors(self):
+        return tuple(self.served.device.world.motors)
+
+    def jog(self):
+        """Have the arm move by a held key; return what its status announces then."""
+        until(lambda: b"DISARMED" in self.painted, PATIENCE_S)
+        self.press(b"\r")
+        until(lambda: b"armed:" in self.painted, PATIENCE_S)
+        start = self.motors
+        self.hold(b"q")
+        until(lambda: self.motors != start, PATIENCE_S)
+        said = ask_holder("bench", "status")
+        return max(said["stop_time_s"], said["silent_time_s"])
+
+    def still_after_s(self, since_s):
+        """Wait until the arm has stood for a second; return how long it went on."""
+        last, moved_s = self.motors, since_s
+        while time.monotonic() - max(moved_s, since_s) < 1.0:
+            if (now := self.motors) != last:
+                last, moved_s = now, time.monotonic()
+            assert time.monotonic() - since_s < PATIENCE_S
+        return moved_s - since_s
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *error):
+        self._lifted.set()
+        self.process.kill()
+        self.process.wait()
+        with contextlib.suppress(BrokenPipeError):  # what was typed last reached nobody
+            self.process.stdin.close()
+        self._reader.join()
+        self.process.stdout.close()
+
+
+ENDS = {
+    "the page is closed": (lambda desk: desk.meta("quit"), 0),
+    "the server has died": (lambda desk: (desk.lift(), desk.process.stdin.close()), 0),
+    "the server is told to end": (lambda desk: desk.process.send_signal(signal.SIGTERM), 143),
+}
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="its pipes cannot be waited for there")
+@pytest.mark.parametrize("end", ENDS)
+def test_a_page_that_is_closed_ends_its_desk_and_the_arm_stands_within_the_announced_time(end):
+    do, code = ENDS[end]
+    with Browsed() as desk:
+        bound_s = desk.jog()
+        ended_s = time.monotonic()
+        do(desk)
+        went_on_s = desk.still_after_s(ended_s)
+        assert desk.process.wait(PATIENCE_S) == code
+        assert went_on_s <= bound_s + SLACK_S
+
+
+def test_whoever_only_looks_away_from_the_page_disarms_it():
+    with Browsed() as desk:
+        desk.jog()
+        desk.meta("blur")
+        until(lambda: b"lost the keyboard focus" in desk.painted, PATIENCE_S)
+        desk.lift()
+        desk.meta("quit")
+        assert desk.process.wait(PATIENCE_S) == 0
+
+
+# -- the page ---------------------------------------------------------------------------------
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="its pipes cannot be waited for there")
+def test_a_browser_opens_jogs_and_closes_a_desk(tmp_path):
+    aiohttp = pytest.importorskip("aiohttp")
+    pytest.importorskip("textual_serve")
+    places.states().mkdir(parents=True, exist_ok=True)
+    (places.states() / "desk.json").write_text('{"instructed": true}')
+    with jog_web.socket.create_server((HOST, 0)) as free:
+        port = free.getsockname()[1]
+    words = [sys.executable, "-m", "armdrive", "jog", "--sim", "teachmover", "--web"]
+    server = subprocess.Popen(
+        [*words, "--web-port", str(port)], stdout=subprocess.PIPE, text=True, bufsize=1
+    )
+    try:
+        said = server.stdout.readline()
+        address = said.partition(" at ")[2].strip()
+        assert address.startswith(f"http://{HOST}:{port}/?key=")
+        asyncio.run(asyncio.wait_for(_browse(aiohttp, address, port), 60.0))
+    finally:
+        server.send_signal(signal.SIGINT)
+        server.stdout.read()
+        assert server.wait(PATIENCE_S) == 0
+        server.stdout.close()
+
+
+async def _browse(aiohttp, address, port):
+    own = {"Origin": f"http://{HOST}:{port}"}
+    socket = f"http://{HOST}:{port}/ws?width=100&height=30"
+    jar = aiohttp.CookieJar(unsafe=True)
+    async with aiohttp.ClientSession(cookie_jar=jar) as browser:
+        await _reached(aiohttp, browser, address.partition("?")[0])
+        async with browser.get(address.partition("?")[0]) as answer:
+            assert answer.status == 403
+        async with browser.get(address, headers={"Host": f"localhost:{port}"}) as answer:
+            assert answer.status == 403
+        async with browser.get(address) as answer:
+            assert answer.status == 200
+            assert "default-src 'self'" in answer.headers["Content-Security-Policy"]
+            assert f"ws://{HOST}:{port}/ws" in await answer.text()
+        with pytest.raises(aiohttp.WSServerHandshakeError):
+            await browser.ws_connect(socket, headers={"Origin": "http://evil.example"})
+        async with browser.ws_connect(socket, headers=own) as page:
+            await _painted(page, b"DISARMED")
+            with pytest.raises(aiohttp.WSServerHandshakeError, match="409"):
+                await browser.ws_connect(socket, headers=own)
+            await page.send_json(["stdin", "\r"])
+            await _painted(page, b"armed:")
+            held = find("sim:teachmover").config.name
+            assert ask_holder(held, "status")["state"] == "standby"
+        async with browser.ws_connect(socket, headers=own) as page:
+            await _painted(page, b"DISARMED")
+
+
+async def _reached(aiohttp, browser, address):
+    while True:
+        try:
+            async with browser.get(address):
+                return
+        except aiohttp.ClientConnectorError:
+            await asyncio.sleep(0)
+
+
+async def _painted(page, words):
+    seen = b""
+    while words not in seen:
+        message = await page.receive()
+        assert isinstance(message.data, bytes), message
+        seen += message.data
