@@ -22,6 +22,7 @@ from pathlib import Path
 
 from armdrive.cli.choosing import add_allow_restored, add_arm_options
 from armdrive.cli.numbers import number, positive
+from armdrive.cli.putting import add_put_option
 from armdrive.errors import BadRequest
 
 PROGRAM, SCRIPT = ".arm", ".py"
@@ -59,6 +60,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     before.add_argument(
         "--yes", action="store_true", help="run it though a rehearsal failed on an assumption"
     )
+    add_put_option(before)
     how = parser.add_argument_group("how it runs")
     how.add_argument("--step", action="store_true", help="wait for Enter before each motion")
     how.add_argument(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,6 +12,7 @@ from armdrive.catalogue import error_view, tagged
 from armdrive.cli.choosing import chosen_target, connect_chosen
 from armdrive.cli.confirming import ask_operator, settle_trust
 from armdrive.cli.output import emit, say, say_which
+from armdrive.cli.putting import put_blocks, require_table
 from armdrive.cli.run_report import draw_path, rehearsal_lines, rehearsal_view
 from armdrive.cli.run_showing import Display
 from armdrive.errors import ArmError, ArmInUse, DeviceFault, LinkError
@@ -25,8 +27,11 @@ if TYPE_CHECKING:
 
 def connect_to_run(options: argparse.Namespace, *, pace: str | float | None = None) -> Arm:
     """Connect to the arm that the options name, and settle whether its position can be trusted."""
+    require_table(chosen_target(options), options.put)
     arm = connect_chosen(options, pace=options.pace or pace, allow_restored=options.allow_restored)
     try:
+        put_blocks(arm, options.put)
+        options.put = []  # once, however often a script connects
         if not options.json:
             say_which(arm.status)
         if arm.simulated or not options.check:
@@ -63,7 +68,13 @@ def slow_down(arm: Arm, options: argparse.Namespace) -> None:
 
 def display_for(options: argparse.Namespace, lines: list[str]) -> Display:
     """Return what shows the run, as the person or the program that reads it wants it."""
-    return Display(lines, emit if options.json else None, rewrites=sys.stdout.isatty())
+    output = sys.stdout  # kept: what a script prints may be led elsewhere meanwhile
+
+    def write(event: dict[str, Any]) -> None:
+        output.write(f"{json.dumps(event)}\n")
+        output.flush()
+
+    return Display(lines, write if options.json else None, rewrites=output.isatty())
 
 
 def report(

@@ -7,10 +7,10 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from armdrive.errors import BadRequest
-from armdrive.sim.blocks import Block
 from armdrive.sim.console_command import Answer, ConsoleCommand
 from armdrive.sim.device import GivesControl, HasPendant, HasSpeedError, lacks
 from armdrive.sim.drives import DrivesOnBus
+from armdrive.sim.dropping import PARTS, block_of
 from armdrive.sim.fault_request import number, parse_words, whole
 from armdrive.sim.faults_table import fault_kind, faults_of
 from armdrive.sim.report import state_json, state_line
@@ -19,8 +19,6 @@ from armdrive.sim.saved import Json
 if TYPE_CHECKING:
     from armdrive.sim.console import Console
 
-DROP_FROM_MM = 1000.0
-"""A block comes down from above everything, onto what is there."""
 _SWITCH = {"on": True, "off": False, "1": True, "0": False}
 
 
@@ -55,11 +53,7 @@ def _guide(console: Console, _: list[str]) -> Answer:
 
 
 def _put(console: Console, words: list[str]) -> Answer:
-    numbers = [number(word) for word in words[1:]]
-    x, y, *sizes = numbers
-    width = sizes[0] if sizes else 25.0
-    height = sizes[1] if len(sizes) > 1 else width
-    block = console.device.world.put(Block(words[0], x, y, DROP_FROM_MM, width, height))
+    block = console.device.world.put(block_of(words))
     place = f"x {block.x_mm:.1f}, y {block.y_mm:.1f}, z {block.z_mm:.1f} mm"
     return Answer(f"block {block.name} stands at {place}")
 
@@ -174,9 +168,7 @@ COMMANDS: Mapping[str, ConsoleCommand] = MappingProxyType(
             ConsoleCommand("key", "NAME", "press a key of the pendant, STOP say", _key, (1, 1)),
             ConsoleCommand("return", "", "the pendant gives control back (@SET)", _return, (0, 0)),
             ConsoleCommand("guide", "", "bring the arm to its reference posture", _guide, (0, 0)),
-            ConsoleCommand(
-                "put", "NAME X Y [WIDTH [HEIGHT]]", "set a block down, mm", _put, (3, 5)
-            ),
+            ConsoleCommand("put", PARTS, "set a block down, mm", _put, (3, 5)),
             ConsoleCommand("take", "NAME", "take a block away", _take, (1, 1)),
             ConsoleCommand(
                 "power", "on|off", "switch the controller; off lets it sag", _power, (1, 1)
