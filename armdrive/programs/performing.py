@@ -6,6 +6,7 @@ has no answer and is the next one again. While somebody has paused the arm, no a
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Protocol
@@ -151,23 +152,27 @@ class Performer:
         end_s = now_s() + act.time_s
         while (left_s := end_s - now_s()) > 0.0:
             self.arm.sleep(min(left_s, SLICE_S))
-            paused_s = now_s()
-            self.wait_while_paused()
-            end_s += now_s() - paused_s  # what passes in a pause is no part of the delay
+            end_s += self._paused_s()
+
+    def _paused_s(self) -> float:
+        """Wait while the arm is paused; return how long, which is no part of any delay."""
+        began_s = self.arm.pace.now_s()
+        self.wait_while_paused()
+        return self.arm.pace.now_s() - began_s
 
     def _await_inputs(self, act: AwaitInputs) -> bool:
         high, low = bits_of(act.high), bits_of(act.low)
-        left_s = act.within_s
+        now_s = self.arm.pace.now_s
+        end_s = math.inf if act.within_s is None else now_s() + act.within_s
         while True:
-            self.wait_while_paused()
             bits = self.arm.read_inputs()
             if bits & high == high and not bits & low:
                 return True
-            if left_s is not None and left_s <= 0.0:
+            left_s = end_s - now_s()
+            if left_s <= 0.0:
                 return False
-            pause_s = POLL_S if left_s is None else min(POLL_S, left_s)
-            self.arm.sleep(pause_s)
-            left_s = None if left_s is None else left_s - pause_s
+            self.arm.sleep(min(POLL_S, left_s))
+            end_s += self._paused_s()
 
     def _hold(self, act: Hold) -> None:
         self.person.hold(act.text, lambda: self.arm.stops != self._stops)

@@ -1,0 +1,265 @@
+"""Acts on an arm: each does what it says, and a stop or a pause holds at whatever moment."""
+
+import threading
+
+import pytest
+from running_bench import BLOCK, PICK_AND_PLACE, Listener, Script, down, performer, table_arm
+
+from armdrive.errors import BadRequest, Refused, Stopped
+from armdrive.programs import performing
+from armdrive.programs.acts import (
+    AwaitInputs,
+    Delay,
+    Fingers,
+    Go,
+    Grasp,
+    Hold,
+    Home,
+    Look,
+    Outputs,
+    ReadInput,
+    Ready,
+    Remember,
+    Say,
+    Seen,
+)
+from armdrive.programs.performing import Performer, bits_of
+from armdrive.programs.running import FOR_EVER, Run
+from armdrive.status import Trust
+
+JOINTS = {"base": 10.0, "shoulder": 40.0, "elbow": -60.0, "wrist_pitch": -70.0, "wrist_roll": 5.0}
+
+
+@pytest.fixture
+def arm():
+    return table_arm("teachmover", BLOCK)
+
+
+@pytest.fixture
+def does(arm):
+    return performer(arm).perform
+
+
+def test_it_goes_to_poses_and_joints_by_either_way(arm, does):
+    assert does(Go(down(250, 0, 120), speed=0.5)) is None
+    assert arm.pose.z_mm == pytest.approx(120, abs=0.5)
+    does(Go(down(250, 40, 120), line=True))
+    assert arm.pose.y_mm == pytest.approx(40, abs=0.5)
+    does(Go(JOINTS))
+    assert arm.joints.deg == pytest.approx(JOINTS, abs=0.2)
+    does(Go({**JOINTS, "base": 0.0}, line=True, opening_mm=33.0))
+    assert arm.joints.deg["base"] == pytest.approx(0, abs=0.2)
+    assert arm.gripper.opening_mm == pytest.approx(33, abs=0.2)
+
+
+def test_joints_that_are_not_the_arms_are_refused(arm, does):
+    before = arm.joints
+    with pytest.raises(BadRequest, match="a place of this arm says base, shoulder"):
+        does(Go({"base": 0.0, "knee": 3.0}))
+    assert arm.joints == before
+
+
+def test_fingers_grasp_and_let_go(arm, does):
+    does(Fingers(None))
+    assert arm.gripper.opening_mm == pytest.approx(76, abs=1)
+    does(Go(down(250, 60, 60)))
+    does(Go(down(250, 60, 15), line=True))
+    assert does(Grasp()) == pytest.approx(30, abs=0.5)
+    assert arm.twin.world.scene.held == "A"
+    does(Fingers(60.0, speed=0.5))
+    assert arm.twin.world.scene.held is None
+    does(Ready())
+    assert arm.pose.z_mm == pytest.approx(30, abs=0.5)
+
+
+def test_a_reference_is_taken_only_where_nobody_has(arm, does, monkeypatch):
+    monkeypatch.setattr(arm, "home", None)
+    does(Home())
+    monkeypatch.undo()
+    arm.disable()
+    arm.enable()
+    assert arm.status.trust is not Trust.REFERENCED
+    does(Home())
+    assert arm.status.trust is Trust.REFERENCED
+
+
+def test_it_looks_and_remembers(arm, does):
+    seen = does(Look())
+    assert isinstance(seen, Seen)
+    assert seen.pose == arm.pose
+    does(Remember("here", seen.joints_deg, seen.opening_mm))
+    assert arm.points["here"].joints.deg == pytest.approx(seen.joints_deg, abs=1e-3)
+    does(Go(down(250, 0, 120)))
+    does(Go(seen.joints_deg))
+    assert arm.pose.z_mm == pytest.approx(seen.pose.z_mm, abs=0.5)
+
+
+def test_outputs_are_switched_one_by_one(arm, does):
+    does(Outputs(on=(1, 3)))
+    assert arm.status.outputs == 0b101
+    does(Outputs(on=(2,), off=(3,)))
+    assert arm.status.outputs == 0b011
+    again = Performer(arm, Listener(), outputs=0b100)
+    assert again.outputs == 0b011  # what the arm was told counts for more
+
+
+def test_outputs_of_the_run_before_stay_where_the_arm_was_told_none(arm):
+    again = Performer(arm, Listener(), outputs=0b100)
+    again.perform(Outputs(on=(1,)))
+    assert arm.status.outputs == 0b101
+
+
+@pytest.mark.parametrize("number", [0, -1, 9])
+def test_inputs_and_outputs_there_are_not_are_refused(does, number):
+    for act in (Outputs(on=(number,)), ReadInput(number), AwaitInputs(low=(number,))):
+        with pytest.raises(BadRequest, match=f"counted from 1 to 8, not {number}"):
+            does(act)
+    assert bits_of((1, 1, 8)) == 0b1000_0001
+
+
+def test_inputs_are_read_and_awaited_on_the_arms_clock(arm, does):
+    assert does(ReadInput(3)) is False
+    arm.twin.device.set_input(2, True)
+    assert does(ReadInput(3)) is True
+    assert does(AwaitInputs(high=(3,), low=(4,))) is True
+    began_s = arm.pace.now_s()
+    assert does(AwaitInputs(high=(4,), within_s=2.0)) is False
+    assert arm.pace.now_s() - began_s == pytest.approx(2.0, abs=0.2)
+    arm.twin.device.at(arm.twin.device.now_s + 3.0, lambda: arm.twin.device.set_input(3, True))
+    began_s = arm.pace.now_s()
+    assert does(AwaitInputs(high=(3, 4))) is True
+    assert arm.pace.now_s() - began_s == pytest.approx(3.0, abs=0.2)
+
+
+def test_a_delay_takes_its_time(arm, does):
+    began_s = arm.pace.now_s()
+    does(Delay(7.3))
+    assert arm.pace.now_s() - began_s == pytest.approx(7.3, abs=1e-6)
+
+
+def test_it_says_and_holds(arm):
+    person = Listener()
+    does = Performer(arm, person).perform
+    does(Say("width 30"))
+    does(Hold("turn the part"))
+    assert (person.said, person.held) == (["width 30"], ["turn the part"])
+
+
+LONG = {
+    "go": Go(down(250, -60, 80)),
+    "line": Go(down(250, 60, 15), line=True),
+    "fingers": Fingers(None),
+    "delay": Delay(60.0),
+    "await": AwaitInputs(high=(4,)),
+}
+
+
+@pytest.mark.parametrize("name", LONG)
+def test_a_stop_in_an_act_ends_it(arm, does, name):
+    does(Go(down(250, 60, 80), opening_mm=20.0))
+    arm.twin.device.at(arm.twin.device.now_s + 0.4, arm.request_stop)
+    began_s = arm.pace.now_s()
+    with pytest.raises(Stopped):
+        does(LONG[name])
+    assert arm.pace.now_s() - began_s < 3.0
+    with pytest.raises(Stopped):  # and nothing is begun after it
+        does(Go(down(250, 60, 100)))
+
+
+def test_a_stop_between_two_acts_ends_the_program_too(arm):
+    script = Script(PICK_AND_PLACE)
+    carried_out = []
+
+    class Presser:
+        def begins(self, step, machine):
+            if step.number == 4:
+                arm.stop()
+
+        def ended(self, step, answer, took_s):
+            carried_out.append(step.number)
+
+    run = Run(script, performer(arm), [Presser()])
+    with pytest.raises(Stopped):
+        run.carry_out()
+    assert carried_out == [1, 2, 3]
+    assert run.at.stage.mark.line == 4
+    assert script.made[-1].at == 3
+
+
+def test_a_stop_that_came_before_the_run_was_decided_on_is_none_of_its_business(arm):
+    since = arm.stops
+    arm.stop()
+    with pytest.raises(Stopped):
+        Performer(arm, Listener(), since=since).perform(Look())
+    assert Performer(arm, Listener()).perform(Look()) is not None
+
+
+def test_while_the_arm_is_paused_no_act_begins(arm, monkeypatch):
+    slept = []
+
+    def breath(time_s):
+        slept.append(time_s)
+        if len(slept) == 3:
+            arm.resume()
+
+    monkeypatch.setattr(performing.time, "sleep", breath)
+    arm.pause()
+    performer(arm).perform(Outputs(on=(1,)))
+    assert len(slept) == 3
+    assert arm.status.outputs == 1
+
+
+def test_a_stop_ends_a_program_that_waits_in_a_pause(arm, monkeypatch):
+    monkeypatch.setattr(performing.time, "sleep", lambda _: arm.request_stop() or arm.sleep(0.1))
+    arm.pause()
+    with pytest.raises(Stopped):
+        performer(arm).perform(Outputs(on=(1,)))
+    assert arm.status.outputs is None
+
+
+def test_it_runs_as_often_as_it_is_told(arm):
+    script = Script((Outputs(on=(1,)), Outputs(off=(1,))))
+    run = Run(script, performer(arm), loops=3)
+    assert run.carry_out() == 6
+    assert len(script.made) == 3
+
+    class Ender:
+        loops = 0
+
+        def begins(self, step, machine):
+            self.loops = step.loop
+            if step.loop == 50:
+                arm.request_stop()
+
+        def ended(self, step, answer, took_s):
+            pass
+
+    ender = Ender()
+    with pytest.raises(Stopped):
+        Run(script, performer(arm), [ender], loops=FOR_EVER).carry_out()
+    assert ender.loops == 50
+
+
+def test_a_refused_act_is_told_with_its_place(arm):
+    script = Script((Go(down(250, 0, 120)), Go(down(900, 0, 120))))
+    run = Run(script, performer(arm))
+    with pytest.raises(Exception, match="reach"):
+        run.carry_out()
+    assert run.at.stage.mark.line == 2
+    assert arm.pose.z_mm == pytest.approx(120, abs=0.5)
+
+
+def test_an_arm_without_a_grip_switch_refuses_to_grasp():
+    with pytest.raises(Refused, match="no grip switch"):
+        performer(table_arm("grbl")).perform(Grasp())
+
+
+def test_another_thread_stops_a_run_in_real_time():
+    from armdrive.connecting import connect_simulated, simulated_config
+
+    config = simulated_config("teachmover")
+    with connect_simulated(config, pace=200.0) as arm:
+        arm.home()
+        threading.Timer(0.05, arm.request_stop).start()
+        with pytest.raises(Stopped):
+            performer(arm).perform(Delay(1000.0))

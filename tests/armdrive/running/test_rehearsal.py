@@ -1,0 +1,236 @@
+"""A rehearsal takes as long as the run, is refused what the run is, and says what it assumed."""
+
+import pytest
+from running_bench import BLOCK, PICK_AND_PLACE, Script, down, performer, table_arm
+
+from armdrive.connecting import connect_simulated, simulated_config
+from armdrive.dialects import DIALECTS
+from armdrive.errors import ArmError, NotReferenced, Refused
+from armdrive.programs import rehearsal as rehearsals
+from armdrive.programs.acts import (
+    AwaitInputs,
+    Delay,
+    Fingers,
+    Go,
+    Hold,
+    Home,
+    Outputs,
+    ReadInput,
+    Ready,
+    Remember,
+    Say,
+)
+from armdrive.programs.rehearsal import Plan, rehearse, require_rehearsed
+from armdrive.programs.running import FOR_EVER, Run
+from kinematics.errors import KinematicsError
+
+TOUR = (
+    Go(down(250, 60, 80), opening_mm=60.0),
+    Go(down(250, 60, 15), line=True, speed=0.7),
+    Fingers(30.0),
+    Go(down(250, -60, 80)),
+    Delay(2.0),
+    Fingers(None),
+    Ready(),
+)
+"""Of an arm of any dialect: no grip switch is needed."""
+
+REFUSED = {
+    "out of reach": Go(down(900, 0, 120)),
+    "into the table": Go(down(250, 0, -40)),
+    "beyond a joint's limit": Go(
+        {"base": 0.0, "shoulder": 200.0, "elbow": 0.0, "wrist_pitch": 0.0, "wrist_roll": 0.0}
+    ),
+    "a line that leaves the reach": Go(down(900, 60, 80), line=True),
+    "fingers too wide": Fingers(300.0),
+}
+
+
+def took_s(arm, script):
+    began_s = arm.pace.now_s()
+    Run(script, performer(arm)).carry_out()
+    return arm.pace.now_s() - began_s
+
+
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_a_rehearsal_takes_as_long_as_the_run(dialect):
+    arm = table_arm(dialect)
+    before = arm.twin.save()
+    rehearsal = rehearse(arm.config, arm, Plan(Script(TOUR)))
+    assert arm.twin.save() == before
+    assert (rehearsal.refusal, rehearsal.assumptions, rehearsal.whole) == (None, (), True)
+    assert rehearsal.took_s == pytest.approx(took_s(arm, Script(TOUR)), rel=0.02)
+    assert [each.mark.line for each in rehearsal.loops[0]] == [*range(1, len(TOUR) + 1)]
+
+
+@pytest.mark.parametrize("dialect", DIALECTS)
+@pytest.mark.parametrize("what", REFUSED)
+def test_what_is_refused_is_refused_before(dialect, what):
+    arm = table_arm(dialect)
+    script = Script((*TOUR[:3], REFUSED[what], *TOUR[3:]))
+    rehearsal = rehearse(arm.config, arm, Plan(script))
+    with pytest.raises((ArmError, KinematicsError)) as refused:
+        Run(script, performer(arm)).carry_out()
+    assert type(rehearsal.refusal) is type(refused.value)
+    assert str(rehearsal.refusal) == str(refused.value)
+    assert rehearsal.at.line == 4
+    with pytest.raises(type(refused.value)):
+        require_rehearsed(rehearsal, anyway=True)
+
+
+def test_blocks_of_a_simulated_world_are_found_and_nothing_is_assumed():
+    arm = table_arm("teachmover", BLOCK)
+    rehearsal = rehearse(arm.config, arm, Plan(Script(PICK_AND_PLACE)))
+    assert rehearsal.assumptions == ()
+    assert rehearsal.took_s == pytest.approx(took_s(arm, Script(PICK_AND_PLACE)), rel=0.02)
+    assert arm.twin.world.scene.blocks["A"].y_mm == pytest.approx(-60, abs=1)
+
+
+def real(arm):
+    """Return an arm of which nobody knows the world around, as of a real one."""
+    arm.twin = None
+    return arm
+
+
+@pytest.mark.parametrize(("width_mm", "found_mm"), [(None, 0.0), (30.0, 30.0), (70.0, 0.0)])
+def test_widths_of_what_nobody_knows_are_assumed(width_mm, found_mm):
+    arm = real(table_arm("teachmover"))
+    script = Script(PICK_AND_PLACE)
+    rehearsal = rehearse(arm.config, arm, Plan(script, width_mm=width_mm))
+    assert script.made[0].answers[2] == pytest.approx(found_mm, abs=0.5)
+    word = "nothing" if width_mm is None else f"something {width_mm:g} mm wide"
+    assert [str(each) for each in rehearsal.assumptions] == [f"line 3: the fingers find {word}"]
+    assert rehearsal.in_doubt
+
+
+def test_inputs_are_assumed_and_said():
+    arm = table_arm("teachmover")
+    arm.twin.device.set_input(2, True)  # which the rehearsal does not look at
+    script = Script(
+        (
+            ReadInput(3),
+            ReadInput(4),
+            AwaitInputs(high=(5,)),
+            AwaitInputs(high=(6,), within_s=100.0),
+            AwaitInputs(low=(4,), within_s=100.0),
+            AwaitInputs(low=(4,)),
+        )
+    )
+    rehearsal = rehearse(arm.config, arm, Plan(script, inputs={4: True}))
+    assert script.made[0].answers == [False, True, True, True, False, True]
+    assert [each.took_s for each in rehearsal.loops[0]] == [0, 0, 0, 0, 100, 0]
+    assert [(str(each), each.matters) for each in rehearsal.assumptions] == [
+        ("line 1: input 3 is off", True),
+        ("line 2: input 4 is on", False),
+        ("line 3: input 5 is on at once", True),
+        ("line 4: input 6 is on at once", True),
+        ("line 5: it is not so within 100 s that input 4 is off", True),
+        ("line 6: input 4 is off at once", True),
+    ]
+
+
+def test_nothing_of_the_rehearsal_stays(tmp_path):
+    arm = table_arm("teachmover")
+    script = Script(
+        (
+            Remember("there", {**arm.joints.deg}),
+            Outputs(on=(1,)),
+            Say("hello"),
+            Hold("turn it"),
+            Delay(3600.0),
+        )
+    )
+    rehearsal = rehearse(arm.config, arm, Plan(script))
+    assert "there" not in arm.points
+    assert arm.status.outputs is None
+    assert rehearsal.took_s == pytest.approx(3600, abs=1)
+    assert [each.matters for each in rehearsal.assumptions] == [False]
+    assert not rehearsal.in_doubt
+
+
+def test_a_refusal_after_an_assumption_may_be_run_all_the_same():
+    arm = table_arm("teachmover")
+    script = Script((ReadInput(1), REFUSED["out of reach"]))
+    rehearsal = rehearse(arm.config, arm, Plan(script))
+    with pytest.raises(Refused, match="line 1: input 1 is off; say what is so with --input"):
+        require_rehearsed(rehearsal, anyway=False)
+    require_rehearsed(rehearsal, anyway=True)
+
+
+def test_a_program_without_an_end_is_rehearsed_for_a_while(monkeypatch):
+    monkeypatch.setattr(rehearsals, "MOST_ACTS", 50)
+    arm = table_arm("teachmover")
+
+    class Endless(Script):
+        @property
+        def stages(self):
+            return super().stages * 1000
+
+    rehearsal = rehearse(arm.config, arm, Plan(Endless((Delay(1.0),))))
+    assert not rehearsal.whole
+    assert len(rehearsal.loops[0]) == 50
+    monkeypatch.setattr(rehearsals, "MOST_S", 10.0)
+    assert rehearse(arm.config, arm, Plan(Endless((Delay(1.0),)))).took_s == pytest.approx(11.0)
+
+
+@pytest.mark.parametrize(("loops", "rehearsed"), [(1, 1), (2, 2), (7, 2), (FOR_EVER, 2)])
+def test_two_loops_stand_for_all_that_follow(loops, rehearsed):
+    arm = table_arm("teachmover")
+    rehearsal = rehearse(arm.config, arm, Plan(Script(TOUR[:2]), loops=loops))
+    assert len(rehearsal.loops) == rehearsed
+    if rehearsed == 2:  # the second begins where the first has ended
+        assert rehearsal.loops[1][0].took_s < rehearsal.loops[0][0].took_s
+
+
+def test_an_arm_without_a_reference_is_refused_unless_one_may_be_assumed():
+    config = simulated_config("teachmover")
+    arm = connect_simulated(config)
+    arm.enable()
+    script = Script(TOUR)
+    refused = rehearse(config, arm, Plan(script))
+    assert isinstance(refused.refusal, NotReferenced)
+    assert refused.at.line == 1
+    assumed = rehearse(config, arm, Plan(script, settle=True))
+    assert assumed.refusal is None
+    assert "reference posture" in str(assumed.assumptions[0])
+    homed = Script((Home(), *TOUR))
+    assert rehearse(config, arm, Plan(homed, settle=True)).assumptions == ()
+    assert rehearse(config, arm, Plan(homed)).refusal is None
+
+
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_an_arm_that_cannot_be_asked_is_taken_to_stand_in_its_reference(dialect):
+    rehearsal = rehearse(simulated_config(dialect), None, Plan(Script(TOUR), settle=True))
+    assert rehearsal.refusal is None
+    assert rehearsal.assumptions[0].mark is None
+
+
+def test_a_doubted_position_is_taken_for_true_where_that_may_be():
+    arm = table_arm("teachmover")
+    arm.move_j(base_deg=30)
+    arm.disable()
+    arm.enable()
+    assumed = rehearse(arm.config, arm, Plan(Script(TOUR), settle=True))
+    assert "where it was seen last" in str(assumed.assumptions[0])
+    assert isinstance(rehearse(arm.config, arm, Plan(Script(TOUR))).refusal, NotReferenced)
+
+
+def test_the_path_of_the_tip_is_kept_where_it_is_wanted():
+    arm = table_arm("teachmover")
+    plan = Plan(Script(TOUR), traced=True)
+    path = rehearse(arm.config, arm, plan).path
+    assert path[0] == pytest.approx((arm.pose.x_mm, arm.pose.y_mm, arm.pose.z_mm), abs=0.5)
+    assert path[-1] == pytest.approx((127, 0, 30), abs=1)
+    lowest = min(z for _, y, z in path if y > 50)
+    assert lowest == pytest.approx(15, abs=0.5)
+    assert rehearse(arm.config, arm, Plan(Script(TOUR))).path == ()
+
+
+def test_a_slowed_arm_is_rehearsed_slowly():
+    arm = table_arm("teachmover")
+    full = rehearse(arm.config, arm, Plan(Script(TOUR[:4])))
+    arm.speed_override = 0.25
+    slow = rehearse(arm.config, arm, Plan(Script(TOUR[:4])))
+    assert slow.share == 0.25
+    assert slow.took_s == pytest.approx(took_s(arm, Script(TOUR[:4])), rel=0.02)
+    assert slow.took_s > 2.5 * full.took_s
