@@ -75,6 +75,8 @@ class Drive:
     """How often it was looked at, by asking where it is, since it was heard last."""
     counted_s: float = -math.inf
     """When it was looked at last."""
+    refused: int = 0
+    """How many targets in a row it said that it failed."""
     stopped_at: float = 0.0
     """Where it was by its orders when it was told to stop."""
     stopped_off: float = 0.0

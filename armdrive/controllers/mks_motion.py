@@ -14,9 +14,10 @@ from collections.abc import Generator
 
 from armdrive.controllers.mks_arriving import Ending
 from armdrive.controllers.mks_drive import COUNTS_S_PER_RPM, Drive
+from armdrive.controllers.mks_hearing import REFUSED
 from armdrive.controllers.mks_holdups import MksHoldUps
 from armdrive.controllers.mks_stops import ALL_MUTE_LOOKS, MUTE_LOOKS
-from armdrive.controllers.mks_track import Lead, Track, Trip
+from armdrive.controllers.mks_track import Lead, Track, Trip, shares_of
 from armdrive.controllers.requests import Alert, AlertKind, Denied, MoveAlong, Progress, Reply
 from firmware_protocol.mks import (
     SPEED_MAX_RPM,
@@ -102,7 +103,7 @@ class MksMotion(MksHoldUps):
         last = ending and trip.time_s + self.settings.segment_s >= trip.track.end_s - 1e-9
         track, motors = trip.track, range(len(self.drives))
         leads = [track.lead(motor, trip.time_s, ahead_s) for motor in motors]
-        shares = _shares([track.mean(motor, trip.time_s, leads[motor]) for motor in motors])
+        shares = shares_of([track.mean(motor, trip.time_s, leads[motor]) for motor in motors])
         for motor, (drive, lead) in enumerate(zip(self.drives, leads, strict=True)):
             drive.advance(self.now_s)
             order = self._last_order(trip, motor) if last else self._order(trip, motor, lead)
@@ -193,13 +194,13 @@ class MksMotion(MksHoldUps):
                 words = f"{self.drive(node)} has run into a limit switch, which stopped it"
                 alert = Alert(AlertKind.ALARM_LOST, words)
                 return (yield from self.break_off(node, alert))
-            case Failed(node, MoveAbsoluteAxis()):
+            case Failed(node, MoveAbsoluteAxis()) if self.drive(node).refused >= REFUSED:
                 return (yield from self._doubted(trip, node))
             case StoredForStart(node, motion):
                 self.put(node, ArmSynchronous(on=False))
                 self.put_motion(node, motion)  # type: ignore[arg-type]
             case _:
-                self.unasked(heard)
+                self.weigh_unasked(heard)
         return None
 
     def _seen(self, node: int, counts: int) -> Generator[float, Event | None, Reply | None]:
@@ -238,11 +239,6 @@ class MksMotion(MksHoldUps):
         if max(unanswered) <= most:
             return None
         return (yield from self.lose(self.now_s - most * self.settings.poll_s))
-
-
-def _shares(speeds: list[float]) -> list[float]:
-    fastest = max(speeds)
-    return [speed / fastest if fastest else 1.0 for speed in speeds]
 
 
 def _whole(rpm: int, most: int) -> int:

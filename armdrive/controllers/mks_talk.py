@@ -1,40 +1,26 @@
 """Asking MKS drives: one request to each of several, all at once, until all have answered.
 
-What cannot do harm twice is asked again where its answer did not come: frames can be lost. What a
-drive says unasked is weighed here: duplicates, ends of motions, and what is of no interest.
+What cannot do harm twice is asked again where its answer did not come: frames can be lost.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Generator, Iterable, Mapping
+from collections.abc import Collection, Generator, Mapping
 from typing import TypeAlias
 
-from armdrive.abilities import Abilities
-from armdrive.controllers.mks_drive import Drive
-from armdrive.controllers.mks_settings import MksSettings
-from armdrive.controllers.requests import Denied, Oddity, Registers, Reply, Silence
-from armdrive.controllers.scripted import Scripted
+from armdrive.controllers.mks_hearing import MksHearing
+from armdrive.controllers.requests import Denied, Registers, Reply, Silence
 from firmware_protocol.mks import (
-    MOTION_CODES,
     Answered,
-    Code,
     Done,
-    EncoderRead,
     Event,
     Failed,
-    Foreign,
-    Garbled,
-    Host,
-    LimitStop,
     Motion,
-    Overrun,
     Read,
     ReadEncoder,
     ReadSetting,
     Started,
-    Status,
     StoredForStart,
-    Stray,
 )
 from firmware_protocol.mks import Request as Message
 from firmware_protocol.mks.expecting import answer_code
@@ -51,36 +37,8 @@ SHARED = 2
 """So many more answers than questions are those of two drives; late ones are as many."""
 
 
-class MksTalk(Scripted[Event]):
-    """Asks and hears; knows where the drives were seen."""
-
-    def __init__(self, abilities: Abilities, settings: MksSettings, names: Iterable[str]) -> None:
-        self._host = Host(settings.ids)
-        super().__init__(abilities, self._host)
-        self.settings = settings
-        named = zip(settings.ids, names, strict=True)
-        self.drives = tuple(Drive(node, name, settings.acceleration) for node, name in named)
-        self._by_node: Mapping[int, Drive] = {drive.node: drive for drive in self.drives}
-        self.said_s = 0.0
-        self.extra: dict[int, int] = {}
-        """How many readings of its encoder a drive has told beyond those it was asked for."""
-
-    def give_up(self) -> None:
-        """Wait for no answer any more."""
-        for drive in self.drives:
-            self._host.forget(drive.node)
-        self._host.silence()
-
-    def drive(self, node: int) -> Drive:
-        """Return a drive by its id."""
-        return self._by_node[node]
-
-    @property
-    def nodes(self) -> tuple[int, ...]:
-        """The ids of all drives, in the order of the motors."""
-        return self.settings.ids
-
-    # -- saying and hearing -------------------------------------------------------------------
+class MksTalk(MksHearing):
+    """Asks, and waits for answers."""
 
     def put(self, node: int, message: Message, text: str = "") -> None:
         """Say something to a drive; what it was asked before, and would answer alike, is forgotten.
@@ -90,7 +48,7 @@ class MksTalk(Scripted[Event]):
         for earlier in self._host.unanswered(node):
             alike = answer_code(earlier) == answer_code(message) and not isinstance(message, Motion)
             if earlier == message or alike:
-                self._host.forget(node, earlier)
+                self._give_up(node, earlier)
         self.say(self._host.send(node, message), text)
         self.said_s = self.now_s
         self._expect(node, message)
@@ -130,8 +88,8 @@ class MksTalk(Scripted[Event]):
             patient_s = PATIENT_S if patient and left == 1 < tries else 0.0
             yield from self._collect(missing, found, patient_s)
             for node, message in missing.items():
-                if node not in found:
-                    self._host.forget(node, message)
+                if node not in found and message in self._host.unanswered(node):
+                    self._give_up(node, message)
         return found
 
     def _collect(
@@ -170,38 +128,6 @@ class MksTalk(Scripted[Event]):
         asked = self.nodes if nodes is None else tuple(nodes)
         found = yield from self.ask(dict.fromkeys(asked, ReadEncoder()), patient=patient)
         return tuple(node for node in asked if node not in found)
-
-    def heed(self, heard: Event) -> None:
-        """Note what an answer shows, whoever asked for it."""
-        node = getattr(heard, "node", None)
-        drive = None if node is None else self._by_node.get(node)
-        if drive is None:
-            return
-        drive.heard_s = self.now_s
-        if not isinstance(heard, Done | Failed | LimitStop):
-            drive.answered_s, drive.unanswered = self.now_s, 0
-        drive.gap.heard()
-        drive.gap.obedient = drive.gap.obedient or isinstance(heard, Started)
-        if isinstance(heard, Answered | Stray) and isinstance(heard.answer, EncoderRead):
-            self._count(drive.node, 1)
-        if isinstance(heard, Answered) and isinstance(heard.answer, EncoderRead):
-            drive.seen, drive.seen_s = heard.answer.counts, self.now_s
-
-    def _count(self, node: int, change: int) -> None:
-        self.extra[node] = self.extra.get(node, 0) + change
-
-    def unasked(self, heard: Event) -> None:
-        """Weigh what no script waits for."""
-        self.heed(heard)
-        match heard:
-            case Stray(node, answer) if not isinstance(answer, Status):
-                self.tell(Oddity(f"drive {node} answered twice, or late: {answer}"))
-            case Stray(_, Status(code)) if code not in MOTION_CODES and code is not Code.HOME:
-                self.tell(Oddity(str(heard)))
-            case Garbled() | Foreign() | Overrun() | Failed() | LimitStop():
-                self.tell(Oddity(str(heard)))
-            case _:
-                pass  # ends of motions, late answers: the position is the better witness
 
     # -- words --------------------------------------------------------------------------------
 

@@ -46,6 +46,12 @@ class Lead:
     until_s: float
 
 
+def shares_of(speeds: Sequence[float]) -> list[float]:
+    """Return each speed as a share of the fastest; 1 where nothing moves."""
+    fastest = max(speeds)
+    return [speed / fastest if fastest else 1.0 for speed in speeds]
+
+
 class Track:
     """The segments that were drawn and not passed."""
 
