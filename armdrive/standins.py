@@ -35,3 +35,8 @@ def standing_in(standin: Standin) -> Iterator[None]:
 def stood_in(target: str | None, options: Mapping[str, Any]) -> Arm | None:
     """Return the arm that somebody gives instead; None where nobody stands in."""
     return _PRESENT[-1](target, options) if _PRESENT else None
+
+
+def anybody() -> bool:
+    """Tell whether somebody stands in at present."""
+    return bool(_PRESENT)

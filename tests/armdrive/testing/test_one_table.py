@@ -136,7 +136,7 @@ def test_the_second_goes_away_and_leaves_the_block_with_the_first():
 
 
 def test_both_let_go_and_it_falls():
-    table, near, far = facing()
+    table, near, _far = facing()
     table.put(TALL)
     around(near, 20.0)
     grasp(near)

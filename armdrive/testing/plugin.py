@@ -1,0 +1,91 @@
+"""The pytest plugin: fixtures `arm_world` and `sim_arm`, and the mark and options that choose arms.
+
+pytest loads it wherever armdrive is installed, so it imports nothing of an arm before a test asks
+for one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+if TYPE_CHECKING:
+    from armdrive.arm import Arm
+    from armdrive.testing.arm_world import ArmWorld
+
+MARK = "armdrive"
+KEYS = ("dialect", "file")
+"""What a mark may say: one of them."""
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Let the command line say what arm the tests have that do not say it themselves."""
+    group = parser.getgroup("armdrive", "simulated robot arms")
+    group.addoption(
+        "--armdrive-dialect",
+        metavar="NAME",
+        help="which simulated arm tests have that do not say it: teachmover, grbl, ...",
+    )
+    group.addoption(
+        "--armdrive-file",
+        metavar="FILE",
+        help="the arm file of the arm that those tests have; relative to the root of the tests",
+    )
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Make the mark known."""
+    config.addinivalue_line(
+        "markers", f'{MARK}(dialect="grbl" | file="arms/bench.toml"): the simulated arm of a test'
+    )
+
+
+@pytest.fixture
+def arm_world(
+    request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Iterator[ArmWorld]:
+    """A table for blocks, and a simulated arm to which every `Arm.connect` of the test leads.
+
+    No real port can be opened meanwhile, and what armdrive remembers goes into `tmp_path`.
+    """
+    monkeypatch.setenv("ARMDRIVE_FORCE_SIM", "1")
+    monkeypatch.setenv("ARMDRIVE_HOME", str(tmp_path / "armdrive"))
+    from armdrive.testing.arm_world import ArmWorld
+
+    with ArmWorld(_target(request)) as world:
+        yield world
+
+
+@pytest.fixture
+def sim_arm(arm_world: ArmWorld) -> Iterator[Arm]:
+    """An arm in the `arm_world`: connected, enabled and referenced."""
+    with arm_world.connect() as arm:
+        arm.home()
+        yield arm
+
+
+def _target(request: pytest.FixtureRequest) -> str | None:
+    """Return what the test's arm is; None where nothing says it."""
+    mark = request.node.get_closest_marker(MARK)
+    if mark is not None:
+        _check(mark)
+        chosen = [mark.kwargs.get(key) for key in KEYS]
+    else:
+        chosen = [request.config.getoption(f"--armdrive-{key}") for key in KEYS]
+    dialect, file = chosen
+    if dialect is not None and file is not None:
+        raise pytest.UsageError("name a dialect or a file for the simulated arm, not both")
+    if file is not None:
+        return str(request.config.rootpath / file)
+    return None if dialect is None else f"sim:{dialect}"
+
+
+def _check(mark: pytest.Mark) -> None:
+    unknown = set(mark.kwargs) - set(KEYS)
+    if mark.args or unknown or not mark.kwargs:
+        raise pytest.UsageError(
+            f'write @pytest.mark.{MARK}(dialect="grbl") or @pytest.mark.{MARK}(file="bench.toml")'
+        )
