@@ -35,11 +35,13 @@ if TYPE_CHECKING:
         NotReferenced,
         OperatorNeeded,
         OutOfBounds,
+        PendantFileError,
         PendantStop,
         PointsChanged,
         PointsFileError,
         PortUnavailable,
         PositionMismatch,
+        ProgramHalfWritten,
         RecordingError,
         Refused,
         StateFileError,
@@ -57,6 +59,7 @@ if TYPE_CHECKING:
     from armdrive.preview import Preview
     from armdrive.sequence import Stepper
     from armdrive.status import Current, State, Status, Trust
+    from armdrive.teaching.pendantrows import PendantProgram
     from kinematics import Joints, KinematicsError, Motors, NoArc, PathBroken, Pose, Unreachable
     from kinematics.moves import ArcMove, JointMove, LineMove, PoseMove
 
@@ -80,11 +83,14 @@ _HOMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "NotReferenced",
             "OperatorNeeded",
             "OutOfBounds",
+            "PendantFileError",
             "PendantStop",
             "PointsChanged",
             "PointsFileError",
             "PortUnavailable",
             "PositionMismatch",
+            "ProgramHalfWritten",
+            "ProgramHalfWritten",
             "RecordingError",
             "Refused",
             "StateFileError",
@@ -102,6 +108,7 @@ _HOMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "armdrive.preview": ("Preview",),
         "armdrive.sequence": ("Stepper",),
         "armdrive.status": ("Current", "State", "Status", "Trust"),
+        "armdrive.teaching.pendantrows": ("PendantProgram",),
         "kinematics": (
             "Joints",
             "KinematicsError",
@@ -153,6 +160,8 @@ __all__ = [
     "OperatorNeeded",
     "OutOfBounds",
     "PathBroken",
+    "PendantFileError",
+    "PendantProgram",
     "PendantStop",
     "Point",
     "PointsChanged",
@@ -163,6 +172,7 @@ __all__ = [
     "PositionMismatch",
     "PostureRequest",
     "Preview",
+    "ProgramHalfWritten",
     "RecordingError",
     "Refused",
     "SimulatedClock",

@@ -30,7 +30,7 @@ from armdrive.cli.choosing import (
     connect_chosen,
 )
 from armdrive.cli.confirming import settle_trust
-from armdrive.cli.numbers import fraction
+from armdrive.cli.numbers import count, fraction
 from armdrive.cli.output import emit, say, say_which
 from armdrive.cli.points_export import add_export_options, export
 from armdrive.cli.points_shaping import add_shape_options, shape
@@ -54,6 +54,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         if name == "save":
             action.add_argument("--note", default="", help="what the point is for")
             action.add_argument("--again", action="store_true", help="move a point that is there")
+        if name == "run":
+            action.add_argument("--times", type=count, default=1, help="so often (default 1)")
         if name == "export":
             add_export_options(action)
         if name in ("copy", "mirror", "offset"):
@@ -206,7 +208,11 @@ def _run(options: argparse.Namespace) -> int:
         settle_trust(arm)
         taught = arm.points.read()
         stepper = Stepper(arm, arm.points.sequence(options.name), taught.points)
-        stepper.run(None if options.json else lambda step: say(f"{stepper.at + 1:>3}  {step}"))
+        shown = None if options.json else lambda step: say(f"{stepper.at + 1:>3}  {step}")
+        stops = arm.stops
+        for _ in range(options.times):
+            stepper.rewind()
+            stepper.run(shown, since=stops)  # a stop between two times ends it as well
         if options.json:
             emit(status_view(arm.status))
     return 0

@@ -13,20 +13,18 @@ from dataclasses import dataclass, replace
 from armdrive.errors import BadRequest, DeviceFault, Refused
 from firmware_protocol.errors import BadField, RemoteProtocolError
 from firmware_protocol.teachmover import SPEED_MAX, ProgramRow
-
-MOVE_KIND = 1
-"""The kind of row that is a move. What other kinds mean is unknown: they are kept as they are."""
+from firmware_protocol.teachmover.program import MOVE_KIND
 
 _SPAN = 1 << 16
 """Registers wrap after so many steps."""
 
 
 def is_move(row: ProgramRow) -> bool:
-    """Tell whether a row is surely a move, at a speed that a motion may have."""
+    """Tell whether a row is surely a move; what other kinds mean is unknown."""
     return row.kind == MOVE_KIND and row.speed <= SPEED_MAX
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class PendantProgram:
     """Rows of a program in their order; `origin` is None where nobody knows what they mean."""
 
@@ -42,6 +40,9 @@ class PendantProgram:
             return cls(tuple(ProgramRow.from_words(row) for row in rows), origin)
         except RemoteProtocolError as error:
             raise DeviceFault(f"the program in the arm cannot be read: {error}") from None
+
+    def __repr__(self) -> str:  # in a recording of calls, where the rows pass as bytes anyway
+        return f"<PendantProgram of {len(self.rows)} rows, origin {self.origin}>"
 
     @property
     def words(self) -> tuple[tuple[int, ...], ...]:

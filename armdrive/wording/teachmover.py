@@ -11,6 +11,7 @@ from firmware_protocol.teachmover.messages import (
     Arm,
     Close,
     Key,
+    QDump,
     QWrite,
     Read,
     Registers,
@@ -19,6 +20,7 @@ from firmware_protocol.teachmover.messages import (
     Status,
     Step,
 )
+from firmware_protocol.teachmover.program import MOVE_KIND, ProgramRow
 
 MOTORS = ("base", "shoulder", "elbow", "right wrist", "left wrist", "gripper")
 """In the order of `@STEP` and `@READ`."""
@@ -43,6 +45,12 @@ def _registers(message: Registers) -> str:
     return f"registers: {standing(MOTORS, message.positions)}{pressed}{inputs}"
 
 
+def _row(row: ProgramRow) -> str:
+    if row.kind != MOVE_KIND:
+        return f"row {row.number}, of the unknown kind {row.kind}"
+    return f"row {row.number}, at speed {row.speed} to {standing(MOTORS, row.positions)}"
+
+
 def _at_speed(message: Close | Set) -> str:
     return "" if message.speed is None else f" at speed {message.speed}"
 
@@ -57,6 +65,8 @@ SENTENCES: Mapping[type, Callable[[Any], str]] = MappingProxyType(
         Close: lambda message: f"close the gripper until its switch trips{_at_speed(message)}",
         Set: lambda message: f"give control to the pendant{_at_speed(message)}",
         Arm: lambda message: f"begin commands with {message.attention} from now on",
-        QWrite: lambda message: f"write a row of the arm's program: {message.row}",
+        QDump: lambda _: "tell the arm's own program",
+        QWrite: lambda message: f"write into the arm's own program: {_row(message.row)}",
+        ProgramRow: _row,
     }
 )

@@ -190,3 +190,10 @@ def test_the_status_of_an_arm_is_what_a_recording_reads():
         assert {"state", "trust", "joints", "gripper_mm", "gripping"} <= status_view(
             arm.status
         ).keys()
+
+
+def test_a_sequence_is_played_so_often(call, book):
+    call("home", code=0)
+    said = call("points", "run", "fetch", "--times", "3", code=0).out
+    assert said.count("to above") == 3
+    assert "above 0" in call("points", "run", "fetch", "--times", "0", code=2).err
