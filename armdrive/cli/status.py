@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+from typing import Any
 
 from armdrive.cli.choosing import add_arm_options, chosen_target, connect_chosen
 from armdrive.cli.output import emit, say
@@ -39,6 +40,17 @@ def _of_holder(options: argparse.Namespace) -> int:
         return 0
     say(f"{view.get('arm')} is held by another program; it says:")
     for key, value in view.items():
-        if value not in (None, ""):
+        if key == "program" and isinstance(value, dict) and value:
+            say(f"  program: {_program_words(value)}")
+        elif value not in (None, "", {}):
             say(f"  {key}: {value}")
     return 0
+
+
+def _program_words(program: dict[str, Any]) -> str:
+    """Say which program an arm is at work on, and how far it has come."""
+    words = f"{program.get('file')}, line {program.get('line')}: {program.get('text')}"
+    percent, left_s = program.get("percent"), program.get("left_s")
+    if isinstance(percent, int | float) and isinstance(left_s, int | float):
+        words += f" ({percent:.0f} %, {left_s:.0f} s left)"
+    return words

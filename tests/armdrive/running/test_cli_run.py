@@ -1,0 +1,260 @@
+"""`armdrive run` on program files: rehearsed, run, shown, interrupted, taken up again."""
+
+import json
+
+import pytest
+from cli_calls import write_arm_file
+
+from armdrive.cli import run_common
+from armdrive.programs.journal import journal_file
+
+CARRY = """\
+# carry one block
+point pick = at(250, 60, 15, -90)
+point put = at(250, -60, 16, -90)
+define fetch(place)
+  open 60
+  approach place, 60
+  move_line place
+  grasp into width
+  depart_line 60
+end
+fetch(pick)
+type "it measures", width
+approach put, 60
+move_line put
+open_now 55
+depart_line 60
+ready
+"""
+ARM = "sim:teachmover"
+
+
+@pytest.fixture
+def write(tmp_path):
+    def written(text, name="t.arm"):
+        path = tmp_path / name
+        path.write_text(text, encoding="utf-8")
+        return str(path)
+
+    return written
+
+
+@pytest.fixture
+def homed(call):
+    call("home", code=0)
+    return call
+
+
+def pose(call):
+    return call("status", "--json", code=0).json["pose"]
+
+
+def test_a_check_says_what_every_line_takes_and_moves_nothing(homed, write):
+    before = pose(homed)
+    checked = homed("run", write(CARRY), "--check", code=0).out
+    assert "line 7: move_line place" in checked
+    assert "for 12 acts" in checked
+    assert pose(homed) == before
+    view = homed("run", write(CARRY), "--check", "--json", code=0).json
+    assert view["event"] == "rehearsal"
+    assert view["refused"] is None
+    assert view["took_s"] == pytest.approx(sum(each["took_s"] for each in view["lines"]), abs=0.1)
+
+
+def test_a_run_shows_a_line_a_motion_and_where_it_ends(homed, write):
+    ran = homed("run", write(CARRY), code=0).out
+    assert "%  line 6: approach place, 60" in ran
+    assert "s left" in ran
+    assert "it measures 0" in ran
+    assert "done: 12 acts in" in ran
+    assert pose(homed)["z_mm"] == pytest.approx(30, abs=0.5)
+    assert not journal_file(ARM).exists()
+
+
+def test_for_programs_there_are_json_lines(homed, write):
+    lines = homed("run", write(CARRY), "--json", code=0).json_lines
+    assert [each["event"] for each in lines][:2] == ["begin", "act"]
+    assert lines[-1]["event"] == "end"
+    acts = [each for each in lines if each["event"] == "act"]
+    shares = [each["percent"] for each in acts]
+    assert shares == sorted(shares)
+    assert acts[0]["left_s"] == pytest.approx(lines[0]["left_s"], abs=0.2)
+    assert lines[-1]["took_s"] == pytest.approx(lines[0]["left_s"], rel=0.02)
+    assert {"event": "say", "text": "it measures 0"} in lines
+
+
+def test_what_the_rehearsal_refuses_begins_nowhere(homed, write):
+    path = write("move at(250, 0, 120, -90)\nmove at(900, 0, 120, -90)\n")
+    before = pose(homed)
+    refused = homed("run", path, code=3)
+    assert refused.err.startswith(
+        f"{path}: line 2, column 1\n    move at(900, 0, 120, -90)\n    ^\n"
+    )
+    assert "reach" in refused.err
+    assert pose(homed) == before
+    assert not journal_file(ARM).exists()
+    checked = homed("run", path, "--check", "--json", code=3)
+    assert checked.json["line"] == 2
+    assert "reach" in checked.json["refused"]["message"]
+    assert json.loads(checked.err)["message"] == checked.json["refused"]["message"]
+
+
+def test_what_follows_from_an_assumption_is_run_with_yes_alone(homed, write):
+    path = write("if not input(2)\n  move at(900, 0, 120, -90)\nend\n")
+    assert "line 1: input 2 is off; say what is so" in homed("run", path, code=3).err
+    homed("run", path, "--check", "--input", "2=on", code=0)
+    homed("run", path, "--input", "2=on", code=3)  # the run itself reads the input
+    ended = homed("run", path, "--yes", code=3)
+    assert "ended early: 1 acts done" in ended.out
+    assert f"to go on from there: armdrive run {path} --resume" in ended.err
+
+
+def test_a_run_that_failed_is_taken_up_where_it_was(homed, write):
+    path = write(
+        "move at(250, 0, 120, -90)\nif not input(2)\n  move at(900, 0, 120, -90)\nend\nready\n"
+    )
+    homed("run", path, "--yes", code=3)
+    assert journal_file(ARM).exists()
+    taken_up = homed("run", path, "--resume", "--yes", code=3).err
+    assert "line 3" in taken_up
+    homed("move", "--z", "100", code=0)
+    moved = homed("run", path, "--resume", "--yes", code=3).err
+    assert "does not stand where the program was interrupted" in moved
+    assert "--resume" in moved
+    write("ready\n")
+    assert (
+        "was changed since it was interrupted in line 3"
+        in homed("run", path, "--resume", code=3).err
+    )
+    homed("run", path, code=0)
+    assert "nothing to resume" in homed("run", path, "--resume", code=3).err
+
+
+def test_loops_are_run_and_shown(homed, write):
+    path = write("move at(250, 0, 120, -90)\nmove at(250, 40, 120, -90)\n")
+    ran = homed("run", path, "--loops", "3", code=0).out
+    assert "loop 3  line 2" in ran
+    assert "done: 6 acts" in ran
+    checked = homed("run", path, "--loops", "0", "--check", code=0).out
+    assert "for 4 acts, 2 loops" in checked
+
+
+def test_a_slower_run_takes_longer(homed, write):
+    path = write("move at(250, 0, 120, -90)\nmove at(250, 60, 120, -90)\n")
+    full = homed("run", path, "--check", "--json", code=0).json["took_s"]
+    slow = homed("run", path, "--check", "--speed", "25", "--json", code=0).json["took_s"]
+    assert slow > 2 * full
+    lines = homed("run", path, "--speed", "25", "--json", code=0).json_lines
+    assert lines[-1]["took_s"] == pytest.approx(slow, rel=0.02)
+    assert "speed override" in homed.refused("run", path, "--speed", "0", code=2)
+
+
+def test_the_path_is_drawn_and_nothing_moves(homed, write):
+    before = pose(homed)
+    drawn = homed("run", write(CARRY), "--plot", code=0).out
+    assert "distance from the base axis across, 127 to" in drawn
+    assert pose(homed) == before
+    homed.refused("run", write(CARRY), "--plot", "path.gif", code=2)
+
+
+def test_the_path_is_drawn_into_a_file(homed, write, tmp_path):
+    pytest.importorskip("matplotlib")
+    output = tmp_path / "path.svg"
+    assert "written to" in homed("run", write(CARRY), "--plot", str(output), code=0).out
+    assert "<svg" in output.read_text(encoding="utf-8")
+
+
+def test_a_real_arm_that_is_not_there_is_checked_all_the_same(call, write):
+    write_arm_file(
+        "bench", 'model = "teachmover"\n[connection]\ndialect = "teachmover"\nport = "/dev/none"\n'
+    )
+    checked = call("run", write(CARRY), "--check", "--arm", "bench", "--assume-width", "30", code=0)
+    assert "assumed: the arm stands in its reference posture" in checked.out
+    assert "cannot be asked where it stands" in checked.out
+    assert "line 8: the fingers find something 30 mm wide" in checked.out
+    view = call("run", write(CARRY), "--check", "--arm", "bench", "--json", code=0).json
+    assert "cannot be asked" in view["not_asked"]
+    assert call("run", write(CARRY), "--arm", "bench", code=4).err.startswith("armdrive: ")
+
+
+def test_an_unreferenced_arm_moves_nowhere(call, write):
+    refused = call("run", write("ready\n"), "--fresh", code=3).err
+    assert "line 1" in refused
+    assert "home" in refused
+
+
+def test_a_program_that_references_the_arm_first_needs_no_reference(call, write):
+    call("run", write("home\nready\n"), "--fresh", code=0)
+    assert "assumed" not in call("run", write("home\nready\n"), "--check", "--fresh", code=0).out
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["none.arm"], "cannot be read"),
+        (["none.txt"], "is no program"),
+        (["t.arm", "one"], "takes no arguments"),
+        (["t.arm", "--input", "3"], "write it like 3=on"),
+        (["t.arm", "--loops", "-1"], ""),
+        (["t.arm", "--assume-width", "0"], "is not above 0"),
+    ],
+)
+def test_what_is_wrong_with_the_command_is_one_sentence(call, tmp_path, monkeypatch, words, said):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "t.arm").write_text("ready\n", encoding="utf-8")
+    assert said in call("run", *words, code=2).err
+
+
+def test_mistakes_in_a_program_are_shown_where_they_are(call, write):
+    path = write("move at(250, 0, 120, -90)\nmoove pick\ngrap into width\n")
+    shown = call("run", path, code=2).err
+    assert f"{path}: line 2, column 1" in shown
+    assert "line 3" in shown
+    bad = write("", "bad.arm")
+    with open(bad, "wb") as file:  # noqa: PTH123
+        file.write(b"\xff\xfe")
+    assert "is no text in UTF-8" in call.refused("run", bad, code=2)
+
+
+def test_a_recording_of_the_run_is_kept(homed, write, tmp_path):
+    for name, text, code in (("good", "ready\n", 0), ("bad", "ready\nstop_now\n", 2)):
+        output = tmp_path / f"{name}.jsonl"
+        homed("run", write(text), "--record", str(output), code=code)
+        assert output.exists() is (code == 0)
+    homed("run", write("ready\n"), "--record", str(tmp_path / "no" / "such"), code=0)
+
+
+def test_each_motion_waits_for_enter(homed, write, monkeypatch):
+    class Keys:
+        taken = 0
+
+        def forget(self):
+            pass
+
+        def take(self):
+            self.taken += 1
+            return True
+
+    keys = Keys()
+    monkeypatch.setattr("armdrive.cli.run_program.standard_input", lambda: keys)
+    path = write('move at(250, 0, 120, -90)\ntype "there"\nhold "look"\nready\n')
+    ran = homed("run", path, "--step", code=0).out
+    assert "line 1: move at(250, 0, 120, -90): Enter goes on" in ran
+    assert "look: Enter goes on" in ran
+    assert keys.taken == 3
+
+
+def test_why_a_run_is_refused_by_a_program_that_holds_the_arm_is_said(homed, write, monkeypatch):
+    path = write("ready\n")
+    from armdrive.cli.worlds import connect_remembered
+    from armdrive.connecting import simulated_config
+
+    with connect_remembered(simulated_config("teachmover")):
+        assert "held by" in homed("run", path, code=4).err
+        assert "cannot be asked" in homed("run", path, "--check", code=0).out
+
+
+def test_the_place_of_a_mistake_is_shown_once(capsys):
+    run_common.show_place(None, ["ready"], ValueError())
+    assert capsys.readouterr().err == ""

@@ -1,0 +1,160 @@
+"""`armdrive run` in a process of its own: Ctrl-C, Enter, and what other terminals may ask of it."""
+
+import json
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from armdrive.programs.journal import journal_file
+
+if sys.platform == "win32":
+    pytest.skip("Windows interrupts a console, not a process", allow_module_level=True)
+
+ARM = "sim:teachmover"
+TOUR = """\
+move at(250, 0, 120, -90)
+speed 20%
+move at(250, 150, 120, -90)
+move at(250, -150, 120, -90)
+ready
+"""
+FAST, SLOW = "40", "0.2"
+
+
+class Program:
+    """A running `armdrive run --json`."""
+
+    def __init__(self, *words, **streams):
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "armdrive", "run", *words, "--json"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            bufsize=1,
+        )
+        self.events = []
+
+    def until(self, event, line=None):
+        for text in self.process.stdout:
+            self.events.append(json.loads(text))
+            seen = self.events[-1]
+            if seen["event"] == event and line in (None, seen.get("line")):
+                return seen
+        raise AssertionError((event, self.events, self.process.stderr.read()))
+
+    def interrupt(self):
+        self.process.send_signal(signal.SIGINT)
+
+    def end(self):
+        out, err = self.process.communicate(timeout=60)
+        self.events += [json.loads(text) for text in out.splitlines()]
+        return self.process.returncode, err
+
+
+@pytest.fixture
+def begin(call, tmp_path):
+    """Begin a program on the remembered arm, which has a reference."""
+    call("home", code=0)
+    begun = []
+
+    def start(text, *words, name="t.arm"):
+        path = tmp_path / name
+        path.write_text(text, encoding="utf-8")
+        begun.append(Program(str(path), *words))
+        return begun[-1]
+
+    yield start
+    for program in begun:
+        program.process.kill()
+        program.process.communicate()
+
+
+@pytest.mark.parametrize("name", ["t.arm", "t.py"])
+def test_an_interrupt_stops_the_arm_and_a_program_file_goes_on_from_there(begin, call, name):
+    text = TOUR if name == "t.arm" else SCRIPT
+    program = begin(text, "--pace", FAST, name=name)
+    program.until("act", 3)
+    program.interrupt()
+    code, err = program.end()
+    assert code == 130
+    assert "stopping the arm; Ctrl-C again leaves at once" in err
+    failed = program.events[-1]
+    assert (failed["event"], failed["line"]) == ("failed", 3)
+    seen = call("status", "--json", code=0).json
+    assert seen["trust"] == "restored"
+    if name == "t.arm":
+        path = failed["resume"].split()[2]
+        assert "line 1" not in call("run", path, "--resume", code=0).out
+        assert call("status", "--json", code=0).json["pose"]["z_mm"] == pytest.approx(30, abs=0.5)
+        assert not journal_file(ARM).exists()
+
+
+SCRIPT = """\
+from armdrive import Arm
+arm = Arm.connect()
+arm.move_j(shoulder_deg=40, elbow_deg=-60, base_deg=80, speed=0.3)
+"""
+
+
+def test_a_second_interrupt_leaves_at_once(begin):
+    program = begin(TOUR, "--pace", SLOW)
+    program.until("act", 1)
+    program.interrupt()
+    while "stopping" not in program.process.stderr.readline():
+        pass
+    program.interrupt()
+    code, err = program.end()
+    assert code == 130
+    assert "left: the arm may go on for" in err
+    assert journal_file(ARM).exists()
+
+
+def test_from_another_terminal_it_is_seen_paused_resumed_and_stopped(begin, call):
+    program = begin(TOUR, "--pace", FAST)
+    program.until("act", 3)
+    call("pause", code=0)
+    paused = program.until("paused")
+    view = call("status", "--json", code=0).json
+    assert view["paused"] is True
+    assert view["program"]["line"] == paused["line"]
+    assert 0 < view["program"]["percent"] < 100
+    assert f"line {paused['line']}" in call("status", code=0).out
+    call("resume", code=0)
+    program.until("going-on")
+    call("slow", "5", code=0)
+    call("stop", code=0)
+    code, err = program.end()
+    assert code == 5
+    assert json.loads(err)["code"] == "E301"
+    assert program.events[-1]["event"] == "failed"
+
+
+@pytest.mark.parametrize("how", ["enter", "resume", "stop"])
+def test_a_program_that_holds_goes_on_by_enter_or_from_another_terminal(begin, call, how):
+    program = begin('hold "turn the part"\nready\n', "--pace", FAST)
+    assert program.until("hold")["text"] == "turn the part"
+    if how == "enter":
+        program.process.stdin.write("\n")
+        program.process.stdin.flush()
+    else:
+        call(how, code=0)
+    code, _ = program.end()
+    assert code == (5 if how == "stop" else 0)
+
+
+def test_each_motion_waits_for_enter_and_the_end_of_input_is_no_answer(begin):
+    program = begin(TOUR, "--pace", FAST, "--step")
+    for line in (1, 3):
+        assert f"line {line}:" in program.until("hold")["text"]
+        program.process.stdin.write("\n")
+        program.process.stdin.flush()
+    program.until("hold")
+    program.process.stdin.close()
+    program.process.stdin = None
+    program.interrupt()
+    code, _ = program.end()
+    assert code == 130
+    assert [each["line"] for each in program.events if each["event"] == "done"] == [1, 3]
