@@ -38,14 +38,14 @@ class Code:
     entries: Mapping[str, int]
 
 
-def compiled(tree: Tree) -> Code:
-    """Return the instructions of a tree that has been checked."""
-    return _Compiler(tree).whole()
+def compiled(tree: Tree, known: frozenset[str] = frozenset()) -> Code:
+    """Return the instructions of a tree that has been checked; `known` have a value already."""
+    return _Compiler(tree, known).whole()
 
 
 class _Compiler(WordCode):
-    def __init__(self, tree: Tree) -> None:
-        super().__init__(tree)
+    def __init__(self, tree: Tree, known: frozenset[str]) -> None:
+        super().__init__(tree, known)
         self._tree = tree
         self._calls: list[tuple[int, str]] = []
 

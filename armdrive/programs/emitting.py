@@ -42,11 +42,11 @@ class Scope:
 class Emitter:
     """The list of instructions as it grows."""
 
-    def __init__(self, tree: Tree) -> None:
+    def __init__(self, tree: Tree, known: frozenset[str] = frozenset()) -> None:
         self.code: list[Instruction] = []
         self.scope = Scope(frozenset())
-        self._variables = variables(tree)
-        self._shifted = only_shifted(tree)
+        self._variables = variables(tree) | known
+        self._shifted = only_shifted(tree) - known
 
     def emit(self, op: Op, mark: Mark, name: str = "", **more: object) -> int:
         """Put an instruction behind the others, and return its number."""

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from types import MappingProxyType
+
 from armdrive.programs.naming import own_names, scoped, set_by, subprograms, variables
 from armdrive.programs.syntax import Assign, Call, Define, Tree
 from armdrive.programs.terms import (
@@ -25,16 +28,16 @@ ARITHMETIC = ("+", "-", "*", "/")
 class Kinds:
     """The kinds of a program's names. A name has one kind, which its first value decides."""
 
-    def __init__(self, tree: Tree) -> None:
-        self.variables = variables(tree)
+    def __init__(self, tree: Tree, known: Mapping[str, Kind] = MappingProxyType({})) -> None:
+        self.variables = variables(tree) | known.keys()
         self.subprograms = subprograms(tree)
-        self._kinds: dict[tuple[str, str], Kind] = {}
+        self._kinds = {("", name): kind for name, kind in known.items()}
         lines = list(scoped(tree))
         while True:
-            known = len(self._kinds)
+            found = len(self._kinds)
             for define, line in lines:
                 self._learn(define, line)
-            if len(self._kinds) == known:
+            if len(self._kinds) == found:
                 return
 
     def _learn(self, define: Define | None, line: object) -> None:

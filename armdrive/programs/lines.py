@@ -12,7 +12,16 @@ from lark import Token, Tree, UnexpectedInput
 from armdrive.programs.acts import Mark
 from armdrive.programs.expressions import Expressions
 from armdrive.programs.grammar import line_parser
-from armdrive.programs.heads import DefineHead, Else, End, Head, IfHead, RepeatHead, WhileHead
+from armdrive.programs.heads import (
+    DefineHead,
+    Else,
+    End,
+    Head,
+    IfHead,
+    RepeatHead,
+    Unread,
+    WhileHead,
+)
 from armdrive.programs.problems import Problem
 from armdrive.programs.syntax import (
     Assign,
@@ -92,7 +101,7 @@ class _Reader(Expressions):
         if isinstance(last, If):
             (branch,) = last.branches
             return [*found[:-1], replace(last, branches=(replace(branch, note=text),))]
-        if isinstance(last, End | Remark | Else):
+        if isinstance(last, End | Remark | Else | Unread):
             return [*found, Remark(text, mark=self.mark(note))]
         return [*found[:-1], replace(last, note=text)]
 

@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING
 
 from armdrive.errors import ArmError, ProgramError
 from armdrive.programs.acts import MOTIONS, Act, Answer, Home, Mark, Seen, Stage
+from armdrive.programs.context import Context
 from armdrive.programs.instructions import Instruction, Op
 from armdrive.programs.operations import World, step
 from armdrive.programs.problems import Problem, program_error
 from armdrive.programs.state import State, state_from_json, state_to_json, table
+from armdrive.programs.syntax import Define
 from armdrive.programs.values import (
     ForwardKinematics,
     Place,
@@ -63,7 +65,8 @@ class Machine:
         """
         if snapshot.get("format") != FORMAT:
             raise ProgramError("this state of a program was written by another version of armdrive")
-        if snapshot.get("program") != program.digest:
+        digests = (snapshot.get("program"), snapshot.get("code"))
+        if digests != (program.digest, program.code_digest):
             raise ProgramError("the program has been changed since: begin it anew")
         try:
             places = {name: _place(data) for name, data in table(snapshot["points"]).items()}
@@ -78,6 +81,13 @@ class Machine:
     def mark(self) -> Mark:
         """Where in the program it stands."""
         return self._row().mark
+
+    @property
+    def context(self) -> Context:
+        """What it has brought so far, for a program that is read with it: see `read_program`."""
+        known, state = self.program.context, self._state
+        own = tuple(line for line in self.program.tree.body if isinstance(line, Define))
+        return Context(known.but(own), dict(state.variables), state.speed, state.opening)
 
     def next(self) -> Stage | None:
         """Return the act to be carried out now, the same until it is answered; None at the end.
@@ -116,6 +126,7 @@ class Machine:
         return {
             "format": FORMAT,
             "program": self.program.digest,
+            "code": self.program.code_digest,
             "points": {name: to_json(place) for name, place in self._world.points.items()},
             "state": state_to_json(self._state),
         }
@@ -145,7 +156,9 @@ class Machine:
     def _failure(self, text: str) -> ProgramError:
         calls = [frame.mark for frame in self._state.frames if frame.mark is not None]
         led = "".join(f", called in line {mark.line}" for mark in reversed(calls[-3:]))
-        return program_error([Problem(self._row().mark, text + led)], self.program.text)
+        return program_error(
+            [Problem(self._row().mark, text + led)], self.program.text, self.program.file
+        )
 
 
 def _place(data: object) -> Place:

@@ -21,10 +21,6 @@ DEEPEST_CALL = 50
 """Subprograms may call one another, or themselves, so deep."""
 
 
-class Failed(Trouble):
-    """The program itself says that it cannot go on."""
-
-
 @dataclass(frozen=True, slots=True)
 class World:
     """What a program is told once: the arm's book of points, and the way from joints to a pose."""
@@ -188,7 +184,7 @@ def _end(state: State, row: Instruction, world: World) -> None:
 
 
 def _fail(state: State, row: Instruction, world: World) -> None:
-    raise Failed(str(row.value) if row.value else told(_taken(state, row.count)))
+    raise Trouble(str(row.value) if row.value else told(_taken(state, row.count)))
 
 
 def _speed(state: State, row: Instruction, world: World) -> None:

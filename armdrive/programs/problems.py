@@ -25,21 +25,24 @@ def lines_of(text: str) -> list[str]:
     return text.removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n").split("\n")
 
 
-def pointed(problem: Problem, lines: list[str]) -> str:
-    """Return what is wrong, the line, and a caret under the place."""
+def pointed(problem: Problem, lines: list[str], file: str | None = None) -> str:
+    """Return what is wrong, the line, and a caret under the place.
+
+    The lines are those of `file`: what stands in another is told without its line.
+    """
     mark = problem.mark
-    if not 1 <= mark.line <= len(lines):
+    if not 1 <= mark.line <= len(lines) or file not in (None, mark.file):
         return f"{mark}: {problem.text}"
     line = lines[mark.line - 1]
     before = "".join("\t" if sign == "\t" else " " for sign in line[: mark.column - 1])
     return f"{mark}: {problem.text}\n    {line}\n    {before.ljust(mark.column - 1)}^"
 
 
-def program_error(problems: Iterable[Problem], text: str) -> ProgramError:
+def program_error(problems: Iterable[Problem], text: str, file: str | None = None) -> ProgramError:
     """Return the error that tells of these problems of a program, in the order of its lines."""
     found = tuple(sorted(set(problems), key=lambda each: (each.mark.line, each.mark.column)))
     lines = lines_of(text)
-    told = [pointed(each, lines) for each in found[:MOST_TOLD]]
+    told = [pointed(each, lines, file) for each in found[:MOST_TOLD]]
     if len(found) > MOST_TOLD:
         told.append(f"and {len(found) - MOST_TOLD} more")
     return ProgramError("\n".join(told), mark=found[0].mark, problems=found)

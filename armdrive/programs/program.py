@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 from armdrive.programs.acts import Mark
 from armdrive.programs.checking import checked
 from armdrive.programs.compiling import Code
+from armdrive.programs.context import Context
 from armdrive.programs.instructions import Op
 from armdrive.programs.machine import Machine
 from armdrive.programs.operations import World
 from armdrive.programs.problems import Problem, program_error
 from armdrive.programs.reading import read_tree
-from armdrive.programs.syntax import Tree
+from armdrive.programs.state import State
+from armdrive.programs.syntax import Define, Tree
 from armdrive.programs.values import ForwardKinematics, Place
 from kinematics.near_words import suggestion
 
@@ -28,11 +30,20 @@ class Program:
     file: str
     tree: Tree
     code: Code
+    context: Context = field(default_factory=Context)
+    """What was known before it."""
 
     @cached_property
     def digest(self) -> str:
         """What changes when the text does: its sha256."""
-        return hashlib.sha256(self.text.encode("utf-8", "surrogatepass")).hexdigest()
+        return _sha256(self.text)
+
+    @cached_property
+    def code_digest(self) -> str:
+        """What changes when it is compiled to something else: its sha256."""
+        rows = self.code.instructions
+        plain = [(row.op.name, row.name, row.value, row.target, row.count) for row in rows]
+        return _sha256(repr(plain))
 
     @cached_property
     def wanted(self) -> Mapping[str, Mark]:
@@ -60,8 +71,10 @@ class Program:
         if joint_names is not None:
             problems += self._wrong_joints(joint_names)
         if problems:
-            raise program_error(problems, self.text)
-        return Machine(self, World(places, fk))
+            raise program_error(problems, self.text, self.file)
+        known = self.context
+        state = State(variables=dict(known.variables), speed=known.speed, opening=known.opening)
+        return Machine(self, World(places, fk), state)
 
     def restored(
         self, snapshot: Mapping[str, object], *, fk: ForwardKinematics | None = None
@@ -90,13 +103,24 @@ class Program:
         return problems
 
 
-def read_program(text: str, file: str = "") -> Program:
-    """Read a program and check it as a whole. Raises `ProgramError` with all that is wrong."""
+def _sha256(text: str) -> str:
+    return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
+
+
+def read_program(text: str, file: str = "", context: Context | None = None) -> Program:
+    """Read a program and check it as a whole. Raises `ProgramError` with all that is wrong.
+
+    With a context, as `Machine.context` gives it, the subprograms and values of what ran before
+    are known, and may be replaced.
+    """
+    known = Context() if context is None else context
     tree, problems = read_tree(text, file)
-    code, wrong = checked(tree)
+    own = tuple(line for line in tree.body if isinstance(line, Define))
+    rest = tuple(line for line in tree.body if not isinstance(line, Define))
+    code, wrong = checked(Tree((*rest, *known.but(own))), known.kinds)
     if code is None or problems or wrong:
-        raise program_error([*problems, *wrong], text)
-    return Program(text, file, tree, code)
+        raise program_error([*problems, *wrong], text, file)
+    return Program(text, file, tree, code, known)
 
 
 def _in_book(name: str, book: Mapping[str, Mapping[str, float]]) -> Mapping[str, float] | str:

@@ -20,7 +20,8 @@ _Needs = dict[tuple[str, Mark], int | None]
 
 
 class _Settled:
-    def __init__(self, code: Code) -> None:
+    def __init__(self, code: Code, known: frozenset[str]) -> None:
+        self._known = known
         self._rows = code.instructions
         self._all = frozenset(row.name for row in self._rows if row.op is Op.STORE)
         starts = (0, *code.entries.values())
@@ -64,7 +65,8 @@ class _Settled:
 
     def _ways(self, start: int) -> dict[int, frozenset[str]]:
         """Return what is surely set before each instruction that can be reached."""
-        known: dict[int, frozenset[str]] = {start: frozenset()}
+        first = frozenset() if start else self._known
+        known: dict[int, frozenset[str]] = {start: first}
         waiting = [start]
         while waiting:
             at = waiting.pop()
@@ -92,6 +94,6 @@ def _following(at: int, row: Instruction) -> tuple[int, ...]:
     return (at + 1, row.target) if row.op in _BOTH else (at + 1,)
 
 
-def unsettled(code: Code) -> list[Problem]:
-    """Return the names that may have no value where they are used."""
-    return list(_Settled(code).problems())
+def unsettled(code: Code, known: frozenset[str] = frozenset()) -> list[Problem]:
+    """Return the names that may have no value where they are used; `known` have one already."""
+    return list(_Settled(code, known).problems())

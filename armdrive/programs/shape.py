@@ -23,10 +23,10 @@ from armdrive.programs.vocabulary import RESERVED, WORDS
 from kinematics.near_words import suggestion
 
 
-def shape_problems(tree: Tree) -> Iterator[Problem]:
-    """Yield what keeps a program from being compiled."""
+def shape_problems(tree: Tree, known: frozenset[str] = frozenset()) -> Iterator[Problem]:
+    """Yield what keeps a program from being compiled; `known` have a value already."""
     yield from _names(tree)
-    yield from _defines(tree)
+    yield from _defines(tree, variables(tree) | known)
     yield from _calls(tree)
     for define in (None, *(line for line in tree.body if isinstance(line, Define))):
         body = _own_body(tree, define)
@@ -61,11 +61,10 @@ def _names(tree: Tree) -> Iterator[Problem]:
             yield Problem(mark, f"`{name.lower()}` is a word of the language: take another name")
 
 
-def _defines(tree: Tree) -> Iterator[Problem]:
+def _defines(tree: Tree, own: frozenset[str]) -> Iterator[Problem]:
     defines = [line for line in tree.body if isinstance(line, Define)]
     text = "there is a subprogram {!r} already"
     yield from _twice([(line.name, line.mark) for line in defines], text)
-    own = variables(tree)
     for line in defines:
         yield from _twice(
             [(name, line.mark) for name in line.parameters], "two parameters are called {!r}"

@@ -52,7 +52,6 @@ def state_to_json(state: State) -> dict[str, object]:
 def state_from_json(data: dict[str, object]) -> State:
     """Return a state from plain JSON data; raises what Python raises for data of another form."""
     frames = [_frame_from_json(frame) for frame in _list(data["frames"])]
-    opening = data["opening"]
     if not frames:
         raise ValueError("a program under way has a frame")
     return State(
@@ -61,9 +60,15 @@ def state_from_json(data: dict[str, object]) -> State:
         frames,
         _values_from_json(data["variables"]),
         _number(data["speed"]),
-        opening if opening is None or opening == ALL_THE_WAY else _number(opening),  # type: ignore[arg-type]
+        _opening(data["opening"]),
         bool(data["ended"]),
     )
+
+
+def _opening(data: object) -> float | str | None:
+    if data is None:
+        return None
+    return ALL_THE_WAY if data == ALL_THE_WAY else _number(data)
 
 
 def _frame_to_json(frame: Frame) -> dict[str, object]:
