@@ -24,7 +24,7 @@ Json = dict[str, Any]
 
 WATCH_EVERY_S = 0.2
 WATCH_RANGE_S = (0.02, 3600.0)
-PASSING = ("trust_for_s",)
+PASSING = ("trust_for_s", "percent", "left_s")
 """What changes by itself as time passes is nothing that has happened."""
 
 MOST_WATCHERS = 16
@@ -67,7 +67,7 @@ class Neighbours:
             while True:
                 closed = self._arm.closed
                 view = _status(self._arm, {})
-                lasting = {key: value for key, value in view.items() if key not in PASSING}
+                lasting = _lasting(view)
                 yield {} if lasting == last else view
                 last = lasting
                 if closed:
@@ -75,6 +75,15 @@ class Neighbours:
                 time.sleep(every_s)
         finally:
             self._places.release()
+
+
+def _lasting(view: Json) -> Json:
+    """Return what of a status does not change by itself as time passes."""
+    program = view.get("program")
+    lasting = {key: value for key, value in view.items() if key not in PASSING}
+    if isinstance(program, dict):
+        lasting["program"] = {key: each for key, each in program.items() if key not in PASSING}
+    return lasting
 
 
 def _every_s(words: Json) -> float:

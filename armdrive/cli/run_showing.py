@@ -5,6 +5,7 @@ The same picture is what other programs are told of the program (`armdrive statu
 
 from __future__ import annotations
 
+import contextlib
 import shutil
 import sys
 import threading
@@ -165,19 +166,22 @@ class Display:
         return self._progress.estimate(self._arm.pace.now_s() - self._began_s, share)
 
     def _look(self) -> None:
-        """Show now and then what changes between two acts."""
-        while not self._over.wait(REDRAW_S):
-            with self._lock:
-                arm = self._arm
-                if arm is None or self._mark is None:
-                    continue
-                if arm.paused is not self._paused:
-                    self._paused = arm.paused
-                    word = "paused" if self._paused else "going on"
-                    event = {"event": word.replace(" ", "-"), **self.view()}
-                    self._tell(event, word)
-                if self._rewrites:
-                    self._draw(self.view())
+        """Show now and then what changes between two acts, while anybody reads it."""
+        with contextlib.suppress(OSError):
+            while not self._over.wait(REDRAW_S):
+                with self._lock:
+                    self._look_once()
+
+    def _look_once(self) -> None:
+        arm = self._arm
+        if arm is None or self._mark is None:
+            return
+        if arm.paused is not self._paused:
+            self._paused = arm.paused
+            word = "paused" if self._paused else "going on"
+            self._tell({"event": word.replace(" ", "-"), **self.view()}, word)
+        if self._rewrites:
+            self._draw(self.view())
 
     def _tell(self, event: dict[str, Any], text: str) -> None:
         with self._lock:

@@ -90,7 +90,7 @@ class _Stage:
 
     def took(self) -> tuple[Took, ...]:
         """Return what every call took, up to the next one."""
-        ends = [at_s for _, _, at_s in self.calls[1:]] + [self.elapsed_s]
+        ends = [*(at_s for _, _, at_s in self.calls), self.elapsed_s][1:]
         return tuple(
             Took(mark, name, max(end_s - at_s, 0.0))
             for (mark, name, at_s), end_s in zip(self.calls, ends, strict=True)

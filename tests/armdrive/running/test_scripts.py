@@ -1,0 +1,312 @@
+"""Python scripts: on the arm of the command or their own, rehearsed on twins, shown by line."""
+
+import json
+import sys
+import textwrap
+
+import pytest
+from cli_calls import TRACEBACK, write_arm_file
+
+from armdrive import Arm
+from armdrive.cli import main
+from armdrive.connecting import connect_simulated, simulated_config
+from armdrive.errors import BadRequest
+from armdrive.programs.python_programs import (
+    Connections,
+    as_it_says,
+    carry_out,
+    read_script,
+    simulation_only,
+)
+from armdrive.standins import standing_in, stood_in
+
+TOUR = """\
+    from armdrive import Arm, Pose
+    with Arm.connect() as arm:
+        arm.move_to(Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90))
+        arm.move_l(Pose.of(x_mm=250, y_mm=80, z_mm=120, pitch_deg=-90))
+        arm.park()
+"""
+
+
+@pytest.fixture
+def write(tmp_path):
+    def written(text, name="t.py"):
+        path = tmp_path / name
+        path.write_text(textwrap.dedent(text), encoding="utf-8")
+        return str(path)
+
+    return written
+
+
+@pytest.fixture
+def homed(call):
+    call("home", code=0)
+    return call
+
+
+def test_a_script_without_a_target_gets_the_arm_of_the_command(homed, write):
+    ran = homed("run", write(TOUR), code=0).out
+    assert "sim:teachmover (Microbot TeachMover), SIMULATED" in ran
+    assert "line 4: arm.move_l(Pose.of(" in ran
+    assert "done: 3 calls; sim:teachmover: tip x 127" in ran
+    assert homed("status", "--json", code=0).json["pose"]["z_mm"] == pytest.approx(30, abs=0.5)
+    homed("home", "--sim", "grbl", code=0)
+    assert "sim:grbl" in homed("run", write(TOUR), "--sim", "grbl", code=0).out
+
+
+def test_an_arm_that_the_script_names_stays(homed, write):
+    path = write(
+        """\
+        from armdrive import Arm
+        with Arm.connect("sim:armdroid") as arm:
+            arm.home()
+            print(arm.status.dialect, arm.pace.now_s() > 0)
+        """
+    )
+    ran = homed("run", path, code=0).out
+    assert "armdroid True" in ran
+    assert "teachmover" not in ran
+
+
+def test_for_programs_there_are_json_lines_and_the_scripts_words_go_elsewhere(homed, write):
+    called = homed("run", write(f'{TOUR}        print("hello")\n'), "--json", code=0)
+    lines = called.json_lines
+    assert [each["event"] for each in lines] == ["begin", "act", "act", "act", "end"]
+    assert [each["line"] for each in lines[1:4]] == [3, 4, 5]
+    assert [each["act"] for each in lines[1:4]] == ["move_to", "move_l", "park"]
+    assert called.err == "hello\n"
+
+
+def test_arguments_are_the_scripts_own_and_so_is_its_exit_code(homed, write):
+    path = write("import sys\nprint(sys.argv[1:], __name__)\nraise SystemExit(int(sys.argv[1]))\n")
+    before = (sys.argv, list(sys.path))
+    ran = homed("run", path, "7", "two", code=7).out
+    assert "['7', 'two'] __main__" in ran
+    assert (sys.argv, sys.path) == before
+    assert "enough" in homed("run", write("raise SystemExit('enough')\n"), code=1).err
+
+
+def test_a_script_imports_from_its_own_folder(homed, write):
+    write("WORD = 'beside'\n", "beside_the_script.py")
+    assert "beside" in homed("run", write("from beside_the_script import WORD\nprint(WORD)\n")).out
+    sys.modules.pop("beside_the_script")
+
+
+def test_an_error_of_an_arm_is_one_sentence_with_its_line(homed, write):
+    path = write(TOUR.replace("y_mm=80", "y_mm=800"))
+    failed = homed("run", path, code=3)
+    assert f"{path}: line 4, column 1\n" in failed.err
+    assert "arm.move_l" in failed.err
+    assert failed.err.splitlines()[-1].startswith("armdrive: [E")
+    lines = homed("run", path, "--json", code=3).json_lines
+    assert (lines[-1]["event"], lines[-1]["line"], lines[-1]["resume"]) == ("failed", 4, None)
+
+
+def test_another_error_shows_the_traceback_of_the_script(homed, write, capsys):
+    path = write(TOUR.replace("arm.park()", "raise KeyError('mine')"))
+    for words in ([path], [path, "--check"]):
+        capsys.readouterr()
+        assert main(["run", *words]) == 1
+        shown = capsys.readouterr().err
+        assert shown.count(TRACEBACK) == 1
+        assert "KeyError: 'mine'" in shown
+        assert "runpy" not in shown
+    capsys.readouterr()
+    assert homed("status", "--json", code=0).json["state"] == "standby"
+
+
+def test_what_a_script_leaves_open_is_stopped_and_given_back(homed, write):
+    path = write(
+        """\
+        from armdrive import Arm
+        arm = Arm.connect()
+        arm.move_j(base_deg=80, speed=0.1, wait=False)
+        arm.sleep(1)
+        """
+    )
+    homed("run", path, code=0)
+    view = homed("status", "--json", code=0).json
+    assert view["trust"] == "restored"
+    assert 0.5 < view["joints"]["base_deg"] < 79
+
+
+def test_a_rehearsal_of_a_script_moves_no_arm(homed, write):
+    before = homed("status", "--json", code=0).json["pose"]
+    checked = homed("run", write(TOUR), "--check", code=0).out
+    assert "line 4: arm.move_l" in checked
+    assert "for 3 calls" in checked or "for 3 acts" in checked
+    assert homed("status", "--json", code=0).json["pose"] == before
+    view = homed("run", write(TOUR), "--check", "--json", code=0).json
+    ran = homed("run", write(TOUR), "--json", code=0).json_lines[-1]
+    assert view["took_s"] == pytest.approx(ran["took_s"], rel=0.02)
+    drawn = homed("run", write(TOUR), "--plot", code=0).out
+    assert "distance from the base axis" in drawn
+
+
+def test_no_port_opens_in_a_rehearsal_whatever_the_script_does(call, write, monkeypatch):
+    write_arm_file(
+        "bench", 'model = "teachmover"\n[connection]\ndialect = "teachmover"\nport = "/dev/none"\n'
+    )
+    path = write(
+        """\
+        import os, subprocess, sys, threading
+        from armdrive import Arm
+        from armdrive.connecting import connect_real, find
+        seen = []
+        def work():
+            with Arm.connect("bench") as arm:
+                seen.append(arm.simulated)
+                arm.move_j(base_deg=20)
+        thread = threading.Thread(target=work)
+        thread.start()
+        thread.join()
+        with Arm.connect("/dev/ttyUSB0", dialect="teachmover") as arm:
+            seen.append(arm.simulated)
+        child = "from armdrive import Arm; print(Arm.connect('bench').simulated)"
+        seen.append(subprocess.run([sys.executable, "-c", child], stdout=-1).stdout)
+        print(seen)
+        connect_real(find("bench").config)
+        """
+    )
+    checked = call("run", path, "--check", "--arm", "bench", code=4)
+    assert "[True, True, b'True\\n']" in checked.out
+    assert "ARMDRIVE_FORCE_SIM is set" in checked.err
+    assert "assumed: the arm stands in its reference posture" in checked.out
+
+
+def test_what_a_rehearsed_script_finds_is_assumed(call, write):
+    write_arm_file(
+        "bench", 'model = "teachmover"\n[connection]\ndialect = "teachmover"\nport = "/dev/none"\n'
+    )
+    path = write(
+        """\
+        from armdrive import Arm, Pose
+        with Arm.connect() as arm:
+            arm.gripper.open()
+            arm.move_to(Pose.of(x_mm=250, y_mm=0, z_mm=60, pitch_deg=-90))
+            arm.move_l(Pose.of(x_mm=250, y_mm=0, z_mm=15, pitch_deg=-90))
+            print(round(arm.gripper.grasp()), arm.read_inputs() >> 2 & 1)
+        """
+    )
+    words = ("run", path, "--check", "--arm", "bench")
+    checked = call(*words, "--assume-width", "30", "--input", "3=on", code=0).out
+    assert "30 1\n" in checked
+    assert "assumed: line 6: the fingers find something 30 mm wide" in checked
+    assert "assumed: line 6: inputs are off, but for 3" in checked
+    assert "0 0\n" in call(*words, code=0).out
+
+
+def test_a_rehearsed_script_that_never_ends_is_cut_short(homed, write, monkeypatch):
+    from armdrive.programs import rehearsal
+
+    monkeypatch.setattr(rehearsal, "MOST_ACTS", 20)
+    path = write(
+        """\
+        from armdrive import Arm
+        with Arm.connect() as arm:
+            while True:
+                try:
+                    arm.read_inputs()
+                except Exception:
+                    pass
+        """
+    )
+    assert "it may never end" in homed("run", path, "--check", code=0).out
+
+
+def test_an_exit_code_of_a_rehearsed_script_is_its_refusal(homed, write):
+    assert "ended with 3" in homed("run", write("raise SystemExit(3)\n"), "--check", code=2).err
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [(["--resume"], "cannot be taken up"), (["--loops", "3"], "loops of its own")],
+)
+def test_what_scripts_cannot_do_is_said(call, write, words, said):
+    assert said in call.refused("run", write("pass\n"), *words, code=2)
+
+
+def test_what_is_no_python_is_said_with_its_line(call, write, tmp_path):
+    assert "line 2" in call.refused("run", write("pass\nif\n"), code=2)
+    assert "cannot be read" in call.refused("run", str(tmp_path / "none.py"), code=2)
+    (tmp_path / "zero.py").write_bytes(b"\0")
+    with pytest.raises(BadRequest):
+        read_script(tmp_path / "zero.py")
+
+
+def test_each_motion_of_a_script_waits_for_enter(homed, write, monkeypatch):
+    class Keys:
+        taken = 0
+
+        def forget(self):
+            pass
+
+        def take(self):
+            self.taken += 1
+            return True
+
+    keys = Keys()
+    monkeypatch.setattr("armdrive.cli.run_script.standard_input", lambda: keys)
+    ran = homed("run", write(TOUR), "--step", code=0).out
+    assert keys.taken == 3
+    assert "line 3: arm.move_to(Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90)): Enter" in ran
+
+
+def test_a_slowed_script_is_slow_on_every_arm(homed, write):
+    path = write(
+        """\
+        from armdrive import Arm
+        with Arm.connect() as one, Arm.connect("sim:grbl") as two:
+            print(one.speed_override, two.speed_override)
+        """
+    )
+    assert "0.25 0.25" in homed("run", path, "--speed", "25", code=0).out
+
+
+def test_a_recording_of_a_script_is_kept(homed, write, tmp_path):
+    output = tmp_path / "run.jsonl"
+    homed("run", write(TOUR), "--record", str(output), code=0)
+    assert json.loads(output.read_text(encoding="utf-8").splitlines()[0])
+
+
+def test_calls_within_calls_are_not_the_scripts(tmp_path):
+    script = tmp_path / "t.py"
+    script.write_text(
+        "from armdrive import Arm\narm = Arm.connect()\narm.enable()\narm.home()\narm.park()\n",
+        encoding="utf-8",
+    )
+    heard, made = [], []
+    connections = Connections(
+        script,
+        lambda _: connect_simulated(simulated_config("teachmover")),
+        lambda arm, call: heard.append((call.name, call.line)),
+        made.append,
+        as_it_says,
+    )
+    assert carry_out(script, (), connections) == 0
+    assert heard == [("enable", 3), ("home", 4), ("park", 5)]
+    assert made == connections.arms
+    assert connections.arms[0].closed
+
+
+def test_the_latest_stands_in_and_nobody_does_afterwards():
+    one, two = object(), object()
+    with standing_in(lambda *_: one):
+        with standing_in(lambda *_: two):
+            assert Arm.connect("sim:grbl") is two
+        assert Arm.connect() is one
+        with standing_in(lambda *_: None), Arm.connect("sim:grbl") as arm:
+            assert arm.status.dialect == "grbl"
+    assert stood_in(None, {}) is None
+
+
+def test_only_simulated_arms_meanwhile(monkeypatch):
+    import os
+
+    for before in (None, "0", "1"):
+        if before is not None:
+            monkeypatch.setenv("ARMDRIVE_FORCE_SIM", before)
+        with simulation_only():
+            assert os.environ["ARMDRIVE_FORCE_SIM"] == "1"
+        assert os.environ.get("ARMDRIVE_FORCE_SIM") == before
