@@ -8,6 +8,7 @@ Examples:
   armdrive pendant write monday.pendant              back, and read once more to be sure
   armdrive pendant write monday.pendant --shift      after the arm was homed anew
   armdrive pendant points monday.pendant stack       as points and a sequence `stack`
+  armdrive pendant make stack stack.pendant          and a sequence as rows for the pendant
 
 Every action prints JSON with --json.
 
@@ -18,7 +19,6 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable, Mapping
-from datetime import datetime
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -26,13 +26,13 @@ from typing import TYPE_CHECKING, Any
 from armdrive.cli.choosing import (
     add_allow_restored,
     add_arm_options,
-    chosen_target,
     connect_chosen,
 )
 from armdrive.cli.confirming import agreed, settle_trust
 from armdrive.cli.output import emit, say, say_which
-from armdrive.durable import DISK, replace_durably
-from armdrive.errors import BadRequest, OperatorNeeded, PendantFileError
+from armdrive.cli.pendant_files import from_file, into_file, require_free, text_of
+from armdrive.cli.pendant_points import make_points, make_rows
+from armdrive.errors import OperatorNeeded
 from armdrive.status import Trust
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action = actions.add_parser(name, help=summary, description=summary)
         for word in words:
             action.add_argument(word, metavar=word.upper())
-        if name == "read":
+        if name in ("read", "make"):
             action.add_argument("--force", action="store_true", help="overwrite another file")
         if name == "write":
             _add_write_options(action)
@@ -99,21 +99,15 @@ def _show(options: argparse.Namespace) -> int:
     if options.json:
         emit(_view(config, program))
     else:
-        say(_text(config, program).rstrip("\n"))
+        say(text_of(config, program).rstrip("\n"))
     return 0
 
 
 def _read(options: argparse.Namespace) -> int:
-    from armdrive.teaching.pendantfile import parse_pendant
-
     path = Path(options.file)
-    if path.exists() and not options.force:
-        raise BadRequest(f"{path} is there already: name another file, or say --force")
+    require_free(path, force=options.force)
     config, program = _read_from(options)
-    text = _text(config, program)
-    if parse_pendant(text) != program:
-        raise PendantFileError("what was read does not fit into a file: nothing was written")
-    replace_durably(DISK, path.absolute(), text.encode("utf-8"))
+    into_file(path, config, program)
     if options.json:
         emit({"file": str(path), **_view(config, program)})
     else:
@@ -121,8 +115,14 @@ def _read(options: argparse.Namespace) -> int:
     return 0
 
 
+def _make(options: argparse.Namespace) -> int:
+    require_free(Path(options.file), force=options.force)
+    with _connected(options) as arm:
+        return make_rows(options, arm)
+
+
 def _write(options: argparse.Namespace) -> int:
-    program = _from_file(Path(options.file))
+    program = from_file(Path(options.file))
     with _connected(options) as arm:
         if options.as_is:
             program = program.without_origin()
@@ -163,45 +163,6 @@ def _written(arm: Arm, program: PendantProgram, *, leave_others: bool) -> int:
         raise
 
 
-def _points(options: argparse.Namespace) -> int:
-    from armdrive.pointbook import points_of
-    from armdrive.teaching.pendantmeaning import taught_by
-
-    config = chosen_target(options).config
-    program = _from_file(Path(options.file))
-    note = f"from the arm's own program, {Path(options.file).name}"
-    points, steps = taught_by(config, program, options.name, note)
-    book = points_of(config)
-    book.put_all(points, {options.name: steps}, again=options.again)
-    if options.json:
-        emit({"sequence": options.name, "points": list(points), "steps": len(steps.steps)})
-    else:
-        say(f"{options.name}: {len(steps.steps)} steps over {len(points)} points, in {book.path}")
-    return 0
-
-
-def _from_file(path: Path) -> PendantProgram:
-    from armdrive.teaching.pendantfile import LARGEST_BYTES, parse_pendant
-
-    try:
-        return parse_pendant(DISK.read(path, LARGEST_BYTES).decode("utf-8"))
-    except (PendantFileError, UnicodeDecodeError) as error:
-        raise PendantFileError(f"{path}: {error}") from None
-    except OSError as error:
-        raise PendantFileError(f"{path} cannot be read: {error.strerror or error}") from None
-
-
-def _text(config: ArmConfig, program: PendantProgram) -> str:
-    from armdrive.teaching.pendantfile import pendant_text
-    from armdrive.teaching.pendantmeaning import meaning
-
-    transmission = config.model.transmission
-    names = [motor.name for motor in transmission.motors] if transmission else []
-    when = f"{datetime.now():%Y-%m-%d %H:%M}"
-    meanings = [meaning(config, program, row) for row in program.rows]
-    return pendant_text(program, config.name, when, names, meanings)
-
-
 def _view(config: ArmConfig, program: PendantProgram) -> dict[str, Any]:
     from armdrive.teaching.pendantmeaning import place_of
     from armdrive.view import joints_view
@@ -225,7 +186,8 @@ ACTIONS: Mapping[str, tuple[Deed, tuple[str, ...], str]] = MappingProxyType(
         "show": (_show, (), "print the program in the arm, row by row"),
         "read": (_read, ("file",), "read the program out of the arm into a file"),
         "write": (_write, ("file",), "write a file's rows into the arm, and read them back"),
-        "points": (_points, ("file", "name"), "make points and a sequence of a file's rows"),
+        "points": (make_points, ("file", "name"), "make points and a sequence of a file's rows"),
+        "make": (_make, ("name", "file"), "make a file of rows of a taught sequence"),
     }
 )
 """Every action: what does it, the names that it wants, and its line of help."""

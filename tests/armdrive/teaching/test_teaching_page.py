@@ -68,7 +68,7 @@ def test_every_pendant_command_of_the_page_is_one(capsys, tmp_path, monkeypatch)
     call("home", code=0)
     told = [line for line in commands(TEACHMOVER) if line.startswith("armdrive pendant ")]
     told = [line for line in told if not line.startswith("armdrive pendant program")]
-    assert len(told) == 4
+    assert len(told) == 5
     rows = tmp_path / "rows"
     rows.write_text(f"{FIRST_LINE}\nmove 1 240 0 0 0 0 0 0\n", encoding="utf-8")
     call("pendant", "write", str(rows), "--yes", code=0)

@@ -1,0 +1,55 @@
+"""Files of a pendant's program, as the command line reads and writes them."""
+
+from __future__ import annotations
+
+from datetime import datetime
+from typing import TYPE_CHECKING
+
+from armdrive.durable import DISK, replace_durably
+from armdrive.errors import BadRequest, PendantFileError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from armdrive.armfile import ArmConfig
+    from armdrive.teaching.pendantrows import PendantProgram
+
+
+def from_file(path: Path) -> PendantProgram:
+    """Read a file; raises `PendantFileError` that names it and the line."""
+    from armdrive.teaching.pendantfile import LARGEST_BYTES, parse_pendant
+
+    try:
+        return parse_pendant(DISK.read(path, LARGEST_BYTES).decode("utf-8"))
+    except (PendantFileError, UnicodeDecodeError) as error:
+        raise PendantFileError(f"{path}: {error}") from None
+    except OSError as error:
+        raise PendantFileError(f"{path} cannot be read: {error.strerror or error}") from None
+
+
+def into_file(path: Path, config: ArmConfig, program: PendantProgram) -> None:
+    """Write a file; raises `OSError`, and `PendantFileError` where it would read otherwise."""
+    from armdrive.teaching.pendantfile import parse_pendant
+
+    text = text_of(config, program)
+    if parse_pendant(text) != program:
+        raise PendantFileError("what was read does not fit into a file: nothing was written")
+    replace_durably(DISK, path.absolute(), text.encode("utf-8"))
+
+
+def require_free(path: Path, *, force: bool) -> None:
+    """Raise `BadRequest` where a file is there already, before anything is asked of an arm."""
+    if path.exists() and not force:
+        raise BadRequest(f"{path} is there already: name another file, or say --force")
+
+
+def text_of(config: ArmConfig, program: PendantProgram) -> str:
+    """Return a program as a file has it, with what each row means on this arm."""
+    from armdrive.teaching.pendantfile import pendant_text
+    from armdrive.teaching.pendantmeaning import meaning
+
+    transmission = config.model.transmission
+    names = [motor.name for motor in transmission.motors] if transmission else []
+    when = f"{datetime.now():%Y-%m-%d %H:%M}"
+    meanings = [meaning(config, program, row) for row in program.rows]
+    return pendant_text(program, config.name, when, names, meanings)

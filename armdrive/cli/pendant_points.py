@@ -1,0 +1,48 @@
+"""`armdrive pendant points` and `make`: from a pendant's rows to taught points, and back."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from armdrive.cli.choosing import chosen_target
+from armdrive.cli.output import emit, say
+from armdrive.cli.pendant_files import from_file, into_file
+
+if TYPE_CHECKING:
+    import argparse
+
+    from armdrive.arm import Arm
+
+
+def make_points(options: argparse.Namespace) -> int:
+    """Make points and a sequence of a file's rows; the arm need not be there."""
+    from armdrive.pointbook import points_of
+    from armdrive.teaching.pendantmeaning import taught_by
+
+    config = chosen_target(options).config
+    program = from_file(Path(options.file))
+    note = f"from the arm's own program, {Path(options.file).name}"
+    points, steps = taught_by(config, program, options.name, note)
+    book = points_of(config)
+    book.put_all(points, {options.name: steps}, again=options.again)
+    if options.json:
+        emit({"sequence": options.name, "points": list(points), "steps": len(steps.steps)})
+    else:
+        say(f"{options.name}: {len(steps.steps)} steps over {len(points)} points, in {book.path}")
+    return 0
+
+
+def make_rows(options: argparse.Namespace, arm: Arm) -> int:
+    """Make a file of rows of a sequence, as the arm's registers count now."""
+    from armdrive.teaching.pendantmaking import rows_of
+
+    steps, taught = arm.points.sequence(options.name), arm.points.read()
+    origin = arm.read_pendant_program().origin
+    program = rows_of(arm.config, steps, taught.points, origin)
+    into_file(Path(options.file), arm.config, program)
+    if options.json:
+        emit({"file": options.file, "rows": len(program.rows)})
+    else:
+        say(f"{options.name} is {len(program.rows)} rows in {options.file} now")
+    return 0
