@@ -1,15 +1,23 @@
 """Snapshots of the desk: small and large, and in plain ASCII; and texts that must fit."""
 
+import asyncio
+import threading
+
 import pytest
 from desk_fake import MODEL, Clock, FakeArm, unknown_position
+from desk_planner import settled
 
+from armdrive.view import status_view
 from tui import tables
 from tui.desk import Desk
 from tui.keyboard import DEFAULT_KEYS
 from tui.settings import Settings
+from tui.watching import Watching
+
+SIZES = [(80, 24), (120, 40), (200, 60)]
 
 
-@pytest.mark.parametrize("size", [(80, 24), (120, 40), (200, 60)])
+@pytest.mark.parametrize("size", SIZES)
 def test_the_jog_screen(snap_compare, size):
     desk = Desk(FakeArm(), braille=True, clock=Clock())
     assert snap_compare(desk, terminal_size=size)
@@ -18,6 +26,45 @@ def test_the_jog_screen(snap_compare, size):
 def test_the_jog_screen_in_plain_ascii_with_an_unknown_position(snap_compare):
     desk = Desk(FakeArm(**unknown_position()), braille=False, clock=Clock())
     assert snap_compare(desk, press=["enter", "m"], terminal_size=(80, 24))
+
+
+class Held:
+    """A program that drives an arm and says once how it stands."""
+
+    def __init__(self):
+        self.ended = threading.Event()
+
+    def views(self):
+        yield status_view(FakeArm().status)
+        self.ended.wait()
+
+    def ask(self, request, **words):
+        return {}
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_the_watching_screen(snap_compare, size):
+    holder = Held()
+    app = Watching("sim", MODEL, holder, braille=True)
+
+    async def heard(pilot):
+        async with asyncio.timeout(10.0):
+            while not app.view:
+                await pilot.pause()
+        await pilot.app.workers.wait_for_complete()
+        app.poll()
+        await pilot.pause()
+
+    try:
+        assert snap_compare(app, terminal_size=size, run_before=heard)
+    finally:
+        holder.ended.set()
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_the_first_run(snap_compare, size, tmp_path):
+    desk = Desk(FakeArm(), braille=True, clock=Clock(), memory=tmp_path / "none.json")
+    assert snap_compare(desk, terminal_size=size, run_before=settled)
 
 
 @pytest.mark.parametrize(

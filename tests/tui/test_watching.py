@@ -15,6 +15,7 @@ from tui import watch_words
 from tui.framework import PlainText
 from tui.held_arm import HeldArm
 from tui.remap import load_keys
+from tui.screens.watch import WatchScreen
 from tui.watching import Watching
 
 END = object()
@@ -89,6 +90,26 @@ async def test_what_the_holder_says_is_shown_and_that_it_is_only_watched():
         for word in ("state standby", "shoulder", "60.0°", "referenced", "38.0 mm", "14.0 mm"):
             assert word in shown
         assert session.text("footer").startswith("space STOP")
+
+
+async def test_what_is_heard_before_the_screen_is_laid_out_is_shown_afterwards():
+    view = status_view(FakeArm().status)
+    app = Watching("sim", MODEL, FakeHolder(), braille=True)
+    app.view = view
+
+    class Early(WatchScreen):
+        def compose(self):
+            app.poll()  # as its timer does where the computer is busy
+            yield from super().compose()
+
+    app.get_default_screen = Early
+    try:
+        async with app.run_test(size=(100, 30)) as pilot:
+            await pilot.pause()
+            await pilot.pause()
+            assert "state standby" in app.screen.query_one("#watched", PlainText).shown
+    finally:
+        app._holder.said.put(END)
 
 
 async def test_an_unknown_position_is_said_to_be_none():

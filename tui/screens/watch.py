@@ -29,6 +29,8 @@ class WatchScreen(Screen[None]):
     #watched { height: auto; }
     """
 
+    _laid_out = False
+
     @property
     def watching(self) -> Watching:
         """The app that the screen belongs to."""
@@ -46,8 +48,15 @@ class WatchScreen(Screen[None]):
         yield PlainText(id="remarks")
         yield PlainText(id="footer")
 
+    def on_mount(self) -> None:
+        """Show what was heard before there was room for it."""
+        self._laid_out = True
+        self.call_after_refresh(self.watching.poll)
+
     def show(self, view: watch_words.View, ended: str, message: str) -> None:
         """Show what is known, why it is no longer new, and what was said last."""
+        if not (self._laid_out and self.is_attached):
+            return  # not laid out yet, or already being taken down
         app, width = self.watching, self.size.width
         texts = {
             "title": watch_words.title(app.arm_name, view, width),

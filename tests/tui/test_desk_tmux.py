@@ -1,0 +1,104 @@
+"""The desk as a person has it, inside tmux: armed, jogged, stopped, left; on a simulated arm."""
+
+import json
+import os
+import re
+import select
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from armdrive import places
+
+ROOT = Path(__file__).parents[2]
+PATIENCE_S = 30.0
+LOOK_S = 0.05
+
+pytestmark = pytest.mark.skipif(shutil.which("tmux") is None, reason="there is no tmux here")
+
+
+class Tmux:
+    """A tmux of this test's own, with one window in which the desk runs."""
+
+    def __init__(self, *words):
+        self._call = ["tmux", "-L", f"armdrive-{os.getpid()}", "-f", os.devnull]
+        command = [sys.executable, "-m", "armdrive", "jog", *words]
+        environment = {"PYTHONPATH": str(ROOT), "LANG": "C.UTF-8"}
+        options = [word for each in environment.items() for word in ("-e", "=".join(each))]
+        self._tell("new-session", "-d", "-x", "100", "-y", "30", *options, *command)
+
+    def _tell(self, *words):
+        done = subprocess.run([*self._call, *words], check=False, capture_output=True, text=True)
+        return done.stdout if done.returncode == 0 else None
+
+    @property
+    def shown(self):
+        """The rows of the screen; None once the program in it has ended."""
+        return self._tell("capture-pane", "-p")
+
+    def press(self, *keys):
+        self._tell("send-keys", *keys)
+
+    def seen(self, pattern):
+        """Wait until the screen shows something; return what was found."""
+        end_s = time.monotonic() + PATIENCE_S
+        while time.monotonic() < end_s:
+            if found := re.search(pattern, self.shown or ""):
+                return found
+            select.select([], [], [], LOOK_S)
+        raise AssertionError(f"{pattern} was never shown:\n{self.shown}")
+
+    def gone(self):
+        """Wait until the desk has ended, and tmux with it."""
+        end_s = time.monotonic() + PATIENCE_S
+        while self.shown is not None:
+            assert time.monotonic() < end_s, self.shown
+            select.select([], [], [], LOOK_S)
+
+    def kill(self):
+        self._tell("kill-server")
+
+
+@pytest.fixture
+def tmux(tmp_path, monkeypatch):
+    monkeypatch.setenv("ARMDRIVE_HOME", str(tmp_path))
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    monkeypatch.delenv("TMUX", raising=False)
+    session = Tmux("--sim", "teachmover", "--fresh")
+    yield session
+    session.kill()
+
+
+def base(tmux):
+    """Return the angle of the base as it is shown, degrees."""
+    return float(tmux.seen(r"base +(-?[0-9.]+)°")[1])
+
+
+def test_a_person_arms_jogs_stops_and_leaves_inside_tmux(tmux):
+    tmux.seen("Before you move anything")
+    tmux.press("Enter")
+    tmux.seen(r"SIMULATED.* JOG")
+    tmux.press("q")
+    tmux.press("H")
+    tmux.seen("the simulated operator referenced the arm")
+    start = base(tmux)
+    tmux.press("Enter")
+    tmux.seen("keys ARMED")
+    tmux.press("q")
+    end_s = time.monotonic() + PATIENCE_S
+    while (there := base(tmux)) == start:
+        assert time.monotonic() < end_s, "the key jogged nothing"
+        select.select([], [], [], LOOK_S)
+    assert there > start
+    tmux.press("Space")
+    tmux.seen("STOP was asked for")
+    tmux.seen("DISARMED")
+    tmux.press("C-q")
+    tmux.gone()
+    left = json.loads((places.states() / "desk.json").read_text())
+    assert left["instructed"] is True
+    assert left["screen"] == "jog"
