@@ -103,10 +103,13 @@ def test_nothing_is_sent_while_a_command_is_unanswered():
 
 def test_a_dump_ends_when_its_owner_says_so():
     host = asked(QDump())
+    assert not host.dumping
     assert events(host, b"1\r" + ROW_LINE) == []
+    assert host.dumping
     host.receive_data(ROW_LINE)
     host.end_dump()
     assert events(host) == [Completed(QDump(), Status.DONE, rows=(ROW, ROW))]
+    assert not host.dumping
     assert host.outstanding is None
     assert events(host) == []
 
