@@ -19,7 +19,8 @@ from armdrive.programs.syntax import (
     While,
     bodies,
 )
-from armdrive.programs.vocabulary import RESERVED, WORDS
+from armdrive.programs.vocabulary import RESERVED, SHAPES, WORDS
+from armdrive.programs.wording import unknown_word
 from kinematics.near_words import suggestion
 
 
@@ -77,10 +78,9 @@ def _calls(tree: Tree) -> Iterator[Problem]:
     known = subprograms(tree)
     for _, line in scoped(tree):
         if isinstance(line, Call) and line.name.lower() not in known:
-            names = (*(define.name for define in known.values()), *WORDS)
-            near = suggestion(line.name.lower(), names)
-            text = f"there is no word and no subprogram {line.name!r}{near}"
-            yield Problem(line.mark, text)
+            names = (*(define.name for define in known.values()), *WORDS, *SHAPES)
+            text = f"there is no word and no subprogram {line.name!r}"
+            yield Problem(line.mark, unknown_word(line.name, names) or text)
 
 
 def _jumps(
@@ -89,13 +89,20 @@ def _jumps(
     labels |= {line.name.lower() for line in body if isinstance(line, Label)}
     for line in body:
         if isinstance(line, Goto) and line.name.lower() not in labels:
-            text = f"no label {line.name!r} stands in this block or in one around it"
-            yield Problem(line.mark, text + suggestion(line.name.lower(), labels))
+            yield Problem(line.mark, _no_label(line.name, labels))
         if isinstance(line, Do):
             yield from _leaves(line, within, looped)
         for block in bodies(line):
             inner = looped or isinstance(line, While | Repeat)
             yield from _jumps(block, within, looped=inner, labels=labels)
+
+
+def _no_label(name: str, labels: frozenset[str]) -> str:
+    low = name.lower()
+    if low in RESERVED:
+        return f"`{low}` is no label: what an `if` does stands on lines of its own, up to `end`"
+    near = suggestion(low, labels)
+    return f"no label {name!r} stands in this block or in one around it{near}"
 
 
 def _leaves(line: Do, within: bool, looped: bool) -> Iterator[Problem]:

@@ -183,6 +183,9 @@ FORMS = (
 )  # fmt: skip
 """The lines that are no `Word`."""
 
+SHAPES = ("point", "if", "while", "repeat", "define", "end", "else", "goto")
+"""The words that these lines begin with."""
+
 
 @dataclass(frozen=True, slots=True)
 class Function:
@@ -240,8 +243,7 @@ HERE = "here"
 """The name, in a value, of the place where the arm stands."""
 
 RESERVED = frozenset({
-    "and", "or", "not", "is", "true", "false", "on", "off", HERE, "joints", "then", "else", "as",
-    "point", "if", "while", "repeat", "define", "end", "goto", "elseif",
-    "eq", "ne", "lt", "le", "gt", "ge", *LINKS, *SPELLINGS, *FUNCTIONS,
+    "and", "or", "not", "is", "true", "false", "on", "off", HERE, "joints", "then", "as", "elseif",
+    "eq", "ne", "lt", "le", "gt", "ge", *SHAPES, *LINKS, *SPELLINGS, *FUNCTIONS,
 })  # fmt: skip
 """What nothing of a program's own may be called."""

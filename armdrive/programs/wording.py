@@ -3,16 +3,34 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 
 from lark import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
 
-from armdrive.programs.vocabulary import RESERVED, SPELLINGS
+from armdrive.programs.vocabulary import RESERVED, SHAPES, SPELLINGS
 from kinematics.near_words import suggestion
 
-SHAPES = ("point", "if", "while", "repeat", "define", "end", "else", "goto")
-"""The words that a line begins with besides the vocabulary's."""
+FOREIGN: Mapping[str, str] = MappingProxyType({
+    "for": "`repeat 3 as i`",
+    "elif": "`else if`",
+    "endif": "`end`",
+    "wend": "`end`",
+    "next": "`end` or `continue`",
+    "until": "`while not ...`",
+    "print": "`type`",
+    "say": "`type`",
+    "sleep": "`delay`",
+    "gosub": "the name of a subprogram, as `fetch(pick)`",
+    "call": "the name of a subprogram, as `fetch(pick)`",
+    "def": "`define`",
+    "sub": "`define`",
+    "let": "`x = 3`",
+    "set": "`x = 3`",
+})  # fmt: skip
+"""What words of other languages are called here."""
+
+_CHANGES = (":=", "+=", "-=", "*=", "/=")
 
 _FIRST = re.compile(r"\s*(?:\d+\s*:?\s*)?([A-Za-z_][A-Za-z0-9_]*)")
 
@@ -64,11 +82,23 @@ def _first_word(line: str, column: int) -> tuple[int, str] | None:
     low = word.lower()
     if low in RESERVED and rest.startswith("=") and not rest.startswith("=="):
         return at, f"`{low}` is a word of the language: give the value another name"
+    if rest.startswith(_CHANGES):
+        return at, f"a value is given a name so: `{word} = ...`"
     known = low in SPELLINGS or low in SHAPES or low in RESERVED
     if known or column <= at or rest.startswith(("=", ":", "(")):
         return None
-    near = suggestion(low, (*SPELLINGS, *SHAPES))
-    return at, f"there is no word {word!r}{near}"
+    return at, unknown_word(word, (*SPELLINGS, *SHAPES)) or (
+        f"there is no word {word!r}; a subprogram takes its values in brackets: `{word}(...)`"
+    )
+
+
+def unknown_word(word: str, known: Iterable[str]) -> str:
+    """Return that there is no such word, and which was meant; nothing where nobody can tell."""
+    low = word.lower()
+    if low in FOREIGN:
+        return f"there is no word {word!r}; write {FOREIGN[low]}"
+    near = suggestion(low, known)
+    return f"there is no word {word!r}{near}" if near else ""
 
 
 def _wanted(expected: set[str]) -> str:

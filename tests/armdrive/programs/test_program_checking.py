@@ -15,7 +15,12 @@ from armdrive.programs.vocabulary import RESERVED, WORDS
 WRONG = [
     # words that are none, and lines that end too early or too late
     ("mvoe pick", 1, "there is no word 'mvoe'; did you mean 'move'?"),
-    ("reday", 1, "no word and no subprogram 'reday'; did you mean 'ready'?"),
+    ("reday", 1, "there is no word 'reday'; did you mean 'ready'?"),
+    ("for i = 1 to 3", 1, "there is no word 'for'; write `repeat 3 as i`"),
+    ("endif", 1, "there is no word 'endif'; write `end`"),
+    ("zigzag pick", 1, "a subprogram takes its values in brackets: `zigzag(...)`"),
+    ("zigzag", 1, "there is no word and no subprogram 'zigzag'"),
+    ("x += 1", 1, "a value is given a name so: `x = ...`"),
     ("move pick,", 11, "the line ends too early: a value is missing"),
     ("move (pick", 11, "the line ends too early: `)` was expected"),
     ("move pick)", 10, "')' does not belong here"),
@@ -92,6 +97,8 @@ WRONG = [
     ("repeat 1\nthere:\nend\ngoto there", 6, "no label 'there' stands in this block"),
     ("there:\nTHERE:", 1, "there is a label 'THERE' already"),
     ("there:\ndefine f()\ngoto there\nend", 6, "no label 'there'"),
+    ("if on then ready", 12, "`ready` is no label: what an `if` does stands on lines of its own"),
+    ("there:\ngoto ther", 6, "did you mean 'there'?"),
     ("break", 1, "`break` stands in a loop"),
     ("define f()\ncontinue\nend\nrepeat 1\nf()\nend", 1, "`continue` stands in a loop"),
     ("return", 1, "`return` stands in a subprogram"),
