@@ -25,6 +25,8 @@ ASKED_S = 0.05
 """Questions that follow each other sooner are one look."""
 BRAKES_SURELY = 1.1
 """How much steeper than it just needs a drive brakes at its end."""
+HEEDED_S = 0.003
+"""An order takes so long to be heeded at most: a frame, those before it, a loop that is behind."""
 LEAST_SHARE = 0.1
 """A slow drive's ramp is at least this share of the steepest: it has corners to follow."""
 
@@ -116,7 +118,8 @@ class Drive:
         A gentler one than that by which it came to its speed would have it run past its end.
         """
         shared = shared_acc(acc, share)
-        brakes = BRAKES_SURELY * self.speed**2 / (2.0 * max(abs(target - self.position), 1.0))
+        left = abs(target - self.position) - abs(self.speed) * HEEDED_S
+        brakes = BRAKES_SURELY * self.speed**2 / (2.0 * max(left, 1.0))
         if not acc or brakes <= slope_of(shared):
             return shared
         needed = acc_of(brakes / COUNTS_S_PER_RPM)

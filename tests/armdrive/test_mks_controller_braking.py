@@ -23,6 +23,16 @@ def test_a_drive_is_given_a_ramp_by_which_it_can_end(share, speed, left):
     assert speed**2 / (2.0 * slope) <= max(abs(left), speed**2 / (2.0 * slope_of(CONFIGURED)))
 
 
+@pytest.mark.parametrize("share", [0.05, 0.3, 0.8, 1.0])
+@pytest.mark.parametrize(("speed", "left"), [(22_937.0, 266), (41_000.0, 900), (9000.0, 90)])
+def test_it_can_end_there_though_the_order_comes_a_little_late(share, speed, left):
+    drive = Drive(5, "left wrist")
+    drive.speed = speed
+    slope = slope_of(drive.ramp_to(left, CONFIGURED, share))
+    late = speed * 0.002
+    assert speed**2 / (2.0 * slope) <= max(left - late, speed**2 / (2.0 * slope_of(CONFIGURED)))
+
+
 @pytest.mark.parametrize("ways", [(3000, 100), (3000, 20, 5), (2500, 1200, 300)])
 def test_a_motor_that_slows_more_than_the_others_does_not_pass_its_end(ways):
     bench = MksBench().ready()
