@@ -69,6 +69,13 @@ TEMPLATES: Mapping[str, Template] = MappingProxyType(
                 note="All six motors count motor steps, so the cables' couplings are armdrive's.",
             ),
             Template(
+                "minimover5-mks",
+                "a Mini-mover 5 whose six motors are MKS drives on a CAN bus", "mks",
+                preset="minimover5-mks",
+                note="New drives all have the id 1 and move nothing: `armdrive can setup` gives "
+                "each its id, finds which way it turns, and writes the same file.",
+            ),
+            Template(
                 "printed-six", "a printed six-axis arm on a six-axis GRBL board", "grbl",
                 links=PRINTED_SIX, grippers=(SERVO, OUTPUT, NOTHING), homes=True,
                 note="A starting template: lengths, gears, limits and homing are not your arm's "
