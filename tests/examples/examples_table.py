@@ -1,0 +1,66 @@
+"""The examples that run on every arm: one table, of which the tests and the page are made."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from armdrive.abilities import Abilities
+
+from . import worlds
+from .on_arms import Example, Form
+
+
+def no_grip_switch(abilities: Abilities) -> str:
+    """Say that an arm cannot measure what is between its fingers."""
+    return "" if abilities.grip_switch else "no grip switch to measure a width with"
+
+
+_SIDE = {"COLUMNS = ROWS = 2": "COLUMNS = ROWS = 1"}
+_ROW = {"repeat 2 as row": "repeat 1 as row"}
+_ONE = {**_ROW, "repeat 2 as column": "repeat 1 as column"}
+_TWO_DISCS = {"discs = 3": "discs = 2", "--put disc3,250,90,56,20 ": ""}
+_ONE_DISC = {"discs = 3": "discs = 1", "--put disc3,250,90,56,20 --put disc2,250,90,44,20 ": ""}
+_FASTER = {"SPEED = 0.5": "SPEED = 1.0"}
+_SMALL = {**_FASTER, "RADIUS_MM = 35.0": "RADIUS_MM = 15.0"}
+
+_ROWS = {
+    "A": (230.0, -30.0, 0.0),
+    "B": (180.0, -30.0, 0.0),
+    "C": (280.0, -30.0, 0.0),
+    "D": (180.0, -80.0, 0.0),
+}
+
+EXAMPLES: Mapping[str, Example] = MappingProxyType({each.file: each for each in (
+    Example(
+        "stacking.arm", "four blocks from the squares of a grid, one on the other",
+        Form(4), worlds.tower,
+        shorter={"robko01": Form(1, _ONE), "armdroid": Form(2, _ROW), "grbl": Form(2, _ROW),
+                 "mks": Form(1, _ONE)},
+    ),
+    Example(
+        "stacking.py", "the same in Python", Form(4), worlds.tower,
+        shorter={"robko01": None, "armdroid": Form(1, _SIDE), "grbl": Form(1, _SIDE), "mks": None},
+    ),
+    Example(
+        "hanoi.arm", "three discs, and never one on a smaller one", Form(3), worlds.hanoi,
+        shorter={"robko01": Form(1, _ONE_DISC), "armdroid": Form(2, _TWO_DISCS),
+                 "grbl": Form(1, _ONE_DISC), "mks": Form(1, _ONE_DISC)},
+    ),
+    Example(
+        "sorting.arm", "blocks by their width, which the fingers measure", Form(_ROWS),
+        worlds.sorted_rows, no_grip_switch,
+    ),
+    Example(
+        "circle.py", "with a pen, on paper", Form(35.0), worlds.circle,
+        beside_mm=worlds.beside_circle_mm,
+        shorter={"robko01": Form(15.0, _SMALL), "grbl": Form(35.0, _FASTER),
+                 "mks": Form(15.0, _SMALL)},
+    ),
+    Example(
+        "lettering.py", "a word, with a pen", Form("ARM"), worlds.letters,
+        beside_mm=worlds.beside_letters_mm,
+        shorter={"robko01": None, "grbl": Form("AL", {'WORD = "ARM"': 'WORD = "AL"'}), "mks": None},
+    ),
+)})  # fmt: skip
+"""Every example that carries or draws something, by its file."""

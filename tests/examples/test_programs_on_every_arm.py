@@ -1,0 +1,57 @@
+"""Every example on the arm of every dialect: the physical world at its end, and no incident.
+
+Every day some dialects run a shorter form of an example, with fewer blocks or letters; with
+THOROUGH=1 all run the whole.
+"""
+
+import tomllib
+
+import pytest
+from amounts import THOROUGH
+
+from armdrive.armfile import parse_arm_file
+from armdrive.dialects import DIALECTS
+from kinematics.tool import Tool
+from kinematics.tool_arm import ToolArm
+
+from . import worlds
+from .examples_table import EXAMPLES
+from .on_arms import FOLDER, run_example
+
+CASES = [
+    pytest.param(example, dialect, id=f"{example.file}-{dialect}")
+    for example in EXAMPLES.values()
+    for dialect in DIALECTS
+]
+
+
+@pytest.mark.parametrize(("example", "dialect"), CASES)
+def test_an_example_leaves_the_world_as_it_says(example, dialect):
+    why_not = example.against(dialect)
+    if why_not:
+        pytest.skip(why_not)
+    form = example.form(dialect, whole=THOROUGH)
+    if form is None:
+        pytest.skip("takes long, and another example does much the same: THOROUGH=1 runs it")
+    ran = run_example(example, form, dialect)
+    assert worlds.incidents(ran) == []
+    assert example.wrong(ran, form.size) == []
+
+
+def test_the_table_has_every_program_file():
+    assert {path.name for path in FOLDER.glob("*.arm")} <= set(EXAMPLES)
+
+
+def test_a_pen_that_the_arm_file_knows_of_draws_the_same_circle():
+    """The tool's point is what goes round, 40 mm beyond the finger tips and beside them."""
+    config = config_with_tool(Tool(along_mm=40.0, up_mm=6.0))
+    example = EXAMPLES["circle.py"]
+    ran = run_example(example, example.whole, config)
+    assert isinstance(ran.watch.world.body.arm, ToolArm)
+    assert worlds.incidents(ran) == []
+    assert example.wrong(ran, example.whole.size) == []
+
+
+def config_with_tool(tool):
+    text = f'model = "teachmover"\n[tool]\nalong_mm = {tool.along_mm}\nup_mm = {tool.up_mm}\n'
+    return parse_arm_file(tomllib.loads(text), name="bench", folder=FOLDER)
