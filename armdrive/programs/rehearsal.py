@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from armdrive.errors import ArmError, Refused
+from armdrive.errors import ArmError, NotReferenced, Refused
 from armdrive.programs.acts import (
     Act,
     Answer,
@@ -167,6 +167,8 @@ def rehearse(config: ArmConfig, arm: Arm | None, plan: Plan) -> Rehearsal:
         machine = None if plan.machine is None else plan.machine()
         run = Run(plan.source, rehearser, [watch], loops=loops, loop=plan.loop, machine=machine)
         refusal, whole = _carried_out(run)
+        if isinstance(refusal, NotReferenced) and arm is not None:
+            refusal = _own_words(arm, refusal)
     return Rehearsal(
         tuple(tuple(watch.loops.get(number, ())) for number in range(1, loops + 1)),
         tuple(assumptions.found),
@@ -176,6 +178,15 @@ def rehearse(config: ArmConfig, arm: Arm | None, plan: Plan) -> Rehearsal:
         twin.speed_override,
         tuple(rehearser.path),
     )
+
+
+def _own_words(arm: Arm, refusal: NotReferenced) -> NotReferenced:
+    """Return why the arm itself has no position to be trusted, of which its twin knows nothing."""
+    try:
+        arm.core.require_reference()
+    except NotReferenced as own:
+        return own
+    return refusal
 
 
 def _references_first(plan: Plan) -> bool:

@@ -212,7 +212,11 @@ def test_a_doubted_position_is_taken_for_true_where_that_may_be():
     arm.enable()
     assumed = rehearse(arm.config, arm, Plan(Script(TOUR), settle=True))
     assert "where it was seen last" in str(assumed.assumptions[0])
-    assert isinstance(rehearse(arm.config, arm, Plan(Script(TOUR))).refusal, NotReferenced)
+    refusal = rehearse(arm.config, arm, Plan(Script(TOUR))).refusal
+    assert isinstance(refusal, NotReferenced)
+    with pytest.raises(NotReferenced) as own:
+        arm.park()
+    assert str(refusal) == str(own.value)  # and not the twin's, of which nothing is recorded
 
 
 def test_the_path_of_the_tip_is_kept_where_it_is_wanted():
