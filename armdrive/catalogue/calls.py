@@ -107,8 +107,7 @@ REQUESTS = (
     ),
     Entry(
         "E112", "PendantFileError", "a file of a pendant's program that cannot be used",
-        "A line of it is no row of a program, a number does not fit into the arm's memory, or a "
-        "row stands there twice.",
+        "A line of it is no row of a program, or a number does not fit into the arm's memory.",
         "Nothing was sent, nothing moved; the arm's memory is as it was.",
         "Correct the line that the sentence names; `armdrive pendant read FILE` shows the form.",
     ),

@@ -11,7 +11,7 @@ from armdrive.cli.holders import one_holder
 from armdrive.cli.output import emit, say
 from armdrive.errors import ArmError, BadRequest, Refused
 from armdrive.pointbook import Points, points_of
-from armdrive.points import check_name
+from armdrive.points import Step, check_name
 from armdrive.teaching.recording import Choices, Recorder, seen_in
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ LOOK_EVERY_S = 0.1
 
 
 def record(options: argparse.Namespace) -> int:
-    """Record until Ctrl-C, or until the arm is given back; then write the sequence down."""
+    """Record until Ctrl-C, or until the arm is given back."""
     from armdrive.connecting import find
     from armdrive.holder import watch_holder
 
@@ -36,24 +36,23 @@ def record(options: argparse.Namespace) -> int:
     recorder = Recorder(options.name, Choices(how, options.speed, options.waits, options.rest))
     if not options.json:
         say(f"recording {name} as {options.name}: a step wherever it comes to rest; Ctrl-C ends it")
-    trouble: ArmError | None = None
+    kept = _Kept(options, book, recorder)
     try:
-        _follow(recorder, watch_holder(name, LOOK_EVERY_S), config.model.arm.joint_names, options)
+        _follow(recorder, watch_holder(name, LOOK_EVERY_S), config.model.arm.joint_names, kept)
     except KeyboardInterrupt:  # how a recording ends
         pass
-    except ArmError as error:  # what was recorded until then is kept
-        trouble = error
-    _tell(options, recorder, recorder.end(time.monotonic()))
-    if trouble is not None and not recorder.steps:
-        raise trouble
-    return _kept(options, book, recorder, trouble)
+    finally:
+        kept.take(recorder.end(time.monotonic()))
+    if not recorder.steps:
+        raise Refused("nothing was recorded: the arm was never seen at rest")
+    if not options.json:
+        count = len(recorder.steps)
+        say(f"{options.name}: {count} steps over {len(recorder.points)} points, in {book.path}")
+    return 0
 
 
 def _follow(
-    recorder: Recorder,
-    views: Iterator[Mapping[str, Any]],
-    names: tuple[str, ...],
-    options: argparse.Namespace,
+    recorder: Recorder, views: Iterator[Mapping[str, Any]], names: tuple[str, ...], kept: _Kept
 ) -> None:
     """Take up what is seen of an arm, until it is given back."""
     for view in views:
@@ -62,31 +61,30 @@ def _follow(
         if view["state"] == "disconnected":
             return
         now_s = time.monotonic()
-        _tell(options, recorder, recorder.see(seen_in(view, names), now_s))
+        kept.take(recorder.see(seen_in(view, names), now_s))
 
 
-def _kept(
-    options: argparse.Namespace, book: Points, recorder: Recorder, trouble: ArmError | None
-) -> int:
-    if not recorder.steps:
-        raise Refused("nothing was recorded: the arm was never seen at rest")
-    sequences = {options.name: recorder.sequence}
-    book.put_all(recorder.points, sequences, again=options.again)
-    if not options.json:
-        count = len(recorder.steps)
-        say(f"{options.name}: {count} steps over {len(recorder.points)} points, in {book.path}")
-    if trouble is not None:
-        raise trouble
-    return 0
+class _Kept:
+    """Prints steps as they come, and writes them down at once: no way to end loses any."""
 
+    def __init__(self, options: argparse.Namespace, book: Points, recorder: Recorder) -> None:
+        self._json, self._again = options.json, options.again
+        self._book = book
+        self._recorder = recorder
 
-def _tell(options: argparse.Namespace, recorder: Recorder, made: tuple[object, ...]) -> None:
-    first = len(recorder.steps) - len(made) + 1
-    for number, step in enumerate(made, first):
-        if options.json:
-            emit({"step": number, "text": str(step)})
-        else:
-            say(f"{number:>3}  {step}")
+    def take(self, made: tuple[Step, ...]) -> None:
+        """Take the steps that were made last."""
+        if not made:
+            return
+        recorder = self._recorder
+        sequences = {recorder.name: recorder.sequence}
+        self._book.put_all(recorder.points, sequences, again=self._again)
+        self._again = True  # what stands there from now on is this recording
+        for number, step in enumerate(made, len(recorder.steps) - len(made) + 1):
+            if self._json:
+                emit({"step": number, "text": str(step)})
+            else:
+                say(f"{number:>3}  {step}")
 
 
 def _require_free(book: Points, options: argparse.Namespace) -> None:

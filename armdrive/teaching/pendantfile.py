@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from itertools import pairwise
 
 from armdrive.errors import PendantFileError
 from armdrive.teaching.pendantrows import PendantProgram, is_move
@@ -26,7 +25,7 @@ HEADING = """\
 # `origin`: what the registers have to be added to, to be motor steps of the model.
 """
 
-_NUMBER = re.compile(r"-?[0-9]{1,5}")
+_NUMBER = re.compile(r"-?[0-9]{1,9}")
 _ROW_NUMBERS = 8
 _MOTORS = 6
 
@@ -67,9 +66,6 @@ def parse_pendant(text: str) -> PendantProgram:
             origin = _numbers(words, _MOTORS, number)
         else:
             rows.append(_row(words, number))
-    for before, row in pairwise(sorted(rows, key=lambda row: row.number)):
-        if before.number == row.number:
-            raise PendantFileError(f"row {row.number} is there twice: the arm keeps one of them")
     return PendantProgram(tuple(rows), origin)
 
 
@@ -89,7 +85,7 @@ def _numbers(words: list[str], wanted: int, line: int) -> tuple[int, ...]:
     told = words[1:]
     wrong = next((word for word in told if not _NUMBER.fullmatch(word)), None)
     if wrong is not None:
-        raise PendantFileError(f"line {line}: {wrong!r} is no whole number of up to five digits")
+        raise PendantFileError(f"line {line}: {wrong!r} is no whole number of up to nine digits")
     if len(told) != wanted:
         raise PendantFileError(
             f"line {line}: {wanted} numbers stand behind `{words[0]}`, not {len(told)}"

@@ -78,6 +78,7 @@ def taught_by(
         )
     if not program.rows:
         raise Refused("the program has no rows: there is nothing to make points of")
+    program.require_once()
     points: dict[str, Point] = {}
     steps: list[Step] = []
     last: Place | None = None

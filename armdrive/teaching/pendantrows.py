@@ -51,9 +51,14 @@ class PendantProgram:
 
     def require_fitting(self, most: int) -> None:
         """Raise `BadRequest` for more rows than a memory has, or for a number twice."""
+        count = len(self.rows)
+        if count > most:
+            raise BadRequest(f"{count} rows are more than the arm's memory can hold: {most}")
+        self.require_once()
+
+    def require_once(self) -> None:
+        """Raise `BadRequest` for a number that two rows have."""
         numbers = [row.number for row in self.rows]
-        if len(numbers) > most:
-            raise BadRequest(f"{len(numbers)} rows are more than the arm's memory can hold: {most}")
         twice = sorted({number for number in numbers if numbers.count(number) > 1})
         if twice:
             raise BadRequest(f"row {twice[0]} is there twice: the arm keeps one row of a number")

@@ -12,11 +12,12 @@ from dataclasses import dataclass, replace
 from itertools import product
 from typing import TYPE_CHECKING
 
-from armdrive.errors import BadRequest, OutOfBounds, Refused
+from armdrive.errors import OutOfBounds, Refused, UnknownPoint
 from armdrive.planning import guard_error, limit_error
 from armdrive.points import Point, StepList
 from kinematics import Joints, Pose
 from kinematics.errors import KinematicsError
+from kinematics.near_words import suggestion
 
 if TYPE_CHECKING:
     from armdrive.armfile import ArmConfig
@@ -126,7 +127,7 @@ def shaped(
     """Return what a point or a sequence of that name becomes under a new one.
 
     `known` are the points and the sequences there are; `change` is how a posture changes, and the
-    words for the note. Raises `BadRequest` for a name there is not.
+    words for the note. Raises `UnknownPoint` for a name there is not.
     """
     points, sequences = known
     shape, note = change
@@ -134,7 +135,8 @@ def shaped(
         made, steps = shaped_sequence(config, new, sequences[name], points, shape, note)
         return made, {new: steps}
     if name not in points:
-        raise BadRequest(f"there is no point and no sequence {name!r}")
+        hint = suggestion(name, [*points, *sequences])
+        raise UnknownPoint(f"there is no point and no sequence {name!r}{hint}")
     return {new: shaped_point(config, name, points[name], shape, note)}, {}
 
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from pendant_programs import PROGRAMS
 
 from armdrive.connecting import find
-from armdrive.errors import PendantFileError, Refused
+from armdrive.errors import BadRequest, PendantFileError, Refused
 from armdrive.points import Taught
 from armdrive.teaching.pendantfile import FIRST_LINE, parse_pendant, pendant_text
 from armdrive.teaching.pendantmeaning import meaning, taught_by
@@ -77,12 +77,19 @@ def test_whatever_stands_in_a_file_is_a_program_or_a_sentence(text):
     assert parse_pendant(text_of(read)) == read
 
 
-def test_what_is_no_program_at_all_and_a_row_twice_are_refused():
+def test_what_is_no_program_at_all_is_refused():
     with pytest.raises(PendantFileError, match="first line would be"):
         parse_pendant("[points.pick]\n")
+
+
+def test_a_row_that_is_there_twice_can_be_kept_but_not_used():
     row = "move 1 240 1 2 3 4 5 6\n"
-    with pytest.raises(PendantFileError, match="row 1 is there twice"):
-        parse_pendant(f"{FIRST_LINE}\n{row}{row}")
+    program = parse_pendant(f"{FIRST_LINE}\norigin 0 0 0 0 0 131072\n{row}{row}")
+    assert parse_pendant(text_of(program)) == program
+    with pytest.raises(BadRequest, match="row 1 is there twice"):
+        taught_by(CONFIG, program, "stack")
+    with pytest.raises(BadRequest, match="row 1 is there twice"):
+        program.require_fitting(64)
 
 
 def test_a_row_says_its_speed_posture_and_fingers_where_the_origin_is_known():
