@@ -83,6 +83,11 @@ class Machine:
         return self._row().mark
 
     @property
+    def ended_by_stop(self) -> bool:
+        """Whether it ended at a `stop`, and not behind its last line."""
+        return self._state.ended and self._row().op is Op.END
+
+    @property
     def context(self) -> Context:
         """What it has brought so far, for a program that is read with it: see `read_program`."""
         known, state = self.program.context, self._state

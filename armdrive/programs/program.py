@@ -107,14 +107,16 @@ def _sha256(text: str) -> str:
     return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()
 
 
-def read_program(text: str, file: str = "", context: Context | None = None) -> Program:
+def read_program(
+    text: str, file: str = "", context: Context | None = None, first: int = 1
+) -> Program:
     """Read a program and check it as a whole. Raises `ProgramError` with all that is wrong.
 
     With a context, as `Machine.context` gives it, the subprograms and values of what ran before
-    are known, and may be replaced.
+    are known, and may be replaced. Its lines are counted from `first`, as part of a longer text.
     """
     known = Context() if context is None else context
-    tree, problems = read_tree(text, file)
+    tree, problems = read_tree(text, file, first)
     own = tuple(line for line in tree.body if isinstance(line, Define))
     rest = tuple(line for line in tree.body if not isinstance(line, Define))
     code, wrong = checked(Tree((*rest, *known.but(own))), known.kinds)

@@ -62,13 +62,16 @@ def parse(text: str, file: str = "") -> Tree:
     return tree
 
 
-def read_tree(text: str, file: str = "") -> tuple[Tree, list[Problem]]:
-    """Return the tree of what can be read of a program, and what cannot."""
+def read_tree(text: str, file: str = "", first: int = 1) -> tuple[Tree, list[Problem]]:
+    """Return the tree of what can be read of a program, and what cannot.
+
+    Lines are counted from `first`.
+    """
     blocks = _Blocks()
     lines = lines_of(text)
     if lines[-1] == "":
         lines.pop()  # what ends with a line's end has no blank line behind it
-    for number, line in enumerate(lines, start=1):
+    for number, line in enumerate(lines, start=first):
         try:
             items = read_line(line, number, file)
         except LineMistake as error:

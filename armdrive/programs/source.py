@@ -14,7 +14,7 @@ from kinematics import Joints, Pose
 
 if TYPE_CHECKING:
     from armdrive.armfile import ArmConfig
-    from armdrive.programs.acts import Machine
+    from armdrive.programs.machine import Machine
 
 ENDING = ".arm"
 

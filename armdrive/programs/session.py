@@ -1,0 +1,232 @@
+"""What is typed at a prompt, entry by entry: each is a program that knows what came before it.
+
+Pure: it reads and remembers, and others carry out. An entry is a line or a whole block, or values
+alone, which are said. Of what was carried out a program is kept, for a list and for a file.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from armdrive.errors import BadRequest, ProgramError
+from armdrive.programs.context import Context
+from armdrive.programs.heads import End, Opening
+from armdrive.programs.lines import Item, LineMistake, read_line
+from armdrive.programs.naming import every, subprograms, used_by
+from armdrive.programs.program import Program, read_program
+from armdrive.programs.reading import read_tree
+from armdrive.programs.syntax import Assign, Call, Define, Do, Label, Statement, Tree
+from armdrive.programs.terms import NAME, Name, Use, within
+from armdrive.programs.typed import Typed
+from armdrive.programs.vocabulary import FUNCTIONS, HERE
+from armdrive.programs.writing import unparse
+
+if TYPE_CHECKING:
+    from armdrive.programs.machine import Machine
+
+SAYING = "type "
+"""What is put before values that stand alone, so that they are said."""
+
+OF_THE_ARM = (HERE, "input")
+"""Values that only an arm can say."""
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One entry that was read and checked; `says` tells that it only says values."""
+
+    program: Program
+    says: bool = False
+    lines: int = 1
+    """How many lines it was typed in."""
+
+
+class Session:
+    """What a prompt has taken so far. `title` is the input's where its lines are counted.
+
+    `book` are the names of the points in the arm's own book. `kept` is what was carried out, by the
+    numbers of the entries.
+    """
+
+    def __init__(self, title: str = "") -> None:
+        self.context = Context()
+        self.typed = Typed(title)
+        self.book: frozenset[str] = frozenset()
+        self.kept: dict[int, tuple[Statement, ...]] = {}
+        self.number = 1
+        self._block: list[str] = []
+        self._depth = 0
+        self._begin = 1
+
+    # -- reading ------------------------------------------------------------------------------
+
+    @property
+    def unfinished(self) -> bool:
+        """Whether a block has begun whose end has not come yet."""
+        return bool(self._block)
+
+    def take(self, line: str, position: int = 1) -> Entry | None:
+        """Take the next line; return an entry where that completes one.
+
+        `position` is the line's number in the input. A line that cannot be read is not taken.
+        Raises `ProgramError`.
+        """
+        if not self._block:
+            self._begin = position if self.typed.title else 1
+        items = self._items(line)
+        if items is None:
+            return self._values(line)
+        self._block.append(line)
+        self._depth += sum(isinstance(item, Opening) - isinstance(item, End) for item in items)
+        if self._depth > 0:
+            return None
+        lines = list(self._block)
+        self.abandon()
+        return self._read(lines) if any(each.strip() for each in lines) else None
+
+    def abandon(self) -> None:
+        """Forget the lines of a block that has no end yet."""
+        self._block, self._depth = [], 0
+
+    def end(self) -> None:
+        """Say that nothing more comes. Raises `ProgramError` for a block without its end."""
+        lines = list(self._block)
+        self.abandon()
+        if lines:
+            self._read(lines)
+
+    def load(self, program: Program, name: str) -> Entry:
+        """Return the subprograms and given values of another program as an entry.
+
+        Left out is what moves, waits, or asks the arm. Raises `ProgramError`.
+        """
+        body = tuple(line for line in program.tree.body if _given(line))
+        if not body:
+            raise BadRequest(f"{name} has no subprograms, points or values to be taken from it")
+        lines = unparse(Tree(body)).splitlines()
+        self.typed.add(name, lines)
+        return self._checked(lines, name)
+
+    def _items(self, line: str) -> list[Item] | None:
+        """Return what a line says; None for values that stand alone. Raises `ProgramError`."""
+        try:
+            items = read_line(line, self._begin + len(self._block), self._file)
+        except LineMistake as mistake:
+            if not self._block and self._like_values(line):
+                return None
+            self.typed.add(self._file, (*self._block, line), self._begin)
+            raise self.typed.error([mistake.problem]) from None
+        return None if not self._block and items and self._is_value(items, line) else items
+
+    def _is_value(self, items: list[Item], line: str) -> bool:
+        """Tell whether what can be read as a statement is meant to be a value: a bare name, say."""
+        match items[0]:
+            case Do(word="here", arguments=()):
+                return True
+            case Label():
+                return len(items) == 1 and not line.rstrip().endswith(":")
+            case Call(name=name, arguments=arguments):
+                return name.lower() in FUNCTIONS or (not arguments and self._has_value(name))
+            case _:
+                return False
+
+    def _has_value(self, name: str) -> bool:
+        low = name.lower()
+        if any(each.name.lower() == low for each in self.context.defines):
+            return False
+        return low in self.context.variables or low in map(str.lower, self.book)
+
+    def _like_values(self, line: str) -> bool:
+        """Tell whether a line that is no statement is meant to be values: `2 * 3`, `width +`."""
+        try:
+            read_line(SAYING + line)
+        except LineMistake:
+            first = NAME.match(line.lstrip())
+            return first is None or self._has_value(first[0]) or first[0].lower() in FUNCTIONS
+        return True
+
+    @property
+    def _file(self) -> str:
+        return self.typed.title or f"entry {self.number}"
+
+    def _values(self, line: str) -> Entry:
+        self.typed.add(self._file, [line], self._begin, before=len(SAYING))
+        return replace(self._checked([SAYING + line], self._file, self._begin), says=True)
+
+    def _read(self, lines: list[str]) -> Entry:
+        self.typed.add(self._file, lines, self._begin)
+        return self._checked(lines, self._file, self._begin)
+
+    def _checked(self, lines: list[str], file: str, begin: int = 1) -> Entry:
+        text = "\n".join(lines)
+        tree, _ = read_tree(text, file, begin)
+        known = replace(self.context, defines=_needed(tree, self.context))
+        try:
+            program = read_program(text, file, known, begin)
+        except ProgramError as error:
+            raise self.typed.shown(error) from None
+        return Entry(program, lines=len(lines))
+
+    # -- remembering --------------------------------------------------------------------------
+
+    def learn(self, entry: Entry, machine: Machine, *, done: bool) -> None:
+        """Learn what an entry has brought so far; keep it where it was done to its end."""
+        body = entry.program.tree.body
+        own = tuple(line for line in body if isinstance(line, Define))
+        defines = self.context.but(own) if done else self.context.defines
+        self.context = replace(machine.context, defines=defines)
+        if not done or entry.says or machine.ended_by_stop:
+            return  # a `stop` would end the program of all entries as well
+        replaced = {line.name.lower() for line in own}
+        left = {
+            number: tuple(line for line in lines if not _defines(line, replaced))
+            for number, lines in self.kept.items()
+        }
+        self.kept = {number: lines for number, lines in left.items() if lines}
+        self.kept[self.number] = body
+        self.number += 1
+
+    def drop(self, number: int) -> None:
+        """Leave an entry out of the program. Raises `BadRequest` where there is none."""
+        if number not in self.kept:
+            raise BadRequest(f"there is no entry {number} in the list")
+        del self.kept[number]
+
+    @property
+    def text(self) -> str:
+        """The program of all that was carried out."""
+        return unparse(Tree(tuple(line for lines in self.kept.values() for line in lines)))
+
+
+def _needed(tree: Tree, known: Context) -> tuple[Define, ...]:
+    """Return the known subprograms that a program leads to, and that it does not replace."""
+    there = {define.name.lower(): define for define in known.defines}
+    for name in subprograms(tree):
+        there.pop(name, None)
+    waiting, found = [*tree.body], dict[str, Define]()
+    while waiting:
+        for name in _called(waiting.pop()):
+            if name in there and name not in found:
+                found[name] = there[name]
+                waiting.append(there[name])
+    return tuple(found.values())
+
+
+def _called(line: Statement) -> list[str]:
+    return [each.name.lower() for each in every((line,)) if isinstance(each, Call)]
+
+
+def _defines(line: Statement, names: set[str]) -> bool:
+    return isinstance(line, Define) and line.name.lower() in names
+
+
+def _given(line: Statement) -> bool:
+    """Tell whether a line only gives names: a subprogram, or a value that no arm is asked for."""
+    if isinstance(line, Assign):
+        return not any(
+            isinstance(each, Name | Use) and each.name.lower() in OF_THE_ARM
+            for value in used_by(line)
+            for each in within(value)
+        )
+    return isinstance(line, Define)
