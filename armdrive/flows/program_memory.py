@@ -72,7 +72,7 @@ def write_program(
     if others and not leave_others:
         raise Refused(
             f"the arm's memory has {named_rows(others)} besides, which would stay, and run with "
-            "the new program: clear them at the pendant (CLEAR), or say that they are to stay"
+            "the new program: clear them at the pendant, or say that they are to stay"
         )
     missing = [row for row in rows if row not in before]
     written: list[int] = []

@@ -57,11 +57,11 @@ class PendantProgram:
         self.require_once()
 
     def require_once(self) -> None:
-        """Raise `BadRequest` for a number that two rows have."""
-        numbers = [row.number for row in self.rows]
-        twice = sorted({number for number in numbers if numbers.count(number) > 1})
-        if twice:
-            raise BadRequest(f"row {twice[0]} is there twice: the arm keeps one row of a number")
+        """Raise `BadRequest` for a number that two different rows have."""
+        seen: dict[int, ProgramRow] = {}
+        for row in self.rows:
+            if seen.setdefault(row.number, row) != row:
+                raise BadRequest(f"row {row.number} is there twice: the arm keeps one of a number")
 
     def require_origin(self, origin: tuple[int, ...] | None) -> None:
         """Raise `Refused` where the rows are known to mean other places under this origin."""

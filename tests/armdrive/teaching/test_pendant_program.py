@@ -88,6 +88,13 @@ def test_a_full_memory_says_which_rows_are_in_it():
     assert "rows 1 to 50 in the arm, row 51 perhaps; row 52 as before" in str(caught.value)
 
 
+def test_the_same_row_twice_is_one_row():
+    with Arm.connect("sim:teachmover") as arm:
+        twice = PendantProgram(program(1, 2).rows + program(2).rows)
+        arm.write_pendant_program(twice)
+        assert memory(arm) == {row.number: row for row in program(1, 2).rows}
+
+
 def test_rows_of_other_numbers_are_not_left_to_run_with_the_new_ones_unless_said():
     with Arm.connect("sim:teachmover") as arm:
         arm.write_pendant_program(program(1, 2, 3, 4))
