@@ -32,6 +32,7 @@ class Evidence(Enum):
     SILENT = "the controller did not answer, and may have lost its power"
     READ_BACK_DIFFERS = "the registers are not where the motion should have left them"
     MOTION_REFUSED = "the controller refused a motion that it should have understood"
+    BROKEN_OFF = "a motion was broken off before its end"
     HOMING_FAILED = "the controller's homing did not end"
     OFF_ITS_MARK = "verified at its mark, and found off its position"
     STOPPED_DEAD = "the motors were stopped dead in motion, and may have lost steps"
@@ -61,6 +62,7 @@ RESULTS: Mapping[Evidence, Trust] = MappingProxyType(
         Evidence.SILENT: Trust.SUSPECT,
         Evidence.READ_BACK_DIFFERS: Trust.SUSPECT,
         Evidence.MOTION_REFUSED: Trust.SUSPECT,
+        Evidence.BROKEN_OFF: Trust.SUSPECT,
         Evidence.HOMING_FAILED: Trust.SUSPECT,
         Evidence.OFF_ITS_MARK: Trust.SUSPECT,
         Evidence.STOPPED_DEAD: Trust.SUSPECT,

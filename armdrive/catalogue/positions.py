@@ -48,7 +48,7 @@ POSITIONS = (
     ),
     Entry(
         "E707", "SILENT", "the controller fell silent",
-        "It did not answer while the arm stood, and may have lost its power.",
+        "It, or one of its drives, did not answer, and may have lost its power.",
         "The arm stands, or has sagged without current; its position is suspect; error-stop is "
         "latched.",
         "Check power and cable, look at the arm, `reset`, then home.",
@@ -141,5 +141,12 @@ POSITIONS = (
         "wrong.",
         "The arm stands at its mark, its position is suspect. " + NO_PLANNING,
         "Home it where it stands (`armdrive home`). If it comes again, look for what slips.",
+    ),
+    Entry(
+        "E722", "BROKEN_OFF", "a motion that was broken off",
+        "A motion that could not go on was ended, and its reason is told beside it: a drive in "
+        "another mode, an open door, a motor that does not come to rest.",
+        "The arm stands on its way, its position is suspect; error-stop is latched.",
+        "Mend what the reason names, look at the arm, `reset`, then home.",
     ),
 )  # fmt: skip

@@ -179,19 +179,25 @@ class Wire(Asking):
             core.believe_registers()
             core.commanded = core.acknowledged
             raise self.fault(DeviceFault(told or f"the controller refused the motion{words}"))
-        core.learn(Evidence.SILENT if reply.silent else Evidence.MOTION_REFUSED, self.now_s)
+        core.learn(_evidence(reply), self.now_s, reply.reason)
         take_difference(core)
         raise self.fault(DeviceFault(told or _refused_words(reply)))
 
 
-def _refused_words(reply: Denied) -> str:
-    """Say that a motion was not carried out: on a bus, one device can fail while others work."""
+def _evidence(reply: Denied) -> Evidence:
+    """Return what a motion that was not made says of the position."""
     if reply.silent:
+        return Evidence.SILENT
+    return Evidence.BROKEN_OFF if reply.reason else Evidence.MOTION_REFUSED
+
+
+def _refused_words(reply: Denied) -> str:
+    """Say that a motion was not made: by the device's reason, or else it understood nothing."""
+    if reply.reason:
         return f"the motion was broken off: {reply.reason}. Look at the arm, then reset"
-    words = f": {reply.reason}" if reply.reason else ""
     return (
-        f"the controller refused a motion that it should have understood{words}; a byte may have "
-        "been garbled. Look at the arm, then reset"
+        "the controller refused a motion that it should have understood; a byte may have been "
+        "garbled. Look at the arm, then reset"
     )
 
 
