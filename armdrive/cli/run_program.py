@@ -25,8 +25,9 @@ from armdrive.cli.run_common import (
     stands_at,
 )
 from armdrive.cli.run_person import Terminal, standard_input
-from armdrive.cli.run_showing import Display, duration
+from armdrive.cli.run_showing import Display
 from armdrive.cli.run_signals import stopped_by_interrupt
+from armdrive.cli.run_words import duration
 from armdrive.programs.journal import Entry, Journal, interrupted
 from armdrive.programs.performing import Performer
 from armdrive.programs.progress import Progress
@@ -107,6 +108,7 @@ def _command(options: argparse.Namespace, *, resume: bool) -> str:
     for name in ("arm", "sim", "port", "dialect"):
         value = getattr(options, name)
         words += [f"--{name}", value] if value else []
+    words += ["--allow-restored"] * options.allow_restored
     return shlex.join([*words, *["--resume"] * resume])
 
 

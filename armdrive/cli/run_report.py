@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from armdrive.catalogue import error_view
 from armdrive.cli.output import say
-from armdrive.cli.run_showing import duration
+from armdrive.cli.run_words import duration
 from armdrive.programs.acts import Look
 
 if TYPE_CHECKING:

@@ -6,13 +6,16 @@ The same picture is what other programs are told of the program (`armdrive statu
 from __future__ import annotations
 
 import contextlib
+import os
 import shutil
 import sys
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
+from armdrive.cli.run_words import place_words
+from armdrive.errors import Stopped
 from armdrive.programs.acts import Mark
 from armdrive.programs.progress import Estimate, Progress
 
@@ -23,6 +26,7 @@ if TYPE_CHECKING:
 
 REDRAW_S = 0.2
 CLEAR_LINE = "\r\x1b[K"
+STANDARD_OUTPUT = 1
 
 
 class Display:
@@ -87,7 +91,7 @@ class Display:
         """Tell programs what an act brought."""
         if self._emit is not None:
             brought = answer if isinstance(answer, bool | float | int) else None
-            self._emit(
+            self._write(
                 {
                     "event": "done",
                     "line": step.stage.mark.line,
@@ -114,11 +118,11 @@ class Display:
             self._began_s = 0.0 if self._arm is None else self._arm.pace.now_s()
             view = self.view()
             if self._emit is not None:
-                self._emit({"event": "act", **view})
+                self._write({"event": "act", **view})
             elif self._rewrites:
                 self._draw(view)
             elif loud:
-                self._print(_line(view))
+                self._print(place_words(view))
 
     def say(self, text: str) -> None:
         """Show what the program says."""
@@ -167,7 +171,7 @@ class Display:
 
     def _look(self) -> None:
         """Show now and then what changes between two acts, while anybody reads it."""
-        with contextlib.suppress(OSError):
+        with contextlib.suppress(OSError, Stopped):
             while not self._over.wait(REDRAW_S):
                 with self._lock:
                     self._look_once()
@@ -186,7 +190,7 @@ class Display:
     def _tell(self, event: dict[str, Any], text: str) -> None:
         with self._lock:
             if self._emit is not None:
-                self._emit(event)
+                self._write(event)
             else:
                 self._wipe()
                 self._print(text)
@@ -195,37 +199,34 @@ class Display:
         columns = shutil.get_terminal_size().columns
         arm = self._arm
         slowed = arm is not None and arm.speed_override < 1.0
-        words = _line(view) + "  slowed" * slowed + "  PAUSED" * self._paused
-        sys.stdout.write(f"{CLEAR_LINE}{words[: columns - 1]}")
-        sys.stdout.flush()
+        words = place_words(view) + "  slowed" * slowed + "  PAUSED" * self._paused
+        self._put(f"{CLEAR_LINE}{words[: columns - 1]}")
         self._drawn = True
 
     def _wipe(self) -> None:
         if self._drawn:
-            sys.stdout.write(CLEAR_LINE)
-            sys.stdout.flush()
+            self._put(CLEAR_LINE)
             self._drawn = False
 
     def _print(self, text: str) -> None:
-        sys.stdout.write(f"{text}\n")
-        sys.stdout.flush()
+        self._put(f"{text}\n")
+
+    def _put(self, text: str) -> None:
+        with _heard():
+            sys.stdout.write(text)
+            sys.stdout.flush()
+
+    def _write(self, event: dict[str, Any]) -> None:
+        if self._emit is not None:
+            with _heard():
+                self._emit(event)
 
 
-def _line(view: Mapping[str, Any]) -> str:
-    """Return where a program is, as a line for people."""
-    percent, left_s = view["percent"], view["left_s"]
-    share = "    " if percent is None else f"{percent:3.0f}%"
-    left = "" if left_s is None else f"  {duration(left_s)} left"
-    several = view["loops"] != 1
-    loop = f"loop {view['loop']}  " if several else ""
-    return f"{share}  {loop}line {view['line']}: {view['text'] or view['act']}{left}"
-
-
-def duration(time_s: float) -> str:
-    """Return a time for people: seconds, or minutes and seconds, or hours and minutes."""
-    if time_s < 60.0:
-        return f"{time_s:.1f} s" if time_s < 10.0 else f"{time_s:.0f} s"
-    minutes, seconds = divmod(round(time_s), 60)
-    if minutes < 60:
-        return f"{minutes} min {seconds} s"
-    return f"{minutes // 60} h {minutes % 60} min"
+@contextlib.contextmanager
+def _heard() -> Iterator[None]:
+    """Turn a reader that has gone into a stop: a program does not end well because of that."""
+    try:
+        yield
+    except BrokenPipeError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), STANDARD_OUTPUT)
+        raise Stopped("nobody reads any more what the program says: it was ended") from None

@@ -53,6 +53,10 @@ class Program:
         self.events += [json.loads(text) for text in out.splitlines()]
         return self.process.returncode, err
 
+    def end_unread(self):
+        _, err = self.process.communicate(timeout=60)
+        return self.process.returncode, err
+
 
 @pytest.fixture
 def begin(call, tmp_path):
@@ -158,3 +162,14 @@ def test_each_motion_waits_for_enter_and_the_end_of_input_is_no_answer(begin):
     code, _ = program.end()
     assert code == 130
     assert [each["line"] for each in program.events if each["event"] == "done"] == [1, 3]
+
+
+def test_a_reader_that_has_gone_ends_the_program_and_not_well(begin):
+    program = begin(TOUR, "--pace", FAST)
+    program.until("act", 1)
+    program.process.stdout.close()
+    program.process.stdout = None
+    code, err = program.end_unread()
+    assert code == 5
+    assert "nobody reads any more" in json.loads(err)["message"]
+    assert journal_file(ARM).exists()

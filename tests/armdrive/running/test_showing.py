@@ -1,0 +1,150 @@
+"""What a run shows: one line that is rewritten, lines, or events; and what loads nothing of it."""
+
+import subprocess
+import sys
+
+import pytest
+from running_bench import table_arm
+
+from armdrive.cli.run_person import Lines, Terminal
+from armdrive.cli.run_showing import CLEAR_LINE, Display
+from armdrive.cli.run_words import duration
+from armdrive.programs.acts import Go, Mark, Stage
+from armdrive.programs.progress import Progress, Took
+from armdrive.programs.running import Step
+from kinematics import Pose
+
+GO = Go(Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90))
+LINES = ["# a program", "  move pick  ", "move put"]
+
+
+def step(line, number=1, loop=1):
+    return Step(Stage(GO, Mark(line, 3, "t.arm")), number, loop)
+
+
+@pytest.fixture
+def arm():
+    return table_arm()
+
+
+def rehearsed():
+    return Progress(
+        [[Took(Mark(2, 3, "t.arm"), "Go", 90.0), Took(Mark(3, 3, "t.arm"), "Go", 10.0)]]
+    )
+
+
+def test_one_line_is_rewritten_and_wiped_for_words(arm, capsys, monkeypatch):
+    monkeypatch.setattr("armdrive.cli.run_showing.REDRAW_S", 1e3)
+    with Display(LINES, None, rewrites=True) as display:
+        display.use(arm)
+        display.follow(rehearsed())
+        display.begins(step(2), None)
+        display.say("hello")
+        display.begins(step(3, 2), None)
+    shown = capsys.readouterr().out
+    assert shown == (
+        f"{CLEAR_LINE}  0%  line 2: move pick  1 min 40 s left"
+        f"{CLEAR_LINE}hello\n"
+        f"{CLEAR_LINE} 90%  line 3: move put  10 s left{CLEAR_LINE}"
+    )
+
+
+def test_a_pause_and_a_slower_pace_are_shown(arm, capsys):
+    with Display(LINES, None, rewrites=True) as display:
+        display.use(arm)
+        display.follow(rehearsed())
+        display.begins(step(2), None)
+        arm.pause()
+        arm.speed_override = 0.5
+        display._look_once()
+    shown = capsys.readouterr().out
+    assert "paused\n" in shown
+    assert "3 min 20 s left  slowed  PAUSED" in shown
+    assert arm.program() == display.view()
+    assert display.view()["left_s"] == 200
+
+
+def test_the_thread_that_looks_ends_quietly_when_nobody_reads_any_more(arm, monkeypatch):
+    monkeypatch.setattr("armdrive.cli.run_showing.REDRAW_S", 1e-3)
+
+    def gone(event):
+        if event["event"] == "paused":
+            raise OSError(5, "the terminal is gone")
+
+    with Display(LINES, gone, rewrites=False) as display:
+        display.use(arm)
+        display.begins(step(2), None)
+        arm.pause()
+        display._thread.join(timeout=10)
+        assert not display._thread.is_alive()
+
+
+def test_nothing_is_told_before_anything_began(arm, capsys):
+    with Display(LINES, None, rewrites=False) as display:
+        display.use(arm)
+        display._look_once()
+        assert arm.program() == {}
+        assert display.source(0) == display.source(4) == ""
+    assert capsys.readouterr().out == ""
+
+
+@pytest.mark.parametrize(
+    ("time_s", "words"),
+    [
+        (0.0, "0.0 s"),
+        (9.94, "9.9 s"),
+        (10.0, "10 s"),
+        (59.4, "59 s"),
+        (60.0, "1 min 0 s"),
+        (119.7, "2 min 0 s"),
+        (3599.0, "59 min 59 s"),
+        (3600.0, "1 h 0 min"),
+        (7320.0, "2 h 2 min"),
+    ],
+)
+def test_times_are_written_for_people(time_s, words):
+    assert duration(time_s) == words
+
+
+def test_lines_that_were_typed_before_are_no_answer_from_a_person(tmp_path, monkeypatch):
+    path = tmp_path / "typed"
+    path.write_text("\n\n", encoding="utf-8")
+    with path.open() as file:
+        lines = Lines(file.fileno())
+        while not lines.take():
+            pass
+        monkeypatch.setattr("os.isatty", lambda _: True)
+        while lines._lines.empty():
+            pass
+        lines.forget()
+        assert not lines.take()
+    assert not Lines(None).take()
+
+
+def test_what_waits_for_a_person_ends_with_the_run(arm):
+    shown = []
+
+    class Shown:
+        def say(self, text):
+            shown.append(text)
+
+        waits = say
+
+    person = Terminal(arm, Shown(), Lines(None))
+    person.say("hello")
+    person.hold("turn it", lambda: True)
+    assert shown == ["hello", "turn it"]
+    assert arm.paused  # whoever ended the run says what becomes of the arm
+
+
+@pytest.mark.parametrize("words", [["--help"], ["status"], ["run", "--help"]])
+def test_nothing_of_programs_is_loaded_before_one_runs(words):
+    program = (
+        "import sys\nfrom armdrive.cli import main\n"
+        "try:\n    main(sys.argv[1:])\nexcept SystemExit:\n    pass\n"
+        "print(*sys.modules, file=sys.stderr)"
+    )
+    loaded = subprocess.run(
+        [sys.executable, "-c", program, *words], capture_output=True, text=True, check=True
+    ).stderr.split()
+    assert not [name for name in loaded if name.startswith(("lark", "armdrive.programs"))]
