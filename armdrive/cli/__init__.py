@@ -18,6 +18,7 @@ COMMANDS: Mapping[str, str] = MappingProxyType(
         "jog": "drive an arm from the keyboard",
         "move": "move an arm to joint angles or to a pose",
         "run": "run a program, or rehearse it: a program file or a Python script",
+        "shell": "type the words of a program at a prompt, each carried out at once",
         "points": "name places of an arm, and go to them; step through sequences of them",
         "teach": "record sequences as the arm is moved, and edit them step by step",
         "pendant": "the program in an arm's own memory: into a file, and back",

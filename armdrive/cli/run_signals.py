@@ -17,8 +17,12 @@ INTERRUPTED = 130
 
 
 @contextlib.contextmanager
-def stopped_by_interrupt(arms: Callable[[], Iterable[Arm]]) -> Iterator[None]:
+def stopped_by_interrupt(
+    arms: Callable[[], Iterable[Arm]], *, ends: bool = True
+) -> Iterator[None]:
     """Have the first Ctrl-C stop every arm and end the program, and the next one leave at once.
+
+    Without `ends` nothing but the arms is interrupted: who waits for one hears that it stopped.
 
     Whoever leaves at once closes nothing: what an arm was sent runs to its end, which its status
     announces, and nothing further is sent.
@@ -33,7 +37,8 @@ def stopped_by_interrupt(arms: Callable[[], Iterable[Arm]]) -> Iterator[None]:
         for arm in arms():
             arm.request_stop()
         sys.stderr.write("\nstopping the arm; Ctrl-C again leaves at once\n")
-        raise KeyboardInterrupt
+        if ends:
+            raise KeyboardInterrupt
 
     try:
         before = signal.signal(signal.SIGINT, interrupt)

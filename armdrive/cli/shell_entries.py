@@ -1,0 +1,159 @@
+"""Takes the lines of a prompt: carries entries out on the arm, and does the shell's own words."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+from armdrive.catalogue import tagged
+from armdrive.cli.output import emit, say
+from armdrive.cli.run_common import failed_view
+from armdrive.cli.run_signals import stopped_by_interrupt
+from armdrive.cli.shell_person import AtPrompt, Said, Shown
+from armdrive.cli.shell_words import own_word
+from armdrive.errors import NotReferenced, OperatorNeeded, ProgramError
+from armdrive.pointbook import points_of
+from armdrive.programs.performing import Performer
+from armdrive.programs.running import Run
+from armdrive.programs.session import Session
+from armdrive.programs.source import ArmProgram
+from armdrive.status import State
+
+if TYPE_CHECKING:
+    from armdrive.arm import Arm
+    from armdrive.programs.machine import Machine
+    from armdrive.programs.session import Entry
+
+INPUT = "standard input"
+"""What the lines of a pipe are called."""
+
+WAYS_OUT: Mapping[State, str] = MappingProxyType(
+    {
+        State.ERROR_STOP: "look at the arm; `reset` leaves the error, and moves nothing",
+        State.DISABLED: "`enable` switches the motors on",
+        State.DISCONNECTED: "the arm is gone; `save FILE.arm` still works, and `quit`",
+    }
+)
+"""What is to be typed where the arm stands in a state that nothing moves in."""
+
+REFERENCE = "`home` references the arm"
+
+
+class _Once:
+    """The source of a machine that has been made already."""
+
+    def __init__(self, made: Machine) -> None:
+        self._made = made
+
+    def machine(self) -> Machine:
+        """Return it."""
+        return self._made
+
+
+class Shell:
+    """A prompt's session on one arm. `typing` tells that a person types, and not a pipe."""
+
+    def __init__(self, arm: Arm, options: argparse.Namespace, *, typing: bool) -> None:
+        self.arm = arm
+        self.json = bool(options.json)
+        self.typing = typing
+        self.saved: set[str] = set()
+        self.done = 0
+        self._stops = arm.stops
+        self._outputs = 0
+        self.begin_anew()
+
+    def begin_anew(self) -> None:
+        """Forget all that was typed; what the arm does stays."""
+        self.session = Session("" if self.typing else INPUT)
+
+    def tell(self, event: dict[str, Any], text: str) -> None:
+        """Say something: an event for programs, lines for people."""
+        if self.json:
+            emit(event)
+        elif text:
+            say(text)
+
+    def take(self, line: str, position: int = 1) -> None:
+        """Take a line: an entry's, or one of the shell's own words.
+
+        `position` is its number in the input. Raises what the entry does, and `Left` for `quit`.
+        """
+        own = None if self.session.unfinished else own_word(line)
+        if own is not None:
+            word, rest = own
+            with stopped_by_interrupt(lambda: [self.arm], ends=True):
+                word.deed(self, rest)
+            return
+        self.session.book = frozenset(points_of(self.arm.config))
+        entry = self.session.take(line, position)
+        if entry is not None:
+            self.carry_out(entry)
+
+    def carry_out(self, entry: Entry) -> None:
+        """Carry an entry out, and learn what it brought, also where it broke off."""
+        try:
+            machine = ArmProgram(entry.program, self.arm.config).machine()
+            self._perform(entry, machine)
+        except ProgramError as error:
+            raise self.session.typed.shown(error) from None
+        self.done += 1
+
+    def _perform(self, entry: Entry, machine: Machine) -> None:
+        rewrites = self.typing and sys.stdout.isatty()
+        shown = Shown(self.session.typed, emit if self.json else None, rewrites=rewrites)
+        said = Said(self.tell)
+        with shown, stopped_by_interrupt(lambda: [self.arm], ends=not self.typing):
+            self._forget_stops()
+            show = said.say if entry.says else shown.say
+            person = AtPrompt(self.arm, shown, show, typing=self.typing)
+            performer = Performer(self.arm, person, since=self._stops, outputs=self._outputs)
+            shown.use(self.arm)
+            onlooker = said if entry.says else shown
+            self._carry_out(entry, machine, Run(_Once(machine), performer, [onlooker]))
+            self._outputs = performer.outputs
+
+    def _forget_stops(self) -> None:
+        """Take a stop between two entries of a person for one of neither; a pipe it ends."""
+        if self.typing and self.arm.stops != self._stops:
+            self.arm.stand_still()  # one that is not seen yet would stop the next motion
+            self._stops = self.arm.stops
+
+    def _carry_out(self, entry: Entry, machine: Machine, run: Run) -> None:
+        done = False
+        try:
+            run.carry_out()
+            done = True
+        except BaseException as error:
+            self._tell_place(entry, run, error)
+            raise
+        finally:
+            self.session.learn(entry, machine, done=done)
+            self.arm.program = None
+
+    def _tell_place(self, entry: Entry, run: Run, error: BaseException) -> None:
+        """Say at which line an entry broke off, where the person would not know."""
+        mark = None if run.at is None else run.at.stage.mark
+        if self.json:
+            emit(failed_view(getattr(error, "mark", None) or mark, error, ""))
+        elif mark is not None and not isinstance(error, ProgramError):
+            line = self.session.typed.line_at(mark).strip()
+            if not self.typing:
+                sys.stderr.write(f"{mark}\n    {line}\n")
+            elif entry.lines > 1 or mark.file != entry.program.file:
+                sys.stderr.write(f"at `{line}`:\n")
+
+    def complain(self, error: BaseException) -> None:
+        """Say what went wrong, and what can be typed now."""
+        sys.stderr.write(f"armdrive: {tagged(error)}\n")
+        way = WAYS_OUT.get(self.arm.status.state)
+        if way is None and isinstance(error, NotReferenced | OperatorNeeded):
+            way = REFERENCE
+        if way is not None:
+            sys.stderr.write(f"{way}\n")
+        if self.session.unfinished:
+            sys.stderr.write("the line was not taken; Ctrl-C leaves the block\n")
+        sys.stderr.flush()

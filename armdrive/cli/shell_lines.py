@@ -1,0 +1,96 @@
+"""Lines that a person types: with a history and completion where this system has readline."""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+import sys
+from collections.abc import Callable, Sequence
+from types import FrameType, ModuleType, TracebackType
+from typing import NoReturn, Self
+
+from armdrive import places
+
+HISTORY = "shell_history"
+MOST_LINES = 1000
+"""So many lines are remembered from one day to the next."""
+
+BREAKS = ' \t\n(),=+-*/<>%"'
+"""What stands between two words."""
+
+
+class TypedLines:
+    """Asks for lines. `words` is what there is to complete now."""
+
+    def __init__(self, words: Callable[[], Sequence[str]]) -> None:
+        self.interrupted = ""
+        self._words = words
+        self._found: list[str] = []
+        self._readline = _readline()
+
+    def __enter__(self) -> Self:
+        if self._readline is not None:
+            _prepare(self._readline, self._complete)
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if self._readline is not None:
+            with contextlib.suppress(OSError):  # a full disk keeps no history, and nothing worse
+                places.states().mkdir(parents=True, exist_ok=True)
+                self._readline.write_history_file(str(places.states() / HISTORY))
+            self._readline.set_completer(None)
+
+    def read(self, prompt: str) -> str | None:
+        """Return the next line; None at the end of the input.
+
+        Raises `KeyboardInterrupt`; then `interrupted` is what had been typed.
+        """
+        before = signal.signal(signal.SIGINT, self._interrupt)
+        try:
+            return input(prompt)
+        except EOFError:
+            return None
+        finally:
+            signal.signal(signal.SIGINT, before)
+
+    def forget(self) -> None:
+        """Forget what was typed or pasted beyond the line that was taken last."""
+        if sys.platform != "win32":
+            import termios
+
+            with contextlib.suppress(termios.error, OSError, ValueError):
+                termios.tcflush(sys.stdin.fileno(), termios.TCIFLUSH)
+
+    def _interrupt(self, number: int, frame: FrameType | None) -> NoReturn:  # noqa: ARG002
+        self.interrupted = "" if self._readline is None else self._readline.get_line_buffer()
+        raise KeyboardInterrupt
+
+    def _complete(self, text: str, state: int) -> str | None:
+        """Return the next word that goes on like this one, as readline asks for them."""
+        if state == 0:
+            low = text.lower()
+            self._found = sorted({each for each in self._words() if each.lower().startswith(low)})
+        return self._found[state] if state < len(self._found) else None
+
+
+def _readline() -> ModuleType | None:
+    try:
+        import readline
+    except ImportError:  # Windows
+        return None
+    return readline
+
+
+def _prepare(readline: ModuleType, complete: Callable[[str, int], str | None]) -> None:
+    with contextlib.suppress(OSError):
+        readline.read_history_file(str(places.states() / HISTORY))
+    readline.set_history_length(MOST_LINES)
+    readline.set_completer_delims(BREAKS)
+    readline.set_completer(complete)
+    libedit = "libedit" in (readline.__doc__ or "")
+    readline.parse_and_bind("bind ^I rl_complete" if libedit else "tab: complete")

@@ -1,0 +1,124 @@
+"""The loop of a prompt: lines that a person types, or that a pipe brings."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from typing import TYPE_CHECKING
+
+from armdrive.cli.shell_entries import Shell
+from armdrive.cli.shell_lines import TypedLines
+from armdrive.cli.shell_words import Left
+from armdrive.errors import ArmError, BadRequest
+from armdrive.status import State
+from armdrive.view import pose_view
+from kinematics.errors import KinematicsError
+
+if TYPE_CHECKING:
+    from armdrive.arm import Arm
+
+PROMPT, MORE = "> ", "... "
+
+
+def from_a_pipe(arm: Arm, options: argparse.Namespace) -> int:
+    """Carry out all lines of standard input; the first error ends it, and is raised."""
+    shell = Shell(arm, options, typing=False)
+    shell.tell(
+        {"event": "begin", "arm": arm.config.name, "simulated": arm.simulated},
+        "",
+    )
+    try:
+        for position, line in enumerate(sys.stdin, 1):
+            shell.take(line.rstrip("\r\n"), position)
+        shell.session.end()
+    except Left:
+        shell.session.abandon()
+    except UnicodeDecodeError as error:
+        raise BadRequest(f"the input is no text in UTF-8: {error.reason}") from None
+    pose = pose_view(arm.status.pose)
+    shell.tell({"event": "end", "entries": shell.done, "pose": pose}, "")
+    return 0
+
+
+def from_a_terminal(arm: Arm, options: argparse.Namespace) -> int:
+    """Take lines at a prompt until the person leaves."""
+    shell = Shell(arm, options, typing=True)
+    with TypedLines(lambda: _words(shell)) as lines:
+        sys.stdout.write("`help` lists the words; Ctrl-D or `quit` leaves\n")
+        _Loop(shell, lines).run()
+    return 0
+
+
+class _Loop:
+    """Asks for line after line, and shows what went wrong without ending."""
+
+    def __init__(self, shell: Shell, lines: TypedLines) -> None:
+        self._shell = shell
+        self._lines = lines
+        self._leaving = False
+        self._told = ""
+
+    def run(self) -> None:
+        """Take lines until the person leaves."""
+        while True:
+            self._tell_news()
+            session = self._shell.session
+            try:
+                text = self._lines.read(MORE if session.unfinished else PROMPT)
+            except KeyboardInterrupt:
+                if self._left_by_interrupt():
+                    return
+                continue
+            self._leaving = False
+            if text is None:
+                sys.stdout.write("\n")
+                if not session.unfinished:
+                    return
+                session.abandon()
+            elif not self._took(text):
+                return
+
+    def _left_by_interrupt(self) -> bool:
+        """Forget the line, then the block; Ctrl-C twice where there is neither leaves."""
+        sys.stdout.write("\n")
+        session = self._shell.session
+        anything = bool(self._lines.interrupted) or session.unfinished
+        session.abandon()
+        if anything:
+            self._leaving = False
+            return False
+        if self._leaving:
+            return True
+        self._leaving = True
+        sys.stdout.write("Ctrl-C again leaves, as `quit` does\n")
+        return False
+
+    def _took(self, text: str) -> bool:
+        """Take what was typed, or pasted; after an error the rest of it is forgotten."""
+        try:
+            for line in text.splitlines() or [""]:
+                self._shell.take(line)
+        except Left:
+            return False
+        except (ArmError, KinematicsError, OSError) as error:
+            self._lines.forget()
+            self._shell.complain(error)
+        except KeyboardInterrupt:  # while nothing could hear it as a stop
+            sys.stdout.write("\n")
+        return True
+
+    def _tell_news(self) -> None:
+        """Say what happened to the arm while nothing was typed."""
+        status = self._shell.arm.status
+        bad = status.state in (State.ERROR_STOP, State.DISCONNECTED)
+        news = f"the arm is in {status.state.value}: {status.error}" if bad else ""
+        if news and news != self._told:
+            sys.stderr.write(f"{news}\n")
+            sys.stderr.flush()
+        self._told = news
+
+
+def _words(shell: Shell) -> list[str]:
+    from armdrive.cli.shell_help import known_words
+
+    return known_words(shell)

@@ -1,0 +1,218 @@
+"""The shell's own words, besides those of the language: one table."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+from armdrive.cli.confirming import agreed
+from armdrive.cli.shell_help import help_on
+from armdrive.dialects import dialect
+from armdrive.durable import DISK, replace_durably
+from armdrive.errors import BadRequest, OperatorNeeded
+from armdrive.pointbook import points_of
+from armdrive.programs.program import read_program
+from armdrive.programs.source import ENDING, ArmProgram, read_program_file
+from armdrive.programs.syntax import Tree
+from armdrive.programs.values import Place, said, to_json
+from armdrive.programs.writing import unparse
+from armdrive.view import joints_view, pose_view, status_view
+
+if TYPE_CHECKING:
+    from armdrive.cli.shell_entries import Shell
+
+_LINE = re.compile(r"\s*([a-z]+)(?:\s+([^\s=].*?))?\s*", re.IGNORECASE)
+"""A word and what stands behind it; `list = 3` gives a name a value."""
+
+OVER = "over"
+"""What has to stand behind the name of a file that is to be written over."""
+
+
+class Left(Exception):
+    """The person is done."""
+
+
+@dataclass(frozen=True, slots=True)
+class OwnWord:
+    """A word of the shell: what stands behind it, what it does."""
+
+    usage: str
+    says: str
+    deed: Callable[[Shell, str], None]
+
+
+def own_word(line: str) -> tuple[OwnWord, str] | None:
+    """Return the word of the shell that a line is, and what stands behind it; None for none."""
+    match = _LINE.fullmatch(line)
+    word = None if match is None else OWN_WORDS.get(match[1].lower())
+    return None if word is None or match is None else (word, match[2] or "")
+
+
+def _help(shell: Shell, rest: str) -> None:
+    for text in help_on(rest, shell.session.context):
+        shell.tell({"event": "help", "text": text}, text)
+
+
+def _list(shell: Shell, _: str) -> None:
+    for number, body in shell.session.kept.items():
+        text = unparse(Tree(body)).rstrip("\n")
+        first, *others = text.split("\n")
+        rows = [f"{number:>4}  {first}", *(f"      {line}" for line in others)]
+        shell.tell({"event": "list", "entry": number, "text": text}, "\n".join(rows))
+    if not shell.session.kept and not shell.json:
+        shell.tell({}, "nothing has been carried out yet")
+
+
+def _drop(shell: Shell, rest: str) -> None:
+    if not (rest.isascii() and rest.isdecimal()):
+        raise BadRequest("write it like `drop 3`, with a number that `list` shows")
+    shell.session.drop(int(rest))
+    shell.tell({"event": "dropped", "entry": int(rest)}, f"entry {rest} is out of the list")
+
+
+def _save(shell: Shell, rest: str) -> None:
+    name, _, over = rest.rpartition(" ")
+    named, force = (name, True) if over.lower() == OVER and name else (rest, False)
+    path = _program_path(named, "save stack.arm")
+    text = shell.session.text
+    if not text.strip():
+        raise BadRequest("there is nothing to save: nothing has been carried out yet")
+    if path.exists() and not force and str(path.absolute()) not in shell.saved:
+        raise BadRequest(f"{path} is there already: name another, or `save {path} {OVER}`")
+    program = read_program(text, str(path))
+    ArmProgram(program, shell.arm.config).machine()  # what is written can be run here
+    replace_durably(DISK, path.absolute(), text.encode("utf-8"))
+    shell.saved.add(str(path.absolute()))
+    lines = len(text.splitlines())
+    shell.tell(
+        {"event": "saved", "file": str(path), "lines": lines},
+        f"{lines} lines are in {path}: `armdrive run {path} --check` rehearses them",
+    )
+
+
+def _load(shell: Shell, rest: str) -> None:
+    path = _program_path(rest, "load stack.arm")
+    program = read_program_file(path)
+    shell.carry_out(shell.session.load(program, str(path)))
+    shell.tell(
+        {"event": "loaded", "file": str(path)},
+        f"the subprograms, points and values of {path} are known; `names` lists them",
+    )
+
+
+def _program_path(word: str, example: str) -> Path:
+    name = word.strip().strip('"')
+    if not name:
+        raise BadRequest(f"say which file: `{example}`")
+    path = Path(name)
+    if path.suffix.lower() != ENDING:
+        raise BadRequest(f"{path} is no program file: one ends in {ENDING}")
+    return path
+
+
+def _new(shell: Shell, _: str) -> None:
+    shell.begin_anew()
+    shell.tell({"event": "new"}, "names, subprograms and the list are forgotten; the arm stays")
+
+
+def _points(shell: Shell, _: str) -> None:
+    for name, value in shell.session.context.variables.items():
+        if isinstance(value, Place):
+            view = {"event": "point", "name": name, "value": to_json(value), "book": False}
+            shell.tell(view, f"  {name}: {value}")
+    for name, point in points_of(shell.arm.config).items():
+        deg = dict(point.joints.deg)
+        place = Place(joints_deg=deg)
+        view = {"event": "point", "name": name, "value": to_json(place), "book": True}
+        shell.tell(view, f"  {name}: {place}, in the arm's book")
+
+
+def _names(shell: Shell, _: str) -> None:
+    context = shell.session.context
+    for name, value in context.variables.items():
+        if not isinstance(value, Place):
+            view = {"event": "name", "name": name, "value": value}
+            shell.tell(view, f"  {name} = {said(value)}")
+    for define in context.defines:
+        head = f"{define.name}({', '.join(define.parameters)})"
+        shell.tell({"event": "subprogram", "name": define.name, "text": head}, f"  {head}")
+    _points(shell, "")
+    speed = f"  speed {said(context.speed * 100.0)}%"
+    shell.tell({"event": "speed", "value": context.speed}, speed)
+
+
+def _where(shell: Shell, _: str) -> None:
+    status = shell.arm.status
+    view = {
+        "event": "where",
+        "pose": pose_view(status.pose),
+        "joints": joints_view(status.joints),
+        "opening_mm": status.gripper_mm,
+    }
+    if status.pose is None:
+        shell.tell(view, "nobody knows where the arm stands: `home` references it")
+        return
+    fingers = "" if status.gripper_mm is None else f", fingers {status.gripper_mm:.1f} mm apart"
+    shell.tell(view, f"tip {status.pose}\njoints {status.joints}{fingers}")
+
+
+def _status(shell: Shell, _: str) -> None:
+    status = shell.arm.status
+    shell.tell({"event": "status", **status_view(status)}, str(status))
+
+
+def _reset(shell: Shell, _: str) -> None:
+    shell.arm.reset()
+    _tell_state(shell)
+
+
+def _enable(shell: Shell, _: str) -> None:
+    shell.arm.enable()
+    _tell_state(shell)
+
+
+def _disable(shell: Shell, rest: str) -> None:
+    what = f"after disable the arm {dialect(shell.arm.status.dialect).torque.disable}"
+    shell.tell({"event": "warning", "text": what}, what)
+    question = "Park it first with `ready`, or support it. Switch the motors off now? Type yes: "
+    if rest.lower() != "yes" and not (shell.typing and agreed(question)):
+        raise OperatorNeeded("the motors were left as they are: `disable yes` switches them off")
+    shell.arm.disable()
+    _tell_state(shell)
+
+
+def _tell_state(shell: Shell) -> None:
+    status = shell.arm.status
+    shell.tell(
+        {"event": "status", **status_view(status)},
+        f"state {status.state.value}, motor current {status.current.value}, "
+        f"position {status.trust.value}",
+    )
+
+
+def _quit(_: Shell, __: str) -> None:
+    raise Left
+
+
+OWN_WORDS: Mapping[str, OwnWord] = MappingProxyType({
+    "help": OwnWord("help [WORD]", "What there is to type, or what one word means.", _help),
+    "where": OwnWord("where", "Where the arm stands.", _where),
+    "status": OwnWord("status", "All that is known of the arm.", _status),
+    "names": OwnWord("names", "Values, subprograms and points that have been named.", _names),
+    "points": OwnWord("points", "The points, named here and in the arm's own book.", _points),
+    "list": OwnWord("list", "What was carried out so far, as a program.", _list),
+    "drop": OwnWord("drop NUMBER", "Leave an entry out of the list. Undoes nothing.", _drop),
+    "save": OwnWord(f"save FILE.arm [{OVER}]", "Write the list into a program file.", _save),
+    "load": OwnWord("load FILE.arm", "Take over a file's subprograms, points and values.", _load),
+    "new": OwnWord("new", "Forget names, subprograms and the list.", _new),
+    "reset": OwnWord("reset", "Leave an error, after looking at the arm. Moves nothing.", _reset),
+    "enable": OwnWord("enable", "Switch the motors on. Moves nothing.", _enable),
+    "disable": OwnWord("disable [yes]", "Switch the motors off: the arm can sag.", _disable),
+    "quit": OwnWord("quit", "Leave, as Ctrl-D does. `exit` is the same.", _quit),
+    "exit": OwnWord("exit", "Leave, as `quit` does.", _quit),
+})  # fmt: skip
+"""Every word of the shell. `help`, docs/shell.md and completion are made from it."""
