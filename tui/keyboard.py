@@ -71,7 +71,7 @@ class Keyboard:
         return {row.id: ",".join(row.keys) for row in self.rows}
 
     def footer(self, place: str, width: int, idle: Collection[str] = ()) -> str:
-        """Return as much of the key line as fits whole, the stop first.
+        """Return as much of the key line as fits whole, the stop first, as wide as that.
 
         Rows that are `idle`, by id, would do nothing now, and are left out.
         """
@@ -84,7 +84,7 @@ class Keyboard:
             if len(longer) > width:
                 break
             line = longer
-        return line
+        return line.ljust(width)
 
     def help(self, place: str, pairs: Sequence[JogPair]) -> Iterator[str]:
         """Yield one line for each row that counts on a screen, and its jog keys last."""

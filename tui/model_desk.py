@@ -68,7 +68,7 @@ class ModelScreen(Screen[None]):
             return
         desk, width = self.desk, self.size.width
         step = f"step {desk.hand.increment:g}\N{DEGREE SIGN}/mm, keys move {desk.hand.way}"
-        self._text("title").show(f"{NO_ARM}. {desk.hand.subject.title}"[:width])
+        self._text("title").show(f"{NO_ARM}. {desk.hand.subject.title}"[:width].ljust(width))
         self._text("remarks").show(f"{step}\n! {desk.said}" if desk.said else step)
         self._text("footer").show(desk.keys.footer(PLACE, width))
         self.panel.show(desk.hand.study)

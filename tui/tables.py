@@ -22,6 +22,8 @@ ROW_WIDTH = 34
 """What a row of the joint table takes beside its bar."""
 
 SHORTEST_BAR, LONGEST_BAR = 7, 20
+WIDEST_ROW = ROW_WIDTH + LONGEST_BAR
+"""A row of a table needs no more, however wide the terminal is."""
 
 UNKNOWN = "?"
 
@@ -94,7 +96,7 @@ def _gripper_row(
 
 def _row(both: str, pair: JogPair, value: str, place: str, bounds: tuple[float, float]) -> str:
     low, high = bounds
-    return f"{both:<3} {words(pair.joint):<11}{value:>7} {low:>4.0f} {place} {high:.0f}"
+    return f"{_begun(both, pair.joint, value)} {low:>4.0f} {place} {high:.0f}"
 
 
 def _bar_width(width: int) -> int:
@@ -105,7 +107,7 @@ def _bar_width(width: int) -> int:
 def _joint_keys(pair: JogPair, settings: Settings, keys: Keyboard) -> str:
     """Return the keys of a row, where they move that joint in the present mode."""
     moves = pair.axis(cartesian=settings.cartesian) == pair.joint
-    return f"{keys.jog(pair.plus)}/{keys.jog(pair.minus)}" if moves else ""
+    return _both(pair, keys) if moves else ""
 
 
 def bar(value: float | None, low: float, high: float, width: int) -> str:
@@ -139,16 +141,23 @@ def tip_lines(
     ]
     if pose.yaw_deg is not None:
         values.append((pose.yaw_deg, "\N{DEGREE SIGN}"))
-    cells = [
-        (pair, f"{pair.cartesian:<5}{_value(value, unit):>9}")
-        for pair, (value, unit) in zip(settings.rows, values, strict=False)
-    ]
+    pairs = zip(settings.rows, (_value(*value) for value in values), strict=False)
     if settings.cartesian:
-        lines = [f"{keys.jog(pair.plus)}/{keys.jog(pair.minus)} {text}" for pair, text in cells]
+        lines = [_begun(_both(pair, keys), pair.cartesian, value) for pair, value in pairs]
         return "\n".join([*lines, _gripper_row(status, model, settings, keys, width)])
-    texts = [f"    {text}" for _, text in cells]
-    pairs = zip_longest(texts[:3], texts[3:], fillvalue="")
-    return "\n".join(f"{a:<19} {b}".rstrip() for a, b in pairs)
+    texts = [f"    {pair.cartesian:<5}{value:>9}" for pair, value in pairs]
+    columns = zip_longest(texts[:3], texts[3:], fillvalue="")
+    return "\n".join(f"{a:<19} {b}".rstrip() for a, b in columns)
+
+
+def _begun(both: str, axis: str, value: str) -> str:
+    """Return how a row of either table begins: its keys, what they move, and where that is."""
+    return f"{both:<3} {words(axis):<11}{value:>7}"
+
+
+def _both(pair: JogPair, keys: Keyboard) -> str:
+    """Return both keys of a pair."""
+    return f"{keys.jog(pair.plus)}/{keys.jog(pair.minus)}"
 
 
 def bottom_lines(status: Status, width: int, force_n: float, load: float | None) -> str:

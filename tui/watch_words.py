@@ -14,9 +14,10 @@ TEMPOS = (10, 25, 50, 75, 100)
 def title(name: str, view: View, width: int) -> str:
     """Say which arm is watched, and whether it is real, the latter first lest it is cut off."""
     if not view:
-        return f"WATCHING {name}"[:width]
+        return f"WATCHING {name}"[:width].ljust(width)
     kind = "SIMULATED" if view.get("simulated") else "REAL ARM"
-    return f"{kind}, WATCHED: {name} ({view.get('title', '?')}) on {view.get('link', '?')}"[:width]
+    arm = f"{name} ({view.get('title', '?')}) on {view.get('link', '?')}"
+    return f"{kind}, WATCHED: {arm}"[:width].ljust(width)
 
 
 def lines(view: View) -> str:
@@ -25,7 +26,8 @@ def lines(view: View) -> str:
         return "nothing is known of it yet"
     joints, pose = view.get("joints"), view.get("pose")
     conduct = f"state {view.get('state', '?')}{', PAUSED' if view.get('paused') else ''}"
-    way = f"{_number(view.get('stop_distance_mm'))} mm, {_number(view.get('stop_time_s'))} s"
+    time_s = _number(view.get("stop_time_s"), 2)
+    way = f"{_number(view.get('stop_distance_mm'))} mm, {time_s} s"
     texts = (
         f"{conduct}  speed {percent(view)} % of what is asked",
         f"position {view.get('trust', '?')}: {view.get('trust_reason', '?')}",
@@ -64,6 +66,6 @@ def _named(values: object, ending: str, unit: str) -> list[str]:
     ]
 
 
-def _number(value: object) -> str:
+def _number(value: object, digits: int = 1) -> str:
     number = isinstance(value, int | float) and not isinstance(value, bool)
-    return f"{float(value) + 0.0:.1f}" if number else "?"  # type: ignore[arg-type]
+    return f"{float(value) + 0.0:.{digits}f}" if number else "?"  # type: ignore[arg-type]

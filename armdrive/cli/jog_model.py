@@ -19,6 +19,8 @@ def jog_model(options: argparse.Namespace, keys: Keyboard) -> int:
     """Open the desk of a model, or list the names where none is given."""
     if options.arm or options.sim or options.port:
         raise BadRequest("a model has no arm: leave out --arm, --sim and --port, or --model")
+    if options.gamepad is not None:
+        raise BadRequest("a model is moved in steps, by keys: leave out --gamepad, or --model")
     if not options.model:
         _list(as_json=options.json)
         return 0

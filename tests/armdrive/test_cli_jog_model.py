@@ -49,6 +49,8 @@ def test_an_unknown_name_is_answered_with_the_nearest(call):
 def test_a_model_and_an_arm_are_not_both_jogged(call):
     called = call("jog", "--model", "puma", "--sim", "teachmover", code=2)
     assert "a model has no arm" in called.err
+    called = call("jog", "--model", "puma", "--gamepad", code=2)
+    assert "leave out --gamepad" in called.err
 
 
 def test_without_a_terminal_the_other_command_is_named(call):

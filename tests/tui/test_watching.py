@@ -87,7 +87,14 @@ async def test_what_the_holder_says_is_shown_and_that_it_is_only_watched():
         await session.hear(status_view(FakeArm().status))
         assert session.text("title").startswith("SIMULATED, WATCHED: sim (TeachMover)")
         shown = session.text("watched")
-        for word in ("state standby", "shoulder", "60.0°", "referenced", "38.0 mm", "14.0 mm"):
+        for word in (
+            "state standby",
+            "shoulder",
+            "60.0°",
+            "referenced",
+            "38.0 mm",
+            "14.0 mm, 0.21 s",
+        ):
             assert word in shown
         assert session.text("footer").startswith("space STOP")
 

@@ -36,12 +36,12 @@ class JogScreen(DeskScreen):
 
     place = "jog"
     BINDINGS: ClassVar[list[BindingType]] = bindings(place)
-    CSS = """
-    #panel { width: 1fr; min-width: 49; padding: 0 0 0 1; scrollbar-size: 0 0; }
-    #conduct, #joints, #tip, #bottom, .table { height: auto; }
-    #joints, #tip { width: 1fr; }
-    #conduct.-armed { color: $warning; text-style: bold; }
-    .-wide .table, .-wide #bottom { margin: 1 0 0 0; }
+    CSS = f"""
+    #panel {{ width: 1fr; min-width: 49; padding: 0 0 0 1; scrollbar-size: 0 0; }}
+    #conduct, #joints, #tip, #bottom, .table {{ height: auto; }}
+    #joints, #tip {{ width: 1fr; max-width: {tables.WIDEST_ROW}; }}
+    #conduct.-armed {{ color: $warning; text-style: bold; }}
+    JogScreen.-wide .table, JogScreen.-wide #bottom {{ margin: 1 0 0 0; }}
     """
 
     def __init__(self) -> None:

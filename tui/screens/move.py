@@ -29,7 +29,7 @@ class MoveScreen(FormKeys):
     #move-panel { width: 1fr; min-width: 42; padding: 0 0 0 1; scrollbar-size: 0 0; }
     #goal, #foreseen, #going { height: auto; }
     #going { text-style: bold; }
-    .-wide #foreseen, .-wide #going { margin: 1 0 0 0; }
+    MoveScreen.-wide #foreseen, MoveScreen.-wide #going { margin: 1 0 0 0; }
     """
 
     def compose_body(self) -> ComposeResult:

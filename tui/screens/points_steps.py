@@ -58,7 +58,8 @@ class StepKeys(TeachKeys):
             self.desk.say(f"it is the {'last' if by > 0 else 'first'} step of {self.listed.name}")
         else:
             self._change(partial(_shifted, by=by))
-            self._marked = at + by
+            if self._marked is not None:  # else somebody else had changed the sequence
+                self._marked = at + by
 
     def action_drop(self) -> None:
         """Take the marked step out, after a second press."""

@@ -60,7 +60,7 @@ class SpaceView(Widget):
     DEFAULT_CSS = """
     SpaceView { width: 1fr; height: 1fr; }
     SpaceView .space--table { color: $text-muted; }
-    SpaceView .space--reach { color: $secondary; }
+    SpaceView .space--reach { color: $text-secondary; }
     SpaceView .space--guard { color: $error; }
     SpaceView .space--base { color: $foreground; }
     SpaceView .space--planned { color: $accent; }
