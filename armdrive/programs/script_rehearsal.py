@@ -15,9 +15,9 @@ from armdrive.programs.acts import Mark
 from armdrive.programs.progress import Took
 from armdrive.programs.python_programs import Connections, carry_out, line_of, simulation_only
 from armdrive.programs.rehearsal import Patience, Plan, Rehearsal, TooLong
-from armdrive.programs.rehearsing import WORDS, Assumptions, Things, tip_of
+from armdrive.programs.rehearsing import WORDS, Assumptions, Things
+from armdrive.programs.tracing import trace
 from armdrive.programs.twins import knows_its_world, rehearsing_arm
-from armdrive.status import Trust
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm
@@ -65,6 +65,8 @@ class _Stage:
     def made(self, arm: Arm) -> None:
         """Give a twin its inputs."""
         self.twins.append(arm)
+        if self._plan.traced:
+            trace(arm, self.path)
         for number, on in self._plan.inputs.items():
             if arm.twin is not None:
                 arm.twin.device.set_input(number - 1, on)
@@ -74,8 +76,6 @@ class _Stage:
         self._patience.ask(self.elapsed_s)
         mark = self.assumptions.mark = Mark(call.line, 1, self._script)
         self.calls.append((mark, call.name, self.elapsed_s))
-        if self._plan.traced and arm.status.trust is not Trust.UNKNOWN:
-            self.path.append(tip_of(arm))
         if call.name in GRASPS:
             self._things[id(arm)].before_grasp(arm)
         elif call.name == "read_inputs":
