@@ -17,7 +17,9 @@ from kinematics.tool_arm import ToolArm
 from . import worlds
 from .examples_table import EXAMPLES
 from .on_arms import FOLDER, run_example
+from .page import COMMAND, amounts, cell, told
 
+PAGE = FOLDER.parent / "docs" / "examples.md"
 CASES = [
     pytest.param(example, dialect, id=f"{example.file}-{dialect}")
     for example in EXAMPLES.values()
@@ -36,6 +38,10 @@ def test_an_example_leaves_the_world_as_it_says(example, dialect):
     ran = run_example(example, form, dialect)
     assert worlds.incidents(ran) == []
     assert example.wrong(ran, form.size) == []
+    if form is example.whole:
+        shown = told(PAGE.read_text(encoding="utf-8"), example.file, dialect)
+        found = cell(example, form, ran)
+        assert amounts(shown) == pytest.approx(amounts(found), rel=0.1, abs=0.2), COMMAND
 
 
 def test_the_table_has_every_program_file():
