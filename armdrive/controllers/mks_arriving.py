@@ -145,7 +145,7 @@ class MksArriving(MksContact):
         """End a motion in which drives fell silent; the others are stopped."""
         nodes = self.under_way
         asked_s = min(each.gap.since_s for each in self.drives)
-        all_silent = self.answered_last_s <= asked_s + ASKED_S
+        all_silent = self.answered_last_s <= asked_s + ASKED_S and math.isfinite(asked_s)
         silent = [each for each in self.drives if each.heard_s < self.now_s - SILENT_S]
         self._say_stop(nodes, hard=False)  # those that are silent may hear us still
         missing = yield from self.look()

@@ -159,10 +159,8 @@ class MksContact(MksStopping):
         if self.on and (yield from self.off((node,))):
             return Alert(AlertKind.SWITCHED_OFF, f"{drive} has switched its motor off, {where}")
         mode = yield from self.mode_words(node)
-        return Alert(
-            AlertKind.ASTRAY,
-            mode or f"{drive} is {where}: it is blocked, overloaded, or was turned by force",
-        )
+        astray = f"{drive} is {where}: it is blocked, overloaded, was turned by force, or was reset"
+        return Alert(AlertKind.ASTRAY, mode or astray)
 
     # -- current ------------------------------------------------------------------------------
 

@@ -194,14 +194,22 @@ class Drive:
     def began_anew(self, reach: int, now_s: float) -> bool:
         """Tell whether its count speaks for its having begun anew, at zero.
 
-        Zero is not on its way; or it was gone for a moment, and has counted no more since than it
-        may have run from zero.
+        Zero is not on its way; or it stands, and counts from zero within the turn that it is in; or
+        it was gone for a moment, and has counted no more since than it may have run from zero.
         """
         seen = self.seen or 0
         if abs(seen) <= reach and not self.passes(0, reach):
             return True
+        if not self.moving and self._counts_within_its_turn(seen, reach):
+            return True
         gone_s = max(now_s - self.gap.doubted_s, 0.0)
         return self.moving and bool(gone_s) and abs(seen) <= reach + gone_s * self.fastest
+
+    def _counts_within_its_turn(self, seen: int, reach: int) -> bool:
+        """Tell whether whole turns are missing of where it stands: its encoder knows the angle."""
+        turns = round((self.target - seen) / COUNTS_PER_TURN)
+        near = abs(self.target - seen - turns * COUNTS_PER_TURN) <= reach
+        return bool(turns) and near and -reach <= seen < COUNTS_PER_TURN + reach
 
     def anew_words(self) -> str:
         """Say that it began anew, and how surely that is known."""

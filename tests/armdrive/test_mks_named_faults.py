@@ -1,0 +1,151 @@
+"""What can go wrong with drives on a bus in motion: said clearly, the arm stands, and it is mended.
+
+Every row ends in the same program: with the fault over it is reconnected or reset, referenced, and
+moves again.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from test_mks_arm import mks_arm, ready
+
+from armdrive import Arm
+from armdrive.errors import ArmError
+from armdrive.intents import Jog
+from armdrive.status import State, Trust
+from kinematics import Joints
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
+from sim_process import SimProcess
+
+needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+
+GOAL = {"base_deg": 40, "shoulder_deg": 60, "elbow_deg": -50}
+AFTER_S = 0.6
+FOUND_S = 0.6
+"""A single drive that is missing is found so late; the others stop then."""
+LOOK_S = 0.01
+ENDED = (State.ERROR_STOP, State.DISCONNECTED)
+
+ROWS = {
+    "the interface goes down": ("unplug", "lost|gone|unplugged"),
+    "the adapter leaves the bus": ("bus-off", "lost|bus"),
+    "nobody acknowledges": ("alone", "answer|lost"),
+    "nothing is heard": ("mute", "answer|heard"),
+    "a drive is reset": ("drive-reset 3", r"drive 3 \(elbow\)"),
+    "a drive says nothing": ("drive-mute 3", r"drive 3 \(elbow\)"),
+    "a drive has no power": ("drive-dead 3", r"drive 3 \(elbow\)"),
+    "a drive gets another mode": ("drive-mode 3 2", r"drive 3 \(elbow\) is in mode 2"),
+    "a drive gets an id of another": ("drive-id 3 2", r"drive [23]"),
+    "all drives lose their power": ("brown-out", "power|answer|reset"),
+    "all drives are reset": ("reset", "power|reset"),
+}
+
+
+def fails_in_motion(arm, fault, goal=GOAL):
+    """Have a fault come in a motion; return its error's words, and how long it moved on."""
+    began_s = arm.pace.now_s() + AFTER_S
+    arm.twin.device.at(began_s, lambda: arm.twin.faults.add(*fault.split()))
+    handle = arm.move_j(wait=False, **goal)
+    arm.sleep(AFTER_S)
+    stood, moved_s = arm.twin.world.motors, 0.0
+    while arm.pace.now_s() < began_s + 4.0:
+        arm.sleep(LOOK_S)
+        arm.twin.link.line.advance(arm.pace.now_s())  # drives live on behind a pulled cable
+        if (now := arm.twin.world.motors) != stood:
+            stood, moved_s = now, arm.pace.now_s() - began_s
+    with pytest.raises(ArmError) as failed:
+        handle.wait()
+    return str(failed.value), moved_s
+
+
+def brought_back(arm):
+    """End the faults, and do what a person does, in the same program."""
+    arm.twin.faults.end()
+    arm.sleep(0.5)
+    if arm.status.state is State.DISCONNECTED:
+        arm.reconnect()
+    arm.reset()
+    arm.enable()
+    world = arm.twin.world
+    arm.declare_posture(world.joints, opening_mm=world.opening_mm)
+    arm.move_j(base_deg=5)
+    assert (arm.twin.world.motors - arm.status.acknowledged).largest <= 8
+
+
+@pytest.mark.parametrize("settings", [{}, {"segment_s": 0.0}], ids=["steered", "bursts"])
+@pytest.mark.parametrize("name", ROWS)
+def test_it_is_said_the_arm_stands_and_it_is_mended_in_the_same_program(name, settings):
+    fault, words = ROWS[name]
+    arm = ready(**settings)
+    bound_s = arm.status.silent_time_s
+    said, moved_s = fails_in_motion(arm, fault)
+    assert re.search(words, said), said
+    assert "garbled" not in said
+    assert moved_s <= bound_s + FOUND_S
+    assert arm.status.trust is Trust.SUSPECT
+    assert arm.status.state in ENDED
+    brought_back(arm)
+
+
+@pytest.mark.parametrize("fault", ["brown-out", "reset"])
+@pytest.mark.parametrize("base_deg", [-3.0, -1.0, 0.0, 0.5])
+def test_all_drives_that_lose_their_power_near_zero_are_found_out(fault, base_deg):
+    arm = mks_arm()
+    near = Joints.of(base_deg, 0.0, 0.0, 0.0, 0.0)
+    arm.twin.device.bring_to(near, 20.0)
+    arm.enable()
+    arm.declare_posture(near, opening_mm=20.0)
+    said, _ = fails_in_motion(arm, fault, {"base_deg": 40})
+    assert re.search("reset|power|switched", said), said
+    assert arm.status.trust is Trust.SUSPECT
+    brought_back(arm)
+
+
+@pytest.mark.parametrize(
+    ("drive", "goal"),
+    [(1, {"shoulder_deg": 60}), (3, {"base_deg": 60}), (6, {"base_deg": 60})],
+)
+def test_a_drive_that_does_not_move_and_is_reset_meanwhile_is_named(drive, goal):
+    """Its firmware keeps the angle within a turn, so that it does not count from zero."""
+    arm = mks_arm(options={"keeps_angle": True})
+    start = Joints.of(30.0, 40.0, -80.0, -40.0, 0.0)
+    arm.twin.device.bring_to(start, 20.0)
+    arm.enable()
+    arm.declare_posture(start, opening_mm=20.0)
+    said, _ = fails_in_motion(arm, f"drive-reset {drive}", goal)
+    assert f"drive {drive} (" in said
+    assert "reset" in said
+    assert arm.status.trust is Trust.SUSPECT
+    brought_back(arm)
+
+
+@needs_pty
+@pytest.mark.parametrize("fault", ["alone", "bus-off"])
+def test_a_serial_adapter_whose_frames_nobody_takes_ends_a_motion_and_comes_back(fault, tmp_path):
+    path = tmp_path / "can0"
+    with SimProcess(path, "mks") as bus, Arm.connect(bus.port, dialect="mks") as arm:
+        arm.enable()
+        arm.hold(Jog.joint(base=1.0), speed=0.5, for_s=20.0)
+        bus.wait_until_moving()
+        bus.say(f"fault {fault}")
+        until_s = time.monotonic() + 10.0
+        while arm.status.state not in ENDED and time.monotonic() < until_s:
+            arm.sleep(0.05)
+        assert arm.status.state in ENDED
+        assert re.search("answer|lost|bus", arm.status.error), arm.status.error
+        bus.rest_after_s(time.monotonic())
+        stood = bus.state()["motors"]
+        bus.say("fault off")
+        if arm.status.state is State.DISCONNECTED:
+            arm.reconnect()
+        arm.reset()
+        arm.enable()
+        assert bus.state()["motors"] == stood
+        arm.jog_j(base_deg=-1.0)
+        assert bus.state()["motors"] != stood
