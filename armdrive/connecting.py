@@ -11,19 +11,18 @@ from armdrive import places
 from armdrive.arm import Arm
 from armdrive.armfile import ArmConfig, config_of_preset, load_arm_file
 from armdrive.armsections import Connection
-from armdrive.clock import SimulatedClock
 from armdrive.dialects import DIALECTS, dialect
 from armdrive.errors import ArmFileError, BadRequest, PortUnavailable
 from armdrive.holding import hold
 from armdrive.logbook import logbook_file
 from armdrive.mending import Rewiring
-from armdrive.pace import Pace, RealPace, SimulatedPace
+from armdrive.pace import RealPace
+from armdrive.paces import PaceChoice, pace_of
 from armdrive.posture import Operator
 from armdrive.record import FileRecorder, NoRecorder, Recorder
 from armdrive.recorder.files import recordings
 from armdrive.recorder.flight import FlightRecorder
 from armdrive.standins import stood_in
-from armdrive.strands import present
 from armdrive.transports.can_address import is_can
 from armdrive.wiring import Wiring
 from kinematics.near_words import suggestion
@@ -33,12 +32,8 @@ if TYPE_CHECKING:
     from armdrive.sim.twin import Twin
 
 SIM = "sim:"
-PaceChoice = str | float | SimulatedClock | SimulatedPace | None
-"""What `pace` may be: "simulated", "real", a factor of real time, a clock, or another arm's pace.
-"""
 DEFAULT_TARGET = f"{SIM}teachmover"
 """What a program connects to that names nothing."""
-
 SIM_PLANNED_BURST_S = 0.5
 """A simulated arm harms nobody: its planned bursts are longer than an unconfigured real arm's."""
 
@@ -158,7 +153,7 @@ def connect_simulated(
     arm = Arm(
         config,
         twin.link,
-        _pace(pace),
+        pace_of(pace),
         simulated=True,
         recorder=recorder or NoRecorder(),
         operator=operator or twin.operator,
@@ -228,25 +223,6 @@ def _rewiring(twin: Twin, *, automatic: bool) -> Rewiring | None:
 def _wanted(reconnect: bool | None, config: ArmConfig) -> bool:
     """Tell whether a lost wire is looked for: as the caller says, else as the arm file does."""
     return config.connection.reconnect if reconnect is None else reconnect
-
-
-def _pace(pace: PaceChoice) -> Pace:
-    if isinstance(pace, SimulatedClock):
-        return SimulatedPace(pace)
-    if pace is None:
-        strand = present()
-        return SimulatedPace(None if strand is None else strand.clock)
-    if isinstance(pace, SimulatedPace):
-        return SimulatedPace(pace.clock)
-    if pace == "simulated":
-        return SimulatedPace()
-    if pace == "real":
-        return RealPace()
-    if isinstance(pace, int | float) and pace > 0:
-        return RealPace(speed=float(pace))
-    raise BadRequest(
-        f'pace is "simulated", "real", a factor of real time or a SimulatedClock, not {pace!r}'
-    )
 
 
 def _arm_file(name: str) -> Path | None:

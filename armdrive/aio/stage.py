@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 from typing import TypeVar
-from weakref import WeakKeyDictionary
 
 from armdrive.aio.conductor import Conductor
 from armdrive.aio.strand import ThreadStrand
@@ -103,11 +102,15 @@ def goes_in_turn(arm: Arm) -> bool:
     return not isinstance(arm.pace, RealPace)
 
 
-_STAGES: WeakKeyDictionary[asyncio.AbstractEventLoop, Stage] = WeakKeyDictionary()
+_STAGES: dict[asyncio.AbstractEventLoop, Stage] = {}
 """What belongs to a loop and ends with it. A loop has nowhere else to keep it."""
 
 
 def stage() -> Stage:
     """Return the stage of the running event loop."""
     loop = asyncio.get_running_loop()
-    return _STAGES.setdefault(loop, Stage(loop))
+    if loop not in _STAGES:
+        for ended_loop in [each for each in _STAGES if each.is_closed()]:
+            del _STAGES[ended_loop]
+        _STAGES[loop] = Stage(loop)
+    return _STAGES[loop]

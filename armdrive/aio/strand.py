@@ -90,11 +90,22 @@ class ThreadStrand(Generic[R]):
         self._let_it_run()
 
     def _let_it_run(self) -> None:
-        self._back.acquire()
+        try:
+            self._back.acquire()
+        except BaseException:
+            self._set_free()
+            raise
         if self._over:
             self._settle()
         elif self._parked:
             self._stage.conductor(self._wait.clock).admit(self)
+
+    def _set_free(self) -> None:
+        """Let it run freely from now on: a second Ctrl-C has torn the loop away from it."""
+        self._in_turn = False
+        self._go.release()
+        if self._over:
+            self._settle()
 
     def _settle(self) -> None:
         if not self.ended.done():

@@ -370,6 +370,37 @@ def test_ctrl_c_stops_the_arm_before_the_program_ends():
     assert not arm.twin.device.moving
 
 
+@pytest.mark.skipif(not hasattr(signal, "pthread_kill"), reason="signals of POSIX systems")
+def test_a_second_ctrl_c_within_a_persons_own_function_is_no_hang():
+    """The operator sees the first one cancel the task, and the second one leave the loop."""
+    arms, tasks, left = [], [], threading.Event()
+
+    def operator(request):
+        main = threading.main_thread().ident
+        for _ in range(40):  # a signal that comes as a thread falls asleep is heard at the next one
+            if not tasks[0].cancelling():
+                signal.pthread_kill(main, signal.SIGINT)
+                left.wait(timeout=0.1)
+        for _ in range(40):
+            if not left.wait(timeout=0.2):
+                signal.pthread_kill(main, signal.SIGINT)
+        return left.is_set()
+
+    async def homed():
+        async with AsyncArm.connect("sim:teachmover", operator=operator) as arm:
+            arms.append(arm)
+            tasks.append(asyncio.current_task())
+            await arm.home()
+
+    with asyncio.Runner() as runner:
+        with pytest.raises(KeyboardInterrupt):
+            runner.run(homed())
+        left.set()
+    assert tasks[0].done()
+    assert arms[0].status.state is State.DISCONNECTED
+    assert not arms[0].twin.device.moving
+
+
 def test_an_arm_may_be_used_from_one_loop_after_another():
     clock = SimulatedClock()
     arm = asyncio.run(_connected(clock))
