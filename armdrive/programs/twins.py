@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from armdrive.arm import Arm
     from armdrive.armfile import ArmConfig
-    from armdrive.connecting import PaceChoice
+    from armdrive.paces import PaceChoice
     from armdrive.sim.twin import Twin
 
 
