@@ -90,12 +90,19 @@ BLOCK = Block("A", 250.0, 60.0, 0.0, 30.0, 30.0)
 
 
 def table_arm(dialect="teachmover", *blocks):
-    """Return a referenced simulated arm with blocks on its table."""
+    """Return a simulated arm in its reference posture, with blocks on its table."""
     config = simulated_config(dialect)
-    arm = connect_simulated(config, twin=make_twin(config, blocks=blocks))
+    arm = connect_simulated(config, twin=standing_twin(config, blocks))
     arm.enable()
-    arm.home()
+    arm.confirm_reference()
     return arm
+
+
+def standing_twin(config, blocks=()):
+    """Return a twin that somebody has brought to its reference posture, in no time."""
+    twin, reference = make_twin(config, blocks=blocks), config.model.reference
+    twin.device.bring_to(config.model.arm.ik(reference.pose), reference.opening_mm)
+    return twin
 
 
 def performer(arm, person=None):

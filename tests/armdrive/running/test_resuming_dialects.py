@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import pytest
-from running_bench import Listener
+from running_bench import Listener, standing_twin
 
 from armdrive.connecting import connect_simulated, simulated_config, state_file
 from armdrive.dialects import DIALECTS
@@ -19,18 +19,18 @@ from armdrive.sim.twin import make_twin
 from armdrive.status import State
 
 TOUR = """\
-point a = at(250, 30, 80, -90)
+point a = at(180, 10, 50, -90)
 move a
 count = 1
 repeat 2 as turn
-  move_line shifted(a, 0, 0, -20 * turn)
+  move_line shifted(a, 0, 0, -10 * turn)
   if turn > 1
-    open_now 40
+    open_now 20
     count = count + turn
   end
 end
 delay 0.5
-move at(250, -10 * count, 80, -90)
+move at(180, -5 * count, 50, -90)
 """
 
 
@@ -67,8 +67,8 @@ def connected(config, twin):
 
 def homed(dialect):
     config = simulated_config(dialect)
-    arm = connected(config, make_twin(config))
-    arm.home()
+    arm = connected(config, standing_twin(config))
+    arm.confirm_reference()
     return arm
 
 
