@@ -70,7 +70,10 @@ class Gripper:
         arm = self._arm
         require_gripper(arm.core)
         if not arm.abilities.grip_switch:
-            raise Refused("this arm has no grip switch: use gripper.close() with a width")
+            raise Refused(
+                "this arm has no grip switch: close the fingers to a width instead, with "
+                "gripper.close(WIDTH), in a program file with open_now WIDTH"
+            )
         force = finite("force_n", force_n)
         with arm.pace.lock:
             arm.core.require_reference()

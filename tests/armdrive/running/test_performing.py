@@ -249,8 +249,8 @@ def test_a_refused_act_is_told_with_its_place(arm):
     assert arm.pose.z_mm == pytest.approx(120, abs=0.5)
 
 
-def test_an_arm_without_a_grip_switch_refuses_to_grasp():
-    with pytest.raises(Refused, match="no grip switch"):
+def test_an_arm_without_a_grip_switch_says_what_to_write_instead():
+    with pytest.raises(Refused, match=r"no grip switch.*gripper\.close.*open_now"):
         performer(table_arm("grbl")).perform(Grasp())
 
 
