@@ -199,6 +199,7 @@ def test_what_an_arm_file_names_is_never_started():
         "__init__.py",
         "cli/can.py",
         "cli/config.py",
+        "cli/jog_web.py",
         "cli/running.py",
         "draw/picture.py",
     ]
