@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from armdrive.catalogue import error_view
 from armdrive.cli.output import say
-from armdrive.cli.run_words import duration
+from armdrive.cli.run_words import duration, line_words
 from armdrive.programs.acts import Look
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ def rehearsal_lines(rehearsal: Rehearsal, lines: Sequence[str]) -> list[str]:
         count = _times(took)
         times = f" x {count}" if count > 1 else ""
         text = lines[line - 1].strip() if 0 < line <= len(lines) else took[0].what
-        found.append(f"{duration(_total_s(took)):>12}{times:<6} line {line}: {text}")
+        found.append(f"{duration(_total_s(took)):>12}{times:<6} {line_words(line, text)}")
     runs = len([loop for loop in rehearsal.loops if loop])
     loops = f", {runs} loops" if runs > 1 else ""
     whole = "" if rehearsal.whole else ", and then it was cut short: it may never end"

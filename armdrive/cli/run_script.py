@@ -28,6 +28,7 @@ from armdrive.cli.run_common import (
 from armdrive.cli.run_person import Terminal, standard_input
 from armdrive.cli.run_showing import Display
 from armdrive.cli.run_signals import stopped_by_interrupt
+from armdrive.cli.run_words import line_words
 from armdrive.errors import ArmError, BadRequest, Stopped
 from armdrive.programs.acts import Mark
 from armdrive.programs.python_programs import (
@@ -165,14 +166,11 @@ class _Running:
     def _told(self, arm: Arm, call: ScriptCall) -> None:
         """Show a call, and wait for the person before a motion where that is wanted."""
         self._calls += 1
-        if call.line:
-            self._last = Mark(call.line, 1, str(self._options.program))
-        if self._last is None:
-            return
+        self._last = Mark(call.line, 1, str(self._options.program))
         moves = call.name in MOVING
         if self._options.step and moves:
             stops = arm.stops
-            text = f"line {self._last.line}: {self._display.source(self._last.line)}"
+            text = line_words(call.line, self._display.source(call.line) or call.name)
             Terminal(arm, self._display, self._keys).hold(text, lambda: arm.stops != stops)
             if arm.stops != stops:
                 raise Stopped("the script was stopped")
@@ -192,7 +190,8 @@ class _Running:
 
     def _failed(self, error: BaseException) -> None:
         line = line_of(error, self._options.program)
-        mark = self._last if line is None else Mark(line, 1, str(self._options.program))
+        known = self._last if self._last is not None and self._last.line else None
+        mark = known if line is None else Mark(line, 1, str(self._options.program))
         if self._options.json:
             self._display.tell(failed_view(mark, error, ""), "")
             return

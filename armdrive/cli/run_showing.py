@@ -149,7 +149,7 @@ class Display:
             estimate = self._estimate()
             return {
                 "file": self._mark.file,
-                "line": self._mark.line,
+                "line": self._mark.line or None,
                 "column": self._mark.column,
                 "text": self.source(self._mark.line),
                 "act": self._act,

@@ -13,7 +13,12 @@ def place_words(view: Mapping[str, Any]) -> str:
     left = "" if left_s is None else f"  {duration(left_s)} left"
     several = view["loops"] != 1
     loop = f"loop {view['loop']}  " if several else ""
-    return f"{share}  {loop}line {view['line']}: {view['text'] or view['act']}{left}"
+    return f"{share}  {loop}{line_words(view['line'], view['text'] or view['act'])}{left}"
+
+
+def line_words(line: int | None, text: str) -> str:
+    """Return a line of a program with its number, where anybody knows that."""
+    return f"line {line}: {text}" if line else text
 
 
 def duration(time_s: float) -> str:

@@ -253,6 +253,37 @@ def test_each_motion_of_a_script_waits_for_enter(homed, write, monkeypatch):
     assert "line 3: arm.move_to(Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90)): Enter" in ran
 
 
+def test_coroutines_are_run_rehearsed_and_stepped_through_too(homed, write, monkeypatch):
+    class Keys:
+        taken = 0
+
+        def forget(self):
+            pass
+
+        def take(self):
+            self.taken += 1
+            return True
+
+    keys = Keys()
+    monkeypatch.setattr("armdrive.cli.run_script.standard_input", lambda: keys)
+    path = write(
+        """\
+        import asyncio
+        from armdrive import AsyncArm
+        async def main():
+            async with AsyncArm.connect() as arm:
+                await arm.move_j(base_deg=30)
+                await arm.park()
+        asyncio.run(main())
+        """
+    )
+    assert "for 2 acts" in homed("run", path, "--check", code=0).out
+    ran = homed("run", path, "--step", code=0).out
+    assert "  park\n" in ran
+    assert "done: 2 calls" in ran
+    assert keys.taken == 2
+
+
 def test_a_slowed_script_is_slow_on_every_arm(homed, write):
     path = write(
         """\
