@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from armdrive.connecting import connect_simulated, find
+from armdrive.connecting import SIM, connect_simulated, find
 from armdrive.errors import BadRequest
 from armdrive.programs.acts import Mark
 from armdrive.programs.progress import Took
@@ -50,9 +50,10 @@ class _Stage:
     def given(self, target: str, options: Mapping[str, Any]) -> Arm:
         """Return the twin of an arm that the script names; a simulated one it is itself."""
         config = find(target, dialect_name=options.get("dialect"), baud=options.get("baud")).config
-        own_world = target.startswith("sim:") or options.get("twin") is not None
+        own_world = target.startswith(SIM) or options.get("twin") is not None
         if not own_world:
-            return self._twin_of(config, None, options)
+            same = _plain(config.name) == _plain(self._config.name)
+            return self._twin_of(config, self._arm if same else None, options)
         made = connect_simulated(
             config,
             twin=options.get("twin"),
@@ -136,6 +137,11 @@ def rehearse_script(
         whole,
         path=tuple(stage.path),
     )
+
+
+def _plain(name: str) -> str:
+    """Return the name of an arm without what a simulated one's has before it."""
+    return name.removeprefix(SIM)
 
 
 def _clock(options: Mapping[str, Any]) -> Any:

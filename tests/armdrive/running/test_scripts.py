@@ -3,6 +3,7 @@
 import json
 import sys
 import textwrap
+from dataclasses import replace
 
 import pytest
 from cli_calls import TRACEBACK, write_arm_file
@@ -173,6 +174,29 @@ def test_no_port_opens_in_a_rehearsal_whatever_the_script_does(call, write, monk
     assert "[True, True, b'True\\n']" in checked.out
     assert "ARMDRIVE_FORCE_SIM is set" in checked.err
     assert "assumed: the arm stands in its reference posture" in checked.out
+
+
+def test_an_arm_that_the_script_names_as_the_command_does_stands_where_it_stands(tmp_path):
+    from running_bench import table_arm
+
+    from armdrive.programs.rehearsal import Plan
+    from armdrive.programs.script_rehearsal import rehearse_script
+
+    path = write_arm_file(
+        "bench", 'model = "teachmover"\n[connection]\ndialect = "teachmover"\nport = "/dev/none"\n'
+    )
+    arm = table_arm()
+    arm.move_j(base_deg=33)
+    arm.config = replace(arm.config, name="bench")
+    script = tmp_path / "t.py"
+    script.write_text(
+        f"from armdrive import Arm\nfor name in ('bench', {str(path)!r}, None):\n"
+        "    with Arm.connect(name) as arm:\n"
+        "        assert round(arm.joints.deg['base']) == 33, arm.joints\n",
+        encoding="utf-8",
+    )
+    found = rehearse_script(script, (), arm.config, arm, Plan(None, settle=True))
+    assert (found.refusal, found.assumptions) == (None, ())
 
 
 def test_what_a_rehearsed_script_finds_is_assumed(call, write):
