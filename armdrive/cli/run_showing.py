@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 REDRAW_S = 0.2
 CLEAR_LINE = "\r\x1b[K"
 STANDARD_OUTPUT = 1
+ASKING = ("home",)
+"""Acts and calls that may ask the person something."""
 
 
 class Display:
@@ -119,9 +121,10 @@ class Display:
             view = self.view()
             if self._emit is not None:
                 self._write({"event": "act", **view})
-            elif self._rewrites:
+            elif self._draws:
                 self._draw(view)
             elif loud:
+                self._wipe()
                 self._print(place_words(view))
 
     def say(self, text: str) -> None:
@@ -163,6 +166,11 @@ class Display:
         """Return a line of the program."""
         return self._lines[line - 1].strip() if 0 < line <= len(self._lines) else ""
 
+    @property
+    def _draws(self) -> bool:
+        """Whether the line may be rewritten now: not where a question may stand in it."""
+        return self._rewrites and self._act.lower() not in ASKING
+
     def _estimate(self) -> Estimate:
         if self._arm is None:
             return Estimate()
@@ -184,7 +192,7 @@ class Display:
             self._paused = arm.paused
             word = "paused" if self._paused else "going on"
             self._tell({"event": word.replace(" ", "-"), **self.view()}, word)
-        if self._rewrites:
+        if self._draws:
             self._draw(self.view())
 
     def _tell(self, event: dict[str, Any], text: str) -> None:

@@ -49,6 +49,14 @@ def test_one_line_is_rewritten_and_wiped_for_words(arm, capsys, monkeypatch):
     )
 
 
+def test_no_line_is_drawn_over_a_question(arm, capsys):
+    with Display(LINES, None, rewrites=True) as display:
+        display.use(arm)
+        display.at(None, Mark(3), "Home")
+        display._look_once()
+    assert capsys.readouterr().out == "      line 3: move put\n"
+
+
 def test_a_pause_and_a_slower_pace_are_shown(arm, capsys):
     with Display(LINES, None, rewrites=True) as display:
         display.use(arm)
