@@ -69,7 +69,8 @@ class Signalling(Connected):
             raise BadRequest("name inputs that shall be high or low, none as both: high=1, low=2")
         core, stops = self.core, self.stops
         with self.pace.lock:
-            after(State.STANDBY if core.state not in _ASLEEP else core.state, Event.MOVE)
+            if core.state in _ASLEEP:
+                after(core.state, Event.MOVE)
             core.awaiting += 1
             seen = core.sensed
 

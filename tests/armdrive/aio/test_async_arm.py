@@ -124,6 +124,19 @@ async def test_what_follows_a_gather_begins_at_the_moment_in_which_it_ended():
         await mover
 
 
+async def test_arms_on_clocks_of_their_own_and_in_real_time_go_together():
+    async with (
+        AsyncArm.connect("sim:teachmover", pace="simulated") as a,
+        AsyncArm.connect("sim:teachmover", pace="simulated") as b,
+        AsyncArm.connect("sim:teachmover", pace=100.0) as c,
+    ):
+        await asyncio.gather(*(arm.home() for arm in (a, b, c)))
+        await asyncio.gather(*(arm.move_j(base_deg=20) for arm in (a, b, c)))
+        assert a.sync.pace.clock is not b.sync.pace.clock
+        for arm in (a, b, c):
+            assert arm.twin.world.joints.deg["base"] == pytest.approx(20, abs=0.2)
+
+
 async def test_simulated_time_stands_while_nobody_awaits_an_arm():
     async with AsyncArm.connect("sim:teachmover") as arm:
         before_s = arm.sync.pace.now_s()
@@ -179,6 +192,28 @@ async def test_a_timeout_stops_the_arm_and_is_a_timeout():
 
         with pytest.raises(TimeoutError):
             await asyncio.wait_for(to_and_fro(), 0.02)
+        assert arm.status.state is State.STANDBY
+        assert still(arm)
+
+
+@pytest.mark.parametrize("rounds", range(1, 60, 6))
+async def test_at_whatever_moment_a_program_is_cancelled_its_arm_stands(rounds):
+    async with AsyncArm.connect("sim:teachmover") as arm:
+
+        async def work():
+            await arm.home()
+            await arm.gripper.open(30)
+            while True:
+                await arm.move_j(base_deg=2)
+                await arm.gripper.grasp()
+                await arm.move_j(base_deg=0)
+
+        task = asyncio.create_task(work())
+        for _ in range(rounds * rounds):
+            await asyncio.sleep(0)
+        task.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await task
         assert arm.status.state is State.STANDBY
         assert still(arm)
 
