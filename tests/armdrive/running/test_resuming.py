@@ -133,6 +133,20 @@ def test_stopped_on_its_way_it_is_taken_up_from_there(arm, tmp_path, number):
     assert machine.answers[2] == pytest.approx(30, abs=1)
 
 
+@pytest.mark.parametrize("after_s", [0.2 + 1.9 * number for number in range(14)])
+def test_stopped_at_any_time_and_once_more_after_that_it_ends_as_ever(arm, tmp_path, after_s):
+    script = Script(PICK_AND_PLACE)
+    device = arm.twin.device
+    device.at(device.now_s + after_s, arm.request_stop)
+    with pytest.raises(Stopped):
+        begin(arm, script, tmp_path)
+    device.at(device.now_s + 0.7, arm.request_stop)
+    with pytest.raises(Stopped):
+        resume(arm, script, tmp_path)
+    resume(arm, script, tmp_path)
+    assert placed(arm)
+
+
 def test_killed_in_mid_motion_the_position_is_suspect_and_nothing_is_taken_up(arm, tmp_path):
     script = Script(PICK_AND_PLACE)
     go = arm.go
