@@ -1,0 +1,220 @@
+"""The client's end of SDO: one transfer at a time with one node, frames in, frames and events out.
+
+Nothing that is on the bus raises or keeps it from the next transfer. It has no clock: the owner's
+deadline for the whole transfer ends it by `abandon`, and nothing is ever repeated by itself.
+
+What is repeated by the bus is left aside, since its toggle bit or its object is another. What comes
+so late that it answers the next transfer of the very same object is taken for that one's answer:
+nothing in it tells otherwise. So leave a server that was given up its time, or read back.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from firmware_protocol.canopen.cob import Service, cob_id, is_for
+from firmware_protocol.canopen.sdo_codes import AbortCode, abort_words
+from firmware_protocol.canopen.sdo_frames import decode_response, encode
+from firmware_protocol.canopen.sdo_messages import (
+    EXPEDITED_MAX,
+    Abort,
+    Content,
+    DownloadStarted,
+    NextSegment,
+    Place,
+    Request,
+    Response,
+    Segment,
+    SegmentTaken,
+    StartDownload,
+    StartUpload,
+    Upload,
+)
+from firmware_protocol.canopen.sdo_segments import SIZE_MAX, Receiving, Sending
+from firmware_protocol.canopen.waiting import Overrun, Waiting
+from firmware_protocol.errors import BadField, LocalProtocolError, RemoteProtocolError, whole
+from firmware_protocol.frames import Frame
+
+
+@dataclass(frozen=True, slots=True)
+class Uploaded:
+    """An object was read. Where its length was not told, `exact` is False and there are 4 bytes."""
+
+    place: Place
+    data: bytes
+    exact: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Downloaded:
+    """An object was written, and the server has taken it."""
+
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
+class Aborted:
+    """A transfer was given up: by the server, or by us over what the server sent."""
+
+    place: Place
+    code: int
+    by_server: bool
+
+    @property
+    def words(self) -> str:
+        """Why."""
+        return abort_words(self.code)
+
+
+@dataclass(frozen=True, slots=True)
+class StrayResponse:
+    """A readable response that nobody awaits: repeated, late, or to another client."""
+
+    response: Response
+
+
+@dataclass(frozen=True, slots=True)
+class GarbledResponse:
+    """A frame of the server that is no response, and why."""
+
+    frame: Frame
+    reason: str
+
+
+SdoEvent: TypeAlias = Uploaded | Downloaded | Aborted | StrayResponse | GarbledResponse | Overrun
+
+
+@dataclass(slots=True)
+class _Reading:
+    place: Place
+    segments: Receiving | None = None  # once it has begun
+
+
+@dataclass(slots=True)
+class _Writing:
+    place: Place
+    segments: Sending | None
+    started: bool = False
+
+
+class SdoClient:
+    """The machine that reads and writes the objects of one node."""
+
+    def __init__(self, node: int, *, size_max: int = SIZE_MAX) -> None:
+        self._request_id = cob_id(Service.SDO_REQUEST, node)
+        self._response_id = cob_id(Service.SDO_RESPONSE, node)
+        self._size_max = whole("size_max", size_max, EXPEDITED_MAX, 1 << 24)
+        self._current: _Reading | _Writing | None = None
+        self._events: Waiting[SdoEvent] = Waiting()
+
+    @property
+    def busy(self) -> Place | None:
+        """The object of the transfer that is under way."""
+        return None if self._current is None else self._current.place
+
+    def upload(self, place: Place) -> Frame:
+        """Return the frame that begins to read an object. Raises `LocalProtocolError` if busy."""
+        self._must_be_free()
+        self._current = _Reading(place)
+        return self._frame(StartUpload(place))
+
+    def download(self, place: Place, data: bytes) -> Frame:
+        """Return the frame that begins to write an object. Raises `LocalProtocolError` if busy."""
+        self._must_be_free()
+        if not isinstance(data, bytes) or len(data) > self._size_max:
+            raise BadField("data", data, f"at most {self._size_max} bytes")
+        expedited = 1 <= len(data) <= EXPEDITED_MAX
+        self._current = _Writing(place, None if expedited else Sending(data))
+        return self._frame(StartDownload(place, Content(data if expedited else None, len(data))))
+
+    def abandon(self, code: AbortCode = AbortCode.TIMED_OUT) -> Frame | None:
+        """Give up what is under way, without an event; returns the frame that tells the server."""
+        if self._current is None:
+            return None
+        place, self._current = self._current.place, None
+        return self._frame(Abort(place, code))
+
+    def receive_frame(self, frame: Frame) -> Frame | None:
+        """Take any frame of the bus; returns what is to be sent now. Never raises."""
+        if not is_for(frame, self._response_id):
+            return None
+        try:
+            response = decode_response(frame.data)
+        except RemoteProtocolError as error:
+            self._events.put(GarbledResponse(frame, str(error)))
+            return None
+        request = self._hear(response)
+        return None if request is None else self._frame(request)
+
+    def next_event(self) -> SdoEvent | None:
+        """Return what has happened so far, one event at a time, then None."""
+        return self._events.next()
+
+    def _must_be_free(self) -> None:
+        if self._current is not None:
+            raise LocalProtocolError(f"the transfer of {self._current.place} is under way")
+
+    def _frame(self, request: Request) -> Frame:
+        return Frame(self._request_id, encode(request))
+
+    def _hear(self, response: Response) -> Request | None:
+        match self._current, response:
+            case (_Reading() | _Writing()) as current, Abort(place, code) if _names(place, current):
+                return self._end(Aborted(current.place, code, by_server=True))
+            case _Reading(place, None) as reading, Upload(named, content) if named == place:
+                return self._begin(reading, content)
+            case _Reading(_, Receiving() as segments) as reading, Segment() as segment if (
+                segment.toggle == segments.toggle
+            ):
+                return self._take(reading, segments, segment)
+            case _Writing(place, _, False) as writing, DownloadStarted(named) if named == place:
+                writing.started = True
+                return self._write(writing)
+            case _Writing(_, Sending() as segments, True) as writing, SegmentTaken(toggle) if (
+                toggle == segments.toggle
+            ):
+                segments.advance()
+                return self._write(writing)
+            case _:
+                self._events.put(StrayResponse(response))
+                return None
+
+    def _begin(self, reading: _Reading, content: Content) -> Request | None:
+        if content.data is not None:
+            return self._end(Uploaded(reading.place, content.data, content.size is not None))
+        if content.size is not None and content.size > self._size_max:
+            return self._break(reading, AbortCode.OUT_OF_MEMORY)
+        reading.segments = Receiving(content.size, self._size_max)
+        return NextSegment(toggle=False)
+
+    def _take(self, reading: _Reading, segments: Receiving, segment: Segment) -> Request | None:
+        refusal = segments.take(segment)
+        if refusal is not None:
+            return self._break(reading, refusal)
+        if segment.last:
+            return self._end(Uploaded(reading.place, segments.data))
+        return NextSegment(segments.toggle)
+
+    def _write(self, writing: _Writing) -> Request | None:
+        if writing.segments is None or writing.segments.done:
+            return self._end(Downloaded(writing.place))
+        return writing.segments.segment
+
+    def _break(self, current: _Reading | _Writing, code: AbortCode) -> Abort:
+        self._end(Aborted(current.place, code, by_server=False))
+        return Abort(current.place, code)
+
+    def _end(self, event: SdoEvent) -> Request | None:
+        self._current = None
+        self._events.put(event)
+        return None  # nothing is left to be said
+
+
+def _names(place: Place, current: _Reading | _Writing) -> bool:
+    """Whether an abort means this transfer; in segments, some servers name no object.
+
+    Before, such an abort is a late one: it answers what came twice of the transfer before.
+    """
+    in_segments = current.started if isinstance(current, _Writing) else current.segments is not None
+    return place == current.place or (in_segments and place == Place(0))

@@ -1,0 +1,212 @@
+"""A device's end of SDO: requests of one client in, responses and questions to its owner out.
+
+The owner is asked for an object (`ReadAsked`), or to take one (`WriteAsked`), and answers now or
+later by `supply`, `accept` or `refuse`. A newer request takes the place of an older one, as in any
+device, and an answer to what nobody awaits any more is no frame. Nothing on the bus raises.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from firmware_protocol.canopen.cob import Service, cob_id, is_for
+from firmware_protocol.canopen.sdo_codes import AbortCode
+from firmware_protocol.canopen.sdo_frames import SDO_SIZE, decode_request, encode, place_of
+from firmware_protocol.canopen.sdo_messages import (
+    EXPEDITED_MAX,
+    Abort,
+    Content,
+    DownloadStarted,
+    NextSegment,
+    Place,
+    Request,
+    Response,
+    Segment,
+    SegmentTaken,
+    StartDownload,
+    StartUpload,
+    Upload,
+)
+from firmware_protocol.canopen.sdo_segments import SIZE_MAX, Receiving, Sending
+from firmware_protocol.canopen.waiting import Overrun, Waiting
+from firmware_protocol.errors import BadField, RemoteProtocolError, whole
+from firmware_protocol.frames import Frame
+
+
+@dataclass(frozen=True, slots=True)
+class ReadAsked:
+    """The client wants an object."""
+
+    place: Place
+
+
+@dataclass(frozen=True, slots=True)
+class WriteAsked:
+    """The client wants an object to become this; four bytes of unknown length if not `exact`."""
+
+    place: Place
+    data: bytes
+    exact: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class GivenUp:
+    """The client has given up a transfer."""
+
+    abort: Abort
+
+
+@dataclass(frozen=True, slots=True)
+class IgnoredRequest:
+    """A frame to this server that it does nothing with, and why."""
+
+    frame: Frame
+    reason: str
+
+
+Ask: TypeAlias = ReadAsked | WriteAsked
+SdoServerEvent: TypeAlias = Ask | GivenUp | IgnoredRequest | Overrun
+
+
+@dataclass(slots=True)
+class _Asked:
+    ask: Ask
+    accepted: Response | None  # what says that a write was taken
+
+
+@dataclass(slots=True)
+class _Telling:
+    place: Place
+    segments: Sending
+
+
+@dataclass(slots=True)
+class _Taking:
+    place: Place
+    segments: Receiving
+
+
+class SdoServer:
+    """The machine by which a device offers its objects."""
+
+    def __init__(self, node: int, *, size_max: int = SIZE_MAX) -> None:
+        self._request_id = cob_id(Service.SDO_REQUEST, node)
+        self._response_id = cob_id(Service.SDO_RESPONSE, node)
+        self._size_max = whole("size_max", size_max, EXPEDITED_MAX, 1 << 24)
+        self._current: _Asked | _Telling | _Taking | None = None
+        self._events: Waiting[SdoServerEvent] = Waiting()
+
+    @property
+    def asked(self) -> Ask | None:
+        """What the owner has not answered."""
+        return self._current.ask if isinstance(self._current, _Asked) else None
+
+    def receive_frame(self, frame: Frame) -> Frame | None:
+        """Take any frame of the bus; returns what is to be sent now. Never raises."""
+        if not is_for(frame, self._request_id):
+            return None
+        try:
+            request = decode_request(frame.data)
+        except RemoteProtocolError as error:
+            self._events.put(IgnoredRequest(frame, str(error)))
+            if len(frame.data) != SDO_SIZE:
+                return None
+            return self._give_up(place_of(frame.data), AbortCode.COMMAND)  # a block transfer
+        return self._hear(request)
+
+    def next_event(self) -> SdoServerEvent | None:
+        """Return what has happened so far, one event at a time, then None."""
+        return self._events.next()
+
+    def supply(self, ask: ReadAsked, data: bytes) -> Frame | None:
+        """Answer a `ReadAsked`; returns the frame, None where it is not awaited any more."""
+        if not isinstance(data, bytes) or len(data) > self._size_max:
+            raise BadField("data", data, f"at most {self._size_max} bytes")
+        if ask != self.asked:
+            return None
+        expedited = 1 <= len(data) <= EXPEDITED_MAX
+        self._current = None if expedited else _Telling(ask.place, Sending(data))
+        return self._frame(Upload(ask.place, Content(data if expedited else None, len(data))))
+
+    def accept(self, ask: WriteAsked) -> Frame | None:
+        """Say that a `WriteAsked` was taken; None where that is not awaited any more."""
+        if not isinstance(self._current, _Asked) or ask != self._current.ask:
+            return None
+        accepted, self._current = self._current.accepted, None
+        return None if accepted is None else self._frame(accepted)
+
+    def refuse(self, ask: Ask, code: AbortCode) -> Frame | None:
+        """Abort what was asked; None where it is not awaited any more."""
+        return self._give_up(ask.place, code) if ask == self.asked else None
+
+    def reset(self) -> None:
+        """Forget everything, as in a reset."""
+        self._current = None
+        self._events.clear()
+
+    def _hear(self, request: Request) -> Frame | None:
+        match self._current, request:
+            case _, StartUpload(place):
+                return self._ask(ReadAsked(place), None)
+            case _, StartDownload(place, content):
+                return self._begin(place, content)
+            case _Telling() as telling, NextSegment(toggle):
+                return self._tell(telling, toggle)
+            case _Taking() as taking, Segment() as segment:
+                return self._take(taking, segment)
+            case current, Abort() as abort:
+                if current is not None and abort.place in (_place(current), Place(0)):
+                    self._current = None
+                self._events.put(GivenUp(abort))
+                return None
+            case current, _:
+                return self._give_up(_place(current), AbortCode.COMMAND)
+
+    def _begin(self, place: Place, content: Content) -> Frame | None:
+        if content.data is not None:
+            exact = content.size is not None
+            return self._ask(WriteAsked(place, content.data, exact), DownloadStarted(place))
+        if content.size is not None and content.size > self._size_max:
+            return self._give_up(place, AbortCode.OUT_OF_MEMORY)
+        self._current = _Taking(place, Receiving(content.size, self._size_max))
+        return self._frame(DownloadStarted(place))
+
+    def _tell(self, telling: _Telling, toggle: bool) -> Frame:
+        segments = telling.segments
+        if toggle != segments.toggle:
+            return self._give_up(telling.place, AbortCode.TOGGLE)
+        segment = segments.segment
+        segments.advance()
+        if segments.done:
+            self._current = None
+        return self._frame(segment)
+
+    def _take(self, taking: _Taking, segment: Segment) -> Frame | None:
+        if segment.toggle != taking.segments.toggle:
+            return self._give_up(taking.place, AbortCode.TOGGLE)
+        refusal = taking.segments.take(segment)
+        if refusal is not None:
+            return self._give_up(taking.place, refusal)
+        taken = SegmentTaken(segment.toggle)
+        if segment.last:
+            return self._ask(WriteAsked(taking.place, taking.segments.data), taken)
+        return self._frame(taken)
+
+    def _ask(self, ask: Ask, accepted: Response | None) -> Frame | None:
+        self._current = _Asked(ask, accepted)
+        self._events.put(ask)
+        return None  # the owner answers
+
+    def _give_up(self, place: Place, code: AbortCode) -> Frame:
+        self._current = None
+        return self._frame(Abort(place, code))
+
+    def _frame(self, response: Response) -> Frame:
+        return Frame(self._response_id, encode(response))
+
+
+def _place(current: _Asked | _Telling | _Taking | None) -> Place:
+    if current is None:
+        return Place(0)
+    return current.ask.place if isinstance(current, _Asked) else current.place
