@@ -14,8 +14,9 @@ from armdrive.cli.run_common import failed_view
 from armdrive.cli.run_signals import stopped_by_interrupt
 from armdrive.cli.shell_person import AtPrompt, Said, Shown
 from armdrive.cli.shell_words import own_word
-from armdrive.errors import NotReferenced, OperatorNeeded, ProgramError
+from armdrive.errors import ArmError, NotReferenced, OperatorNeeded, ProgramError
 from armdrive.pointbook import points_of
+from armdrive.programs.acts import Mark
 from armdrive.programs.performing import Performer
 from armdrive.programs.running import Run
 from armdrive.programs.session import Session
@@ -24,6 +25,7 @@ from armdrive.status import State
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm
+    from armdrive.cli.shell_words import OwnWord
     from armdrive.programs.machine import Machine
     from armdrive.programs.session import Entry
 
@@ -34,7 +36,7 @@ WAYS_OUT: Mapping[State, str] = MappingProxyType(
     {
         State.ERROR_STOP: "look at the arm; `reset` leaves the error, and moves nothing",
         State.DISABLED: "`enable` switches the motors on",
-        State.DISCONNECTED: "the arm is gone; `save FILE.arm` still works, and `quit`",
+        State.DISCONNECTED: "`reconnect` looks for the wire; `save` and `quit` need none",
     }
 )
 """What is to be typed where the arm stands in a state that nothing moves in."""
@@ -84,14 +86,21 @@ class Shell:
         """
         own = None if self.session.unfinished else own_word(line)
         if own is not None:
-            word, rest = own
-            with stopped_by_interrupt(lambda: [self.arm], ends=True):
-                word.deed(self, rest)
+            self._do(*own, position)
             return
         self.session.book = frozenset(points_of(self.arm.config))
         entry = self.session.take(line, position)
         if entry is not None:
             self.carry_out(entry)
+
+    def _do(self, word: OwnWord, rest: str, position: int) -> None:
+        try:
+            with stopped_by_interrupt(lambda: [self.arm]):
+                word.deed(self, rest)
+        except ArmError as error:
+            if not (self.typing or self.json or isinstance(error, ProgramError)):
+                sys.stderr.write(f"{Mark(position, 1, INPUT)}\n")
+            raise
 
     def carry_out(self, entry: Entry) -> None:
         """Carry an entry out, and learn what it brought, also where it broke off."""

@@ -91,18 +91,21 @@ class AtPrompt:
         Lines that a pipe brings are entries and no answers: there, Enter does not count.
         """
         self._arm.pause()
-        if self._typing:
-            self._display.waits(text)
-        else:
-            words = f"{text}: " * bool(text)
-            self._display.tell(
-                {"event": "hold", "text": text}, f"{words}`armdrive resume` lets it go on"
-            )
         with _keys(self._typing) as pressed:
+            self._tell(text)
             while self._arm.paused and not over():
                 if pressed():
                     self._arm.resume()
                     return
+
+    def _tell(self, text: str) -> None:
+        if self._typing:
+            self._display.waits(text)
+            return
+        words = f"{text}: " * bool(text)
+        self._display.tell(
+            {"event": "hold", "text": text}, f"{words}`armdrive resume` lets it go on"
+        )
 
 
 @contextlib.contextmanager

@@ -170,6 +170,11 @@ def _reset(shell: Shell, _: str) -> None:
     _tell_state(shell)
 
 
+def _reconnect(shell: Shell, _: str) -> None:
+    shell.arm.reconnect()
+    _tell_state(shell)
+
+
 def _enable(shell: Shell, _: str) -> None:
     shell.arm.enable()
     _tell_state(shell)
@@ -210,6 +215,7 @@ OWN_WORDS: Mapping[str, OwnWord] = MappingProxyType({
     "load": OwnWord("load FILE.arm", "Take over a file's subprograms, points and values.", _load),
     "new": OwnWord("new", "Forget names, subprograms and the list.", _new),
     "reset": OwnWord("reset", "Leave an error, after looking at the arm. Moves nothing.", _reset),
+    "reconnect": OwnWord("reconnect", "Look for a wire that was lost. Moves nothing.", _reconnect),
     "enable": OwnWord("enable", "Switch the motors on. Moves nothing.", _enable),
     "disable": OwnWord("disable [yes]", "Switch the motors off: the arm can sag.", _disable),
     "quit": OwnWord("quit", "Leave, as Ctrl-D does. `exit` is the same.", _quit),

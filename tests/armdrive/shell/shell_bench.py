@@ -1,0 +1,84 @@
+"""`armdrive shell` in a process of its own on a pseudo-terminal, as a person has it."""
+
+from __future__ import annotations
+
+import os
+import pty
+import re
+import select
+import subprocess
+import sys
+import time
+
+PATIENCE_S = 30.0
+PROMPT, MORE = "\n> ", "\n... "
+_OWN_TERMINAL = """\
+import fcntl, os, sys, termios
+fcntl.ioctl(0, termios.TIOCSCTTY, 0)
+os.execv(sys.executable, [sys.executable, "-m", "armdrive", "shell", *sys.argv[1:]])
+"""
+_WIPED = re.compile(r"[^\n]*\r\x1b\[K")
+_CODES = re.compile(r"\x1b\[[0-9;?]*[A-Za-z]|\r")
+CTRL_C, CTRL_D = "\x03", "\x04"
+
+
+class Prompt:
+    """The terminal of a shell: what is typed there, and what has been shown."""
+
+    def __init__(self, *words: str) -> None:
+        self._number, slave = pty.openpty()
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", _OWN_TERMINAL, *words],
+            stdin=slave,
+            stdout=slave,
+            stderr=slave,
+            start_new_session=True,
+            env={**os.environ, "TERM": "xterm", "COLUMNS": "200"},
+        )
+        os.close(slave)
+        self._raw = ""
+
+    def type(self, text: str) -> None:
+        """Type without Enter."""
+        os.write(self._number, text.encode())
+
+    def enter(self, line: str, *, until: str = PROMPT) -> str:
+        """Type a line; return what is shown up to the next prompt."""
+        self.type(f"{line}\r")
+        return self.until(until)
+
+    def until(self, text: str = PROMPT) -> str:
+        """Return what is shown from the last such call up to a text, which has to come."""
+        end_s = time.monotonic() + PATIENCE_S
+        while text not in "\n" + (shown := self._shown()):
+            left_s = end_s - time.monotonic()
+            assert left_s > 0.0, (text, shown)
+            if select.select([self._number], [], [], left_s)[0]:
+                self._raw += self._data()
+        self._raw = ""
+        return shown
+
+    def end(self) -> int:
+        """Return the exit code, once it has ended by itself."""
+        while select.select([self._number], [], [], PATIENCE_S)[0]:
+            data = self._data()
+            self._raw += data
+            if not data:
+                break
+        return self.process.wait(PATIENCE_S)
+
+    def close(self) -> None:
+        """End it in any case."""
+        self.process.kill()
+        self.process.wait()
+        os.close(self._number)
+
+    def _shown(self) -> str:
+        """Return what stands on the screen, lines that were wiped left out."""
+        return _CODES.sub("", _WIPED.sub("", self._raw.replace("\r\n", "\n")))
+
+    def _data(self) -> str:
+        try:
+            return os.read(self._number, 65536).decode(errors="replace")
+        except OSError:  # the other end has gone
+            return ""

@@ -1,0 +1,143 @@
+"""`armdrive shell` with the lines of a pipe, on the simulated arm."""
+
+import io
+import sys
+
+import pytest
+
+from armdrive.cli.shell_words import OWN_WORDS
+from armdrive.programs.vocabulary import SPELLINGS
+
+FETCH = """\
+home
+point pick = at(250, 0, 15, -90)
+define fetch(place)
+  open 60
+  approach place, 60
+  move_line place
+  grasp into width
+  depart_line 60
+end
+fetch(pick)
+"""
+
+
+@pytest.fixture
+def piped(call, monkeypatch):
+    """Call the shell with lines."""
+
+    def called(text, *words, code=0):
+        monkeypatch.setattr(sys, "stdin", io.StringIO(text))
+        return call("shell", *words, code=code)
+
+    return called
+
+
+@pytest.fixture
+def homed(call, piped):
+    call("home", code=0)
+    return piped
+
+
+def test_lines_are_carried_out_one_after_another_without_a_prompt(piped, call):
+    shown = piped(f"{FETCH}width\nhere.z\n", "--put", "A,250,0,30").out.splitlines()
+    assert "SIMULATED" in shown[0]
+    assert shown[1].startswith("grasped: 30.")
+    assert float(shown[2]) == pytest.approx(30, abs=0.5)
+    assert float(shown[3]) == pytest.approx(75, abs=0.5)
+    assert len(shown) == 4
+    assert call("status", "--json", code=0).json["pose"]["z_mm"] == pytest.approx(75, abs=0.5)
+
+
+def test_what_was_carried_out_is_saved_as_a_program_that_runs(piped, call, tmp_path):
+    path = tmp_path / "fetch.arm"
+    text = f"{FETCH}2 * 3\nspeed 50%\ndrop 5\nlist\nsave {path}\n"
+    shown = piped(text, "--put", "A,250,0").out
+    assert "   2  point pick = at(250, 0, 15, -90)\n   3  define fetch(place)\n        ope" in shown
+    assert path.read_text(encoding="utf-8") == FETCH
+    assert "line 7: grasp into width" in call("run", str(path), "--check", code=0).out
+    refused = piped(f"ready\nsave {path}\n", code=2)
+    assert "standard input: line 2" in refused.err
+    assert "is there already" in refused.err
+    piped(f"ready\nsave {path} over\nready\nsave {path}\n")
+    assert path.read_text(encoding="utf-8") == "ready\nready\n"
+    piped(f"{FETCH.partition('fetch(pick)')[0]}save {path} over\n")
+    names = piped(f"load {path}\nnames\n").out
+    assert "  fetch(place)\n  pick: x 250.0" in names
+
+
+def test_the_first_error_ends_it_with_its_code_and_place(homed, call):
+    before = call("status", "--json", code=0).json["pose"]
+    called = homed("delay 0\nmove at(900, 0, 0, -90)\nready\n", code=3)
+    assert called.err.startswith("standard input: line 2, column 1\n    move at(900, 0, 0, -90)\n")
+    assert "out of reach" in called.err
+    assert call("status", "--json", code=0).json["pose"] == before
+    assert (
+        homed("ready\n\nrepeat 2\n  type 1\n", code=2)
+        .err.splitlines()[0]
+        .endswith("standard input: line 3, column 1: this `repeat` has no `end`")
+    )
+    assert "standard input: line 1, column 6" in homed("move pikc\n", code=2).err
+
+
+def test_without_a_reference_it_is_said_how_to_get_one(piped):
+    assert "armdrive home" in piped("ready\n", code=3).err
+
+
+def test_for_programs_there_are_json_lines(homed):
+    called = homed("w = 3\nw, here.x\nready\nwhere\nlist\nquit\nready\n", "--json")
+    events = called.json_lines
+    assert [each["event"] for each in events] == [
+        "begin", "value", "act", "done", "where", "list", "list", "end",
+    ]  # fmt: skip
+    assert events[1]["values"][0] == 3.0
+    assert events[4]["pose"] == events[-1]["pose"]
+    assert events[-1]["entries"] == 3
+    failed = homed("ready\nmove at(900, 0, 0, -90)\n", "--json", code=3)
+    assert failed.json_lines[-1]["event"] == "failed"
+    assert failed.json_lines[-1]["line"] == 2
+    assert failed.err.count("\n") == 1
+
+
+def test_points_are_the_sessions_and_those_of_the_book(homed, call):
+    call("points", "save", "rest", code=0)
+    shown = homed("here corner\nmove rest\nrest\nremember spot\npoints\n").out
+    assert "  corner: x " in shown
+    assert "  rest: base" in shown
+    assert "  spot: base" in shown
+    assert "in the arm's book" in shown
+    assert "spot" in call("points", "list", code=0).out
+
+
+def test_help_knows_every_word_and_suggests(piped):
+    words = "".join(f"help {word}\n" for word in (*SPELLINGS, *OWN_WORDS, "repeat", "sqrt"))
+    shown = piped(f"help\n{words}").out
+    for word in OWN_WORDS.values():
+        assert f"{word.usage}\n  {word.says}" in shown
+    assert "old spelling: APPRO" in shown
+    assert "did you mean 'grasp'" in piped("help grsap\n", code=2).err
+
+
+def test_a_new_session_forgets_and_a_name_may_be_that_of_an_own_word(piped):
+    shown = piped("list = 3\ntype list\nnames\nnew\nnames\nlist\n").out
+    assert "3\n  list = 3\n" in shown
+    assert shown.rstrip().endswith("  speed 100%\nnothing has been carried out yet")
+
+
+def test_switching_off_wants_a_yes_and_nothing_moves_until_it_is_on_again(homed):
+    assert "`disable yes`" in homed("disable\n", code=3).err
+    called = homed("disable yes\nenable\nstatus\n", "--sim", "robko01")
+    assert "state disabled, motor current off" in called.out
+    assert "state standby, motor current held" in called.out
+
+
+def test_blocks_are_put_on_no_real_arms_table(piped, tmp_path):
+    port = str(tmp_path / "nowhere")
+    called = piped("ready\n", "--port", port, "--dialect", "teachmover", "--put", "A,1,2", code=2)
+    assert "real one" in called.err
+
+
+def test_input_that_is_no_text_is_refused(call, monkeypatch):
+    stream = io.TextIOWrapper(io.BytesIO(b"ready\n\xff\xfe\n"), encoding="utf-8")
+    monkeypatch.setattr(sys, "stdin", stream)
+    assert "no text in UTF-8" in call("shell", code=2).err

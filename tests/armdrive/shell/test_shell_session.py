@@ -1,0 +1,192 @@
+"""What a prompt makes of the lines that are typed there: pure, no arm is near."""
+
+import pytest
+
+from armdrive.errors import BadRequest, ProgramError
+from armdrive.programs import read_program
+from armdrive.programs.acts import Delay, Grasp, Ready, Say
+from armdrive.programs.session import Session
+
+BOOK = {"tray": {"base": 1.0}}
+
+
+class Prompt:
+    """A session whose entries are carried out on nothing; grasps find 30 mm."""
+
+    def __init__(self, title=""):
+        self.session = Session(title)
+        self.session.book = frozenset(BOOK)
+        self.lines = 0
+
+    def __call__(self, *lines):
+        """Type lines; return the acts of the last entry, None while there is none."""
+        acts = None
+        for line in lines:
+            self.lines += 1
+            entry = self.session.take(line, self.lines)
+            acts = None if entry is None else self.carried_out(entry)
+        return acts
+
+    def carried_out(self, entry):
+        try:
+            return self.performed(entry, entry.program.machine(BOOK))
+        except ProgramError as error:
+            raise self.session.typed.shown(error) from None
+
+    def performed(self, entry, machine):
+        acts, done = [], False
+        try:
+            while (stage := machine.next()) is not None:
+                acts.append(stage.act)
+                machine.answer(30.0 if isinstance(stage.act, Grasp) else None)
+            done = True
+        finally:
+            self.session.learn(entry, machine, done=done)
+        return acts
+
+
+@pytest.fixture
+def prompt():
+    return Prompt()
+
+
+def said(*texts):
+    return [Say(text) for text in texts]
+
+
+def test_a_line_is_an_entry_and_a_block_when_its_end_has_come(prompt):
+    assert prompt("ready") == [Ready()]
+    assert prompt("repeat 2 as n", "  if n > 1", "  delay n", "  else") is None
+    assert prompt.session.unfinished
+    assert prompt("  type n", "  end", "end") == [Say("1"), Delay(2.0)]
+    assert not prompt.session.unfinished
+
+
+def test_names_subprograms_and_the_speed_stay(prompt):
+    prompt("n = 2", "define twice(x)", "  n = n * 2", "  type x, n", "end", "speed 25%")
+    assert prompt("twice(7)") == said("7 4")
+    assert prompt("ready") == [Ready(0.25)]
+    assert prompt("type n") == said("4")
+
+
+@pytest.mark.parametrize(
+    ("line", "shown"),
+    [
+        ("2 * 3", "6"),
+        ("10", "10"),
+        ("-w", "-30"),
+        ("w", "30"),
+        ("W > 3 and not off", "on"),
+        ("w == 30", "on"),
+        ("sqrt(w + 6)", "6"),
+        ("at(1, 2, 3, -90).y", "2"),
+        ("tray", "base 1°"),
+        ('"a text", w', "a text 30"),
+        ("(1 + 2) * 3  # a remark", "9"),
+    ],
+)
+def test_values_alone_are_said_and_not_kept(prompt, line, shown):
+    prompt("grasp into w")
+    before = prompt.session.text
+    assert prompt(line) == said(shown)
+    assert prompt.session.text == before == "grasp into w\n"
+
+
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("move pikc", "    move pikc\n         ^"),
+        ("mvoe tray", "did you mean 'move'?\n    mvoe tray\n    ^"),
+        ("redy", "did you mean 'ready'?\n    redy\n    ^"),
+        ("1 / 0", "divides by zero\n    1 / 0\n      ^"),
+        ("2 * (3", "`)` was expected\n    2 * (3\n          ^"),
+        ("w +", "a value is missing\n    w +\n       ^"),
+        ("end", "this `end` ends nothing\n    end\n    ^"),
+        ("break", "`break` stands in a loop\n    break\n    ^"),
+    ],
+)
+def test_what_is_wrong_is_shown_with_the_line_as_it_was_typed(prompt, line, told):
+    prompt("w = 1")
+    with pytest.raises(ProgramError) as caught:
+        prompt(line)
+    assert told in str(caught.value)
+    assert "line 1" not in str(caught.value)
+    assert prompt.session.text == "w = 1\n"
+
+
+def test_a_line_of_a_block_that_cannot_be_read_is_not_taken_and_the_block_goes_on(prompt):
+    prompt("repeat 2")
+    with pytest.raises(ProgramError, match="there is no word 'tpye'"):
+        prompt("tpye 1")
+    assert prompt("type 1", "end") == said("1", "1")
+
+
+def test_a_mistake_within_a_subprogram_names_the_entry_that_it_was_typed_in(prompt):
+    prompt("define half(x)", "  type 1 / (x - 2)", "end")
+    with pytest.raises(ProgramError) as caught:
+        prompt("half(2)")
+    assert str(caught.value).startswith("entry 1: line 2, column 10: this divides by zero")
+    assert "\n      type 1 / (x - 2)\n" in str(caught.value)
+
+
+def test_the_lines_of_a_pipe_are_counted():
+    prompt = Prompt("standard input")
+    prompt("", "define half(x)", "  type 1 / (x - 2)", "end", "# now", "half(4)")
+    with pytest.raises(ProgramError) as caught:
+        prompt("half(2)")
+    text = str(caught.value)
+    assert text.startswith("standard input: line 3, column 10: this divides by zero")
+    assert "called in line 7" in text
+    with pytest.raises(ProgramError, match=r"standard input: line 8, column 3: this divides"):
+        prompt("1 / 0")
+
+
+def test_what_an_entry_brought_before_it_broke_off_is_known_and_it_is_not_kept(prompt):
+    with pytest.raises(ProgramError):
+        prompt("repeat 2 as n", "  m = n", "  ready", "  m = 1 / (2 - n)", "end")
+    assert prompt("n, m") == said("2 2")
+    assert prompt.session.text == ""
+
+
+def test_the_program_is_what_was_carried_out_and_checks(prompt):
+    prompt("# fetch it", "point pick = at(250, 0, 40, -90)", "define go(p)", "move p", "end")
+    prompt("go(pick)", "w = 3", "w", "stop", "define go(p)", "  move_line p", "end", "", "go(tray)")
+    text = prompt.session.text
+    assert text == (
+        "# fetch it\npoint pick = at(250, 0, 40, -90)\ngo(pick)\nw = 3\n"
+        "define go(p)\n  move_line p\nend\ngo(tray)\n"
+    )
+    assert read_program(text).machine(BOOK).next() is not None
+    assert list(prompt.session.kept) == [1, 2, 4, 5, 6, 7]
+    prompt.session.drop(5)
+    assert "w = 3" not in prompt.session.text
+    with pytest.raises(BadRequest, match="no entry 5"):
+        prompt.session.drop(5)
+
+
+def test_a_subprogram_whose_points_are_gone_is_in_the_way_of_nothing_else(prompt):
+    prompt("define there()", "  move tray", "end")
+    entry = prompt.session.take("ready")
+    assert entry.program.machine({}).next().act == Ready()
+
+
+def test_loading_takes_what_gives_names_and_leaves_what_asks_the_arm(prompt):
+    program = read_program(
+        "point a = at(1, 2, 3, -90)\nheight = 20\npoint b = above(here, 1)\nc = input(1)\n"
+        "speed 10%\nready\ndefine up()\n  draw 0, 0, height\nend\nup()\n"
+    )
+    entry = prompt.session.load(program, "t.arm")
+    assert prompt.carried_out(entry) == []
+    assert set(prompt.session.context.variables) == {"a", "height"}
+    assert [each.name for each in prompt.session.context.defines] == ["up"]
+    assert prompt.session.context.speed == 1.0
+    with pytest.raises(BadRequest, match="no subprograms"):
+        prompt.session.load(read_program("ready\n"), "t.arm")
+
+
+def test_the_end_of_the_input_within_a_block_is_a_mistake(prompt):
+    prompt.session.end()
+    prompt("while on")
+    with pytest.raises(ProgramError, match="this `while` has no `end`"):
+        prompt.session.end()
+    assert not prompt.session.unfinished
