@@ -64,8 +64,7 @@ def short_text(preview: Preview) -> str:
     if preview.plan is None:
         return "\n".join(said)
     near = [f"{each.guard} {each.clearance_mm:.0f} mm" for each in preview.clearances[:2]]
-    stop = f"stop {preview.stop_distance_mm:.0f} mm"
-    return "\n".join([*said, _duration(preview), "  ".join([*near, stop])])
+    return "\n".join([*said, _duration(preview), "  ".join(near), _stop(preview)])
 
 
 def _preview_lines(preview: Preview, keys: Keyboard) -> Iterator[str]:
@@ -83,7 +82,7 @@ def _preview_lines(preview: Preview, keys: Keyboard) -> Iterator[str]:
         if preview.margin is not None:
             yield margin_words(preview.margin)
         yield from (clearance_words(preview, each) for each in _clearances(preview))
-        yield f"a stop takes up to {preview.stop_time_s:.2f} s, {preview.stop_distance_mm:.0f} mm"
+        yield _stop(preview)
         if preview.plan.note:
             yield preview.plan.note
 
@@ -106,6 +105,11 @@ def _way_line(way: Way) -> str:
     name = way.name or "nearest posture found"
     because = "taken" if way.taken else _BEYOND.sub(r"\1° too far", way.against.split(";")[0])
     return f"{sign} {name}: {because}"
+
+
+def _stop(preview: Preview) -> str:
+    """Say how much a stop on the way takes at most."""
+    return f"a stop takes up to {preview.stop_time_s:.2f} s, {preview.stop_distance_mm:.0f} mm"
 
 
 def _duration(preview: Preview) -> str:

@@ -31,6 +31,9 @@ async def test_f6_shows_the_matrices_of_the_posture_and_moves_nothing():
         first = "[ 0.940 0.000  0.342   0.000 ]"  # A1 with the base at 20 degrees
         assert first in session.text("theory-page-0") + session.text("theory-page-1")
         assert "manipulability" in session.text("theory-summary")
+        assert "wrist pitch" in session.text("theory-page-0")
+        pages = session.text("theory-page-0") + session.text("theory-page-1")
+        assert not {"wrist_pitch", "wrist_roll"} & set(pages.split())
         session.arm.calls.clear()
         for key in (
             "q",

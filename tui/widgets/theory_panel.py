@@ -19,6 +19,7 @@ from armdrive.theory.subject import Subject
 from kinematics.named_singularities import Lost
 from kinematics.worked_text import Section
 from tui.framework import Alarm, PlainText
+from tui.keys import spoken
 from tui.widgets.arm_view import SpaceView
 
 if TYPE_CHECKING:
@@ -62,6 +63,7 @@ class TheoryPanel(Horizontal):
         self._numbers = numbers
         self._braille = braille
         self._figure = ChainFigure(subject.chain)
+        self._joint_names = subject.chain.joint_names
         self._study: Study | None = None
         self._symbols: tuple[Section, ...] | None = None
         self._writing = False
@@ -93,7 +95,7 @@ class TheoryPanel(Horizontal):
         left = self.query_one("#theory-left").size.width
         self._text("theory-numbers").show("" if of is None else self._numbers(of, left))
         found = None if of is None else self._found(of)
-        self._text("theory-summary").show("" if of is None else summary(of, found))
+        self._text("theory-summary").show("" if of is None else self._spoken(summary(of, found)))
         self._show_pages(of)
 
     def turn(self, by: int) -> None:
@@ -128,7 +130,11 @@ class TheoryPanel(Horizontal):
             text = self._text(f"theory-page-{place}")
             text.display = place < count
             at = self.page * count + place
-            text.show("\n".join(columns[at]) if at < len(columns) else "")
+            text.show(self._spoken("\n".join(columns[at])) if at < len(columns) else "")
+
+    def _spoken(self, text: str) -> str:
+        """Return a text with the joints as people write them; its columns stay what they are."""
+        return spoken(text, self._joint_names)
 
     def _columns(self, of: Study) -> tuple[Column, ...]:
         width = COLUMN_WIDTH - 1
