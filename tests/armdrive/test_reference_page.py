@@ -23,7 +23,7 @@ def test_the_page_is_as_the_docstrings_are():
 CALLS = sorted(
     name
     for name in set(dir(armdrive.Arm)) - reference.INNER
-    if not name.startswith("_") and inspect.isroutine(getattr(armdrive.Arm, name))
+    if not name.startswith("_") and inspect.isfunction(inspect.getattr_static(armdrive.Arm, name))
 )
 
 
