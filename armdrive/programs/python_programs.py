@@ -6,6 +6,7 @@ itself stays. In a rehearsal each is its simulated twin, whatever it says, and n
 
 from __future__ import annotations
 
+import ast
 import contextlib
 import os
 import runpy
@@ -72,10 +73,10 @@ def as_it_says(target: str, options: Mapping[str, Any]) -> Arm:
 
 
 def read_script(path: Path) -> bytes:
-    """Return a script's bytes, compiled once to see that it is Python. Raises `BadRequest`."""
+    """Return a script's bytes, read once to see that it is Python. Raises `BadRequest`."""
     try:
         source = path.read_bytes()
-        compile(source, str(path), "exec", dont_inherit=True)
+        ast.parse(source, str(path))
     except OSError as error:
         raise BadRequest(f"{path} cannot be read: {error.strerror or error}") from None
     except (SyntaxError, ValueError) as error:
