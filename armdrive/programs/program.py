@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -87,12 +87,18 @@ class Program:
     ) -> tuple[dict[str, Place], list[Problem]]:
         places, problems = {}, []
         for name, mark in self.wanted.items():
-            found = _in_book(name, book)
+            found = _in_book(name, book, self._names_set)
             if isinstance(found, str):
                 problems.append(Problem(mark, found))
             else:
                 places[name] = Place(joints_deg=dict(found))
         return places, problems
+
+    @property
+    def _names_set(self) -> set[str]:
+        """The names that it sets, or that were set before it."""
+        rows = self.code.instructions
+        return {row.name for row in rows if row.op is Op.STORE} | {*self.context.variables}
 
     def _wrong_joints(self, joint_names: tuple[str, ...]) -> list[Problem]:
         problems = []
@@ -125,8 +131,13 @@ def read_program(
     return Program(text, file, tree, code, known)
 
 
-def _in_book(name: str, book: Mapping[str, Mapping[str, float]]) -> Mapping[str, float] | str:
-    """Return a point by its name, in any capitals where that is clear, or why there is none."""
+def _in_book(
+    name: str, book: Mapping[str, Mapping[str, float]], own: Collection[str]
+) -> Mapping[str, float] | str:
+    """Return a point by its name, in any capitals where that is clear, or why there is none.
+
+    `own` are the program's names, one of which may have been meant.
+    """
     if name in book:
         return book[name]
     alike = [each for each in book if each.lower() == name.lower()]
@@ -134,7 +145,7 @@ def _in_book(name: str, book: Mapping[str, Mapping[str, float]]) -> Mapping[str,
         return book[alike[0]]
     if alike:
         return f'{" and ".join(alike)} differ by capitals alone: write taught("{alike[0]}")'
-    near = suggestion(name, book)
+    near = suggestion(name, (*book, *own))
     return f"{name!r} is set nowhere, and the arm's book has no point of that name{near}"
 
 

@@ -95,7 +95,8 @@ def test_values_alone_are_said_and_not_kept(prompt, line, shown):
 @pytest.mark.parametrize(
     ("line", "told"),
     [
-        ("move pikc", "    move pikc\n         ^"),
+        ("move traay", "did you mean 'tray'?\n    move traay\n         ^"),
+        ("move pikc", "did you mean 'pick'?\n    move pikc\n         ^"),
         ("mvoe tray", "did you mean 'move'?\n    mvoe tray\n    ^"),
         ("redy", "did you mean 'ready'?\n    redy\n    ^"),
         ("1 / 0", "divides by zero\n    1 / 0\n      ^"),
@@ -106,12 +107,12 @@ def test_values_alone_are_said_and_not_kept(prompt, line, shown):
     ],
 )
 def test_what_is_wrong_is_shown_with_the_line_as_it_was_typed(prompt, line, told):
-    prompt("w = 1")
+    prompt("w = 1", "point pick = at(250, 0, 40, -90)")
     with pytest.raises(ProgramError) as caught:
         prompt(line)
     assert told in str(caught.value)
     assert "line 1" not in str(caught.value)
-    assert prompt.session.text == "w = 1\n"
+    assert prompt.session.text == "w = 1\npoint pick = at(250, 0, 40, -90)\n"
 
 
 def test_a_line_of_a_block_that_cannot_be_read_is_not_taken_and_the_block_goes_on(prompt):
