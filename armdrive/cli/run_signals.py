@@ -17,9 +17,7 @@ INTERRUPTED = 130
 
 
 @contextlib.contextmanager
-def stopped_by_interrupt(
-    arms: Callable[[], Iterable[Arm]], *, ends: bool = True
-) -> Iterator[None]:
+def stopped_by_interrupt(arms: Callable[[], Iterable[Arm]], *, ends: bool = True) -> Iterator[None]:
     """Have the first Ctrl-C stop every arm and end the program, and the next one leave at once.
 
     Without `ends` nothing but the arms is interrupted: who waits for one hears that it stopped.
