@@ -174,6 +174,8 @@ class _Running:
         display.follow(progress, share=rehearsal.share, loops=plan.loops)
         total_s = progress.total_s
         takes = "" if total_s is None else f", about {duration(total_s)}"
+        if not rehearsal.whole:
+            takes = f", rehearsed for {duration(rehearsal.took_s)} only: it may never end"
         assumed = "".join(f"\nassumed: {each}" for each in rehearsal.assumptions)
         event = {
             "event": "begin",
@@ -181,6 +183,7 @@ class _Running:
             "arm": self._arm.config.name,
             "simulated": self._arm.simulated,
             "left_s": None if total_s is None else round(total_s, 1),
+            "rehearsed_whole": rehearsal.whole,
             "assumptions": [str(each) for each in rehearsal.assumptions],
         }
         display.tell(event, f"{self._options.program}{takes}{assumed}")

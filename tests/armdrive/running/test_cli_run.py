@@ -140,6 +140,17 @@ def test_loops_are_run_and_shown(homed, write):
     assert "for 4 acts, 2 loops" in checked
 
 
+def test_a_run_that_was_not_rehearsed_to_its_end_says_so(homed, write, monkeypatch):
+    monkeypatch.setattr("armdrive.programs.rehearsal.MOST_ACTS", 3)
+    path = write("repeat 5\n  delay 1\nend\n")
+    ran = homed("run", path, code=0).out
+    assert "rehearsed for 3.0 s only: it may never end" in ran
+    assert "%" not in ran
+    lines = homed("run", path, "--json", code=0).json_lines
+    assert lines[0]["rehearsed_whole"] is False
+    assert lines[1]["percent"] is None
+
+
 def test_a_slower_run_takes_longer(homed, write):
     path = write("move at(250, 0, 120, -90)\nmove at(250, 60, 120, -90)\n")
     full = homed("run", path, "--check", "--json", code=0).json["took_s"]

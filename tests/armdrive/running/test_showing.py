@@ -9,6 +9,7 @@ from running_bench import table_arm
 from armdrive.cli.run_person import Lines, Terminal
 from armdrive.cli.run_showing import CLEAR_LINE, Display
 from armdrive.cli.run_words import duration
+from armdrive.neighbours import _lasting
 from armdrive.programs.acts import Go, Mark, Stage
 from armdrive.programs.progress import Progress, Took
 from armdrive.programs.running import Step
@@ -156,3 +157,11 @@ def test_nothing_of_programs_is_loaded_before_one_runs(words):
         [sys.executable, "-c", program, *words], capture_output=True, text=True, check=True
     ).stderr.split()
     assert not [name for name in loaded if name.startswith(("lark", "armdrive.programs"))]
+
+
+def test_watchers_hear_of_another_line_and_not_of_time_that_passes():
+    view = {"state": "moving", "program": {"line": 2, "percent": 3.0, "left_s": 9.0}}
+    later = {**view, "program": {**view["program"], "percent": 4.0, "left_s": 8.0}}
+    further = {**view, "program": {**view["program"], "line": 3}}
+    assert _lasting(view) == _lasting(later) != _lasting(further)
+    assert _lasting({"state": "moving", "trust_for_s": 3}) == {"state": "moving"}
