@@ -1,9 +1,8 @@
-"""Everything that the framework needs help with, in one file, each with its reason."""
+"""What the framework needs help with, each with its reason; its drivers have their own files."""
 
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import math
 import os
 import signal
@@ -11,7 +10,6 @@ import sys
 import time
 from collections.abc import Callable, Mapping
 from functools import cache
-from typing import IO, Any
 
 from textual import _time, events
 from textual.app import App
@@ -23,6 +21,7 @@ from textual.timer import Timer
 from textual.widgets import Static
 
 from kinematics.near_words import suggestion
+from tui.lasting import lasting
 from tui.served import ending, is_served
 
 ENDING_SIGNALS = tuple(
@@ -96,45 +95,6 @@ def printed(key: str) -> str:
     """Return what is printed on a key, by the framework's name of it."""
     character = key_to_character(_UNICODE_NAMES.get(key, key))
     return character if character and character.isprintable() and character != " " else key
-
-
-class LastingFile:
-    """A terminal to write to, that takes whatever it is given once it is gone.
-
-    The framework writes in a thread, which ends with the first error; who writes then waits for it
-    for ever as soon as its queue is full: a desk whose terminal was closed did not always end.
-    """
-
-    def __init__(self, file: IO[str]) -> None:
-        self._file = file
-
-    def write(self, text: str) -> int:
-        """Write, if there is still somebody to read it."""
-        with contextlib.suppress(OSError, ValueError):
-            return self._file.write(text)
-        return len(text)
-
-    def flush(self) -> None:
-        """Flush, if there is still somebody to read it."""
-        with contextlib.suppress(OSError, ValueError):
-            self._file.flush()
-
-    def __getattr__(self, name: str) -> Any:
-        """Leave everything else to the file itself."""
-        return getattr(self._file, name)
-
-
-def lasting(driver: type[Driver]) -> type[Driver]:
-    """Return such a driver that outlives its terminal."""
-
-    class Lasting(driver):  # type: ignore[misc, valid-type]
-        def __init__(self, *words: Any, **more: Any) -> None:
-            super().__init__(*words, **more)
-            file: Any = getattr(self, "_file", None)  # a headless one has none
-            if file is not None:
-                self._file: Any = LastingFile(file)
-
-    return Lasting
 
 
 class FirstKeys(App[int], inherit_bindings=False):

@@ -5,6 +5,7 @@ import contextlib
 import json
 import os
 import re
+import select
 import shlex
 import signal
 import subprocess
@@ -186,6 +187,7 @@ class Browsed:
         while time.monotonic() - max(moved_s, since_s) < 1.0:
             if (now := self.motors) != last:
                 last, moved_s = now, time.monotonic()
+            select.select([], [], [], 0.002)
             assert time.monotonic() - since_s < PATIENCE_S
         return moved_s - since_s
 

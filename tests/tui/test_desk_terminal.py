@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from textual.drivers._writer_thread import MAX_QUEUED_WRITES, WriterThread
 
-from tui.framework import LastingFile
+from tui.lasting import LastingFile
 
 pty = pytest.importorskip("pty", reason="pseudo-terminals are a Unix matter")
 
