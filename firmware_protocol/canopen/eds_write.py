@@ -1,0 +1,74 @@
+"""A dictionary written as the text of an EDS file (CiA 306)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from firmware_protocol.canopen.datatypes import DataType
+from firmware_protocol.canopen.eds_read import RECORD, VARIABLE
+from firmware_protocol.canopen.objects import Dictionary, Entry, one_line
+
+_MANDATORY = frozenset((0x1000, 0x1001, 0x1018))
+_MANUFACTURERS = range(0x2000, 0x6000)
+
+
+def write_eds(dictionary: Dictionary, *, product: str = "drive") -> str:
+    """Return the text; what `read_eds` reads of it is the same dictionary."""
+    indices = sorted(dictionary.indices)
+    optional = [i for i in indices if i not in _MANDATORY and i not in _MANUFACTURERS]
+    parts = [
+        _section("FileInfo", {"EDSVersion": "4.0", "FileVersion": "1", "FileRevision": "1"}),
+        _section("DeviceInfo", {"ProductName": one_line("product", product)}),
+        _listed("MandatoryObjects", [i for i in indices if i in _MANDATORY]),
+        _listed("OptionalObjects", optional),
+        _listed("ManufacturerObjects", [i for i in indices if i in _MANUFACTURERS]),
+        *(part for index in indices for part in _object(dictionary, index)),
+    ]
+    return "\n".join(parts)
+
+
+def _section(name: str, values: Mapping[str, str]) -> str:
+    return "".join((f"[{name}]\n", *(f"{key}={value}\n" for key, value in values.items())))
+
+
+def _listed(name: str, indices: list[int]) -> str:
+    rows = {str(number): f"0x{index:04X}" for number, index in enumerate(indices, 1)}
+    return _section(name, {"SupportedObjects": str(len(indices)), **rows})
+
+
+def _object(dictionary: Dictionary, index: int) -> Iterator[str]:
+    entries = [entry for entry in dictionary if entry.place.index == index]
+    record = dictionary.records.get(index)
+    if record is not None:
+        values = {"ParameterName": record, "ObjectType": f"0x{RECORD:X}"}
+        yield _section(f"{index:04X}", {**values, "SubNumber": str(len(entries))})
+    for entry in entries:
+        plain = record is None and not entry.place.sub
+        sub = "" if plain else f"sub{entry.place.sub:X}"
+        yield _section(f"{index:04X}{sub}", _values(entry))
+
+
+def _values(entry: Entry) -> dict[str, str]:
+    values = {
+        "ParameterName": entry.name,
+        "ObjectType": f"0x{VARIABLE:X}",
+        "DataType": f"0x{entry.type:04X}",
+        "AccessType": entry.access.value,
+        "PDOMapping": str(int(entry.mappable)),
+    }
+    if (default := _default(entry)) is not None:
+        values["DefaultValue"] = default
+    if entry.unit:
+        values["Unit"] = entry.unit
+    return values
+
+
+def _default(entry: Entry) -> str | None:
+    value = entry.default
+    if value is None:
+        return None
+    if isinstance(value, bytes):
+        return value.hex()
+    if entry.type is DataType.BOOLEAN:
+        return str(int(bool(value)))
+    return f"$NODEID+0x{value:X}" if entry.adds_node else str(value)
