@@ -120,8 +120,8 @@ class MksArriving(MksContact):
 
     def _weigh(self, node: int, state: MotorState | None, short: dict[int, int]) -> None:
         drive = self.drive(node)
-        if state is not MotorState.STOPPED:
-            return
+        if state is not MotorState.STOPPED or drive.gap.pending:
+            return  # perhaps it counts from elsewhere now
         if self._near(node):
             self._host.settle(node)
             drive.rest_at(drive.target, self.now_s)

@@ -202,7 +202,7 @@ class Drive:
             return True
         if not self.moving and self._counts_within_its_turn(seen, reach):
             return True
-        gone_s = max(now_s - self.gap.doubted_s, 0.0)
+        gone_s = max(now_s - self.gap.gone_s, 0.0)
         return self.moving and bool(gone_s) and abs(seen) <= reach + gone_s * self.fastest
 
     def _counts_within_its_turn(self, seen: int, reach: int) -> bool:
@@ -213,7 +213,7 @@ class Drive:
 
     def anew_words(self) -> str:
         """Say that it began anew, and how surely that is known."""
-        if math.isinf(self.gap.doubted_s):
+        if math.isinf(self.gap.gone_s):
             return f"{self} was reset or lost its power: it counts from zero again"
         return (
             f"{self} was gone for a moment in motion, and counts {self.seen}: it was reset or lost "

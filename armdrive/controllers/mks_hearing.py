@@ -28,6 +28,7 @@ from firmware_protocol.mks import (
     Overrun,
     Started,
     Status,
+    StoredForStart,
     Stray,
 )
 from firmware_protocol.mks import Request as Message
@@ -84,7 +85,7 @@ class MksHearing(Scripted[Event]):
         drive.heard_s = self.now_s
         if not isinstance(heard, Done | Failed | LimitStop):
             drive.answered_s, drive.unanswered = self.now_s, 0
-        drive.gap.heard()
+        drive.gap.heard(self.now_s, counts=_counts(heard, obedient=drive.gap.obedient))
         drive.gap.obedient = drive.gap.obedient or isinstance(heard, Started)
         drive.refused = _refused(heard, drive.refused)
         if isinstance(heard, Answered | Stray) and isinstance(heard.answer, EncoderRead):
@@ -125,3 +126,15 @@ def _refused(heard: Event, before: int) -> int:
         case Failed(_, MoveAbsoluteAxis()):
             return before + 1
     return before
+
+
+def _counts(heard: Event, *, obedient: bool) -> bool:
+    """Tell whether this is the one answer to a question or an order."""
+    match heard:
+        case Answered(_, _, EncoderRead()) | Stray(_, EncoderRead()):
+            return True
+        case Started(_, MoveAbsoluteAxis()) | StoredForStart(_, MoveAbsoluteAxis()):
+            return obedient
+        case Stray(_, Status(Code.ABSOLUTE_AXIS, Outcome.STARTED)):
+            return obedient
+    return False

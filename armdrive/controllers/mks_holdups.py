@@ -10,7 +10,7 @@ asked meanwhile is never answered.
 from __future__ import annotations
 
 import math
-from collections.abc import Generator
+from collections.abc import Generator, Mapping
 
 from armdrive.controllers.mks_arriving import MksArriving
 from armdrive.controllers.mks_track import KEEP_S, Trip
@@ -20,7 +20,9 @@ from firmware_protocol.mks import Event
 HELD_S = 0.06
 """A bus on which nobody has answered for so long, though somebody was asked, is held up."""
 DRAIN_S = 0.03
-"""What was kept on the bus has come so long after its first frame."""
+"""What was kept on the bus has come so long after its first frame, at least."""
+OWED_S = 0.3
+"""So long after it, what has not been answered will not be."""
 
 
 class MksHoldUps(MksArriving):
@@ -35,13 +37,24 @@ class MksHoldUps(MksArriving):
             self.now_s > min((at_s for at_s in asked if at_s >= heard_s), default=math.inf) + HELD_S
         )
 
-    def catch_up(self, trip: Trip, quiet_s: float) -> Generator[float, Event | None, Reply | None]:
+    def catch_up(
+        self, trip: Trip, quiet_s: float, owed: Mapping[int, int]
+    ) -> Generator[float, Event | None, Reply | None]:
         """Find where the drives are after nobody was heard since a time, and go on from there.
 
+        `owed` says how many answers of each were outstanding before. Late ones are waited for: one
+        that is of a moment ago would be taken for one of now.
         Return how the motion ends, where it cannot go on.
         """
+        until_s = self.now_s + OWED_S
         yield from self.pause(self.now_s + DRAIN_S)
-        self._doubt_those_that_owe(trip, quiet_s)
+        while self._owing(owed) and self.now_s < until_s and not self.stop_asked:
+            yield from self.pause(self.now_s + DRAIN_S)
+        owing = self._owing(owed)
+        for drive in self.drives:
+            drive.gap.forget()
+            if drive.node in owing:  # it had no power, perhaps
+                drive.gap.doubted_s = quiet_s
         if self.stop_asked:
             return None
         missing = yield from self.look_once(self.nodes)
@@ -67,10 +80,6 @@ class MksHoldUps(MksArriving):
         self.underruns += 1
         return None
 
-    def _doubt_those_that_owe(self, trip: Trip, quiet_s: float) -> None:
-        """Doubt whoever has left unanswered what it was asked: it had no power, perhaps."""
-        for drive in self.drives:
-            drive.gap.forget()
-            before = trip.extra.get(drive.node, 0)
-            if self.extra.get(drive.node, 0) < before:
-                drive.gap.doubted_s = quiet_s
+    def _owing(self, owed: Mapping[int, int]) -> tuple[int, ...]:
+        """Return those that have left unanswered what they were told since."""
+        return tuple(each.node for each in self.drives if each.gap.outstanding > owed[each.node])

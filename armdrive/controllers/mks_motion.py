@@ -174,8 +174,6 @@ class MksMotion(MksHoldUps):
         if self.now_s < self._poll_s(trip):
             return
         trip.polled_s = self.now_s
-        if not self.held_up:
-            trip.extra = dict(self.extra)
         for node in self.nodes:
             self.put(node, ReadEncoder())
         if any(drive.seen is not None for drive in self.drives):
@@ -184,10 +182,11 @@ class MksMotion(MksHoldUps):
     def _weighed(self, trip: Trip, heard: Event) -> Generator[float, Event | None, Reply | None]:
         """Take in what was heard; return what the motion has come to, where it has come to one."""
         quiet_s, held_up = self.answered_last_s, self.held_up
+        owed = {drive.node: drive.gap.owed for drive in self.drives} if held_up else {}
         self.heed(heard)
         match heard:
             case _ if held_up and self.answered_last_s > quiet_s:
-                return (yield from self.catch_up(trip, quiet_s))
+                return (yield from self.catch_up(trip, quiet_s, owed))
             case Answered(node, _, EncoderRead(counts)):
                 return (yield from self._seen(node, counts))
             case LimitStop(node, _):

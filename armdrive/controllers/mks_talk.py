@@ -16,6 +16,7 @@ from firmware_protocol.mks import (
     Event,
     Failed,
     Motion,
+    MoveAbsoluteAxis,
     Read,
     ReadEncoder,
     ReadSetting,
@@ -60,10 +61,9 @@ class MksTalk(MksHearing):
         """Note that a drive has something to answer; of orders, if it does answer such."""
         gap = self.drive(node).gap
         if gap.obedient or not isinstance(message, Motion):
-            others_s = max(
-                (each.answered_s for each in self.drives if each.node != node), default=0.0
-            )
-            gap.asked(self.now_s, others_s)
+            others = (each.answered_s for each in self.drives if each.node != node)
+            counts = isinstance(message, ReadEncoder | MoveAbsoluteAxis)
+            gap.asked(self.now_s, max(others, default=0.0), counts=counts)
 
     def ask(
         self,

@@ -144,8 +144,6 @@ class Trip:
     """Whether nothing more is to be drawn for now."""
     doubted: dict[int, float] = field(default_factory=dict)
     """When a drive was last looked into, because it refused something."""
-    extra: dict[int, int] = field(default_factory=dict)
-    """How many answers more than questions each drive had given when all was well last."""
 
     @property
     def sent_all(self) -> bool:
