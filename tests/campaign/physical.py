@@ -242,9 +242,11 @@ class Watch:
                 beyond = math.degrees(each.excess_rad)
                 self._break(f"the {each.joint} was {beyond:.2f} degrees beyond its limit")
         depth_mm = self.inside_mm(self.world.joints)
-        if depth_mm > command.depth_mm + command.slack_mm + self._step_mm:
+        # within its tolerance a guard reports nothing, and just beyond it the whole depth
+        began_mm = max(command.depth_mm, self._guarded.guards.tolerance_mm)
+        if depth_mm > began_mm + command.slack_mm + self._step_mm:
             self._break(
-                f"it was {depth_mm:.1f} mm inside a guard, and began {command.depth_mm:.1f}"
+                f"it was {depth_mm:.3f} mm inside a guard, and began {command.depth_mm:.1f}"
             )
 
     def inside_mm(self, joints: Joints) -> float:
