@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from armdrive.cli.shell_entries import Shell
     from armdrive.programs.context import Context
 
-WIDTH = 22
+WIDTH = 34
 
 
 def help_on(word: str, context: Context) -> list[str]:

@@ -10,6 +10,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from armdrive.cli.confirming import agreed
+from armdrive.cli.shell_blocks import blocks, put
 from armdrive.cli.shell_help import help_on
 from armdrive.dialects import dialect
 from armdrive.durable import DISK, replace_durably
@@ -20,12 +21,13 @@ from armdrive.programs.source import ENDING, ArmProgram, read_program_file
 from armdrive.programs.syntax import Tree
 from armdrive.programs.values import Place, said, to_json
 from armdrive.programs.writing import unparse
+from armdrive.sim.dropping import PARTS
 from armdrive.view import joints_view, pose_view, status_view
 
 if TYPE_CHECKING:
     from armdrive.cli.shell_entries import Shell
 
-_LINE = re.compile(r"\s*([a-z]+)(?:\s+([^\s=].*?))?\s*", re.IGNORECASE)
+_LINE = re.compile(r"\s*([a-z]+)(?:\s+([^\s=(].*?))?\s*", re.IGNORECASE)
 """A word and what stands behind it; `list = 3` gives a name a value."""
 
 OVER = "over"
@@ -214,6 +216,8 @@ OWN_WORDS: Mapping[str, OwnWord] = MappingProxyType({
     "save": OwnWord(f"save FILE.arm [{OVER}]", "Write the list into a program file.", _save),
     "load": OwnWord("load FILE.arm", "Take over a file's subprograms, points and values.", _load),
     "new": OwnWord("new", "Forget names, subprograms and the list.", _new),
+    "put": OwnWord(f"put {PARTS}", "A simulated arm: put a block on its table, mm.", put),
+    "blocks": OwnWord("blocks", "A simulated arm: where its blocks stand.", blocks),
     "reset": OwnWord("reset", "Leave an error, after looking at the arm. Moves nothing.", _reset),
     "reconnect": OwnWord("reconnect", "Look for a wire that was lost. Moves nothing.", _reconnect),
     "enable": OwnWord("enable", "Switch the motors on. Moves nothing.", _enable),

@@ -131,6 +131,21 @@ def test_switching_off_wants_a_yes_and_nothing_moves_until_it_is_on_again(homed)
     assert "state standby, motor current held" in called.out
 
 
+def test_blocks_of_a_simulated_arm_are_put_and_shown(piped):
+    shown = piped("blocks\nput A 250 0 30\nput B,250,0\nblocks\n").out.splitlines()
+    assert "`put A 250 0`" in shown[1]
+    on_top = "  B: its bottom at x 250.0, y 0.0, z 30.0 mm, 25 mm wide and 25 mm high"
+    assert shown[3:] == [on_top, shown[2], on_top]
+    (fetched,) = (
+        each
+        for each in piped(f"{FETCH}blocks\n", "--json").json_lines
+        if each.get("name") == "B" and each["event"] == "block"
+    )
+    assert not fetched["held"]  # the fingers took the lower one
+    assert fetched["z_mm"] > 60
+    assert "NAME X Y" in piped("put A\n", code=2).err
+
+
 def test_blocks_are_put_on_no_real_arms_table(piped, tmp_path):
     port = str(tmp_path / "nowhere")
     called = piped("ready\n", "--port", port, "--dialect", "teachmover", "--put", "A,1,2", code=2)
