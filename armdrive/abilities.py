@@ -31,7 +31,8 @@ class Abilities:
     file accepts longer planned bursts with `motion.planned_burst_s`. `traffic` is what one of them
     puts on the wire (budget.py). `register_bits` is the width at which position registers wrap;
     `ramp_s` and `jerk_s` are how gently planned motion begins and ends by default. `program_rows`
-    is how many rows of a program of its own it can keep at most; 0: it keeps none.
+    is how many rows of a program of its own it can keep at most; 0: it keeps none. `inputs` is how
+    many digital inputs it tells.
     """
 
     motors: int
@@ -53,3 +54,4 @@ class Abilities:
     ramp_s: float = 0.0
     jerk_s: float = 0.0
     program_rows: int = 0
+    inputs: int = 0

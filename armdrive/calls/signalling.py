@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from armdrive.calls.connected import Connected
 from armdrive.errors import BadRequest, InputTimeout, Stopped
 from armdrive.flows import idling, referencing
+from armdrive.lines import Lines, input_bits, output_bits
 from armdrive.pace import RealPace
 from armdrive.states import Event, after
 from armdrive.status import State
@@ -16,12 +16,6 @@ from kinematics.errors import finite
 
 if TYPE_CHECKING:
     from armdrive.engine import Engine
-
-Lines = int | Iterable[int]
-"""One input, or several, counted from 1."""
-
-MOST_LINES = idling.MOST_OUTPUTS.bit_length()
-"""Inputs and outputs are numbered from 1 to this."""
 
 SIMULATED_S = 3600.0
 """A wait without a deadline ends after so long on simulated time, where nobody could interrupt it.
@@ -45,7 +39,7 @@ class Signalling(Connected):
         Outputs that this connection has not written yet are taken to be off, as they are when the
         controller is switched on: no such controller tells how they are.
         """
-        bit = _bits(number)
+        bit = output_bits(number)
         bits = self.core.outputs or 0
         self.set_outputs(bits | bit if on else bits & ~bit)
 
@@ -62,9 +56,11 @@ class Signalling(Connected):
         `wait_inputs(high=3, low=(1, 2), within_s=10)`, on the arm's own clock. Other calls may go
         on meanwhile: a standing arm is looked at 20 times a second, one in motion as often as its
         controller tells. Raises `InputTimeout` at the deadline, `Stopped` where the arm is stopped,
-        what broke where its wire is lost, and `WrongState` for an arm that nobody looks at.
+        what broke where its wire is lost, `WrongState` for an arm that nobody looks at, and
+        `Refused` for one that has no inputs.
         """
-        want, shun, patience_s = _bits(high), _bits(low), self._patience_s(within_s)
+        want, shun = input_bits(self.core, high), input_bits(self.core, low)
+        patience_s = self._patience_s(within_s)
         if want & shun or not want | shun:
             raise BadRequest("name inputs that shall be high or low, none as both: high=1, low=2")
         core, stops = self.core, self.stops
@@ -109,23 +105,10 @@ class Signalling(Connected):
         return max(finite("within_s", within_s), 0.0)
 
 
-def _bits(lines: Lines) -> int:
-    """Return the bits of lines that are counted from 1. Raises `BadRequest`."""
-    bits = 0
-    for number in [lines] if isinstance(lines, int) else lines:
-        whole = isinstance(number, int) and not isinstance(number, bool)
-        if not whole or not 1 <= number <= MOST_LINES:
-            raise BadRequest(
-                f"inputs and outputs are counted from 1 to {MOST_LINES}, not {number!r}"
-            )
-        bits |= 1 << number - 1
-    return bits
-
-
 def _words(want: int, shun: int) -> str:
     named = [(want, "high"), (shun, "low")]
     return " and ".join(
-        f"{name} {', '.join(str(bit + 1) for bit in range(MOST_LINES) if bits >> bit & 1)}"
+        f"{name} {', '.join(str(bit + 1) for bit in range(bits.bit_length()) if bits >> bit & 1)}"
         for bits, name in named
         if bits
     )

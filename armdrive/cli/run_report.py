@@ -24,7 +24,7 @@ MOST_COLUMNS, MOST_ROWS = 110, 30
 
 
 def rehearsal_lines(rehearsal: Rehearsal, lines: Sequence[str]) -> list[str]:
-    """Return a rehearsal as lines of text: what each line of the program takes, and how often."""
+    """Return a rehearsal as lines of text: what each line takes, and how often."""
     found = []
     acts = [each for loop in rehearsal.loops for each in loop]
     for line in dict.fromkeys(each.mark.line for each in acts):
@@ -32,7 +32,7 @@ def rehearsal_lines(rehearsal: Rehearsal, lines: Sequence[str]) -> list[str]:
         count = _times(took)
         times = f" x {count}" if count > 1 else ""
         text = lines[line - 1].strip() if 0 < line <= len(lines) else took[0].what
-        found.append(f"{duration(_total_s(took)):>12}{times:<6} {line_words(line, text)}")
+        found.append(f"{duration(_total_s(took) / count):>12}{times:<6} {line_words(line, text)}")
     runs = len([loop for loop in rehearsal.loops if loop])
     loops = f", {runs} loops" if runs > 1 else ""
     whole = "" if rehearsal.whole else ", and then it was cut short: it may never end"

@@ -9,12 +9,13 @@ from armdrive.controllers.requests import Done, SetOutputs
 from armdrive.errors import BadRequest, DeviceFault
 from armdrive.flow import Flow
 from armdrive.flows.referencing import poll
+from armdrive.lines import OUTPUTS
 from armdrive.status import State
 
 if TYPE_CHECKING:
     from armdrive.flows.exchange import Wire
 
-MOST_OUTPUTS = 255
+MOST_OUTPUTS = (1 << OUTPUTS) - 1
 
 INPUTS_POLL_S = 0.05
 """While somebody waits for an input, a standing arm is looked at so often."""

@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Protocol
 
 from armdrive.errors import BadRequest, Stopped
+from armdrive.lines import input_bits, output_bits
 from armdrive.points import Point
 from armdrive.programs.acts import (
     Act,
@@ -41,9 +42,6 @@ SLICE_S = 0.05
 
 POLL_S = 0.05
 """While a program waits for inputs, they are read so often, on the arm's clock."""
-
-MOST_LINES = 8
-"""Inputs and outputs are numbered from 1 to this."""
 
 BREATH_S = 0.02
 """A paused program looks so often whether it may go on, in real time."""
@@ -161,7 +159,8 @@ class Performer:
         return self.arm.pace.now_s() - began_s
 
     def _await_inputs(self, act: AwaitInputs) -> bool:
-        high, low = bits_of(act.high), bits_of(act.low)
+        core = self.arm.core
+        high, low = input_bits(core, act.high), input_bits(core, act.low)
         now_s = self.arm.pace.now_s
         end_s = math.inf if act.within_s is None else now_s() + act.within_s
         while True:
@@ -180,12 +179,13 @@ class Performer:
     # -- what does neither --------------------------------------------------------------------
 
     def _switch(self, act: Outputs) -> None:
-        bits = self.outputs & ~bits_of(act.off) | bits_of(act.on)
+        bits = self.outputs & ~output_bits(act.off) | output_bits(act.on)
         self.arm.set_outputs(bits)
         self._outputs = bits
 
     def _read_input(self, act: ReadInput) -> bool:
-        return bool(self.arm.read_inputs() & bits_of((act.number,)))
+        bit = input_bits(self.arm.core, act.number)
+        return bool(self.arm.read_inputs() & bit)
 
     def _look(self, _: Look) -> Seen:
         status = self.arm.status
@@ -196,14 +196,6 @@ class Performer:
 
     def _say(self, act: Say) -> None:
         self.person.say(act.text)
-
-
-def bits_of(numbers: tuple[int, ...]) -> int:
-    """Return the bits of inputs or outputs that are counted from 1. Raises `BadRequest`."""
-    for number in numbers:
-        if not 1 <= number <= MOST_LINES:
-            raise BadRequest(f"inputs and outputs are counted from 1 to {MOST_LINES}, not {number}")
-    return sum(1 << number - 1 for number in set(numbers))
 
 
 def place_of(act: Go, arm: Arm) -> Pose | Point:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from itertools import count
 from typing import TYPE_CHECKING
 
+from armdrive.lines import input_bits
 from armdrive.programs.acts import AwaitInputs, Delay, Go, Grasp, Hold, ReadInput, Ready, Remember
 from armdrive.programs.performing import Performer, place_of
 from armdrive.sim.blocks import Block
@@ -131,15 +132,15 @@ class Rehearser(Performer):
         return super()._grasp(act)
 
     def _read_input(self, act: ReadInput) -> bool:
-        return self._input(act.number)
-
-    def _input(self, number: int) -> bool:
+        number = act.number
+        input_bits(self.arm.core, number)  # the arm has to have it
         on = self._inputs.get(number, False)
         self._assumptions.note(f"input {number} is {WORDS[on]}", matters=number not in self._inputs)
         return on
 
     def _await_inputs(self, act: AwaitInputs) -> bool:
         """Take inputs to come at once, but for those that are said to be otherwise."""
+        input_bits(self.arm.core, (*act.high, *act.low))
         wanted = {**dict.fromkeys(act.high, True), **dict.fromkeys(act.low, False)}
         comes = all(self._inputs.get(number, on) is on for number, on in wanted.items())
         what = " and ".join(f"input {number} is {WORDS[on]}" for number, on in wanted.items())

@@ -7,7 +7,9 @@ from faults import ready_arm, sim_config
 
 from armdrive import Arm, InputTimeout, LinkLost, State, Stopped
 from armdrive.calls import signalling
-from armdrive.errors import BadRequest, WrongState
+from armdrive.controllers.grbl_axes import PINS
+from armdrive.dialects import dialect
+from armdrive.errors import BadRequest, Refused, WrongState
 from armdrive.flows.idling import INPUTS_POLL_S
 
 
@@ -153,3 +155,13 @@ def test_one_output_is_switched_and_the_others_stay():
     assert arm.status.outputs == 0
     with pytest.raises(BadRequest):
         arm.set_output(9)
+
+
+@pytest.mark.parametrize("name", ["armdroid", "mks"])
+def test_an_arm_without_inputs_says_so_instead_of_waiting_for_ever(name):
+    with Arm.connect(f"sim:{name}") as arm, pytest.raises(Refused, match="tells no inputs"):
+        arm.wait_inputs(high=1)
+
+
+def test_a_board_has_an_input_for_each_pin_that_it_reports():
+    assert dialect("grbl").abilities.inputs == len(PINS)
