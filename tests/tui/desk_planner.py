@@ -118,6 +118,9 @@ class PlannerArm(FakeArm):
         return Going(self, goal.plan(self._ground(), speed).end.joints)
 
 
+MOST_LOOKS = 100_000
+
+
 async def settled(pilot):
     """Let a desk work out all that it wants to show, and show it."""
     for _ in range(4):
@@ -125,7 +128,18 @@ async def settled(pilot):
         await pilot.pause()
         await pilot.app.workers.wait_for_complete()
     pilot.app.poll()
+    await laid_out(pilot)
+
+
+async def laid_out(pilot):
+    """Let a screen be laid out anew where that is due: a timer of the framework's does it."""
     await pilot.pause()
+    for _ in range(MOST_LOOKS):
+        screens = pilot.app.screen_stack
+        if not (any(each._layout_required for each in screens) or pilot.app.screen._dirty_widgets):
+            return
+        await pilot.pause()
+    raise AssertionError("the screen was never laid out")
 
 
 def _speeds():

@@ -5,7 +5,7 @@ import threading
 
 import pytest
 from desk_fake import MODEL, Clock, FakeArm, unknown_position
-from desk_planner import settled
+from desk_planner import laid_out, settled
 
 from armdrive.view import status_view
 from tui import tables
@@ -53,7 +53,7 @@ def test_the_watching_screen(snap_compare, size):
                 await pilot.pause()
         await pilot.app.workers.wait_for_complete()
         app.poll()
-        await pilot.pause()
+        await laid_out(pilot)
 
     try:
         assert snap_compare(app, terminal_size=size, run_before=heard)
