@@ -93,7 +93,7 @@ def _word(section: SectionProxy, key: str) -> str:
 
 def _clean(value: str | None) -> str:
     """Return one line of text out of what a maker wrote."""
-    return " ".join("".join(c if c.isprintable() else " " for c in value or "").split())
+    return "".join(c if c.isprintable() else " " for c in value or "").strip()
 
 
 def _access(section: SectionProxy) -> Access:

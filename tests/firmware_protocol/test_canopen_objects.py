@@ -137,6 +137,11 @@ def test_what_is_written_is_read(found, name):
     assert read_eds(write_eds(dictionary, product=name)) == dictionary
 
 
+def test_blanks_within_a_name_are_kept():
+    dictionary = Dictionary([Entry(MODE, "two  blanks", DataType.U8, Access.RO)])
+    assert read_eds(write_eds(dictionary)) == dictionary
+
+
 def test_the_standard_objects_are_written_and_read():
     assert read_eds(write_eds(STANDARD)) == STANDARD
     assert STANDARD.named("Controlword").place == CONTROLWORD
