@@ -1,0 +1,40 @@
+"""The modes of operation of CiA 402: what a drive does with what it is told."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+from firmware_protocol.errors import whole
+
+
+class OperationMode(IntEnum):
+    """What is written to 6060, and shown in 6061 once it is so."""
+
+    NONE = 0
+    PROFILE_POSITION = 1
+    VELOCITY = 2
+    PROFILE_VELOCITY = 3
+    PROFILE_TORQUE = 4
+    HOMING = 6
+    INTERPOLATED_POSITION = 7
+    CYCLIC_POSITION = 8
+    """Cyclic synchronous position: a target with every SYNC."""
+    CYCLIC_VELOCITY = 9
+    CYCLIC_TORQUE = 10
+
+
+def mode_of(shown: int) -> OperationMode | None:
+    """Return the mode that 6061 shows; None for one of the maker's, or reserved."""
+    whole("shown", shown, -128, 127)
+    return next((mode for mode in OperationMode if mode == shown), None)
+
+
+def supported_modes(word: int) -> frozenset[OperationMode]:
+    """Return the modes that object 6502 says the drive has: bit n is mode n + 1."""
+    whole("word", word, 0, 0xFFFF_FFFF)
+    return frozenset(mode for mode in OperationMode if mode and word >> mode - 1 & 1)
+
+
+def supported_word(modes: frozenset[OperationMode]) -> int:
+    """Return what object 6502 says of these modes."""
+    return sum(1 << mode - 1 for mode in modes if mode)
