@@ -7,6 +7,7 @@ computer is in a picture: taking them again changes a file only where the progra
 from __future__ import annotations
 
 import asyncio
+import math
 import os
 import re
 import sys
@@ -151,6 +152,7 @@ async def of(arm: Arm, keys: tuple[str, ...], memory: Path | None = None) -> str
         arm.sleep(KEY_S)
 
     app = Desk(arm, braille=True, clock=clock, memory=memory)
+    app.ABSENT_S = math.inf  # however busy this computer is
     return await keyed(app, keys, pass_by)
 
 
