@@ -158,11 +158,9 @@ class Shell:
     def complain(self, error: BaseException) -> None:
         """Say what went wrong, and what can be typed now."""
         sys.stderr.write(f"armdrive: {tagged(error)}\n")
-        way = WAYS_OUT.get(self.arm.status.state)
-        if way is None and isinstance(error, NotReferenced | OperatorNeeded):
-            way = REFERENCE
-        if way is not None:
-            sys.stderr.write(f"{way}\n")
+        ways = [WAYS_OUT.get(self.arm.status.state, "")]
+        ways += [REFERENCE] * isinstance(error, NotReferenced | OperatorNeeded)
+        sys.stderr.write("".join(f"{way}\n" for way in ways if way))
         if self.session.unfinished:
             sys.stderr.write("the line was not taken; Ctrl-C leaves the block\n")
         sys.stderr.flush()

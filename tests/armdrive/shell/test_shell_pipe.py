@@ -2,11 +2,17 @@
 
 import io
 import sys
+from argparse import Namespace
+from contextlib import closing
 
 import pytest
 
+from armdrive.cli.shell_entries import Shell
 from armdrive.cli.shell_words import OWN_WORDS
+from armdrive.connecting import connect_simulated, simulated_config
+from armdrive.errors import NotReferenced, WrongState
 from armdrive.programs.vocabulary import SPELLINGS
+from armdrive.status import State
 
 FETCH = """\
 home
@@ -129,6 +135,29 @@ def test_switching_off_wants_a_yes_and_nothing_moves_until_it_is_on_again(homed)
     called = homed("disable yes\nenable\nstatus\n", "--sim", "robko01")
     assert "state disabled, motor current off" in called.out
     assert "state standby, motor current held" in called.out
+
+
+def test_after_an_emergency_stop_it_is_said_what_leads_on(capsys):
+    with closing(connect_simulated(simulated_config("robko01"))) as arm:
+        arm.enable()
+        arm.home()
+        shell = Shell(arm, Namespace(json=False), typing=True)
+        shell.take("point rest = here")
+        arm.estop()
+        with pytest.raises(WrongState) as caught:
+            shell.take("move rest")
+        shell.complain(caught.value)
+        assert "`reset` leaves the error" in capsys.readouterr().err
+        shell.take("reset")
+        assert "state standby" in capsys.readouterr().out
+        shell.take("move rest")
+        shell.take("disable yes")
+        assert arm.status.state is State.DISABLED
+        with pytest.raises(NotReferenced) as caught:
+            shell.take("move rest")
+        shell.complain(caught.value)
+        told = capsys.readouterr().err.splitlines()
+        assert told[1:] == ["`enable` switches the motors on", "`home` references the arm"]
 
 
 def test_blocks_of_a_simulated_arm_are_put_and_shown(piped):

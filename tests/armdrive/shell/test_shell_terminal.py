@@ -111,6 +111,19 @@ def test_a_stop_from_another_terminal_ends_what_moves_and_else_nothing(begin, ca
     assert "armdrive" not in prompt.enter("draw 0, 0, 10")
 
 
+def test_while_somebody_has_paused_the_arm_nothing_begins_and_that_is_said(begin, call):
+    call("home", code=0)
+    prompt = begin()
+    call("pause", code=0)
+    prompt.type("ready\r")
+    prompt.until("paused")
+    call("resume", code=0)
+    assert "armdrive" not in prompt.until()
+    prompt.type("\x1b[200~n = 3\n1 / 0\nready\nn = 4\n\x1b[201~\r")  # a paste, in one go
+    assert "divides by zero" in prompt.until()
+    assert "\n3\n" in prompt.enter("n")
+
+
 @pytest.mark.parametrize("how", ["enter", "resume", "interrupt"])
 def test_a_hold_is_over_by_enter_or_from_another_terminal_and_takes_no_entry_away(begin, call, how):
     call("home", code=0)
