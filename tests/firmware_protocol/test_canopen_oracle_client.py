@@ -1,0 +1,146 @@
+"""Our SDO client and our tables, beside the node and the tables of the package `canopen`."""
+
+import pytest
+
+canopen = pytest.importorskip("canopen")
+
+from canopen.profiles.p402 import State402  # noqa: E402
+from canopen_peer import (  # noqa: E402
+    NAME,
+    NODE,
+    receive,
+    send,
+    their_dictionary,
+    virtual_bus,
+)
+
+from firmware_protocol.canopen.drive_states import TRANSITIONS  # noqa: E402
+from firmware_protocol.canopen.drive_words import (  # noqa: E402
+    Controlword,
+    DriveState,
+    Statusword,
+)
+from firmware_protocol.canopen.emcy import Emergency  # noqa: E402
+from firmware_protocol.canopen.pdo import Mapping  # noqa: E402
+from firmware_protocol.canopen.pdo_setup import Direction, PdoSetup  # noqa: E402
+from firmware_protocol.canopen.sdo_client import (  # noqa: E402
+    Aborted,
+    Downloaded,
+    SdoClient,
+    Uploaded,
+)
+from firmware_protocol.canopen.sdo_codes import ABORT_WORDS, AbortCode  # noqa: E402
+from firmware_protocol.canopen.sdo_messages import Place  # noqa: E402
+from firmware_protocol.canopen.standard import (  # noqa: E402
+    CONTROLWORD,
+    POSITION,
+    STANDARD,
+    STATUSWORD,
+    TARGET_POSITION,
+)
+
+
+@pytest.fixture
+def bus():
+    with virtual_bus() as found:
+        yield found
+
+
+@pytest.fixture
+def slave(bus):
+    return bus.network.create_node(NODE, their_dictionary())
+
+
+def transfer(bus, client, request):
+    """Carry a transfer of ours with their node to its end."""
+    while request is not None:
+        send(bus, request)
+        request = client.receive_frame(receive(bus))
+    return client.next_event()
+
+
+@pytest.mark.parametrize("size", [1, 4, 5, 7, 8, 14, 100])
+def test_our_client_writes_to_and_reads_from_their_server(bus, slave, size):
+    client, name = SdoClient(NODE), b"armdrive!".ljust(size, b"x")[:size]
+    assert transfer(bus, client, client.download(NAME, name)) == Downloaded(NAME)
+    assert slave.sdo["Device name"].raw == name.decode()
+    assert transfer(bus, client, client.upload(NAME)) == Uploaded(NAME, name)
+
+
+def test_our_client_understands_why_their_server_refuses(bus, slave):
+    client = SdoClient(NODE)
+    for request, code in (
+        (lambda: client.upload(Place(0x7000)), AbortCode.NO_OBJECT),
+        (lambda: client.upload(Place(0x1018, 9)), AbortCode.NO_SUB_INDEX),
+        (lambda: client.download(STATUSWORD, b"\0\0"), AbortCode.READ_ONLY),
+        (lambda: client.download(CONTROLWORD, b"\0"), AbortCode.LENGTH),
+    ):
+        event = transfer(bus, client, request())
+        assert (type(event), event.code, event.by_server) == (Aborted, code, True)
+
+
+def test_their_node_has_the_pdos_that_we_set_up(bus, slave):
+    client = SdoClient(NODE)
+    setups = (
+        PdoSetup(
+            Direction.RECEIVED, 1, NODE, Mapping.of_objects(STANDARD, CONTROLWORD, TARGET_POSITION)
+        ),
+        PdoSetup(
+            Direction.TRANSMITTED, 1, NODE, Mapping.of_objects(STANDARD, STATUSWORD, POSITION)
+        ),
+    )
+    for write in (write for setup in setups for write in setup.writes):
+        done = transfer(bus, client, client.download(write.place, write.data))
+        assert done == Downloaded(write.place)
+    for theirs, setup in zip((slave.rpdo[1], slave.tpdo[1]), setups, strict=True):
+        theirs.read()
+        found = [(each.index, each.subindex, each.length) for each in theirs.map]
+        assert found == [
+            (each.place.index, each.place.sub, each.type.bits) for each in setup.mapping.entries
+        ]
+        assert (theirs.cob_id, theirs.enabled, theirs.trans_type) == (setup.frame_id, True, 1)
+    theirs = slave.tpdo[1]
+    theirs["Statusword"].raw, theirs["Position actual value"].raw = 0x1237, -5000
+    assert setups[1].mapping.unpack(bytes(theirs.data)) == (0x1237, -5000)
+    assert setups[1].mapping.pack((0x1237, -5000)) == bytes(theirs.data)
+
+
+def test_emergencies_are_understood_both_ways(bus, slave):
+    slave.emcy.send(0x8611, 0x21, b"\1\2\3\4\5")
+    assert Emergency.read(receive(bus)) == Emergency(NODE, 0x8611, 0x21, b"\1\2\3\4\5")
+    consumer = canopen.emcy.EmcyConsumer()
+    consumer.on_emcy(0x85, Emergency(NODE, 0x8611, 0x21, b"\1\2\3\4\5").frame.data, 0.0)
+    (theirs,) = consumer.log
+    assert (theirs.code, theirs.register, theirs.data) == (0x8611, 0x21, b"\1\2\3\4\5")
+
+
+STATES = {
+    "NOT READY TO SWITCH ON": DriveState.NOT_READY,
+    "SWITCH ON DISABLED": DriveState.DISABLED,
+    "READY TO SWITCH ON": DriveState.READY,
+    "SWITCHED ON": DriveState.SWITCHED_ON,
+    "OPERATION ENABLED": DriveState.ENABLED,
+    "QUICK STOP ACTIVE": DriveState.QUICK_STOP,
+    "FAULT REACTION ACTIVE": DriveState.FAULT_REACTION,
+    "FAULT": DriveState.FAULT,
+}
+
+
+def test_their_tables_of_states_and_transitions_say_the_same():
+    assert {STATES[name]: mask for name, mask in State402.SW_MASK.items()} == {
+        state: (state.mask, state.wanted) for state in DriveState
+    }
+    theirs = {
+        (STATES[begin], STATES[end], Controlword(code).command)
+        for (begin, end), code in State402.TRANSITIONTABLE.items()
+        if begin in STATES
+        and STATES[begin] not in (DriveState.NOT_READY, DriveState.FAULT_REACTION)
+    }
+    ours = {(row.begin, row.end, row.cause) for row in TRANSITIONS}
+    assert len(theirs) == 13
+    assert theirs <= ours
+    assert all(Statusword(wanted).state is STATES[n] for n, (_, wanted) in State402.SW_MASK.items())
+
+
+def test_their_abort_codes_are_among_ours():
+    assert set(canopen.SdoAbortedError.CODES) == {int(code) for code in ABORT_WORDS}
