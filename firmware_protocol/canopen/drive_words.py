@@ -126,7 +126,7 @@ class Controlword:
         """Make one of a command and of bits that leave it as it is."""
         if bits & ~_FREE:
             raise BadField("bits", bits, "none of those that are the command's")
-        return cls(command.word | bits)
+        return cls(int(command.word | bits))
 
     @property
     def command(self) -> Command:
@@ -161,7 +161,7 @@ class Statusword:
         """Make one of a state and of bits that leave it as it is."""
         if bits & _STATE_BITS:
             raise BadField("bits", bits, "none of those that are the state's")
-        return cls(state.wanted | bits)
+        return cls(int(state.wanted | bits))
 
     @property
     def state(self) -> DriveState | None:

@@ -26,15 +26,19 @@ ERROR_CODE = Place(0x603F)
 CONTROLWORD = Place(0x6040)
 STATUSWORD = Place(0x6041)
 QUICK_STOP_OPTION = Place(0x605A)
+FAULT_REACTION_OPTION = Place(0x605E)
+"""What it does upon a fault: 0 lets the motor turn freely, so that an arm sags; 2 brakes first."""
 MODE = Place(0x6060)
 MODE_SHOWN = Place(0x6061)
 POSITION = Place(0x6064)
 FOLLOWING_ERROR_WINDOW = Place(0x6065)
+FOLLOWING_ERROR_TIMEOUT_MS = Place(0x6066)
 TARGET_POSITION = Place(0x607A)
 PROFILE_SPEED = Place(0x6081)
 PROFILE_ACCELERATION = Place(0x6083)
 PROFILE_DECELERATION = Place(0x6084)
 QUICK_STOP_DECELERATION = Place(0x6085)
+FOLLOWING_ERROR = Place(0x60F4)
 SUPPORTED_MODES = Place(0x6502)
 
 _ROWS: tuple[tuple[Place, str, DataType, Access, str, int | None], ...] = (
@@ -55,10 +59,12 @@ _ROWS: tuple[tuple[Place, str, DataType, Access, str, int | None], ...] = (
     (CONTROLWORD, "Controlword", _U16, _RWW, "", 0),
     (STATUSWORD, "Statusword", _U16, _RO, "", 0),
     (QUICK_STOP_OPTION, "Quick stop option code", _I16, _RW, "", 2),
+    (FAULT_REACTION_OPTION, "Fault reaction option code", _I16, _RW, "", 2),
     (MODE, "Modes of operation", _I8, _RWW, "", 0),
     (MODE_SHOWN, "Modes of operation display", _I8, _RO, "", 0),
     (POSITION, "Position actual value", _I32, _RO, "inc", 0),
     (FOLLOWING_ERROR_WINDOW, "Following error window", _U32, _RW, "inc", None),
+    (FOLLOWING_ERROR_TIMEOUT_MS, "Following error time out", _U16, _RW, "ms", None),
     (TARGET_POSITION, "Target position", _I32, _RWW, "inc", 0),
     (Place(0x607D, 0), "Highest sub-index of the software limits", _U8, _CONST, "", 2),
     (Place(0x607D, 1), "Min position limit", _I32, _RW, "inc", None),
@@ -75,6 +81,7 @@ _ROWS: tuple[tuple[Place, str, DataType, Access, str, int | None], ...] = (
     (Place(0x60C2, 0), "Highest sub-index of the interpolation time", _U8, _CONST, "", 2),
     (Place(0x60C2, 1), "Interpolation time period value", _U8, _RW, "", 1),
     (Place(0x60C2, 2), "Interpolation time index", _I8, _RW, "power of ten s", -3),
+    (FOLLOWING_ERROR, "Following error actual value", _I32, _RO, "inc", 0),
     (SUPPORTED_MODES, "Supported drive modes", _U32, _RO, "", 0),
 )
 _RECORDS = {
@@ -98,6 +105,7 @@ _MAPPED = frozenset(
         PROFILE_SPEED,
         PROFILE_ACCELERATION,
         PROFILE_DECELERATION,
+        FOLLOWING_ERROR,
     )
 )
 

@@ -65,6 +65,7 @@ def test_words_have_named_bits():
     assert [Controlword.of(each).value for each in Command] == [0, 2, 6, 7, 15, 0x80]
     assert Controlword(0xF80F).bits == Controlword(0x000F).bits  # the maker's own are not named
     assert Statusword.of(DriveState.ENABLED, StatusBit.VOLTAGE) == Statusword(0x37)
+    assert type(order.value) is type(Statusword.of(DriveState.READY).value) is int
 
 
 @pytest.mark.parametrize(

@@ -142,6 +142,11 @@ def test_blanks_within_a_name_are_kept():
     assert read_eds(write_eds(dictionary)) == dictionary
 
 
+def test_what_has_sub_indices_has_a_section_of_its_own_though_nobody_named_it():
+    watch = STANDARD.find(Place(0x1016, 1))
+    assert f"[1016]\nParameterName={watch.name}\n" in write_eds(Dictionary([watch]))
+
+
 def test_the_standard_objects_are_written_and_read():
     assert read_eds(write_eds(STANDARD)) == STANDARD
     assert STANDARD.named("Controlword").place == CONTROLWORD

@@ -118,6 +118,7 @@ def test_a_drive_that_is_not_enabled_has_lost_its_target(word):
 def test_a_following_error_is_told_once():
     host = SetPointHost()
     assert heard(host, 0x2237, 0x2237, 0x0237, 0x2237) == [FollowingError()] * 2
+    assert heard(host, 0x0218, 0x2237) == [FollowingError()]
     assert SetPointHost().hear(enabled().statusword(StatusBit.FOLLOWING_ERROR)) == (
         FollowingError(),
     )
@@ -130,6 +131,27 @@ def test_a_bit_that_was_up_before_enabling_moves_nothing():
         assert drive.control(Controlword(value), 100)[1] is None
     assert drive.state is DriveState.ENABLED
     assert drive.points.active is None
+
+
+def test_a_drive_that_is_enabled_halted_stays_where_it_is():
+    drive = DriveDevice()
+    drive.happen(Happening.INITIALISED)
+    for value in (0x06, 0x07, 0x10F):
+        drive.control(Controlword(value))
+    assert drive.points.halted
+    assert drive.statusword().has(StatusBit.REACHED)
+
+
+def test_a_halted_drive_says_when_it_stands_and_goes_on_when_it_may():
+    drive = enabled()
+    reached = []
+    for value in (0x1F, 0x10F, 0x10F, 0x0F):
+        drive.control(Controlword(value), 100)
+        reached.append(drive.statusword().has(StatusBit.REACHED))
+        if len(reached) == 2:
+            drive.points.stood()
+    assert reached == [False, False, True, False]
+    assert drive.points.active == SetPoint(100, False, False)
 
 
 def test_a_drive_takes_one_target_and_keeps_one_behind_it():
