@@ -11,6 +11,7 @@ import sys
 import time
 
 PATIENCE_S = 30.0
+AGAIN_S = 1.0
 PROMPT, MORE = "\n> ", "\n... "
 _OWN_TERMINAL = """\
 import fcntl, os, sys, termios
@@ -46,6 +47,16 @@ class Prompt:
         """Type a line; return what is shown up to the next prompt."""
         self.type(f"{line}\r")
         return self.until(until)
+
+    def interrupt(self) -> None:
+        """Press Ctrl-C, again where nothing is seen of it.
+
+        A signal that comes between the prompt and the wait behind it is not heard by Python's
+        readline until the next one.
+        """
+        self.type(CTRL_C)
+        while not select.select([self._number], [], [], AGAIN_S)[0]:
+            self.type(CTRL_C)
 
     def until(self, text: str = PROMPT) -> str:
         """Return what is shown from the last such call up to a text, which has to come."""

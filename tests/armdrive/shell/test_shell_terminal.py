@@ -8,7 +8,7 @@ import pytest
 if sys.platform == "win32":
     pytest.skip("Windows has no pseudo-terminals", allow_module_level=True)
 
-from shell_bench import CTRL_C, CTRL_D, MORE, Prompt
+from shell_bench import CTRL_D, MORE, Prompt
 
 sys.path.insert(0, str(Path(__file__).parents[3] / "benchmarks"))
 from sim_process import SimProcess
@@ -52,6 +52,7 @@ def test_entries_mistakes_blocks_and_leaving(begin):
     assert "\n1\n2\n" in prompt.enter("end")
     prompt.enter("repeat 2", until=MORE)
     prompt.type(CTRL_D)
+    prompt.until()
     assert "   2  repeat 2 as n\n" in prompt.enter("list")
     prompt.type("quit\r")
     assert prompt.end() == 0
@@ -61,17 +62,17 @@ def test_ctrl_c_clears_the_line_then_the_block_and_twice_leaves(begin):
     prompt = begin()
     prompt.type("spee")
     prompt.until("spee")
-    prompt.type(CTRL_C)
+    prompt.interrupt()
     assert "leaves" not in prompt.until()
     prompt.enter("repeat 2", until=MORE)
-    prompt.type(CTRL_C)
+    prompt.interrupt()
     assert "leaves" not in prompt.until()
-    prompt.type(CTRL_C)
+    prompt.interrupt()
     assert "Ctrl-C again leaves" in prompt.until()
     prompt.enter("delay 0")
-    prompt.type(CTRL_C)
+    prompt.interrupt()
     prompt.until()
-    prompt.type(CTRL_C)
+    prompt.interrupt()
     assert prompt.end() == 0
 
 
@@ -91,7 +92,7 @@ def test_ctrl_c_stops_what_moves_and_the_prompt_comes_back(begin, call):
     call("home", code=0)
     prompt = begin("--pace", FAST)
     moving(prompt)
-    prompt.type(CTRL_C)
+    prompt.interrupt()
     shown = prompt.until()
     assert "stopping the arm" in shown
     assert "[E301]" in shown
@@ -133,7 +134,7 @@ def test_a_hold_is_over_by_enter_or_from_another_terminal_and_takes_no_entry_awa
     if how == "resume":
         call("resume", code=0)
     else:
-        prompt.type("\r" if how == "enter" else CTRL_C)
+        prompt.type("\r") if how == "enter" else prompt.interrupt()
     assert ("[E301]" in prompt.until()) == (how == "interrupt")
     assert "\n6\n" in prompt.enter("2 * 3")
 
@@ -143,7 +144,7 @@ def test_a_real_arm_asks_at_the_prompt_and_one_that_is_gone_leaves_the_program(b
     with SimProcess(tmp_path / "arm") as sim:
         prompt = begin("--port", sim.port, "--dialect", "teachmover")
         prompt.enter("home", until="Type yes: ")
-        prompt.type(CTRL_C)
+        prompt.interrupt()
         assert "not confirmed" in prompt.until()
         prompt.enter("home", until="Type yes: ")
         assert "armdrive" not in prompt.enter("yes")
