@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Any
+
+_SAID = re.compile(r"""(?:"[^"]*"|'[^']*'|[^"'#])*(?=#)""")
+"""What stands in a line before its comment; nothing where there is none."""
 
 
 def place_words(view: Mapping[str, Any]) -> str:
@@ -17,7 +21,9 @@ def place_words(view: Mapping[str, Any]) -> str:
 
 
 def line_words(line: int | None, text: str) -> str:
-    """Return a line of a program with its number, where anybody knows that."""
+    """Return a line of a program with its number, where anybody knows that, and no comment."""
+    said = _SAID.match(text)
+    text = said.group().rstrip() if said else text
     return f"line {line}: {text}" if line else text
 
 
