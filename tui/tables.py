@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from armdrive.dialects import DIALECTS
 from armdrive.frames import BASE
+from armdrive.lines import OUTPUTS
 from armdrive.status import Status, Trust
 from tui.keyboard import Keyboard
 from tui.keys import JogPair, words
@@ -171,7 +172,8 @@ def bottom_lines(status: Status, width: int, force_n: float, load: float | None)
         quicker(status.dialect, width),
         _grip(status.gripping, force_n),
         f"motors {status.current.value}  steps {_steps(status.acknowledged)}",
-        _bits("inputs", status.inputs) + _bits("outputs", status.outputs),
+        _bits("inputs", status.inputs, _inputs(status.dialect))
+        + _bits("outputs", status.outputs, OUTPUTS),
         _wire(status, load),
         f"sent {status.last_sent or '-'}",
         f"answer {status.last_answer or '-'}",
@@ -204,11 +206,17 @@ def _wire(status: Status, load: float | None) -> str:
     return f"wire {load:.0%} of {status.carried.baud} baud"
 
 
-def _bits(name: str, value: int | None) -> str:
+def _inputs(dialect: str) -> int:
+    """Return how many inputs such an arm tells."""
+    row = DIALECTS.get(dialect)
+    return 0 if row is None else row.abilities.inputs
+
+
+def _bits(name: str, value: int | None, lines: int) -> str:
     """Show digital lines, the lowest first: by its number where one is on, else by a dot."""
-    if value is None:
+    if value is None or not lines:
         return ""
-    shown = (str(n + 1) if value >> n & 1 else "." for n in range(max(8, value.bit_length())))
+    shown = (str(n + 1) if value >> n & 1 else "." for n in range(lines))
     return f"{name} {' '.join(shown)}  "
 
 

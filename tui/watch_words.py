@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 View = Mapping[str, Any]
+
+UNKNOWN = "?"
 
 TEMPOS = (10, 25, 50, 75, 100)
 """Percent of the speed that is asked for."""
@@ -21,7 +24,7 @@ def title(name: str, view: View, width: int) -> str:
 
 
 def lines(view: View) -> str:
-    """Say how the arm is, in words and numbers."""
+    """Say how the arm is, in words and numbers: first what a small terminal must not cut off."""
     if not view:
         return "nothing is known of it yet"
     joints, pose = view.get("joints"), view.get("pose")
@@ -29,7 +32,9 @@ def lines(view: View) -> str:
     time_s = _number(view.get("stop_time_s"), 2)
     way = f"{_number(view.get('stop_distance_mm'))} mm, {time_s} s"
     texts = (
-        f"{conduct}  speed {percent(view)} % of what is asked",
+        f"{conduct}  speed {percent(view)} %",
+        program_words(view),
+        *(f"! {view[word]}" for word in ("notice", "error") if view.get(word)),
         f"position {view.get('trust', '?')}: {view.get('trust_reason', '?')}",
         "",
         *_named(joints, "_deg", "\N{DEGREE SIGN}"),
@@ -38,9 +43,25 @@ def lines(view: View) -> str:
         "" if pose is None else f"gripper {_number(view.get('gripper_mm'))} mm",
         f"motor current {view.get('current', '?')}",
         f"stop: {way} at most",
-        *(f"! {view[word]}" for word in ("notice", "error") if view.get(word)),
     )
-    return "\n".join(texts)
+    return "\n".join(text for text in texts if text is not None)
+
+
+def program_words(view: View) -> str | None:
+    """Say which program the arm is at work on, and how far it has come; None of none."""
+    program = view.get("program")
+    if not isinstance(program, dict) or not program:
+        return None
+    loop, loops = program.get("loop"), program.get("loops", 1)
+    several = "" if loops == 1 else f", loop {loop} of {loops}" if loops else f", loop {loop}"
+    line, act = program.get("line"), program.get("text") or program.get("act") or ""
+    share, left_s = (_number(program.get(word), 0) for word in ("percent", "left_s"))
+    texts = (
+        f"program {Path(str(program.get('file', UNKNOWN))).name}{several}",
+        f"line {line}: {act}" if line else act,
+        "" if UNKNOWN in (share, left_s) else f"{share} %, {left_s} s left",
+    )
+    return "\n".join(str(text) for text in texts if text)
 
 
 def percent(view: View) -> int:
@@ -68,4 +89,4 @@ def _named(values: object, ending: str, unit: str) -> list[str]:
 
 def _number(value: object, digits: int = 1) -> str:
     number = isinstance(value, int | float) and not isinstance(value, bool)
-    return f"{float(value) + 0.0:.{digits}f}" if number else "?"  # type: ignore[arg-type]
+    return f"{float(value) + 0.0:.{digits}f}" if number else UNKNOWN  # type: ignore[arg-type]

@@ -202,7 +202,23 @@ def test_a_teachmover_says_that_its_pendant_stops_sooner_also_where_there_is_lit
 def test_digital_lines_are_told_apart_by_their_numbers():
     status = FakeArm(inputs=0b101, outputs=0b10).status
     lines = tables.bottom_lines(status, 60, 0.0, None)
-    assert "inputs 1 . 3 . . . . .  outputs . 2 . . . . . ." in lines
+    assert "inputs 1 . 3 . . . .  outputs . 2 . . . . . ." in lines
+
+
+@pytest.mark.parametrize(
+    ("dialect", "shown"),
+    [
+        ("teachmover", "inputs . . . . . . .\n"),
+        ("robko01", "inputs . . . . . . . .\n"),
+        ("grbl", "inputs . . . . . . . . . . .\n"),
+        ("armdroid", ""),
+        ("mks", ""),
+    ],
+)
+def test_as_many_inputs_are_shown_as_the_arm_has(dialect, shown):
+    lines = tables.bottom_lines(FakeArm(dialect=dialect, inputs=0).status, 60, 0.0, None)
+    assert shown in lines
+    assert ("inputs" in lines) == bool(shown)
 
 
 def test_the_load_of_the_wire_is_that_of_its_busier_direction():

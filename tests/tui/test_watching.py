@@ -11,7 +11,6 @@ from armdrive.cli.worlds import connect_remembered
 from armdrive.connecting import find
 from armdrive.errors import ArmError
 from armdrive.view import status_view
-from tui import watch_words
 from tui.framework import PlainText
 from tui.held_arm import HeldArm
 from tui.remap import load_keys
@@ -99,6 +98,30 @@ async def test_what_the_holder_says_is_shown_and_that_it_is_only_watched():
         assert session.text("footer").startswith("space STOP")
 
 
+async def test_the_program_that_is_watched_is_shown_with_the_arm():
+    async with Session(FakeHolder()) as session:
+        await session.hear(
+            {**status_view(FakeArm().status), "program": {"file": "stack.arm", "line": 12}}
+        )
+        assert "program stack.arm" in session.text("watched")
+        await session.hear({**status_view(FakeArm().status), "program": {}})
+        assert "program" not in session.text("watched")
+
+
+async def test_state_program_and_error_stand_above_what_a_small_terminal_cuts_off():
+    async with Session(FakeHolder()) as session:
+        view = status_view(FakeArm(error="the elbow slipped", notice="it is warm").status)
+        await session.hear({**view, "program": {"file": "stack.arm", "line": 12}})
+        first = session.text("watched").splitlines()[:4]
+        assert first == [
+            "state standby  speed 100 %",
+            "program stack.arm",
+            "line 12: ",
+            "! it is warm",
+        ]
+        assert "! the elbow slipped" in session.text("watched")
+
+
 async def test_what_is_heard_before_the_screen_is_laid_out_is_shown_afterwards():
     view = status_view(FakeArm().status)
     app = Watching("sim", MODEL, FakeHolder(), braille=True)
@@ -147,11 +170,6 @@ async def test_the_tempo_goes_back_towards_what_is_asked_and_no_further():
         await session.press("plus")
         await session.press("minus")
         assert [words["percent"] for _, words in session.holder.asked] == [75, 25]
-
-
-@pytest.mark.parametrize(("now", "steps", "then"), [(10, -1, 10), (100, 1, 100), (33, -1, 25)])
-def test_a_tempo_between_the_steps_goes_to_the_next_one(now, steps, then):
-    assert watch_words.tempo(now, steps) == then
 
 
 async def test_a_stop_that_nobody_heard_is_said_loudly_with_what_to_do():
