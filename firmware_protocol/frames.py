@@ -100,6 +100,8 @@ class Unpacker:
 
     def feed(self, data: bytes) -> list[Frame]:
         """Take bytes, in any portions; return the frames that they complete."""
+        if not data and not self._pending:  # a bus is looked at far more often than it carries
+            return []
         self._pending += data
         frames: list[Frame] = []
         at, kept = 0, 0

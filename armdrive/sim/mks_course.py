@@ -94,7 +94,7 @@ def due_s(node: Node) -> float:
         return math.inf
     if node.booting:
         return node.boots_s
-    due = min((due for _, due in node.reports.values()), default=math.inf)
+    due = min([due for _, due in node.reports.values()]) if node.reports else math.inf
     if node.under_way is None:
         return due
     silent_s = node.heard_s + node.timeout_s

@@ -46,7 +46,7 @@ class SetPoints:
 
     def positions(self, now_s: float) -> tuple[int, ...]:
         """Return where all are."""
-        return tuple(point.at(now_s) for point in self.each)
+        return tuple([point.at(now_s) for point in self.each])
 
     def bends(self, start_s: float, end_s: float) -> tuple[float, ...]:  # noqa: ARG002
         """Return nothing: the device looks at its arm often enough by itself."""
@@ -92,7 +92,7 @@ class ClosedLoopDrive(Drive[SetPoints]):
     def errors(self, now_s: float) -> tuple[int, ...]:
         """Return how far each shaft is from where it should be; 0 where nothing holds it."""
         points = zip(self.rack.positions(now_s), self.shafts, self.holding, strict=True)
-        return tuple(wanted - shaft if held else 0 for wanted, shaft, held in points)
+        return tuple([wanted - shaft if held else 0 for wanted, shaft, held in points])
 
     def hold_shafts(self) -> None:
         """Have every set-point be where its shaft is."""

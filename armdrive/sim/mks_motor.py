@@ -39,7 +39,8 @@ class SetPoint:
 
     def at(self, now_s: float) -> int:
         """Return where it is, in whole counts."""
-        return nearest(self._profile.at(now_s))
+        profile = self._profile
+        return nearest(profile.end if now_s >= profile.end_s else profile.at(now_s))
 
     def rpm(self, now_s: float) -> float:
         """Return how fast it goes; positive is counter-clockwise."""

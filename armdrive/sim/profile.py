@@ -103,7 +103,12 @@ class Profile:
             made += way
 
     def _piece(self, now_s: float) -> Piece | None:
-        return next((piece for piece in self.pieces if now_s < piece.end_s), None)
+        if now_s >= self.end_s:  # most axes stand most of the time
+            return None
+        for piece in self.pieces:
+            if now_s < piece.end_s:
+                return piece
+        return None
 
 
 def standing(position: float) -> Profile:

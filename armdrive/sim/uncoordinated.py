@@ -31,6 +31,7 @@ class _Axis:
         self._steps: Iterator[tuple[float, int]] = iter(())
         self._times: list[float] = []
         self._counts: list[int] = []
+        self._to_lay = False
         self._ideal_s = -math.inf
         self.done_s = -math.inf
 
@@ -38,7 +39,10 @@ class _Axis:
         """Return the steps made by now."""
         if not self._grid_s:
             return nearest(self._profile.at(now_s))
-        self._lay(now_s)
+        if self._to_lay:
+            self._lay(now_s)
+        if not self._times:
+            return self._from
         made = bisect_right(self._times, now_s + _ROUNDING)
         return self._counts[made - 1] if made else self._from
 
@@ -71,6 +75,7 @@ class _Axis:
         self._profile = standing(at)
         self._steps = iter(())
         self._times, self._counts = [], []
+        self._to_lay = False
         self.done_s = -math.inf
 
     def _state(self, now_s: float) -> tuple[float, float]:
@@ -89,7 +94,7 @@ class _Axis:
         self.done_s = max(profile.end_s, now_s)
         if not self._grid_s:
             return
-        self._steps, self._ideal_s = profile.crossings(), now_s
+        self._steps, self._ideal_s, self._to_lay = profile.crossings(), now_s, True
         self._times, self._counts = taken, [self._from] * len(taken)
         if not math.isinf(self.done_s):
             self._lay(math.inf)
@@ -101,6 +106,7 @@ class _Axis:
         while last <= until_s:
             step = next(self._steps, None)
             if step is None:
+                self._to_lay = False
                 return
             ideal_s, way = step
             due_s = ideal_s if math.isinf(last) else max(last + ideal_s - self._ideal_s, ideal_s)
@@ -141,7 +147,7 @@ class UncoordinatedRack:
     @property
     def done_s(self) -> float:
         """When the last axis stands; infinity while none moves, or one runs without an end."""
-        return max(axis.done_s for axis in self._axes) if self._under_way else math.inf
+        return max([axis.done_s for axis in self._axes]) if self._under_way else math.inf
 
     @property
     def goals(self) -> tuple[int, ...]:
@@ -174,11 +180,11 @@ class UncoordinatedRack:
 
     def positions(self, now_s: float) -> tuple[int, ...]:
         """Return the counts at a moment."""
-        return tuple(axis.count(now_s) for axis in self._axes)
+        return tuple([axis.count(now_s) for axis in self._axes])
 
     def bends(self, start_s: float, end_s: float) -> Iterator[float]:
         """Yield moments at which to look, while anything moves."""
-        last_s = min(end_s, max(axis.done_s for axis in self._axes))
+        last_s = min(end_s, max([axis.done_s for axis in self._axes]))
         for number in range(1, math.ceil((last_s - start_s) / LOOK_S)):
             yield start_s + number * LOOK_S
         if start_s < last_s < end_s:

@@ -132,6 +132,9 @@ class World:
         """Turn motors by these steps, by whatever force it may be, and let the world answer."""
         last = len(steps) - self.body.transmission.has_gripper
         pieces = 1 + max(map(abs, steps[:last]), default=0) // self._sample_steps
+        if pieces == 1:  # as nearly always: an arm in motion is looked at often
+            self._shift(Motors(steps), time_s)
+            return
         made = Motors((0,) * len(steps))
         for piece in range(1, pieces + 1):
             share = Motors(count * piece // pieces for count in steps)
@@ -179,7 +182,9 @@ class World:
         self._motors = self._motors + steps
         self._observe()
         for joint, stop in enumerate(self._stops):
-            self._stop_joint(joint, stop.clamp(self._joints[joint]), time_s)
+            angle_rad = self._joints.angles_rad[joint]
+            if self._blocked or not stop.low_rad <= angle_rad <= stop.high_rad:
+                self._stop_joint(joint, stop.clamp(angle_rad), time_s)
         self._tell(*self.scene.follow(before, self.tip, self._pull_mm, time_s))
         self._stop_fingers(time_s)
         self._feel_table(time_s)

@@ -91,7 +91,8 @@ class BusLine(PacedDevice):
                 self.device.receive(pack(arrival.frame), now_s)
             elif self._on_bus:
                 self._heard.append((now_s, pack(arrival.frame)))
-        for frame in Unpacker().feed(self.device.transmit(now_s)):
+        said = self.device.transmit(now_s)
+        for frame in Unpacker().feed(said) if said else ():
             for piece in self.faults.device.passed(pack(frame), now_s):
                 self._put(piece, Side.DEVICE, now_s)
         for late in self.faults.device.due(now_s):
