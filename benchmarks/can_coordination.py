@@ -23,7 +23,7 @@ from feel_ways import KINDS, ways
 from straightness import drawn
 
 from armdrive.arm import Arm
-from armdrive.controllers.mks_drive import COUNTS_S_PER_RPM
+from armdrive.controllers.mks_ramps import COUNTS_S_PER_RPM
 from armdrive.errors import OutOfBounds
 from firmware_protocol.mks import Host, MoveAbsoluteAxis
 from kinematics import Joints, Motors

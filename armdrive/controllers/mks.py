@@ -14,8 +14,8 @@ from armdrive.abilities import Abilities
 from armdrive.controllers.controller import Stopping
 from armdrive.controllers.mks_bursts import MksBursts, trapezoid_s
 from armdrive.controllers.mks_compare import MksComparing
-from armdrive.controllers.mks_drive import COUNTS_S_PER_RPM, slope_of
 from armdrive.controllers.mks_homing import MksHoming
+from armdrive.controllers.mks_ramps import COUNTS_S_PER_RPM, slope_of
 from armdrive.controllers.mks_stops import STOP_POLL_S
 from armdrive.controllers.mks_talk import Script
 from armdrive.controllers.requests import (

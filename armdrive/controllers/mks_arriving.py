@@ -10,7 +10,8 @@ import math
 from collections.abc import Callable, Collection, Generator, Mapping
 
 from armdrive.controllers.mks_contact import MksContact
-from armdrive.controllers.mks_drive import ASKED_S, COUNTS_S_PER_RPM, Drive
+from armdrive.controllers.mks_drive import ASKED_S, Drive
+from armdrive.controllers.mks_ramps import COUNTS_S_PER_RPM
 from armdrive.controllers.mks_stops import ALL_MUTE_LOOKS, MUTE_LOOKS
 from armdrive.controllers.mks_talk import TRIES
 from armdrive.controllers.requests import (

@@ -12,8 +12,8 @@ from collections.abc import Callable, Generator, Mapping
 from itertools import pairwise
 
 from armdrive.controllers.mks_arriving import Ending
-from armdrive.controllers.mks_drive import COUNTS_S_PER_RPM, shared_acc, slope_of
 from armdrive.controllers.mks_motion import MksMotion
+from armdrive.controllers.mks_ramps import COUNTS_S_PER_RPM, shared_acc, slope_of
 from armdrive.controllers.requests import Denied, Done, Halted, never
 from firmware_protocol.mks import (
     BROADCAST,

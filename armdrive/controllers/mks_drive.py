@@ -9,12 +9,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+from armdrive.controllers.mks_asked import Questions, Speeds
+from armdrive.controllers.mks_doubt import PACE, Doubt
 from armdrive.controllers.mks_gap import Gap
-from firmware_protocol.mks import COUNTS_PER_TURN, acc_of, ramp_rpm_s
+from armdrive.controllers.mks_ramps import COUNTS_S_PER_RPM, shared_acc, slope_of
+from firmware_protocol.mks import COUNTS_PER_TURN, acc_of
 
 STEP_S = 0.005
 """The model goes on in steps of this length."""
-COUNTS_S_PER_RPM = COUNTS_PER_TURN / 60.0
 SLOW = 2.0 * COUNTS_S_PER_RPM
 """A drive this slow stops at once."""
 WAY_S = 0.1
@@ -27,21 +29,6 @@ BRAKES_SURELY = 1.1
 """How much steeper than it just needs a drive brakes at its end."""
 HEEDED_S = 0.003
 """An order takes so long to be heeded at most: a frame, those before it, a loop that is behind."""
-LEAST_SHARE = 0.1
-"""A slow drive's ramp is at least this share of the steepest: it has corners to follow."""
-
-
-def slope_of(acc: int) -> float:
-    """Return a ramp in counts a second squared; infinity for 0, which has none."""
-    return ramp_rpm_s(acc) * COUNTS_S_PER_RPM
-
-
-def shared_acc(acc: int, share: float) -> int:
-    """Return the ramp of a drive that goes at a share of the fastest one's speed.
-
-    So all come to their speeds, and to rest, in the same time, and stay in proportion.
-    """
-    return acc_of(max(share, LEAST_SHARE) * ramp_rpm_s(acc)) if acc else 0
 
 
 @dataclass(slots=True)
@@ -71,8 +58,8 @@ class Drive:
     """Whether it has been sent somewhere, and was not seen to stand since."""
     fresh: bool = False
     """Whether it stands as it was found, and was sent nowhere since."""
-    off: int = 0
-    """How often in a row it was seen off its way."""
+    doubt: Doubt = field(default_factory=Doubt)
+    """Whether it was seen off its way."""
     unanswered: int = 0
     """How often it was looked at, by asking where it is, since it was heard last."""
     counted_s: float = -math.inf
@@ -83,9 +70,10 @@ class Drive:
     """Where it was by its orders when it was told to stop."""
     stopped_off: float = 0.0
     """How far off that it may have been."""
-    asked_s: float = -math.inf
-    asked_at: float = 0.0
-    """Where it was by its orders when it was asked last."""
+    questions: Questions = field(default_factory=Questions)
+    speeds: Speeds = field(default_factory=Speeds)
+    met: tuple[float, float] = (0.0, 0.0)
+    """Where it was at the last look, and where by its orders."""
     gap: Gap = field(default_factory=Gap)
     """Whether it was gone for a moment."""
 
@@ -97,8 +85,14 @@ class Drive:
         self.position, self.speed, self.target, self.told = float(count), 0.0, count, 0.0
         self.least = self.most = count
         self.gap.forget()
-        self.at_s, self.moving, self.off, self.fresh = now_s, False, 0, False
-        self.asked_at = self.position
+        self.speeds.forget()
+        self.at_s, self.moving, self.fresh = now_s, False, False
+        self._place_anew()
+
+    def _place_anew(self) -> None:
+        self.doubt.forget()
+        self.questions.place_anew(self.position)
+        self.met = (self.position, self.position)
 
     @property
     def slope(self) -> float:
@@ -108,6 +102,7 @@ class Drive:
     def send_to(self, target: int, rpm: int, acc: int, now_s: float) -> None:
         """Take in an order."""
         self.advance(now_s)
+        self.speeds.change(self.fastest, now_s)
         self.acc, self.fresh = acc, False
         self.target, self.told, self.moving = target, rpm * COUNTS_S_PER_RPM, True
         self.least, self.most = min(self.least, target), max(self.most, target)
@@ -154,13 +149,13 @@ class Drive:
         self.advance(now_s)
         if not self.unanswered or now_s >= self.counted_s + ASKED_S:
             self.unanswered, self.counted_s = self.unanswered + 1, now_s
-        self.asked_s, self.asked_at = now_s, self.position
+        self.questions.ask(self.position, now_s)
 
     def stop(self, corridor: float, now_s: float) -> None:
         """Take note that it is told to stop: it rests between here and where it was sent."""
         self.advance(now_s)
         self.stopped_at = self.position
-        self.stopped_off = corridor + max(abs(self.speed), self.told) * WAY_S
+        self.stopped_off = corridor + self._late(now_s)
 
     def rests_off(self, count: int) -> bool:
         """Tell whether it came to rest where no stop of it could: it counts anew, say."""
@@ -171,9 +166,15 @@ class Drive:
     def off_by(self, count: int, now_s: float) -> float:
         """Return how far a count that was heard is off the model, beyond what is only late."""
         self.advance(now_s)
-        late = max(abs(self.speed), abs(self.told) if self.moving else 0.0) * WAY_S
-        low, high = sorted((self.asked_at, self.position))
+        late = self._late(min(self.questions.asked_s, now_s))
+        low, high = sorted((self.questions.asked_at, self.position))
         return max(low - count - late, count - high - late, 0.0)
+
+    def _late(self, asked_s: float) -> float:
+        """Return what it runs in the time that it may be late, by its orders of that time."""
+        ordered = self.told if self.moving else 0.0
+        lately = self.speeds.fastest_since(asked_s - WAY_S)
+        return max(abs(self.speed), ordered, lately) * WAY_S
 
     def found_near(self, there: int, reach: int) -> int:
         """Return where it stands: where it was left, if it was found within reach of that."""
@@ -228,11 +229,17 @@ class Drive:
     def anchor(self, count: int, now_s: float) -> None:
         """Have the model be where the drive was found, on its way to where it was sent."""
         left = self.target - count
-        self.position, self.at_s, self.off = float(count), now_s, 0
+        self.position, self.at_s = float(count), now_s
         self.speed = math.copysign(self.told, left) if left and self.moving else 0.0
-        self.asked_at = self.position
+        self._place_anew()
 
     def believe(self, count: int, gain: float) -> None:
-        """Draw the model towards what was read, if that is of now."""
-        if self.at_s <= self.asked_s + PROMPT_S:
+        """Draw the model towards what was read, if that is of now, and of a drive that turns.
+
+        The model would wait for one that is blocked, which would so never be found.
+        """
+        turned, ran = count - self.met[0], self.position - self.met[1]
+        prompt = self.at_s <= self.questions.last_s + PROMPT_S
+        if prompt and turned * ran >= PACE * ran * ran:
             self.position += gain * (count - self.position)
+        self.met = (count, self.position)

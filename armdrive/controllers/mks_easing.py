@@ -10,7 +10,8 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Generator
 
-from armdrive.controllers.mks_drive import COUNTS_S_PER_RPM, Drive
+from armdrive.controllers.mks_drive import Drive
+from armdrive.controllers.mks_ramps import COUNTS_S_PER_RPM
 from armdrive.controllers.mks_talk import MksTalk
 from firmware_protocol.mks import (
     ANGLE_ERROR_PER_TURN,

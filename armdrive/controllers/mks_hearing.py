@@ -90,6 +90,7 @@ class MksHearing(Scripted[Event]):
         drive.refused = _refused(heard, drive.refused)
         if isinstance(heard, Answered | Stray) and isinstance(heard.answer, EncoderRead):
             self._count(drive.node, 1)
+            drive.questions.answered()
         if isinstance(heard, Answered) and isinstance(heard.answer, EncoderRead):
             drive.seen, drive.seen_s = heard.answer.counts, self.now_s
 

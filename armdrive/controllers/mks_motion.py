@@ -13,9 +13,10 @@ import math
 from collections.abc import Generator
 
 from armdrive.controllers.mks_arriving import Ending
-from armdrive.controllers.mks_drive import COUNTS_S_PER_RPM, Drive
+from armdrive.controllers.mks_drive import Drive
 from armdrive.controllers.mks_hearing import REFUSED
 from armdrive.controllers.mks_holdups import MksHoldUps
+from armdrive.controllers.mks_ramps import COUNTS_S_PER_RPM
 from armdrive.controllers.mks_stops import ALL_MUTE_LOOKS, MUTE_LOOKS
 from armdrive.controllers.mks_track import Lead, Track, Trip, shares_of
 from armdrive.controllers.requests import Alert, AlertKind, Denied, MoveAlong, Progress, Reply
@@ -203,20 +204,23 @@ class MksMotion(MksHoldUps):
         return None
 
     def _seen(self, node: int, counts: int) -> Generator[float, Event | None, Reply | None]:
-        """Compare a drive with its model; what is off its way twice ends the motion."""
-        drive = self.drive(node)
+        """Compare a drive with its model; who is off its way, and goes on no more, ends it all."""
+        drive, doubt = self.drive(node), self.drive(node).doubt
         off = drive.off_by(counts, self.now_s)
         if math.isfinite(drive.gap.doubted_s) and self.began_anew(node):
             return (yield from self.break_off(node))
-        if off <= self.settings.corridor_counts:
-            drive.off = 0
-            if drive.moving:
-                drive.believe(counts, GAIN)
+        astray = off > self.settings.corridor_counts
+        if astray and doubt.is_too_soon(drive.questions.asked_s):
             return None
-        drive.off += 1
-        if drive.off > 1:
+        let_pass = abs(drive.position - counts) - off + self.settings.corridor_counts
+        if astray and not doubt.is_well(counts, drive.position, let_pass, self.reach):
             return (yield from self.break_off(node))
-        self.put(node, ReadEncoder())
+        if drive.moving:
+            drive.believe(counts, GAIN)
+        if astray:
+            doubt.note(counts, drive.position, self.now_s)
+        else:
+            doubt.forget()
         return None
 
     def _doubted(self, trip: Trip, node: int) -> Generator[float, Event | None, Reply | None]:

@@ -12,8 +12,9 @@ from collections.abc import Collection, Generator, Iterable
 from dataclasses import replace
 
 from armdrive.abilities import Abilities
-from armdrive.controllers.mks_drive import Drive, shared_acc
+from armdrive.controllers.mks_drive import Drive
 from armdrive.controllers.mks_easing import MksEasing
+from armdrive.controllers.mks_ramps import shared_acc
 from armdrive.controllers.mks_settings import MksSettings
 from armdrive.controllers.requests import Alert, AlertKind, Denied, Progress, Silence
 from firmware_protocol.errors import RemoteProtocolError

@@ -1,0 +1,106 @@
+"""A drive seen off its way: who was only late comes nearer and is not blamed; who is blocked is."""
+
+from __future__ import annotations
+
+import pytest
+from mks_bench import MksBench
+from test_mks_controller_motion import segments
+from test_mks_holdups import BOTH, ORDERS, STARTS, hold_up
+
+from armdrive.controllers.mks_doubt import AGAIN_S
+from armdrive.controllers.mks_drive import WAY_S
+from armdrive.controllers.mks_settings import MksSettings
+from armdrive.controllers.requests import AlertKind, Denied, Done, MoveAlong
+from kinematics import Motors
+
+SHORT_AHEAD_S = 0.06
+"""So little that a drive whose orders are late stands before they come."""
+STALL_S = 0.05
+"""Shorter than what is noticed as a bus that stands still."""
+FAST, SLOW = (9000, -3000, 0, 0, 0, 0), (300, -100, 0, 0, 0, 0)
+LATE_S = 0.005
+"""So long at most does an answer take on this bus."""
+
+
+def moving(moves, after_s, ahead_s=SHORT_AHEAD_S, **settings):
+    bench = MksBench(starts=STARTS, settings={"segment_s": 0.02, **settings}).ready()
+    bench.begin(MoveAlong(iter(moves), ahead_s))
+    bench.run(after_s)
+    return bench
+
+
+def block(bench, number):
+    """Have a shaft stand where it is, whatever its drive is told."""
+    node = bench.node(number)
+    node.blocked = True
+    node.motor.hold(node.at(bench.now_s))
+
+
+@pytest.mark.parametrize("tail", [0, 1, 6])
+@pytest.mark.parametrize("after_s", [0.48, 0.49, 0.5, 0.51, 0.52])
+@pytest.mark.parametrize("sides", [BOTH, ORDERS])
+def test_a_drive_that_was_late_before_its_slow_end_is_not_called_blocked(sides, after_s, tail):
+    bench = moving(segments(*([FAST] * 6 + [SLOW] * tail)), after_s)
+    hold_up(bench, STALL_S, sides)
+    reply = bench.finish()
+    assert isinstance(reply, Done), str(reply)
+    assert not bench.alerts()
+    assert bench.positions == Motors(
+        50_000 + 6 * fast + tail * slow for fast, slow in zip(FAST, SLOW, strict=True)
+    )
+
+
+def displaced(bench, number, counts):
+    """Have a drive be behind all at once, as after orders that came late; it runs on from there."""
+    node = bench.node(number)
+    order, here = node.moving.request, node.at(bench.now_s)
+    node.motor.hold(here - counts)
+    node.motor.move_to(order.counts, order.speed_rpm, order.acc, bench.now_s)
+
+
+@pytest.mark.parametrize("poll_s", [0.02, 0.1, 0.2])
+@pytest.mark.parametrize("behind", [1768, 2500, 4000])
+def test_one_that_is_behind_and_goes_on_is_waited_for(behind, poll_s):
+    bench = moving(segments(*([SLOW] * 20)), 0.5, 0.3, poll_s=poll_s)
+    displaced(bench, 1, behind)
+    reply = bench.finish()
+    assert isinstance(reply, Done), str(reply)
+    assert not bench.alerts()
+    assert bench.positions == Motors(50_000 + 20 * each for each in SLOW)
+
+
+@pytest.mark.parametrize("after_s", [0.3, 0.33, 0.36, 0.4])
+@pytest.mark.parametrize("poll_s", [0.02, 0.03, 0.1, 0.2])
+@pytest.mark.parametrize("counts_s", [9000, 30_000, 90_000])
+def test_a_blocked_shaft_is_told_within_the_documented_time(counts_s, poll_s, after_s):
+    way = (counts_s // 10, 0, 0, 0, 0, 0)
+    bench = moving(segments(*([way] * 40)), after_s, 0.3, poll_s=poll_s)
+    block(bench, 1)
+    began_s = bench.now_s
+    while not bench.alerts():
+        bench.run(0.001)
+        bench._reply()
+    (alert,) = bench.alerts()
+    assert alert.kind is AlertKind.ASTRAY
+    assert "drive 1 (base)" in alert.text
+    behind_s = MksSettings().corridor_counts / counts_s + WAY_S
+    assert bench.now_s - began_s <= behind_s + 2.0 * poll_s + AGAIN_S + 4.0 * LATE_S
+
+
+def test_a_blocked_shaft_is_told_where_its_motor_has_come_back_halfway_to_it():
+    there, back = (9000, 0, 0, 0, 0, 0), (-3000, 0, 0, 0, 0, 0)
+    bench = moving(segments(*([there] * 5 + [back] * 10)), 0.2, 0.3)
+    block(bench, 1)
+    assert isinstance(bench.finish(), Denied)
+    assert bench.now_s < 1.0
+
+
+@pytest.mark.parametrize("counts", [-60_000, 60_000])
+def test_a_drive_that_keeps_its_distance_and_is_far_off_is_told_of(counts):
+    bench = moving(segments(*([FAST] * 20)), 0.5, 0.3)
+    began_s, bench.node(1).slipped = bench.now_s, counts
+    while not bench.alerts():
+        bench.run(0.001)
+        bench._reply()
+    assert "drive 1 (base)" in bench.alerts()[0].text
+    assert bench.now_s < began_s + 0.3
