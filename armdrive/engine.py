@@ -52,6 +52,7 @@ class Engine:
         self.witness = witness
         self.now_s = 0.0
         self.asleep_s: Callable[[], float] = _never
+        self._absences = 0
         self.stop_asked = False
         self.stop_hard = False
         self.stop_why = ""
@@ -82,6 +83,14 @@ class Engine:
     def busy(self) -> bool:
         """Tell whether a flow is at work."""
         return self._task is not None or self._next is not None
+
+    @property
+    def absences(self) -> int:
+        """How often this program stood still, this very moment's suspension included.
+
+        Whoever compares two of these holds the lock that `advance` is called with.
+        """
+        return self._absences + (self.asleep_s() > 0.0)
 
     @property
     def at_rest(self) -> bool:
@@ -116,6 +125,7 @@ class Engine:
 
         A motion that goes on after that is one that nobody expects, so it is stopped.
         """
+        self._absences += 1
         if self._next is not None or (self._task is not None and not self._task.routine):
             self.stop_asked = True
             self.stop_why = f": this program had stood still for {time_s:.1f} s"

@@ -1,7 +1,8 @@
 """Carries the acts of a program out on an arm, by the public calls of that arm alone.
 
 A stop ends the program at whatever moment it comes, also between two acts; an act that it broke off
-has no answer and is the next one again. While somebody has paused the arm, no act begins.
+has no answer and is the next one again. So does a suspension of this program or its computer,
+unless a person lets it go on after that. While somebody has paused the arm, no act begins.
 """
 
 from __future__ import annotations
@@ -71,6 +72,7 @@ class Performer:
         self.person = person
         self._stops = arm.stops if since is None else since
         self._outputs = outputs
+        self._absences = self._absent()
         self._deeds: Mapping[type[Any], Callable[[Any], Answer]] = {
             Go: self._go,
             Fingers: self._fingers,
@@ -101,13 +103,30 @@ class Performer:
         """Raise `Stopped` where a stop was asked for since the run began."""
         if self.arm.stops != self._stops:
             raise Stopped("the program was stopped")
+        if self._absent() != self._absences:
+            raise Stopped(
+                "the program was stopped: it or its computer had been suspended, and nothing goes "
+                "on by itself after that"
+            )
+
+    def hold(self, text: str) -> None:
+        """Wait until a person lets the program go on. Raises `Stopped`."""
+        self.person.hold(text, lambda: self.arm.stops != self._stops)
+        self._absences = self._absent()  # who let it go on has seen what is
+        self.require_no_stop()
 
     def wait_while_paused(self) -> None:
         """Wait, in real time, for as long as somebody wants the arm to stand."""
         self.require_no_stop()
-        while self.arm.paused:
-            time.sleep(BREATH_S)
+        if self.arm.paused:
+            while self.arm.paused:
+                time.sleep(BREATH_S)
+            self._absences = self._absent()  # somebody let it go on
         self.require_no_stop()  # a stop ends a pause, too
+
+    def _absent(self) -> int:
+        with self.arm.pace.lock:
+            return self.arm.engine.absences
 
     @property
     def outputs(self) -> int:
@@ -174,7 +193,7 @@ class Performer:
             end_s += self._paused_s()
 
     def _hold(self, act: Hold) -> None:
-        self.person.hold(act.text, lambda: self.arm.stops != self._stops)
+        self.hold(act.text)
 
     # -- what does neither --------------------------------------------------------------------
 
