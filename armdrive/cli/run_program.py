@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import shlex
 import sys
 from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING
 
 from armdrive.cli.choosing import chosen_target
+from armdrive.cli.run_again import move_command, resume_command
 from armdrive.cli.run_common import (
     connect_to_check,
     connect_to_run,
@@ -73,7 +73,7 @@ def _taken_up(
     require_same_program(entry, program.digest, str(options.program.resolve()))
     stage = source.restored(entry.snapshot).next()
     if arm is not None and stage is not None:
-        require_place(arm, entry, stage.act, _command(options, resume=True))
+        require_place(arm, entry, stage.act, resume_command(options), move=move_command(options))
     return entry
 
 
@@ -102,16 +102,6 @@ def _loops(options: argparse.Namespace, entry: Entry | None) -> int:
     return 1 if entry is None else entry.loops
 
 
-def _command(options: argparse.Namespace, *, resume: bool) -> str:
-    """Return the command that runs this program on this arm."""
-    words = ["armdrive", "run", str(options.program)]
-    for name in ("arm", "sim", "port", "dialect"):
-        value = getattr(options, name)
-        words += [f"--{name}", value] if value else []
-    words += ["--allow-restored"] * options.allow_restored
-    return shlex.join([*words, *["--resume"] * resume])
-
-
 class _Gate:
     """Waits for the person before each motion."""
 
@@ -124,11 +114,7 @@ class _Gate:
         if not step.moves:
             return
         line = step.stage.mark.line
-        arm, stops = self._performer.arm, self._performer.arm.stops
-        self._performer.person.hold(
-            f"line {line}: {self._display.source(line)}", lambda: arm.stops != stops
-        )
-        self._performer.require_no_stop()
+        self._performer.hold(f"line {line}: {self._display.source(line)}")
 
     def ended(self, step: Step, answer: Answer, took_s: float) -> None:
         """Wait for the next motion."""
@@ -222,7 +208,7 @@ class _Running:
             journal.broke_off(error)
         mark = None if run.at is None else run.at.stage.mark
         mark = getattr(error, "mark", None) or mark
-        resume = "" if run.at is None else _command(self._options, resume=True)
+        resume = "" if run.at is None else resume_command(self._options)
         if self._options.json:
             display.tell(failed_view(mark, error, resume), "")
             return

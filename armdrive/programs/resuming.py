@@ -44,11 +44,13 @@ def require_same_program(entry: Entry, sha256: str, path: str) -> None:
         )
 
 
-def require_place(arm: Arm, entry: Entry, act: Act, how: str) -> None:
+def require_place(
+    arm: Arm, entry: Entry, act: Act, how: str, *, move: str = "armdrive move"
+) -> None:
     """Raise `Refused` unless the arm stands where an interrupted act can be done once more.
 
-    `how` is the command that takes the program up. Raises `NotReferenced` for a position that is
-    not to be trusted. Sends nothing.
+    `how` is the command that takes the program up, `move` the one that moves this arm.
+    Raises `NotReferenced` for a position that is not to be trusted. Sends nothing.
     """
     if isinstance(act, Home):
         return
@@ -60,7 +62,7 @@ def require_place(arm: Arm, entry: Entry, act: Act, how: str) -> None:
     began = Coordinates(joints_of(entry.began.joints_deg, arm), entry.began.opening_mm)
     on_way = any(_near(here.joints, each) for each in _way(arm, began, act))
     if not on_way or not _fingers_fit(arm, here, began, act):
-        raise Refused(_elsewhere(here, entry.began, how))
+        raise Refused(_elsewhere(here, entry.began, how, move))
 
 
 def _near(here: Joints, there: Joints) -> bool:
@@ -110,7 +112,7 @@ def _goal_mm(arm: Arm, act: Act) -> float | None:
     return act.opening_mm if isinstance(act, Go) else None
 
 
-def _elsewhere(here: Coordinates, began: Standing, how: str) -> str:
+def _elsewhere(here: Coordinates, began: Standing, how: str, move: str) -> str:
     now = here.joints.deg
     apart = [
         f"{name} {now[name]:.1f}° instead of {angle:.1f}°"
@@ -122,6 +124,6 @@ def _elsewhere(here: Coordinates, began: Standing, how: str) -> str:
     joints = " ".join(f"--joint {name}={angle:.2f}" for name, angle in began.joints_deg.items())
     return (
         f"the arm does not stand where the program was interrupted ({', '.join(apart)}): bring it "
-        f"back with `armdrive move {joints} --gripper {began.opening_mm:.1f}`, look whether what "
+        f"back with `{move} {joints} --gripper {began.opening_mm:.1f}`, look whether what "
         f"it held is still there, then `{how}`; or begin the program anew"
     )
