@@ -10,6 +10,7 @@ import os
 import signal
 import sys
 from collections.abc import Iterator
+from pathlib import Path
 from types import FrameType
 from typing import NoReturn, Protocol, cast
 
@@ -44,6 +45,7 @@ class Ended(BaseException):
 
 def run_command(name: str, words: list[str]) -> int:
     """Parse and run a command of the table."""
+    _fill_closed_streams()
     module = cast(Command, importlib.import_module(f"armdrive.cli.{name}"))
     parser = argparse.ArgumentParser(
         prog=f"armdrive {name}",
@@ -73,6 +75,16 @@ def run_command(name: str, words: list[str]) -> int:
         return 0
     except OSError as error:  # a state folder that cannot be written, a disk that is full
         return _say(options, error, ArmError.exit_code)
+
+
+def _fill_closed_streams() -> None:
+    """Let a stream that was closed before we began lead nowhere (`armdrive run x.arm <&-`).
+
+    Else Python has none of that name, and the next port that opens gets its number.
+    """
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, Path(os.devnull).open(mode, encoding="utf-8"))
 
 
 def _say(options: argparse.Namespace, error: BaseException, code: int) -> int:
