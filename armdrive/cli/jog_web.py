@@ -59,7 +59,8 @@ def jog_web(options: argparse.Namespace) -> int:
         public_url=f"http://{door.host}",
     )
     server.on_startup = _quietly
-    say(f"the desk is at {door.address} (click into the page once: then it has the keys)")
+    say(f"the desk is at {door.address}")
+    say("click into the page once: until then the browser keeps the keys, the space bar too")
     say("only this computer reaches it; closing the page stops the arm, ctrl+c ends this")
     web.run_app(
         _guarded(server, web, door), sock=listening, print=None, shutdown_timeout=SHUTDOWN_S
