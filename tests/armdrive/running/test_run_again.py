@@ -30,13 +30,13 @@ def failing(call, tmp_path):
 
 
 def test_it_goes_on_as_slowly_and_carefully_as_it_was_begun(call, failing):
-    with_care = ("--sim", "grbl", "--speed", "12.5", "--yes", "--input", "1=on", "--pace", "500")
+    with_care = ("--sim", "grbl", "--speed", "12.5", "--yes", "--input", "1=on")
     words = told(call("run", failing, *with_care, code=3).err, "armdrive run ")
     parser = argparse.ArgumentParser()
     add_arguments(parser)
     options = parser.parse_args(words[2:])
     assert options.resume
-    assert (options.sim, options.speed, options.pace) == ("grbl", 12.5, 500.0)
+    assert (options.sim, options.speed) == ("grbl", 12.5)
     assert (options.step, options.input) == (False, [(1, True)])
     assert not options.yes  # that is said anew, or not
 
