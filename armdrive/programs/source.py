@@ -45,7 +45,7 @@ class ArmProgram:
 def read_program_file(path: Path) -> Program:
     """Read a program file. Raises `BadRequest` for one that cannot be read, and `ProgramError`."""
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")  # Windows' editors begin a file with a mark
     except OSError as error:
         raise BadRequest(f"{path} cannot be read: {error.strerror or error}") from None
     except UnicodeDecodeError as error:

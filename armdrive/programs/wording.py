@@ -69,6 +69,8 @@ def _unknown_sign(line: str, column: int) -> str:
     sign = line[column - 1] if column <= len(line) else ""
     if sign == '"':
         return 'the text has no end: a `"` is missing'
+    if sign.isalpha():
+        return f"{sign!r} is no letter of a name: those have a to z, digits and _"
     return f"{sign!r} is no sign of a program"
 
 

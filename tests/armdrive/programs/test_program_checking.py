@@ -27,6 +27,7 @@ WRONG = [
     ("approach pick 60", 15, "'60' does not belong here: a comma or the end"),
     ('type "abc', 6, 'a `"` is missing'),
     ("move ?", 6, "'?' is no sign of a program"),
+    ("höhe = 20", 2, "'ö' is no letter of a name: those have a to z, digits and _"),
     ("x = 1 < 2 < 3", 11, "'<' does not belong here"),
     ("point home at(1, 2, 3, 4)", 12, "`=` was expected"),
     ("3 = x", 3, "a number at the beginning of a line is a label"),
