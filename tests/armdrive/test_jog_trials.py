@@ -1,10 +1,11 @@
 """A sample of the jogs of benchmarks/jog_limits.py: into limits and guards, and out again."""
 
 import pytest
+from amounts import amount
 from jog_trials import Ground, trials
 
 SEED = 22
-COUNTS = {"teachmover": 4, "robko01": 2, "armdroid": 2, "grbl": 3}
+COUNTS = {"teachmover": 4, "robko01": amount(1, 2), "armdroid": amount(1, 2), "grbl": amount(1, 3)}
 LATER_S = 0.2
 NEAR_STEPS = 3.0
 

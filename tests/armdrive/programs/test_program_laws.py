@@ -6,6 +6,7 @@ import json
 from contextlib import suppress
 
 import pytest
+from amounts import amount
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from program_bench import BOOK, fk, reply
@@ -113,7 +114,7 @@ trees = st.lists(lines | defines, max_size=4).map(tuple).map(Tree)
 
 
 @given(trees)
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=amount(30, 1000), deadline=None)
 def test_a_tree_that_is_written_and_read_is_the_same_tree(tree):
     text = unparse(tree)
     assert parse(text) == tree
@@ -134,7 +135,7 @@ PIECES = st.sampled_from([
 @example("move p\x85move")
 @example("x = ٣")
 @example("move é\u2028ready")
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=amount(120, 4000), deadline=None)
 def test_any_text_is_a_program_or_an_error_with_its_places(text):
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     program, problems = read_or_refused(text)
@@ -185,7 +186,7 @@ bodies = st.lists(st.recursive(BRICKS, nested, max_leaves=6), max_size=5).map("\
 
 
 @given(bodies, bodies.filter(lambda text: "f(n)" not in text), st.data())
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=amount(30, 1000), deadline=None)
 def test_a_run_restored_at_any_act_has_the_same_rest(body, part, data):
     text = f"n = 1\nb = off\npoint spot = tray\n{body}\ndefine f(n)\n{part}\nend\n"
     program = read_program(text.replace("spot = tray", "spot = at(200, 0, 100, -90)"))
