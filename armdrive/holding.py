@@ -72,7 +72,22 @@ class Holding:
             self._locks.append(lock)
 
     def serve(self, arm: Arm) -> None:
-        """Answer other programs of the same user about this arm."""
+        """Answer other programs of the same user about this arm.
+
+        Raises `StateFileError` where nobody could find it; the arm is given back then.
+        """
+        try:
+            self._listen(arm)
+        except OSError as error:
+            arm.close()
+            self.release()
+            raise StateFileError(
+                f"other programs could not find out who holds {self._names[0]}: nothing can be "
+                f"written beside {notice_path(self._names[0], 'holder')} "
+                f"({error.strerror or error}); make room, or the folder writable"
+            ) from None
+
+    def _listen(self, arm: Arm) -> None:
         from multiprocessing.connection import Listener
 
         address = self._address()

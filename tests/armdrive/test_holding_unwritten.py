@@ -1,0 +1,38 @@
+"""A disk that is full when an arm is taken: a typed error, and the arm is given back."""
+
+from pathlib import Path
+
+import pytest
+from served import Served
+
+from armdrive import Arm
+from armdrive.errors import StateFileError
+
+
+@pytest.fixture
+def full(monkeypatch):
+    write_text = Path.write_text
+
+    def written(path, *words, **named):
+        if path.suffix == ".holder":
+            raise OSError(28, "No space left on device")
+        return write_text(path, *words, **named)
+
+    monkeypatch.setattr(Path, "write_text", written)
+    return monkeypatch
+
+
+def test_a_command_says_which_file_cannot_be_written(call, full):
+    said = call.refused("status", code=1)
+    assert ".holder (No space left on device); make room" in said
+    full.undo()
+    call("status", code=0)
+
+
+def test_the_port_and_the_lock_are_given_back(full, tmp_path):
+    with Served("teachmover", pty=tmp_path / "arm") as served:
+        with pytest.raises(StateFileError, match="nothing can be written beside"):
+            Arm.connect(served.port, dialect="teachmover")
+        full.undo()
+        with Arm.connect(served.port, dialect="teachmover") as arm:
+            assert not arm.simulated
