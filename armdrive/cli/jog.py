@@ -8,7 +8,6 @@ With --model a named system of the lecture notes, or a link table, is jogged wit
 from __future__ import annotations
 
 import argparse
-import sys
 from typing import TYPE_CHECKING
 
 from armdrive import places
@@ -23,7 +22,8 @@ from armdrive.cli.config_files import arm_paths
 from armdrive.cli.confirming import agreed, confirm_simulated
 from armdrive.cli.numbers import count
 from armdrive.cli.output import emit, say
-from armdrive.errors import ArmInUse, BadRequest
+from armdrive.cli.screens import require_screen
+from armdrive.errors import ArmInUse
 from armdrive.status import State, coded
 
 if TYPE_CHECKING:
@@ -97,8 +97,8 @@ def run(options: argparse.Namespace) -> int:
         from armdrive.cli.jog_model import jog_model
 
         return jog_model(options, keys)
-    if not (options.served or (sys.stdin.isatty() and sys.stdout.isatty())):
-        raise BadRequest("jogging needs a terminal; scripts use jog_j() and jog_l()")
+    if not options.served:
+        require_screen("jogging", "scripts use jog_j() and jog_l(), a person `armdrive shell`")
     if options.gamepad is not None:
         from tui.pad_evdev import check_gamepads
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import sys
 from typing import TYPE_CHECKING
 
 from armdrive.cli.output import emit, say
+from armdrive.cli.screens import require_screen
 from armdrive.errors import BadRequest
 from armdrive.theory.subject import find_subject, subject_names
 
@@ -25,10 +25,8 @@ def jog_model(options: argparse.Namespace, keys: Keyboard) -> int:
         _list(as_json=options.json)
         return 0
     subject = find_subject(options.model)
-    if not (options.served or (sys.stdin.isatty() and sys.stdout.isatty())):
-        raise BadRequest(
-            "jogging needs a terminal; `armdrive explain` prints the same of one posture"
-        )
+    if not options.served:
+        require_screen("jogging", "`armdrive explain` prints the same of one posture")
     from tui.model_desk import run_model
 
     return run_model(subject, ascii_only=options.ascii, keys=keys)

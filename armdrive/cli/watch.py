@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import sys
 
 from armdrive.cli.choosing import add_arm_options
 from armdrive.cli.holders import one_holder
 from armdrive.cli.numbers import number
 from armdrive.cli.output import emit
-from armdrive.errors import ArmError, BadRequest
+from armdrive.cli.screens import require_screen
+from armdrive.errors import ArmError
 from armdrive.neighbours import WATCH_EVERY_S
 
 
@@ -51,6 +51,5 @@ def watch_on_screen(name: str, *, ascii_only: bool = False) -> int:
     from armdrive.connecting import find
     from tui import run_watch
 
-    if not (sys.stdin.isatty() and sys.stdout.isatty()):
-        raise BadRequest("watching on a screen needs a terminal; without --screen it is JSON")
+    require_screen("watching on a screen", "without --screen it is JSON")
     return run_watch(name, find(name).config.model, ascii_only=ascii_only)

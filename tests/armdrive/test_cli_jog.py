@@ -10,7 +10,7 @@ from cli_calls import write_arm_file
 
 import tui
 from armdrive import connecting
-from armdrive.cli import jog, watch
+from armdrive.cli import jog, screens
 from armdrive.cli.worlds import connect_remembered
 
 
@@ -18,7 +18,8 @@ from armdrive.cli.worlds import connect_remembered
 def desk(monkeypatch):
     """A terminal, and a desk that somebody leaves at once; returns what it is given."""
     terminal = SimpleNamespace(isatty=lambda: True)
-    monkeypatch.setattr(jog, "sys", SimpleNamespace(stdin=terminal, stdout=terminal))
+    monkeypatch.setattr(screens, "sys", SimpleNamespace(stdin=terminal, stdout=terminal))
+    monkeypatch.setenv("TERM", "xterm-256color")
     shown = []
 
     def run_desk(arm, *, first, hint, **more):
@@ -99,11 +100,29 @@ def test_an_arm_that_another_program_holds_may_be_watched_instead(
 
     monkeypatch.setattr(tui, "run_watch", run_watch)
     monkeypatch.setattr(jog, "agreed", lambda question: answer)
-    monkeypatch.setattr(watch, "sys", jog.sys)
     with connect_remembered(connecting.find("sim:teachmover").config):
         call("jog", "--sim", "teachmover", code=code)
     assert watched == (["sim:teachmover"] if answer else [])
     assert desk == []
+
+
+@pytest.mark.parametrize("words", [("jog", "--sim", "teachmover"), ("jog", "--model", "puma")])
+@pytest.mark.parametrize("kind", ["dumb", "unknown", "Dumb"])
+def test_no_desk_is_opened_where_the_framework_would_draw_nothing(
+    call, desk, monkeypatch, words, kind
+):
+    monkeypatch.setenv("TERM", kind)
+    said = call(*words, code=2).err
+    assert f"TERM={kind}" in said
+    assert "TERM=xterm-256color armdrive" in said
+    assert desk == []
+
+
+def test_nothing_is_watched_where_the_framework_would_draw_nothing(call, desk, monkeypatch):
+    monkeypatch.setenv("TERM", "dumb")
+    with connect_remembered(connecting.find("sim:teachmover").config):
+        said = call("watch", "--screen", "--sim", "teachmover", code=2).err
+    assert "without --screen it is JSON" in said
 
 
 def test_the_keys_are_listed_without_opening_anything(call, desk):

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from armdrive.cli import jog_model
+from armdrive.cli import screens
 from armdrive.theory.subject import subject_names
 
 
@@ -16,7 +16,8 @@ def opened(monkeypatch):
     import tui.model_desk
 
     terminal = SimpleNamespace(isatty=lambda: True)
-    monkeypatch.setattr(jog_model, "sys", SimpleNamespace(stdin=terminal, stdout=terminal))
+    monkeypatch.setattr(screens, "sys", SimpleNamespace(stdin=terminal, stdout=terminal))
+    monkeypatch.setenv("TERM", "xterm-256color")
     shown = []
 
     def run_model(subject, *, ascii_only, keys):
