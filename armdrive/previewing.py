@@ -65,7 +65,7 @@ def clearance_words(preview: Preview, clearance: Clearance) -> str:
     """Say how near the arm comes to a guard, and where."""
     share = share_of_way(preview, clearance.index)
     where = {0.0: "at the start", 1.0: "at the goal"}.get(share, f"{share:.0%} of the way")
-    return f"{clearance.guard}: {clearance.clearance_mm:.0f} mm ({clearance.quantity}), {where}"
+    return f"{clearance.guard}: {round(clearance.clearance_mm)} mm ({clearance.quantity}), {where}"
 
 
 def share_of_way(preview: Preview, index: int) -> float:

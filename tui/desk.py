@@ -111,7 +111,8 @@ class Desk(LinkedOwner):
         self.switch_mode(screen)
 
     def action_show_screen(self, screen: str) -> None:
-        """Go to a screen by its id."""
+        """Go to a screen by its id. What was said on the one before is of no use there."""
+        self.message = ""
         self.show_screen(screen)
 
     def look(self, name: str) -> None:

@@ -63,7 +63,7 @@ def short_text(preview: Preview) -> str:
     said = [f"REFUSED: {_reason(each)}" for each in (preview.hindrance, preview.problem) if each]
     if preview.plan is None:
         return "\n".join(said)
-    near = [f"{each.guard} {each.clearance_mm:.0f} mm" for each in preview.clearances[:2]]
+    near = [f"{each.guard} {round(each.clearance_mm)} mm" for each in preview.clearances[:2]]
     return "\n".join([*said, _duration(preview), "  ".join(near), _stop(preview)])
 
 

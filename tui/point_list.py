@@ -16,14 +16,16 @@ class Naming:
 
     purpose: str
     text: str = ""
+    offered: bool = False
+    """Whether nobody has typed it yet: the first letter takes its place."""
 
     def typed(self, letter: str) -> Naming:
-        """Add a letter."""
-        return replace(self, text=self.text + letter)
+        """Add a letter, or begin with it where a name was only offered."""
+        return replace(self, text=("" if self.offered else self.text) + letter, offered=False)
 
     def erased(self) -> Naming:
-        """Take the last letter away."""
-        return replace(self, text=self.text[:-1])
+        """Take the last letter away; what was offered is meant then."""
+        return replace(self, text=self.text[:-1], offered=False)
 
     @property
     def good(self) -> bool:

@@ -101,4 +101,5 @@ def naming_text(naming: Naming, keys: Keyboard) -> str:
     wrong = (
         "" if naming.good or not naming.text else "  (a letter first, then letters, digits, - _)"
     )
-    return f"{_PURPOSES[naming.purpose]}: {naming.text}_{wrong}\n{enter} takes it, {stop} drops it"
+    said = "  (or type another)" if naming.offered else wrong
+    return f"{_PURPOSES[naming.purpose]}: {naming.text}_{said}\n{enter} takes it, {stop} drops it"

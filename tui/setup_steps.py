@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from tui.desk import Desk
 
 STEPS = (
-    ("find", "find the arm", "which port or CAN interface leads to it; opens none before you ask"),
+    ("find", "find the arm", "its port or CAN interface; none is opened before you ask"),
     ("describe", "describe it", "questions that make its file; nothing is sent"),
     ("reference", "reference it", "tell armdrive where it stands, with the posture drawn"),
     ("motors", "check its motors", "each turns a little, by a key; you say what you saw"),

@@ -11,8 +11,10 @@ from hypothesis import strategies as st
 
 from armdrive.armsections import MotionSettings
 from armdrive.errors import BadRequest, NotReferenced, OutOfBounds, Refused, WrongState
-from armdrive.previewing import preview_view
-from kinematics import JointRange, PathBroken, Pose, Unreachable
+from armdrive.preview import Preview
+from armdrive.previewing import clearance_words, preview_view
+from kinematics import JointRange, Joints, PathBroken, Pose, Unreachable
+from kinematics.clearances import Clearance
 
 GOAL = Pose.of(x_mm=250, y_mm=100, z_mm=120, pitch_deg=-80)
 FAR = Pose.of(x_mm=600, y_mm=0, z_mm=120, pitch_deg=-80)
@@ -42,6 +44,12 @@ GOALS = [
     ({"base_deg": 40.0, "elbow_deg": -60.0}, {"speed": 0.3}),
     (Pose.of(x_mm=0, y_mm=0, z_mm=-30, pitch_deg=0), {"frame": "tool", "line": True}),
 ]
+
+
+@pytest.mark.parametrize(("clearance_mm", "shown"), [(-0.3, "0"), (0.3, "0"), (-0.7, "-1")])
+def test_a_clearance_of_nothing_has_no_sign(clearance_mm, shown):
+    near = Clearance("table", "tip z", clearance_mm, 0, Joints.of(0.0, 0.0, 0.0, 0.0, 0.0))
+    assert clearance_words(Preview(None), near) == f"table: {shown} mm (tip z), at the goal"
 
 
 @pytest.mark.parametrize(("goal", "how"), GOALS)

@@ -30,6 +30,22 @@ class PlainArm(PlannerArm):
     config = simulated_config("teachmover")
 
 
+async def test_what_was_said_on_one_screen_is_not_said_on_the_next():
+    async with Session(PlainArm()) as session:
+        session.desk.say("that pose is out of reach")
+        await session.press("f4")
+        await settled(session.pilot)
+        assert "out of reach" not in session.text("remarks")
+
+
+async def test_a_jog_that_a_change_of_screen_has_ended_is_said_on_the_next():
+    async with Session(PlainArm()) as session:
+        await session.arm_keys()
+        await session.press("f4")
+        await settled(session.pilot)
+        assert "keys disarmed: another screen is shown" in session.text("remarks")
+
+
 @pytest.mark.parametrize("entry", SCREENS[:5], ids=lambda entry: entry.id)
 async def test_each_screen_begins_with_a_word_about_itself(entry):
     async with Session(PlainArm()) as session:

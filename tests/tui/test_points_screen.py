@@ -122,6 +122,18 @@ async def test_the_present_place_is_named_and_the_name_typed():
         assert "rt2-x is here" in session.text("remarks")
 
 
+async def test_the_first_letter_takes_the_place_of_a_name_that_was_only_offered():
+    async with PointSession() as session:
+        await session.press("t")
+        assert session.screen.naming == Naming("teach", "p4", offered=True)
+        await session.press("u", "2")
+        assert session.screen.naming == Naming("teach", "u2")
+        await session.press("space")
+        await session.choose("up")
+        await session.press("r")
+        assert session.screen.naming == Naming("rename", "up"), "a rename mends what is there"
+
+
 async def test_letters_of_a_name_are_no_keys_and_space_is_still_the_stop():
     async with PointSession() as session:
         await session.press("t", "backspace", "backspace", "H", "X", "L", "s", "p")

@@ -137,7 +137,7 @@ class TeachKeys(ErrandScreen):
 
     def action_teach(self) -> None:
         """Ask for the name of the place where the arm stands."""
-        self._ask_name(Naming("teach", self.listed.free_name()))
+        self._ask_name(Naming("teach", self.listed.free_name(), offered=True))
 
     def action_rename(self) -> None:
         """Ask for another name of the chosen point."""
@@ -151,7 +151,7 @@ class TeachKeys(ErrandScreen):
         if self.listed.point is None:
             self.desk.say("choose a point to put into a sequence")
         else:
-            self._ask_name(Naming("append", self._last_sequence))
+            self._ask_name(Naming("append", self._last_sequence, offered=True))
 
     def _ask_name(self, naming: Naming) -> None:
         self.disarm("a name is asked for")
