@@ -55,9 +55,9 @@ class Signalling(Connected):
 
         `wait_inputs(high=3, low=(1, 2), within_s=10)`, on the arm's own clock. Other calls may go
         on meanwhile: a standing arm is looked at 20 times a second, one in motion as often as its
-        controller tells. Raises `InputTimeout` at the deadline, `Stopped` where the arm is stopped,
-        what broke where its wire is lost, `WrongState` for an arm that nobody looks at, and
-        `Refused` for one that has no inputs.
+        controller tells. Raises `InputTimeout` at the deadline, `Stopped` where the arm is stopped
+        or this program was suspended, what broke where its wire is lost, `WrongState` for an arm
+        that nobody looks at, and `Refused` for one that has no inputs.
         """
         want, shun = input_bits(self.core, high), input_bits(self.core, low)
         patience_s = self._patience_s(within_s)
@@ -69,6 +69,7 @@ class Signalling(Connected):
                 after(core.state, Event.MOVE)
             core.awaiting += 1
             seen = core.sensed
+            absences = self.engine.absences
 
         def ended() -> bool:
             if self.stops != stops or core.state in _ASLEEP:
@@ -83,6 +84,7 @@ class Signalling(Connected):
             with self.pace.lock:
                 core.awaiting -= 1
         self._require_looking(self.engine, stops)
+        self._require_present(absences)
         if not met:
             raise InputTimeout(
                 f"after {patience_s:g} s {_words(want, shun)} is not so: the inputs read "

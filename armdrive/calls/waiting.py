@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from armdrive.calls.knowing import Knowing
 from armdrive.controllers.requests import never
-from armdrive.errors import NoAnswer
+from armdrive.errors import NoAnswer, Stopped
 from armdrive.flows import referencing
 from armdrive.pace import RealPace
 from armdrive.remarks import EMERGENCY_STOP
@@ -115,5 +115,23 @@ class Waiting(Knowing):
         return self.finish(self.submit(flow), timeout_s)
 
     def sleep(self, time_s: float) -> None:
-        """Let time pass on the arm's own clock."""
+        """Let time pass on the arm's own clock.
+
+        Raises `Stopped` where this program or its computer was suspended meanwhile: who waited
+        for something to pass is not to move an arm when nobody expects it any more.
+        """
+        absences = self._absences()
         self.pace.wait(never, max(finite("time_s", time_s), 0.0))
+        self._require_present(absences)
+
+    def _absences(self) -> int:
+        with self.pace.lock:
+            return self.engine.absences
+
+    def _require_present(self, absences: int) -> None:
+        """Raise `Stopped` where this program has stood still since that count was taken."""
+        if self._absences() != absences:
+            raise Stopped(
+                "the wait was ended: this program or its computer had been suspended, and nothing "
+                "goes on by itself after that"
+            )

@@ -3,6 +3,7 @@
 import pytest
 from running_bench import BLOCK, Listener, performer, table_arm
 
+from armdrive.controllers.requests import never
 from armdrive.errors import Stopped
 from armdrive.programs import performing
 from armdrive.programs.acts import AwaitInputs, Delay, Hold, Look, Outputs, Say
@@ -22,7 +23,7 @@ def test_a_suspension_ends_the_program_wherever_it_falls(arm, name):
     does = performer(arm).perform
     if name == "a look":
         does(SUSPENDED_IN[name])
-        arm.sleep(1.0)
+        arm.pace.wait(never, 1.0)
     with pytest.raises(Stopped, match="suspended, and nothing goes on by itself"):
         does(SUSPENDED_IN[name])
     with pytest.raises(Stopped):
@@ -36,6 +37,14 @@ def test_a_suspension_that_nobody_has_noticed_yet_counts_once(arm):
     arm.engine.asleep_s = lambda: 2.0
     with pytest.raises(Stopped):
         does(Say("on"))
+
+
+def test_a_wait_of_a_script_ends_as_well(arm):
+    for wait in (lambda: arm.sleep(5.0), lambda: arm.wait_inputs(high=2, within_s=5.0)):
+        arm.twin.device.at(arm.twin.device.now_s + 0.3, lambda: arm.engine.absent(60.0))
+        with pytest.raises(Stopped, match=r"suspended|stop"):
+            wait()
+    arm.sleep(0.1)  # the next one is asked for after it
 
 
 def test_a_person_lets_a_program_go_on_after_a_suspension(arm, monkeypatch):
