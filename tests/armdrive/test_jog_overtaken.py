@@ -30,7 +30,9 @@ def wait_for_motion(arm: Arm) -> None:
 @pytest.fixture(params=["teachmover", "robko01", "armdroid", "grbl"])
 def arm(request):
     with Arm.connect(f"sim:{request.param}") as made:
-        made.home()
+        made.enable()
+        made.twin.device.bring_to(made.model.arm.ik(made.model.reference.pose), 0.0)
+        made.confirm_reference()
         made.jog_j(shoulder_deg=10, elbow_deg=-10, speed=1.0)
         yield made
 

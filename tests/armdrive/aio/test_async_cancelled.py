@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 
 import pytest
+from amounts import amount
 from async_bench import LONG_S, PLACE, moving, still
 
 from armdrive import Arm, AsyncArm, State, Stopped
@@ -39,7 +40,7 @@ async def test_a_timeout_stops_the_arm_and_is_a_timeout():
         assert still(arm)
 
 
-@pytest.mark.parametrize("rounds", range(1, 60, 6))
+@pytest.mark.parametrize("rounds", range(1, 60, amount(12, 2)))
 async def test_at_whatever_moment_a_program_is_cancelled_its_arm_stands(rounds):
     async with AsyncArm.connect("sim:teachmover") as arm:
 
