@@ -31,6 +31,10 @@ PATIENCE_S = 1.0
 SILENT_S = 0.1
 LATE_S = 0.1
 """A look that takes so much longer than its answers may: this computer was busy meanwhile."""
+DRAIN_S = 0.03
+"""What was kept on the bus has come so long after its first frame, at least."""
+OWED_S = 0.3
+"""So long after it, what has not been answered will not be."""
 SHORT_LOOKS = 3
 """A drive that stands short of its target at so many looks will not go on by itself."""
 
@@ -46,6 +50,7 @@ class MksArriving(MksContact):
         given_up_s = began_s + 2.0 * expected_s + self.ramp_s + PATIENCE_S
         short: dict[int, int] = {}
         mute: dict[int, int] = {}
+        quiet: tuple[float, Mapping[int, int]] | None = None
         while left := self.under_way:
             if self.stop_asked or let_go():
                 return (yield from self.halted())
@@ -53,6 +58,12 @@ class MksArriving(MksContact):
             states = yield from self._look_at(left, mute)
             if self.stop_asked:
                 continue  # after a suspension the look is an old one, and no drive is to blame
+            if self.answered_last_s < asked_s:
+                quiet = quiet or (asked_s, {each.node: each.gap.owed for each in self.drives})
+            elif quiet is not None:
+                yield from self.weigh_silence(*quiet)
+                quiet = None
+                continue  # where they are now says whether they began anew
             for node in left:
                 if self.drive(node).seen_s < asked_s:
                     continue
@@ -71,6 +82,28 @@ class MksArriving(MksContact):
                 return (yield from self.break_off((*stuck, *overdue)[0]))
             yield from self.pause(asked_s + ARRIVE_POLL_S)
         return Done()
+
+    def weigh_silence(
+        self, quiet_s: float, owed: Mapping[int, int]
+    ) -> Generator[float, Event | None, None]:
+        """Doubt those that never answer what they were told since nobody was heard.
+
+        They had no power, perhaps. `owed` says how many answers of each were outstanding before.
+        Late ones are waited for: one that is of a moment ago would be taken for one of now.
+        """
+        until_s = self.now_s + OWED_S
+        yield from self.pause(self.now_s + DRAIN_S)
+        while self._owing(owed) and self.now_s < until_s and not self.stop_asked:
+            yield from self.pause(self.now_s + DRAIN_S)
+        owing = self._owing(owed)
+        for drive in self.drives:
+            drive.gap.forget()
+            if drive.node in owing:
+                drive.gap.doubted_s = quiet_s
+
+    def _owing(self, owed: Mapping[int, int]) -> tuple[int, ...]:
+        """Return those that have left unanswered what they were told since."""
+        return tuple(each.node for each in self.drives if each.gap.outstanding > owed[each.node])
 
     @property
     def answered_last_s(self) -> float:

@@ -19,10 +19,6 @@ from firmware_protocol.mks import Event
 
 HELD_S = 0.06
 """A bus on which nobody has answered for so long, though somebody was asked, is held up."""
-DRAIN_S = 0.03
-"""What was kept on the bus has come so long after its first frame, at least."""
-OWED_S = 0.3
-"""So long after it, what has not been answered will not be."""
 
 
 class MksHoldUps(MksArriving):
@@ -46,15 +42,7 @@ class MksHoldUps(MksArriving):
         that is of a moment ago would be taken for one of now.
         Return how the motion ends, where it cannot go on.
         """
-        until_s = self.now_s + OWED_S
-        yield from self.pause(self.now_s + DRAIN_S)
-        while self._owing(owed) and self.now_s < until_s and not self.stop_asked:
-            yield from self.pause(self.now_s + DRAIN_S)
-        owing = self._owing(owed)
-        for drive in self.drives:
-            drive.gap.forget()
-            if drive.node in owing:  # it had no power, perhaps
-                drive.gap.doubted_s = quiet_s
+        yield from self.weigh_silence(quiet_s, owed)
         if self.stop_asked:
             return None
         missing = yield from self.look_once(self.nodes)
@@ -79,7 +67,3 @@ class MksHoldUps(MksArriving):
             drive.anchor(count, self.now_s)
         self.underruns += 1
         return None
-
-    def _owing(self, owed: Mapping[int, int]) -> tuple[int, ...]:
-        """Return those that have left unanswered what they were told since."""
-        return tuple(each.node for each in self.drives if each.gap.outstanding > owed[each.node])

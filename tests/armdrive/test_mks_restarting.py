@@ -79,3 +79,18 @@ def test_a_drive_that_slips_a_little_beside_zero_has_not_begun_anew():
     bench.at_s[bench.now_s + 0.05] = lambda: setattr(bench.node(1), "slipped", 0)
     assert isinstance(bench.do(MoveBy(Motors((2, 0, 3000, 0, 0, 0)), 9_000.0)), Done)
     assert not bench.alerts()
+
+
+@pytest.mark.parametrize("after_s", [0.1, 0.3, 0.5])
+@pytest.mark.parametrize("dead_s", [0.15, 0.5])
+@pytest.mark.parametrize("start", [0, -3000])
+def test_drives_that_all_began_anew_in_a_burst_are_not_sent_the_whole_way_again(
+    start, dead_s, after_s
+):
+    bench = MksBench(settings=BURSTS, starts=(start, 0, 0, 0, 0, 0)).ready()
+    for number in range(1, 7):
+        begins_anew(bench, number, after_s + number * 1e-6, dead_s)
+    burst = MoveBy(Motors((30_000, 300, 0, 0, 0, 0)), 30_000.0)
+    assert isinstance(bench.do(burst), Denied)
+    sent = [order for at_s, order in bench.node(1).orders if at_s > 0.0]
+    assert len(sent) == 1
