@@ -9,9 +9,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Generator, Mapping
 
-from armdrive.controllers.mks_contact import MksContact
 from armdrive.controllers.mks_drive import ASKED_S, Drive
-from armdrive.controllers.mks_ramps import COUNTS_S_PER_RPM
+from armdrive.controllers.mks_refusing import MksRefusing
 from armdrive.controllers.mks_stops import ALL_MUTE_LOOKS, MUTE_LOOKS
 from armdrive.controllers.mks_talk import TRIES
 from armdrive.controllers.requests import (
@@ -41,7 +40,7 @@ SHORT_LOOKS = 3
 Ending = Generator[float, Event | None, Reply]
 
 
-class MksArriving(MksContact):
+class MksArriving(MksRefusing):
     """Sees to it that drives get where they were sent."""
 
     def arrive(self, expected_s: float, let_go: Callable[[], bool]) -> Ending:
@@ -70,6 +69,8 @@ class MksArriving(MksContact):
                 if self.began_anew(node):
                     return (yield from self.break_off(node))
                 self._weigh(node, states.get(node), short)
+            if (denied := (yield from self.say_again())) is not None and not self.stop_asked:
+                return (yield from self.break_off(*denied))
             most = MUTE_LOOKS if any(not mute.get(node) for node in left) else ALL_MUTE_LOOKS
             if any(count >= most for count in mute.values()):
                 return (yield from self.lose(began_s))
@@ -163,8 +164,7 @@ class MksArriving(MksContact):
         short[node] = short.get(node, 0) + 1
         on_its_way = drive.passes(drive.seen or 0, self.settings.corridor_counts)
         if short[node] % SHORT_LOOKS == 0 and on_its_way:  # its order may have been lost
-            rpm = max(1, round(drive.told / COUNTS_S_PER_RPM))
-            self.send(node, drive.target, rpm, drive.acc)
+            self.repeat(drive)
 
     # -- what ends it early -------------------------------------------------------------------
 

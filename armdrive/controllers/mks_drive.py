@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass, field
 
 from armdrive.controllers.mks_asked import Questions, Speeds
+from armdrive.controllers.mks_denied import Denials
 from armdrive.controllers.mks_doubt import PACE, Doubt
 from armdrive.controllers.mks_gap import Gap
 from armdrive.controllers.mks_ramps import COUNTS_S_PER_RPM, shared_acc, slope_of
@@ -53,6 +54,8 @@ class Drive:
     """From where to where it was sent since it stood last."""
     told: float = 0.0
     """The speed that it was told, in counts a second."""
+    ordered_s: float = -math.inf
+    """When it was sent anywhere last."""
     at_s: float = 0.0
     moving: bool = False
     """Whether it has been sent somewhere, and was not seen to stand since."""
@@ -64,8 +67,8 @@ class Drive:
     """How often it was looked at, by asking where it is, since it was heard last."""
     counted_s: float = -math.inf
     """When it was looked at last."""
-    refused: int = 0
-    """How many targets in a row it said that it failed."""
+    denials: Denials = field(default_factory=Denials)
+    """Whether it takes its orders."""
     stopped_at: float = 0.0
     """Where it was by its orders when it was told to stop."""
     stopped_off: float = 0.0
@@ -103,7 +106,7 @@ class Drive:
         """Take in an order."""
         self.advance(now_s)
         self.speeds.change(self.fastest, now_s)
-        self.acc, self.fresh = acc, False
+        self.acc, self.fresh, self.ordered_s = acc, False, now_s
         self.target, self.told, self.moving = target, rpm * COUNTS_S_PER_RPM, True
         self.least, self.most = min(self.least, target), max(self.most, target)
 

@@ -87,7 +87,7 @@ class MksHearing(Scripted[Event]):
             drive.answered_s, drive.unanswered = self.now_s, 0
         drive.gap.heard(self.now_s, counts=_counts(heard, obedient=drive.gap.obedient))
         drive.gap.obedient = drive.gap.obedient or isinstance(heard, Started)
-        drive.refused = _refused(heard, drive.refused)
+        drive.denials.heard(heard, self.now_s)
         if isinstance(heard, Answered | Stray) and isinstance(heard.answer, EncoderRead):
             self._count(drive.node, 1)
             drive.questions.answered()
@@ -107,7 +107,7 @@ class MksHearing(Scripted[Event]):
         match heard:
             case Stray(node, answer) if self._owed.takes(node, answer.code, self.now_s):
                 pass
-            case Failed(node, MoveAbsoluteAxis()) if self.drive(node).refused < REFUSED:
+            case Failed(node, MoveAbsoluteAxis()) if self.drive(node).denials.refused < REFUSED:
                 pass
             case Stray(node, answer) if not isinstance(answer, Status):
                 self.tell(Oddity(f"drive {node} answered twice, or late: {answer}"))
@@ -117,16 +117,6 @@ class MksHearing(Scripted[Event]):
                 self.tell(Oddity(str(heard)))
             case _:
                 pass  # ends of motions, late answers: the position is the better witness
-
-
-def _refused(heard: Event, before: int) -> int:
-    """Return how many targets in a row have failed: what began, whichever it was, ends the row."""
-    match heard:
-        case Started() | Stray(_, Status(Code.ABSOLUTE_AXIS, Outcome.STARTED)):
-            return 0
-        case Failed(_, MoveAbsoluteAxis()):
-            return before + 1
-    return before
 
 
 def _counts(heard: Event, *, obedient: bool) -> bool:

@@ -14,7 +14,6 @@ from collections.abc import Generator
 
 from armdrive.controllers.mks_arriving import Ending
 from armdrive.controllers.mks_drive import Drive
-from armdrive.controllers.mks_hearing import REFUSED
 from armdrive.controllers.mks_holdups import MksHoldUps
 from armdrive.controllers.mks_ramps import COUNTS_S_PER_RPM
 from armdrive.controllers.mks_stops import ALL_MUTE_LOOKS, MUTE_LOOKS
@@ -41,9 +40,9 @@ CATCH_UP, CATCH_UP_RPM = 1.25, 30
 """How much faster than planned a drive may be told to go that is behind."""
 GAIN = 0.3
 """How far the model of a moving drive follows its encoder at each look."""
-DOUBT_S = 0.3
-"""How often at most a drive is looked into that says that something failed."""
 FRESH_S = 0.3
+SHOWS_PERIODS = 1.5
+"""A drive whose orders stay the same is given them anew after so long: who takes none says so."""
 
 
 class MksMotion(MksHoldUps):
@@ -59,6 +58,7 @@ class MksMotion(MksHoldUps):
         for drive in self.drives:
             drive.heard_s = drive.answered_s = self.now_s
             drive.unanswered = 0
+            drive.denials.forget()
         while not trip.sent_all:
             if self.stop_asked or request.let_go():
                 return (yield from self.halted())
@@ -71,10 +71,10 @@ class MksMotion(MksHoldUps):
                     return refused
             self._poll(trip)
             wake_s = self._poll_s(trip)
-            heard = yield wake_s if self.held_up else min(trip.due_s, wake_s)
+            heard = yield wake_s if self.held_up else min(trip.due_s, wake_s, self.denial_s)
             end = (yield from self._weighed(trip, heard)) if heard is not None else None
             if end is None and not self.stop_asked:  # who was suspended has heard nobody, and stops
-                end = yield from self._unheard()
+                end = (yield from self._denied()) or (yield from self._unheard())
             if end is not None:
                 return end
         return (yield from self.arrive(self.settings.segment_s, request.let_go))
@@ -113,13 +113,18 @@ class MksMotion(MksHoldUps):
             target, rpm = order
             if (refused := self.beyond(target, drive.node)) is not None:
                 return refused
-            if target != drive.target or (drive.moving and rpm * COUNTS_S_PER_RPM != drive.told):
+            if target != drive.target or (drive.moving and self._has_news(drive, rpm)):
                 acc = drive.ramp_to(target, self.settings.acceleration, shares[motor])
                 self.send(drive.node, target, rpm, acc)
                 self.last_said = f"F5 to {self._targets()}"
         if last:
             trip.time_s = trip.sent_s = trip.track.end_s
         return None
+
+    def _has_news(self, drive: Drive, rpm: int) -> bool:
+        """Tell whether a drive is told its speed: a new one, or to show that it obeys still."""
+        shows_s = drive.ordered_s + SHOWS_PERIODS * self.settings.segment_s
+        return rpm * COUNTS_S_PER_RPM != drive.told or self.now_s >= shows_s
 
     def _order(self, trip: Trip, motor: int, lead: Lead) -> tuple[int, int] | None:
         """Return a drive's next target and speed; None where it goes on as it is."""
@@ -194,8 +199,8 @@ class MksMotion(MksHoldUps):
                 words = f"{self.drive(node)} has run into a limit switch, which stopped it"
                 alert = Alert(AlertKind.ALARM_LOST, words)
                 return (yield from self.break_off(node, alert))
-            case Failed(node, MoveAbsoluteAxis()) if self.drive(node).refused >= REFUSED:
-                return (yield from self._doubted(trip, node))
+            case Failed(_, MoveAbsoluteAxis()):
+                pass  # an older target's end, or a denial, which is looked into a moment later
             case StoredForStart(node, motion):
                 self.put(node, ArmSynchronous(on=False))
                 self.put_motion(node, motion)  # type: ignore[arg-type]
@@ -223,17 +228,10 @@ class MksMotion(MksHoldUps):
             doubt.forget()
         return None
 
-    def _doubted(self, trip: Trip, node: int) -> Generator[float, Event | None, Reply | None]:
-        """Look into a drive that says that something failed: it may only be an older target."""
-        if self.now_s < trip.doubted.get(node, -math.inf) + DOUBT_S:
-            return None
-        trip.doubted[node] = self.now_s
-        if (yield from self.stalled((node,))) or (yield from self.off((node,))):
-            return (yield from self.break_off(node))
-        words = yield from self.mode_words(node)
-        if words:
-            return (yield from self.break_off(node, Alert(AlertKind.ASTRAY, words)))
-        return None
+    def _denied(self) -> Generator[float, Event | None, Reply | None]:
+        """End a motion in which a drive takes its orders no more."""
+        denied = None if self.held_up else (yield from self.say_again())
+        return None if denied is None else (yield from self.break_off(*denied))
 
     def _unheard(self) -> Generator[float, Event | None, Reply | None]:
         """End a motion in which a drive has been asked again and again, and was not heard."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from armdrive.controllers.requests import MoveBy
 from kinematics.spaces import Motors
@@ -142,8 +142,6 @@ class Trip:
     exhausted: bool = False
     held: bool = False
     """Whether nothing more is to be drawn for now."""
-    doubted: dict[int, float] = field(default_factory=dict)
-    """When a drive was last looked into, because it refused something."""
 
     @property
     def sent_all(self) -> bool:

@@ -34,7 +34,7 @@ def test_a_shaft_that_was_blocked_in_a_stop_does_not_spring_when_it_is_free(moto
     stood = arm.twin.world.motors
     arm.twin.faults.end()
     arm.sleep(3.0)
-    assert arm.twin.world.motors == stood
+    assert (arm.twin.world.motors - stood).largest <= arm.config.device.rest_counts
     assert (stood - arm.status.acknowledged).largest <= 8
 
 

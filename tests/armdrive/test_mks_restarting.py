@@ -58,7 +58,7 @@ def test_a_drive_that_began_anew_in_a_burst_is_not_sent_the_whole_way_again(star
 def test_lost_frames_are_no_drive_that_began_anew(seed):
     bench = MksBench(starts=(-9000, 60_000, 20_000, 0, 0, 0)).ready()
     dice = random.Random(seed)
-    bench.loses = lambda _frame, _host: dice.random() < 0.1
+    bench.loses = lambda _frame, _host: dice.random() < 0.05
     assert isinstance(bench.do(along(straight(10, (3000, 1500, -700, 0, 0, 0)))), Done)
     assert not bench.alerts()
 

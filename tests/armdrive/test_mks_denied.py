@@ -1,0 +1,107 @@
+"""MKS drives that take no orders any more: the whole arm stops soon, as motors can be coupled."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import pytest
+from mks_bench import MksBench
+from test_mks_controller_motion import BURSTS, along, straight
+
+from armdrive.controllers.mks_denied import BESIDE_S, Denials
+from armdrive.controllers.requests import Denied, Done, MoveBy
+from firmware_protocol.mks import (
+    Code,
+    Failed,
+    Mode,
+    MoveAbsoluteAxis,
+    SetMode,
+    Started,
+    Superseded,
+)
+from kinematics import Motors
+
+ONE, TWO = MoveAbsoluteAxis(1000, 10, 0), MoveAbsoluteAxis(2000, 10, 0)
+TOGETHER = (2000, 0, 0, 2000, 2000, 0)
+"""Both wrist motors go alike: the hand pitches, and does not roll."""
+STARTED = 1
+PERIOD_S = 0.04
+SPEED = 20_000.0
+
+
+def give_mode(bench: MksBench, number: int, mode: Mode) -> None:
+    """Give a drive another mode as at its keys: what it does ends there."""
+    node = bench.node(number)
+    node.motor.hold(node.at(bench.now_s))
+    node.moving = None
+    node.settings[Code.MODE] = SetMode(mode)
+
+
+def apart(bench: MksBench) -> int:
+    """Return how far the wrist's motors, which should go alike, are apart."""
+    return abs(bench.positions[3] - bench.positions[4])
+
+
+@pytest.mark.parametrize("after_s", [0.2, 0.23, 0.31, 0.4, 0.47])
+def test_half_a_wrist_that_takes_no_orders_stops_the_other_half_at_once(after_s):
+    bench = MksBench().ready()
+    bench.at_s[bench.now_s + after_s] = lambda: give_mode(bench, 5, Mode.PULSE_FOC)
+    reply = bench.do(along(straight(20, way=TOGETHER)))
+    assert isinstance(reply, Denied)
+    assert "drive 5 (left wrist) is in mode 2" in reply.reason
+    noticed_s = 2.0 * PERIOD_S + 2.0 * BESIDE_S + 0.01
+    assert apart(bench) <= SPEED * (noticed_s + bench.controller.ramp_s / 2.0)
+
+
+def test_a_drive_is_given_its_orders_anew_though_they_stay_the_same():
+    bench = MksBench().ready()
+    at_60_rpm = Motors(12 * count for count in (8192, 0, 0, 8192, 8192, 0))
+    bench.do(along([MoveBy(at_60_rpm, 16_384.0)]))
+    at_s = [at_s for at_s, _ in bench.node(5).orders]
+    assert max(b - a for a, b in pairwise(at_s)) <= 2.0 * PERIOD_S + 1e-3
+    assert at_s[-1] - at_s[0] > 5.0
+
+
+def test_a_burst_ends_soon_in_which_a_drive_takes_no_orders():
+    bench = MksBench(settings=BURSTS, firmware=(1, 0, 6)).ready()
+    ways = Motors(8 * way for way in TOGETHER)
+    bench.at_s[bench.now_s + 0.2] = lambda: give_mode(bench, 5, Mode.PULSE_FOC)
+    reply = bench.do(MoveBy(ways, SPEED))
+    assert isinstance(reply, Denied)
+    assert "drive 5 (left wrist) is in mode 2" in reply.reason
+    assert apart(bench) <= SPEED * 0.12
+
+
+@pytest.mark.parametrize("lost", [0, 1, 2])
+def test_a_word_that_an_order_began_may_be_lost(lost):
+    bench = MksBench().ready()
+    count = [0]
+
+    def loses(frame, host):
+        data = frame.data
+        began = not host and data[0] == Code.ABSOLUTE_AXIS and data[1] == STARTED
+        count[0] += began
+        return began and count[0] % 3 == lost
+
+    bench.loses = loses
+    assert isinstance(bench.do(along(straight())), Done)
+    assert count[0] > 30
+    assert not bench.alerts()
+
+
+def test_words_that_come_right_beside_each_other_are_of_one_order():
+    for first, second in ((Superseded(1, ONE), Started(1, TWO)), (Started(1, TWO), Failed(1, ONE))):
+        denials = Denials()
+        denials.heard(first, 1.0)
+        denials.heard(second, 1.0 + BESIDE_S / 2.0)
+        assert denials.due_s > 1e9
+
+
+def test_a_failure_alone_is_a_denial_and_two_are_looked_into():
+    denials = Denials()
+    denials.heard(Started(1, ONE), 0.5)
+    denials.heard(Superseded(1, ONE), 1.0)
+    assert denials.due_s == pytest.approx(1.0 + BESIDE_S)
+    assert not denials.confirm()
+    denials.heard(Failed(1, TWO), 1.02)
+    assert denials.confirm()
