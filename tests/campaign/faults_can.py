@@ -6,6 +6,7 @@ from armdrive.sim.drives import DrivesOnBus
 
 from .asking import DEVICE, HOST, Fault, ask, motor
 from .stage import Stage
+from .unled import unled
 from .untold import seen_by_s
 
 NEAR_ZERO = 64
@@ -64,7 +65,9 @@ def _begins_anew(stage: Stage, number: int) -> None:
 
 
 def _other_mode(stage: Stage) -> str:
-    return ask(stage, f"drive-mode {motor(stage)} 2 --for {stage.draw.choice((0.5, 3.0))}")
+    number, for_s = motor(stage), stage.draw.choice((0.5, 3.0))
+    stage.watch.unled = unled(stage, number - 1, for_s)
+    return ask(stage, f"drive-mode {number} 2 --for {for_s}")
 
 
 def _other_id(stage: Stage) -> str:

@@ -6,8 +6,9 @@ Nothing here asks a register or the driver; what breaks a promise is noted in `W
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Protocol
 
 from armdrive.sim.body import ArmBody
 from armdrive.sim.world import World
@@ -71,6 +72,19 @@ class WatchedWorld(World):
             self.watch.moved(time_s)
 
 
+class Unled(Protocol):
+    """A drive that obeys nobody for a while (`unled`)."""
+
+    def begin(self) -> None:
+        """Hear that another command begins."""
+
+    def excuses(self, time_s: float) -> bool:
+        """Tell whether nobody can know yet that a motion goes astray."""
+
+    def let_pass(self, allowed: dict[str, float], beyond: Mapping[str, float]) -> None:
+        """Have joints be as far beyond their limits as they have come."""
+
+
 @dataclass(slots=True)
 class Bound:
     """A promise how long and how far the tip goes on, from a moment on."""
@@ -122,6 +136,8 @@ class Watch:
         """When something last changed that no command made, and until when nobody can know."""
         self.told_by_s = -math.inf
         """Until when a restart is told that left the registers as they were, at zero."""
+        self.unled: Unled | None = None
+        """What is excused of a drive that obeys no more."""
         self._guarded = guarded
         self._step_mm = step_mm
         self._command: Command | None = None
@@ -140,6 +156,8 @@ class Watch:
         command.depth_mm = self.inside_mm(joints)
         self._command, self._until_s = command, math.inf
         self._disturbed = False
+        if self.unled is not None:
+            self.unled.begin()
         self._last_what = command.what
         self._bounds.clear()
 
@@ -210,7 +228,7 @@ class Watch:
             return
         self._keep_bounds(time_s)
         if self._promised and not self.slips:
-            self._keep_way()
+            self._keep_way(time_s)
 
     @property
     def _promised(self) -> bool:
@@ -230,18 +248,23 @@ class Watch:
             if way_mm > bound.distance_mm + self._step_mm:
                 self._break(f"{bound.what}: it went {way_mm:.1f} mm, not {bound.distance_mm:.1f}")
 
-    def _keep_way(self) -> None:
+    def _keep_way(self, time_s: float) -> None:
         command = self._command
         assert command is not None
         if command.span is not None:
             for here, a, b in zip(self.world.motors, *command.span, strict=True):
                 if not min(a, b) - self.on_the_step <= here <= max(a, b) + self.on_the_step:
                     self._break(f"a motor was at {here}, commanded from {a} to {b}")
-        for each in self._guarded.arm.violations(self.world.joints):
+        violations = self._guarded.arm.violations(self.world.joints)
+        depth_mm = self.inside_mm(self.world.joints)
+        if self.unled is not None and self.unled.excuses(time_s):
+            beyond_rad = {each.joint: each.excess_rad for each in violations}
+            self.unled.let_pass(command.joints_beyond, beyond_rad)
+            command.depth_mm = max(command.depth_mm, depth_mm)
+        for each in violations:
             if each.excess_rad > command.joints_beyond.get(each.joint, 0.0) + ROUNDING_RAD:
                 beyond = math.degrees(each.excess_rad)
                 self._break(f"the {each.joint} was {beyond:.2f} degrees beyond its limit")
-        depth_mm = self.inside_mm(self.world.joints)
         # within its tolerance a guard reports nothing, and just beyond it the whole depth
         began_mm = max(command.depth_mm, self._guarded.guards.tolerance_mm)
         if depth_mm > began_mm + command.slack_mm + self._step_mm:

@@ -1,0 +1,51 @@
+"""The excuse of a drive that obeys no more: bounded in time, for its own joints, and once."""
+
+from __future__ import annotations
+
+import random
+
+from .physical import Command
+from .stage import Stage
+from .unled import Unled, unled
+
+KNOWN_S = 0.1
+
+
+def test_what_a_wrist_motor_turns_is_pitch_and_roll():
+    stage = Stage("mks", random.Random(1), 0)
+    assert unled(stage, 4, 0.5).joints == {"wrist_pitch", "wrist_roll"}
+    assert unled(stage, 2, 0.5).joints == {"elbow", "wrist_pitch"}
+
+
+def test_it_runs_from_the_first_motion_without_the_drive_and_not_for_ever():
+    excuse = Unled(frozenset({"elbow"}), ends_s=5.0, known_s=KNOWN_S)
+    assert excuse.excuses(2.0)
+    assert excuse.excuses(2.0 + KNOWN_S)
+    assert not excuse.excuses(2.01 + KNOWN_S)
+    excuse.begin()
+    assert excuse.excuses(3.0)
+    excuse.begin()
+    assert not excuse.excuses(5.01)
+
+
+def test_a_joint_may_go_no_farther_than_it_came_meanwhile():
+    stage = Stage("mks", random.Random(1), 0)
+    world, watch = stage.world, stage.watch
+    arm = stage.config.model.arm
+    high = arm.limits[4].high_rad
+
+    def at_roll(past_rad):
+        return world.body.transmission.to_motors(
+            world.joints.replace(wrist_roll=high + past_rad), 0.0
+        )
+
+    watch.unled = Unled(frozenset({"wrist_roll"}), ends_s=5.0, known_s=KNOWN_S)
+    watch.begin(Command("move_j", known=True))
+    for time_s, past_rad, broken in (
+        (1.0, 0.02, 0),
+        (1.1, 0.03, 0),
+        (1.2, 0.035, 0),
+        (1.3, 0.05, 1),
+    ):
+        world._shift(at_roll(past_rad) - world.motors, time_s)
+        assert len(watch.broken) == broken, watch.broken

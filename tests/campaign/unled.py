@@ -1,0 +1,60 @@
+"""What the others do while one drive obeys no more: motors are coupled, and nobody knows at once.
+
+A drive in another mode stands, and says so to the next order that it is given. Until then the
+others go on, and a joint that two motors turn together may leave the way, and its limit. What is
+excused is that way alone: of the joints which that motor turns, until all could be at rest.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from armdrive.controllers.mks_denied import BESIDE_S, DENIALS
+from armdrive.controllers.mks_settings import MksSettings
+
+from .stage import Stage
+
+ORDER_PERIODS = 2.0
+"""A drive in motion is given an order after so many periods of steering, at the latest."""
+ASKED_S = 0.01
+"""Three questions and their answers take so long on the bus, and then a stop."""
+
+
+@dataclass(slots=True)
+class Unled:
+    """A drive that obeys nobody for a while. Seconds; angles in rad."""
+
+    joints: frozenset[str]
+    """Those that its motor turns."""
+    ends_s: float
+    known_s: float
+    """So long after the arm's first motion without it, all may go on."""
+    _until_s: float = math.inf
+
+    def begin(self) -> None:
+        """Hear that another command begins: it has to find out for itself."""
+        self._until_s = math.inf
+
+    def excuses(self, time_s: float) -> bool:
+        """Tell whether a motion is one of which nobody can know that it goes astray."""
+        if math.isinf(self._until_s) and time_s <= self.ends_s:
+            self._until_s = time_s + self.known_s
+        return math.isfinite(self._until_s) and time_s <= self._until_s
+
+    def let_pass(self, allowed: dict[str, float], beyond: Mapping[str, float]) -> None:
+        """Have joints be as far beyond their limits as they have come: no farther, later."""
+        for joint in self.joints & beyond.keys():
+            allowed[joint] = max(allowed.get(joint, 0.0), beyond[joint])
+
+
+def unled(stage: Stage, motor: int, for_s: float) -> Unled:
+    """Return the excuse of a drive, its motor counted from 0, that obeys no more from now on."""
+    settings = stage.config.device
+    assert isinstance(settings, MksSettings)
+    rows = zip(stage.world.joints.names, stage.world.body.transmission.inverse, strict=False)
+    turned = frozenset(name for name, row in rows if row[motor])
+    notice_s = ORDER_PERIODS * settings.segment_s + DENIALS * BESIDE_S + ASKED_S
+    brakes_s = 0.0 if stage.arm is None else getattr(stage.arm.core.controller, "ramp_s", 0.0)
+    return Unled(turned, stage.now_s + for_s, notice_s + brakes_s)
