@@ -36,7 +36,11 @@ def _bus_off(stage: Stage) -> str:
 
 
 def _alone(stage: Stage) -> str:
-    return ask(stage, f"alone --for {stage.draw.choice((0.2, 1.0, 5.0))}")
+    for_s = stage.draw.choice((0.2, 1.0, 5.0))
+    if stage.watch.promised:
+        stage.promise_silence("nobody acknowledged a stop")
+    stage.unheard_until_s = stage.now_s + for_s
+    return ask(stage, f"alone --for {for_s}")
 
 
 def _mute_drive(stage: Stage) -> str:

@@ -169,6 +169,11 @@ class Watch:
         """Hear how long and how far the tip may go on."""
         self._bounds.append(bound)
 
+    @property
+    def promised(self) -> bool:
+        """Whether the tip is to come to rest."""
+        return bool(self._bounds)
+
     def let_go_on(self) -> None:
         """Hear that what was promised to come to rest may go on."""
         self._bounds.clear()

@@ -125,6 +125,7 @@ class Stage:
         guarded = self.config.model.guards.over(self.config.model.arm)
         # a drive that measures its shaft has arrived within some counts of its target
         near = max(ON_THE_STEP, getattr(self.config.device, "rest_counts", 0))
+        self.unheard_until_s = -math.inf
         self.watch = Watch(self.world, guarded, self._step_mm() * near, near)
 
     @property
@@ -244,9 +245,18 @@ class Stage:
         return self.world.body.transmission.to_joints(self.look())
 
     def promise(self, what: str, time_s: float, distance_mm: float) -> None:
-        """Note a promise from now on."""
+        """Note a promise from now on; while nobody hears the driver, that of silence."""
         self.look()
+        if self.arm is not None and self.unheard:
+            bound = self.arm.core.stop_bound()
+            time_s = max(time_s, bound.silent_time_s)
+            distance_mm = max(distance_mm, bound.silent_distance_mm)
         self.watch.promise(Bound(what, self.now_s, self.world.tip, time_s, distance_mm))
+
+    @property
+    def unheard(self) -> bool:
+        """Whether what the driver says reaches nobody, which it cannot know at once."""
+        return self.now_s < self.unheard_until_s
 
     def promise_silence(self, what: str, more_s: float = 0.0) -> None:
         """Note what the status announces of a program that falls silent now."""
