@@ -77,7 +77,7 @@ def test_a_port_that_is_not_there_is_said_before_anything_is_opened():
 
 
 @needs_pty
-def test_drives_on_a_bus_are_found_and_offered_as_an_arm_of_any_build(tmp_path, monkeypatch):
+def test_drives_on_a_bus_are_found_and_offered_their_template(tmp_path, monkeypatch):
     listen = can_survey.listen
     monkeypatch.setattr(can_survey, "listen", lambda: listen(0.1))
     bus = ServedBus(tmp_path)
@@ -88,7 +88,7 @@ def test_drives_on_a_bus_are_found_and_offered_as_an_arm_of_any_build(tmp_path, 
         describing = Describing(found.answers)
         describing.type("lab")
         describing.enter()
-        assert describing.line == "own"
+        assert describing.line == "minimover5-mks"
         bus.tell("plug none")
         assert probe(bus.port).dialect == ""
     finally:
