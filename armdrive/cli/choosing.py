@@ -7,7 +7,7 @@ import os
 from typing import TYPE_CHECKING
 
 from armdrive import places
-from armdrive.cli.numbers import count
+from armdrive.cli.numbers import count, positive
 from armdrive.dialects import DIALECTS
 from armdrive.errors import BadRequest
 
@@ -37,6 +37,16 @@ def add_allow_restored(parser: argparse.ArgumentParser) -> None:
         "--allow-restored",
         action="store_true",
         help="trust the position that an earlier command remembered, without asking",
+    )
+
+
+def add_pace_option(parser: argparse._ActionsContainer) -> None:
+    """Add `--pace`, for a command that lets a simulated arm go as fast as the computer can."""
+    parser.add_argument(
+        "--pace",
+        type=positive,
+        metavar="FACTOR",
+        help="a simulated arm: so many times as fast as real time (else as fast as can be)",
     )
 
 

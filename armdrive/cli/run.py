@@ -20,7 +20,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from armdrive.cli.choosing import add_allow_restored, add_arm_options
+from armdrive.cli.choosing import add_allow_restored, add_arm_options, add_pace_option
 from armdrive.cli.numbers import number, positive
 from armdrive.cli.putting import add_put_option
 from armdrive.errors import BadRequest
@@ -69,12 +69,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     how.add_argument("--speed", type=number, metavar="PERCENT", help="go slower than it asks for")
     how.add_argument("--resume", action="store_true", help="go on where it was interrupted")
     how.add_argument("--record", type=Path, metavar="FILE", help="keep a recording of the run")
-    how.add_argument(
-        "--pace",
-        type=positive,
-        metavar="FACTOR",
-        help="a simulated arm: so many times as fast as real time (else as fast as can be)",
-    )
+    add_pace_option(how)
     add_allow_restored(parser)
     add_arm_options(parser)
 

@@ -22,11 +22,12 @@ from typing import TYPE_CHECKING
 from armdrive.cli.choosing import (
     add_allow_restored,
     add_arm_options,
+    add_pace_option,
     chosen_target,
     connect_chosen,
 )
 from armdrive.cli.confirming import settle_trust
-from armdrive.cli.numbers import number, positive
+from armdrive.cli.numbers import number
 from armdrive.cli.output import say_which
 from armdrive.cli.putting import add_put_option, put_blocks, require_table
 from armdrive.errors import OperatorNeeded
@@ -39,12 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
     add_put_option(parser)
     parser.add_argument("--speed", type=number, metavar="PERCENT", help="go slower than asked for")
-    parser.add_argument(
-        "--pace",
-        type=positive,
-        metavar="FACTOR",
-        help="a simulated arm: so many times as fast as real time (else as fast as can be)",
-    )
+    add_pace_option(parser)
     add_allow_restored(parser)
     add_arm_options(parser)
 
