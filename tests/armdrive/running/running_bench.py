@@ -13,6 +13,19 @@ from armdrive.sim.twin import make_twin
 from kinematics import Pose
 
 
+class Keys:
+    """A person who presses Enter at once, and counts how often."""
+
+    taken = 0
+
+    def forget(self):
+        pass
+
+    def take(self):
+        self.taken += 1
+        return True
+
+
 class ScriptedMachine:
     """Gives its stages one after the other; remembers what was answered."""
 

@@ -4,6 +4,7 @@ import json
 
 import pytest
 from cli_calls import write_arm_file
+from running_bench import Keys
 
 from armdrive.cli import run_common
 from armdrive.programs.journal import journal_file
@@ -237,16 +238,6 @@ def test_a_recording_of_the_run_is_kept(homed, write, tmp_path):
 
 
 def test_each_motion_waits_for_enter(homed, write, monkeypatch):
-    class Keys:
-        taken = 0
-
-        def forget(self):
-            pass
-
-        def take(self):
-            self.taken += 1
-            return True
-
     keys = Keys()
     monkeypatch.setattr("armdrive.cli.run_program.standard_input", lambda: keys)
     path = write('move at(250, 0, 120, -90)\ntype "there"\nhold "look"\nready\n')

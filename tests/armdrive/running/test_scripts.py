@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import pytest
 from cli_calls import TRACEBACK, write_arm_file
+from running_bench import Keys
 
 from armdrive import Arm
 from armdrive.cli import main
@@ -260,16 +261,6 @@ def test_what_is_no_python_is_said_with_its_line(call, write, tmp_path):
 
 
 def test_each_motion_of_a_script_waits_for_enter(homed, write, monkeypatch):
-    class Keys:
-        taken = 0
-
-        def forget(self):
-            pass
-
-        def take(self):
-            self.taken += 1
-            return True
-
     keys = Keys()
     monkeypatch.setattr("armdrive.cli.run_script.standard_input", lambda: keys)
     ran = homed("run", write(TOUR), "--step", code=0).out
@@ -278,16 +269,6 @@ def test_each_motion_of_a_script_waits_for_enter(homed, write, monkeypatch):
 
 
 def test_coroutines_are_run_rehearsed_and_stepped_through_too(homed, write, monkeypatch):
-    class Keys:
-        taken = 0
-
-        def forget(self):
-            pass
-
-        def take(self):
-            self.taken += 1
-            return True
-
     keys = Keys()
     monkeypatch.setattr("armdrive.cli.run_script.standard_input", lambda: keys)
     path = write(
