@@ -38,9 +38,7 @@ class MksHoldUps(MksArriving):
     ) -> Generator[float, Event | None, Reply | None]:
         """Find where the drives are after nobody was heard since a time, and go on from there.
 
-        `owed` says how many answers of each were outstanding before. Late ones are waited for: one
-        that is of a moment ago would be taken for one of now.
-        Return how the motion ends, where it cannot go on.
+        `owed` is as in `weigh_silence`. Return how the motion ends, where it cannot go on.
         """
         yield from self.weigh_silence(quiet_s, owed)
         if self.stop_asked:
