@@ -8,10 +8,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from armdrive.sim.limit_switch import LimitSwitch
 from armdrive.sim.mks_drive import ClosedLoopDrive
 from armdrive.sim.mks_flash import Flash
 from armdrive.sim.mks_motor import SetPoint
-from armdrive.sim.mks_switches import LimitSwitch
 from firmware_protocol.mks import (
     COUNTS_PER_TURN,
     Asked,
@@ -193,6 +193,11 @@ class Node:
         """Have bytes brought to the bus."""
         if data and self.plugged and not self.mute and self.awake:
             self.said.append(data)
+
+    @property
+    def answer_s(self) -> float:
+        """How long it takes to have an answer ready."""
+        return self.habits.answer_s
 
     # Power.
 

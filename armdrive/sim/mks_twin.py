@@ -6,11 +6,12 @@ import re
 from typing import TYPE_CHECKING
 
 from armdrive.errors import BadRequest
+from armdrive.sim.limit_switch import switches
 from armdrive.sim.mks import SimMks
 from armdrive.sim.mks_drive import ClosedLoopDrive
 from armdrive.sim.mks_flash import Flash
 from armdrive.sim.mks_node import Habits, Node
-from armdrive.sim.mks_wiring import drive_settings, switches
+from armdrive.sim.mks_wiring import drive_settings
 from armdrive.sim.options import Option, Options
 from armdrive.sim.twins import TwinKind
 from armdrive.sim.world import World

@@ -1,4 +1,4 @@
-"""How the drives of a simulated arm are set up and wired, out of the arm's configuration.
+"""How the drives of a simulated arm are set up, out of the arm's configuration.
 
 What the arm file's own section says is read without its class: the driver's figures are its own,
 so that a difference has to be found.
@@ -6,12 +6,9 @@ so that a difference has to be found.
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any
 
 from armdrive.errors import BadRequest
-from armdrive.sim.mks_drive import ClosedLoopDrive
-from armdrive.sim.mks_switches import LimitSwitch
 from firmware_protocol.errors import BadField
 from firmware_protocol.mks import (
     Bitrate,
@@ -72,28 +69,3 @@ def drive_settings(
         ]
     except BadField as error:
         raise BadRequest(str(error)) from None
-
-
-def switches(config: ArmConfig, drive: ClosedLoopDrive) -> list[LimitSwitch]:
-    """Return the limit switches: where homing ends by the arm file.
-
-    Where the file tells no such posture, they are at the upper end of each motor's travel.
-    """
-    turning = drive.world.body.transmission
-    if config.homing is not None:
-        homed = config.homing
-        places = [*turning.to_motors(homed.joints, homed.opening_mm)]
-    else:
-        places = [_highest(config, row) for row in turning.matrix]
-        places = [
-            place + math.ceil(motor.offset_steps)
-            for place, motor in zip(places, turning.motors, strict=True)
-        ]
-    return [LimitSwitch(drive, motor, at, 1) for motor, at in enumerate(places)]
-
-
-def _highest(config: ArmConfig, row: tuple[float, ...]) -> int:
-    bounds = [(one.low_rad, one.high_rad) for one in config.model.arm.limits]
-    bounds.append(config.model.gripper_range_mm)
-    ends = (max(share * low, share * high) for share, (low, high) in zip(row, bounds, strict=False))
-    return math.ceil(sum(ends))

@@ -130,25 +130,35 @@ def to_speed(
 
 
 def to_goal(
-    position: float, speed: float, goal: float, rate: float, acceleration: float, now_s: float
+    position: float,
+    speed: float,
+    goal: float,
+    rate: float,
+    acceleration: float,
+    now_s: float,
+    braking: float | None = None,
 ) -> Profile:
     """Go to a goal and stand: a trapezoid, from whatever speed there is.
 
     What already runs away from the goal, or too fast to stop before it, stops first and turns.
+    `braking` is how fast it slows down, where that is not as fast as it speeds up.
     """
-    brake = speed * abs(speed) / (2 * acceleration)
+    braking = acceleration if braking is None else braking
+    brake = speed * abs(speed) / (2 * braking)
     if (goal - position - brake) * speed < -_ROUNDING * abs(speed):
-        stop = to_speed(position, speed, 0.0, acceleration, now_s)
-        back = to_goal(stop.end, 0.0, goal, rate, acceleration, stop.end_s)
+        stop = to_speed(position, speed, 0.0, braking, now_s)
+        back = to_goal(stop.end, 0.0, goal, rate, acceleration, stop.end_s, braking)
         return Profile((*stop.pieces, *back.pieces), goal)
     way = math.copysign(1.0, goal - position)
     far, first = abs(goal - position), abs(speed)
-    peak = min(rate, math.sqrt(acceleration * far + first**2 / 2))
-    run = max(far - (abs(peak**2 - first**2) + peak**2) / (2 * acceleration), 0.0)
+    both = 2 * acceleration * braking / (acceleration + braking)
+    peak = min(rate, math.sqrt(both * (far + first**2 / (2 * acceleration))))
+    slope = acceleration if peak >= first else -braking
+    run = max(far - (peak**2 - first**2) / (2 * slope) - peak**2 / (2 * braking), 0.0)
     shape = (
-        (first, math.copysign(acceleration, peak - first), abs(peak - first) / acceleration),
+        (first, slope, (peak - first) / slope),
         (peak, 0.0, run / peak if peak else 0.0),
-        (peak, -acceleration, peak / acceleration),
+        (peak, -braking, peak / braking),
     )
     pieces: list[Piece] = []
     for begins, slope, duration_s in shape:

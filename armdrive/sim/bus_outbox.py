@@ -1,4 +1,4 @@
-"""The answers of simulated MKS drives on their way to the bus, and what happens to twins of an id.
+"""What simulated drives say on its way to their bus, and what happens to twins of an id.
 
 Several drives of one id answer in the same moment. Frames that are alike lie on each other bit by
 bit, and the host hears one; others destroy each other until one drive's controller has counted

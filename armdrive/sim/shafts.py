@@ -1,0 +1,198 @@
+"""The shafts of a simulated arm's closed-loop drives: set-points, and the arm that follows them.
+
+A motor that is held in a closed loop makes up for what it has lost, as far as the arm lets it.
+Counts are those of the world's motors, and of their shafts where there is play behind them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Generic, TypeVar
+
+from armdrive.sim.drive import Drive
+from armdrive.sim.sag import sagged
+from armdrive.sim.shaft_point import ShaftPoint
+from armdrive.sim.world import World
+from kinematics.spaces import Motors
+
+P = TypeVar("P", bound=ShaftPoint)
+
+LOOK_S = 0.05
+"""So often an arm in motion is looked at, and its shafts are made to follow."""
+SLACK_S = 0.001
+"""So old may be what nobody has asked for."""
+WATCH_S = 0.01
+"""So often while a shaft is not where it should be."""
+
+
+class ShaftPoints(Generic[P]):
+    """The set-points of all drives, as a rack of motors."""
+
+    def __init__(self, each: Sequence[P]) -> None:
+        self.each = tuple(each)
+        self.now_s = 0.0
+
+    @property
+    def moving(self) -> bool:
+        """Whether a motion is under way."""
+        return any(point.moving(self.now_s) for point in self.each)
+
+    @property
+    def done_s(self) -> float:
+        """When the last motion under way ends; infinity while there is none."""
+        ends = [point.end_s for point in self.each if point.moving(self.now_s)]
+        return max(ends, default=math.inf)
+
+    def positions(self, now_s: float) -> tuple[int, ...]:
+        """Return where all are."""
+        return tuple([point.at(now_s) for point in self.each])
+
+    def bends(self, start_s: float, end_s: float) -> tuple[float, ...]:  # noqa: ARG002
+        """Return nothing: the device looks at its arm often enough by itself."""
+        return ()
+
+    def settle(self, now_s: float) -> None:
+        """Do nothing: what has ended stands."""
+
+    def stop(self, now_s: float) -> None:
+        """End all motion dead where it is now."""
+        for point in self.each:
+            point.hold(point.at(now_s))
+
+    def count(self, deltas: Sequence[int]) -> None:
+        """Shift those that stand."""
+        for point, delta in zip(self.each, deltas, strict=True):
+            point.hold(point.end + delta)
+
+    def zero(self) -> None:
+        """Do nothing: a zero is a matter of what a drive says, and no shaft turns for it."""
+
+
+class ShaftDrive(Drive[ShaftPoints[P]]):
+    """Six loops and one arm. `holding` says which drives have current: the others turn freely.
+
+    `makes_up` is how many counts a second a drive makes up for, beyond what its set-point goes.
+    """
+
+    def __init__(self, world: World, points: Sequence[P], makes_up: float) -> None:
+        super().__init__(world, ShaftPoints(points))
+        self._makes_up = makes_up
+        self.holding = [False] * len(world.motors)
+        world.energised = False  # found at rest: whatever came down has done so long ago
+        self._last = self.rack.positions(0.0)
+        self.astray = False
+        """Whether a shaft is not where it should be, as of the last look."""
+        self._seen: Motors | None = None
+        self.hold_shafts()
+
+    @property
+    def shafts(self) -> Motors:
+        """Where the shafts are, physically: ahead of what they drive by the play that is taken."""
+        if not self.world.play.any:
+            return self.world.motors
+        return self.world.motors + Motors(self.world.play.ahead)
+
+    def errors(self, now_s: float) -> tuple[int, ...]:
+        """Return how far each shaft is from where it should be; 0 where nothing holds it."""
+        points = zip(self.rack.positions(now_s), self.shafts, self.holding, strict=True)
+        return tuple([wanted - shaft if held else 0 for wanted, shaft, held in points])
+
+    def hold_shafts(self) -> None:
+        """Have every set-point be where its shaft is."""
+        for point, shaft in zip(self.rack.each, self.shafts, strict=True):
+            point.hold(shaft)
+        self._last = tuple(self.shafts)
+
+    @property
+    def look_s(self) -> float:
+        """When the arm has to be looked at next; infinity while all stand where they should."""
+        if self.astray:
+            return self._looked_s + WATCH_S
+        return self._looked_s + LOOK_S if self.rack.moving else math.inf
+
+    def follow(self, now_s: float) -> None:
+        """Go on to now; frames come so close together that not all of them are worth a look."""
+        self.rack.now_s = now_s
+        if self.astray or now_s - self._looked_s >= SLACK_S:
+            self.look(now_s)
+
+    def look(self, now_s: float) -> None:
+        """Have the shafts be where their set-points are by now, as far as they follow."""
+        since_s = now_s - self._looked_s
+        if not since_s or self._stands():
+            self._looked_s = self.rack.now_s = now_s
+            return
+        self._looked_s = self.rack.now_s = now_s
+        wanted, errors = self.rack.positions(now_s), self.errors(now_s)
+        if any(errors):
+            most = math.ceil(self._makes_up * since_s)
+            steps = [
+                _clipped(error, abs(there - before) + most)
+                for error, there, before in zip(errors, wanted, self._last, strict=True)
+            ]
+            if any(steps):
+                self.world.drive(steps, now_s)
+                errors = self.errors(now_s)
+        self.astray = any(errors)
+        self._last = wanted
+        self._free(now_s)
+        self._seen = self.world.motors
+
+    def _stands(self) -> bool:
+        """Tell whether nothing has turned since the last look, and nothing shall."""
+        if self.astray or self.world.motors is not self._seen:
+            return False
+        return all(point.end_s <= self._looked_s for point in self.rack.each)
+
+    def turn(self, steps: Sequence[int], now_s: float) -> None:
+        """Turn shafts by hand, and have the drives hold them there."""
+        self.look(now_s)
+        self.world.drive(steps, now_s)
+        self.hold_shafts()
+
+    def set_counts(self, counts: Sequence[int], now_s: float) -> None:  # noqa: ARG002
+        """Stand where the shafts are: what is counted there is not a motor's business."""
+        self.look(now_s)
+        self.hold_shafts()
+
+    def release(self, motors: Sequence[int], now_s: float) -> None:
+        """Take the current of some motors: what they have held comes down."""
+        self.look(now_s)
+        freed = [motor for motor in motors if self.holding[motor]]
+        if not freed:
+            return
+        if all(self.holding) and len(freed) == len(self.holding):
+            self.world.cut_current(now_s)
+        else:
+            self.world.give_way(self._sag(freed), now_s)
+        for motor in freed:
+            self.holding[motor] = False
+        self.world.energised = False
+        self._free(now_s)
+
+    def hold(self, motor: int, now_s: float) -> None:
+        """Give a motor its current, where it is."""
+        self.look(now_s)
+        self.rack.each[motor].hold(self.shafts[motor])
+        self._last = self.rack.positions(now_s)
+        self.holding[motor] = True
+        self.world.energised = all(self.holding)
+
+    def _sag(self, freed: Sequence[int]) -> list[int]:
+        """Return the steps by which motors give way on an arm that the others still hold."""
+        body, world = self.world.body, self.world
+        rest = sagged(body.arm, world.joints)
+        away = body.transmission.to_motors(rest, world.opening_mm) - world.motors
+        return [step if motor in freed else 0 for motor, step in enumerate(away)]
+
+    def _free(self, now_s: float) -> None:
+        if not all(self.holding):
+            for point, shaft, held in zip(self.rack.each, self.shafts, self.holding, strict=True):
+                if not held:
+                    point.hold(shaft)
+            self._last = self.rack.positions(now_s)
+
+
+def _clipped(step: int, most: int) -> int:
+    return min(max(step, -most), most)
