@@ -1,14 +1,18 @@
-"""Show what passes on a CAN bus of MKS drives, in words. Listens only: nothing is ever sent.
+"""Show what passes on a CAN bus of drives, in words. Listens only: nothing is ever sent.
 
 Each line has the time in seconds, the frame as candump writes it, > for a request, < for an answer
-and ? for what is none of this dialect; a check byte that is wrong is said. Frames of other devices
+and ? for what is none of this protocol; a check byte that is wrong is said. Frames of other devices
 are shown as they are.
+
+What the drives speak is what the arm file says; of a bus that is named, --protocol: mks where it is
+left out, or canopen. Of CANopen, --id is the number of a node: all of its services are shown.
 
 On socketcan any number of programs listen beside the one that drives. An slcan adapter is a
 serial port, which one program alone can have: put a second adapter on the bus, or listen while
 nobody drives. `armdrive record --arm NAME` writes down what an arm's own program has exchanged.
 
   armdrive can monitor can:socketcan:can0 --id 3
+  armdrive can monitor can:socketcan:can0 --protocol canopen
   armdrive can monitor --arm bench --seconds 10 --json
 
 """
@@ -25,9 +29,11 @@ from typing import TYPE_CHECKING
 from armdrive.cli.choosing import add_json_option
 from armdrive.cli.numbers import count, number
 from armdrive.cli.output import emit, say
+from armdrive.commissioning.languages import LANGUAGES, USUAL, Language, language_of
 from armdrive.errors import BadRequest
 
 if TYPE_CHECKING:
+    from armdrive.armfile import ArmConfig
     from armdrive.commissioning.frame_words import Said
     from armdrive.transports.can_address import CanAddress
     from armdrive.transports.link import Link
@@ -45,6 +51,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--id", action="append", type=_node, default=[], metavar="ID", help="these ids alone"
     )
+    parser.add_argument(
+        "--protocol",
+        choices=list(LANGUAGES),
+        help=f"what the drives speak (as the arm file says, else {USUAL.name})",
+    )
     parser.add_argument("--seconds", type=number, metavar="S", help="end after so long")
     parser.add_argument("--count", type=count, metavar="N", help="end after so many frames")
     add_json_option(parser)
@@ -55,26 +66,43 @@ def run(options: argparse.Namespace) -> int:
     from armdrive.transports.refusals import PortInUse
     from armdrive.transports.url import open_link
 
+    config = _config(options)
+    language = _language(options, config)
     try:
-        link = open_link(str(_address(options)), 0)
+        link = open_link(str(_address(options, config)), 0)
     except PortInUse as error:
         raise PortInUse(f"{error}. {ONE_PROGRAM}") from None
-    heard = 0
+    shown = foreign = 0
     try:
         with contextlib.suppress(KeyboardInterrupt):
-            for time_s, said in _heard(link, options.seconds, frozenset(options.id)):
+            for time_s, said in _heard(link, language, options.seconds, frozenset(options.id)):
                 emit(said.view(time_s)) if options.json else say(said.line(time_s))
-                heard += 1
-                if heard == options.count:
+                shown, foreign = shown + 1, foreign + said.foreign
+                if shown == options.count:
                     break
     finally:
         link.close()
-    if not heard and not options.json:
-        say(
-            "nothing passed. An idle bus of drives is silent: they speak when they are asked. Nor "
-            "is anything heard at another bit rate: `armdrive doctor --can` looks into that"
-        )
+    if not options.json:
+        _explain(language, shown, foreign)
     return 0
+
+
+def _explain(language: Language, shown: int, foreign: int) -> None:
+    """Say what it may mean that nothing, or nothing readable, was heard."""
+    if not shown:
+        say(
+            f"nothing passed. {language.silence}. Nor is anything heard at another bit rate: "
+            "`armdrive doctor --can` looks into that"
+        )
+    elif 2 * foreign > shown:
+        others = " or ".join(f"--protocol {name}" for name in LANGUAGES if name != language.name)
+        say(f"{foreign} of {shown} frames are none of {language.title}: try {others}")
+
+
+def _language(options: argparse.Namespace, config: ArmConfig | None) -> Language:
+    if options.protocol:
+        return LANGUAGES[options.protocol]
+    return USUAL if config is None else language_of(config.connection.dialect)
 
 
 def _node(word: str) -> int:
@@ -87,16 +115,22 @@ def _node(word: str) -> int:
     return found
 
 
-def _address(options: argparse.Namespace) -> CanAddress:
+def _config(options: argparse.Namespace) -> ArmConfig | None:
+    """Return the arm whose bus is meant, where one is named. Raises `BadRequest`."""
     from armdrive.connecting import find, simulation_forced
-    from armdrive.transports.can_address import CanAddress, is_can
-    from armdrive.wiring import Wiring
 
     if simulation_forced():
         raise BadRequest("ARMDRIVE_FORCE_SIM is set, so no bus is opened: clear that variable")
     if bool(options.port) == bool(options.arm):
         raise BadRequest("name one bus, or an arm file with --arm; `armdrive ports` lists them")
-    port = str(options.port or Wiring(find(options.arm).config).find())
+    return find(options.arm).config if options.arm else None
+
+
+def _address(options: argparse.Namespace, config: ArmConfig | None) -> CanAddress:
+    from armdrive.transports.can_address import CanAddress, is_can
+    from armdrive.wiring import Wiring
+
+    port = str(options.port if config is None else Wiring(config).find())
     if not is_can(port):
         raise BadRequest(
             f"{port} is no CAN bus: write can:INTERFACE:CHANNEL, `armdrive ports` lists them"
@@ -104,18 +138,19 @@ def _address(options: argparse.Namespace) -> CanAddress:
     return replace(CanAddress.parse(port), ids=frozenset()).listening()
 
 
-def _heard(link: Link, seconds: float | None, ids: frozenset[int]) -> Iterator[tuple[float, Said]]:
+def _heard(
+    link: Link, language: Language, seconds: float | None, ids: frozenset[int]
+) -> Iterator[tuple[float, Said]]:
     """Give the frames as they come, with the time since the bus was opened."""
-    from armdrive.commissioning.frame_words import Ear
     from armdrive.doctor.carrying import RealClock
     from firmware_protocol.frames import Unpacker
 
-    clock, ear, unpacker = RealClock(), Ear(), Unpacker()
+    clock, ear, unpacker = RealClock(), language.ear(), Unpacker()
     began_s = clock.now_s()
     end_s = math.inf if seconds is None else began_s + seconds
     while (now_s := clock.now_s()) < end_s:
         for frame in unpacker.feed(link.read(now_s)):
             said = ear.hear(frame)
-            if not ids or frame.can_id in ids:
+            if not ids or said.node in ids:
                 yield now_s - began_s, said
         clock.sleep(link, min(end_s, now_s + 1.0))

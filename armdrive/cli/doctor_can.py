@@ -7,14 +7,16 @@ drives. Nothing is set without --mend and a yes.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from armdrive.cli.doctor_report import Report
 from armdrive.commissioning.carrier import Carrier
 from armdrive.doctor import can_findings
-from armdrive.doctor.can_survey import IDS, LISTEN_S, Survey, ask_round, listen
+from armdrive.doctor.can_asking import PROTOCOLS, Answers, Heard, Protocol, ask_bus
+from armdrive.doctor.can_survey import IDS, LISTEN_S, Survey, listen
+from armdrive.doctor.canopen_survey import heard_nodes
 from armdrive.doctor.carrying import RealClock
 from armdrive.doctor.findings import Finding, any_problem, note, ok, problem
 from armdrive.errors import ArmError, BadRequest, LinkError, LinkLost, PortUnavailable
@@ -25,8 +27,9 @@ from firmware_protocol.mks import NODE_MAX, Bitrate
 
 if TYPE_CHECKING:
     from armdrive.armfile import ArmConfig
-    from armdrive.commissioning.drives import Known
     from armdrive.transports.can_link import CanLink
+
+T = TypeVar("T")
 
 DONE, MENDING, CLOSED, NOBODY = 0, 1, 4, 6
 
@@ -75,27 +78,52 @@ def run(options: argparse.Namespace, config: ArmConfig | None) -> int:
     report = Report(port, options.json)
     ids = ids_of(options.ids) if options.ids else _known_ids(config)
     address = CanAddress.parse(port)
-    heard = _alone(config, port, lambda: _listened(address))
+    heard = _alone(config, port, lambda: _listened(address, config))
     report.add(can_findings.of_listening(heard, LISTEN_S, _bits_s(address)))
     if heard.commands:
         return report.end(MENDING)
     if config is not None and options.mend:  # first, so that what is told then is as it is now
         _compare(config, report, options)
-    found = _alone(config, port, lambda: _told(address, ids, report, config, options))
-    report.more["drives"] = [_view(each) for each in found.drives]
+    there = heard_nodes(heard.passing)
+    found = _alone(config, port, lambda: _told(address, ids, there, report, config, options))
+    report.more["drives"] = [view for each in found for view in each.views]
     if config is not None:
-        report.add(can_findings.of_arm(config.device.ids, found.drives, config.name))
-        everyone = set(config.device.ids) <= {each.node for each in found.drives}
-        if everyone and not options.mend:
-            _compare(config, report, options)
-    if not found.drives:
+        _weigh(config, found, report, options)
+    answering = [each for each in found if each.there]
+    if not answering:
         return report.end(NOBODY)
     if config is None:
-        report.more["next"] = [f"armdrive can setup NAME --port '{port}'"]
+        steps = (PROTOCOLS[each.protocol].next for each in answering if each.drives)
+        report.more["next"] = [step.format(port=port) for step in steps]
     return report.end(MENDING if any_problem(report.findings) else DONE)
 
 
-def _alone(config: ArmConfig | None, port: str, look: Callable[[], Survey]) -> Survey:
+def _weigh(
+    config: ArmConfig, found: Sequence[Answers], report: Report, options: argparse.Namespace
+) -> None:
+    """Say how what answers differs from the arm file, and compare settings where that is safe."""
+    dialect = config.connection.dialect
+    for each in found:
+        row = PROTOCOLS[each.protocol]
+        if row.dialect != dialect:
+            if each.there:
+                report.add([_other(row, dialect)])
+            continue
+        report.add(can_findings.of_arm(config.device.ids, each.there, config.name, dialect))
+        report.add(each.of_arm(config.device.ids))
+        everyone = set(config.device.ids) <= set(each.there)
+        if everyone and row.connects and not options.mend:
+            _compare(config, report, options)
+
+
+def _other(row: Protocol, dialect: str) -> Finding:
+    return problem(
+        f"what answers speaks {row.name}, and the arm file says {dialect}",
+        f'dialect = "{row.dialect}" under [connection], if these are its drives',
+    )
+
+
+def _alone(config: ArmConfig | None, port: str, look: Callable[[], T]) -> T:
     """Look at a bus while no other armdrive has it."""
     from armdrive.holding import hold
 
@@ -113,16 +141,22 @@ def _known_ids(config: ArmConfig | None) -> tuple[int, ...]:
 def _told(
     address: CanAddress,
     ids: tuple[int, ...],
+    heard: Heard,
     report: Report,
     config: ArmConfig | None,
     options: argparse.Namespace,
-) -> Survey:
+) -> tuple[Answers, ...]:
     """Ask the ids, at other bit rates too where nobody answers; add findings to the report."""
-    found, health, lost = _asked(address, ids)
+    dialect = config.connection.dialect if config is not None else ""
+    found, health, lost = _asked(address, ids, heard, dialect)
     report.add(can_findings.of_health(health, lost))
-    report.add(can_findings.of_answers(found, health, config.name if config else "NAME"))
+    for findings in (each.findings(health, config.name if config else "NAME") for each in found):
+        report.add(findings)
+    anybody = any(each.there for each in found)
+    if not anybody:
+        report.add([can_findings.of_nobody(ids, health)])
     report.more["bus"] = {"state": health.state.value, **_counters(health)}
-    if options.every_rate and not found.drives:
+    if options.every_rate and not anybody:
         _every_rate(address, ids, report)
     return found
 
@@ -132,22 +166,25 @@ def _counters(health: BusHealth) -> dict[str, int]:
     return {name: getattr(health, name) for name in names}
 
 
-def _listened(address: CanAddress) -> Survey:
+def _listened(address: CanAddress, config: ArmConfig | None) -> Survey:
     """Hear what passes, with an adapter that does not even acknowledge where it can be kept."""
+    master = getattr(config.device, "master_id", None) if config is not None else None
     link = _open(address.listening())
     try:
-        return Carrier(link, RealClock(), Nobody()).run(listen())
+        return Carrier(link, RealClock(), Nobody()).run(listen(master=master))
     finally:
         link.close()
 
 
-def _asked(address: CanAddress, ids: tuple[int, ...]) -> tuple[Survey, BusHealth, str]:
+def _asked(
+    address: CanAddress, ids: tuple[int, ...], heard: Heard, dialect: str = ""
+) -> tuple[tuple[Answers, ...], BusHealth, str]:
     """Ask the ids; return what was found, how the adapter was then, and why the bus was lost."""
     link = _open(address)
     try:
-        found = Carrier(link, RealClock(), Nobody()).run(ask_round(ids))
+        found = ask_bus(link, RealClock(), ids, heard, dialect)
     except LinkLost as error:
-        return Survey(asked=ids), link.health, str(error).partition("was lost: ")[2]
+        return (), link.health, str(error).partition("was lost: ")[2]
     else:
         return found, link.health, ""
     finally:
@@ -165,15 +202,15 @@ def _every_rate(address: CanAddress, ids: tuple[int, ...], report: Report) -> No
             continue
         options = dict(address.options) | {"bitrate": str(each.bits_s)}
         other = replace(address, options=tuple(options.items()))
-        found, _, _ = _asked(other, ids)
+        found, _, _ = _asked(other, ids, {})
         report.add([_at_rate(found, each, other)])
 
 
-def _at_rate(found: Survey, rate: Bitrate, address: CanAddress) -> Finding:
+def _at_rate(found: Sequence[Answers], rate: Bitrate, address: CanAddress) -> Finding:
     kbit = rate.bits_s // 1000
-    if not found.drives:
+    named = ", ".join(str(node) for each in found for node in each.there)
+    if not named:
         return ok(f"nobody answers at {kbit} kbit/s")
-    named = ", ".join(str(each.node) for each in found.drives)
     return problem(
         f"at {kbit} kbit/s there answer: {named}", f'in the arm file: port = "{address}"'
     )
@@ -200,18 +237,3 @@ def _compare(config: ArmConfig, report: Report, options: argparse.Namespace) -> 
         report.add([problem(str(error), "try once more")])
     except ArmError as error:
         report.add([problem(str(error), "see above")])
-
-
-def _view(drive: Known) -> dict[str, object]:
-    return {
-        "id": drive.node,
-        "board": drive.board,
-        "firmware": ".".join(map(str, drive.firmware)),
-        "firmware_told": drive.told,
-        "counts": drive.counts,
-        "enabled": drive.enabled,
-        "stalled": drive.stalled,
-        "mode": None if drive.mode is None else int(drive.mode.mode),
-        "state": None if drive.state is None else drive.state.name.lower(),
-        "doubled": drive.doubled,
-    }

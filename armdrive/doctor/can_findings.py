@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from armdrive.commissioning.drives import Known
-from armdrive.commissioning.frame_words import Ear
+from armdrive.commissioning.languages import likely
 from armdrive.doctor.can_survey import Survey
 from armdrive.doctor.findings import Finding, note, ok, problem
 from armdrive.transports.can_health import BusHealth, BusState
@@ -24,7 +24,7 @@ RESISTORS = (
 )
 NOBODY = (
     "see that the drives have their motor supply, that H and L are not swapped, and the bit rate "
-    "(CanRate in a drive's menu): `armdrive doctor --can --every-rate` tries all four"
+    "(CanRate in the menu of an MKS drive): `armdrive doctor --can --every-rate` tries all four"
 )
 MOST_SHOWN = 3
 SOME = 2
@@ -40,7 +40,7 @@ def of_listening(heard: Survey, seconds: float, bits_s: int) -> list[Finding]:
     load = f", a load of {bits / seconds / bits_s:.1%}" if bits_s else ""
     what = f"{count} frames passed in {seconds:g} s{load}"
     if heard.commands:
-        ear = Ear()
+        ear = likely(heard.commands).ear()
         shown = "; ".join(ear.hear(each).words for each in heard.commands[:MOST_SHOWN])
         return [
             problem(
@@ -79,27 +79,31 @@ def of_health(health: BusHealth, lost: str = "") -> list[Finding]:
 def of_answers(found: Survey, health: BusHealth, arm: str = "NAME") -> list[Finding]:
     """Say who answered, or why perhaps nobody did."""
     if not found.drives:
-        return [_nobody(found, health)]
+        return [of_nobody(found.asked, health)]
     names = ", ".join(str(each.node) for each in found.drives)
-    asked = _ids(found.asked)
-    findings = [ok(f"of the ids {asked} there answer: {names}")]
+    findings = [ok(f"of the ids {numbers(found.asked)} there answer: {names}")]
     missed = sum(each.missed for each in found.drives)
-    what = (
-        f"{missed} answers came only after a second question, {found.garbled} frames could not be "
-        f"read, {health.error_frames} error frames were seen"
-    )
-    wiring = f"a resistor that is missing, a loose plug or a long stub do that: {RESISTORS}"
-    if missed > SOME or found.garbled or health.error_frames:
-        findings.append(problem(what, wiring))
-    elif missed:
-        findings.append(note(what, f"a busy computer does that too; if it stays, {wiring}"))
+    findings += of_lost(missed, found.garbled, health)
     for each in found.drives:
         findings += of_drive(each, arm)
     return findings
 
 
-def _nobody(found: Survey, health: BusHealth) -> Finding:
-    what = f"nobody answers of the ids {_ids(found.asked)}"
+def of_lost(missed: int, garbled: int, health: BusHealth) -> list[Finding]:
+    """Say what was lost or broken between questions and answers, and what does that."""
+    what = (
+        f"{missed} answers came only after a second question, {garbled} frames could not be "
+        f"read, {health.error_frames} error frames were seen"
+    )
+    wiring = f"a resistor that is missing, a loose plug or a long stub do that: {RESISTORS}"
+    if missed > SOME or garbled or health.error_frames:
+        return [problem(what, wiring)]
+    return [note(what, f"a busy computer does that too; if it stays, {wiring}")] if missed else []
+
+
+def of_nobody(asked: Sequence[int], health: BusHealth) -> Finding:
+    """Say why perhaps nobody answered."""
+    what = f"nobody answers of the ids {numbers(asked)}"
     passive = health.state in (BusState.PASSIVE, BusState.OFF)
     if health.refused or passive:
         return problem(
@@ -161,23 +165,27 @@ def of_drive(drive: Known, arm: str = "NAME") -> list[Finding]:
     return found
 
 
-def of_arm(ids: Sequence[int], drives: Iterable[Known], arm: str) -> list[Finding]:
+def of_arm(
+    ids: Sequence[int], answering: Iterable[int], arm: str, section: str = "mks"
+) -> list[Finding]:
     """Compare who answers with the ids of an arm file."""
-    there = {each.node for each in drives}
+    there = set(answering)
     missing = [node for node in ids if node not in there]
     more = sorted(there - set(ids))
     found = []
     if missing:
         mend = "see its supply and plug"
-        if there and NODE_DEFAULT in there:
+        if NODE_DEFAULT in there and section == "mks":
             mend += f"; a new drive is id 1 whatever it turns: `armdrive can setup {arm}`"
-        found.append(problem(f"the arm file's drives {_ids(missing)} do not answer", mend))
+        found.append(problem(f"the arm file's drives {numbers(missing)} do not answer", mend))
     if more:
-        found.append(note(f"drives {_ids(more)} answer that are not in the arm file's mks.ids", ""))
+        what = f"drives {numbers(more)} answer that are not in the arm file's {section}.ids"
+        found.append(note(what, ""))
     return found or [ok("every drive of the arm file answers, and no other")]
 
 
-def _ids(ids: Sequence[int]) -> str:
+def numbers(ids: Sequence[int]) -> str:
+    """Write ids: a run of them as its ends."""
     numbers = sorted(ids)
     if len(numbers) > 2 and numbers == list(range(numbers[0], numbers[-1] + 1)):
         return f"{numbers[0]} to {numbers[-1]}"

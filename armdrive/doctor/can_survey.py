@@ -1,4 +1,4 @@
-"""Asks a CAN bus politely who is on it: it listens first, then asks each id to tell its position.
+"""Asks a CAN bus of MKS drives politely who is on it: it listens, then asks each id its position.
 
 Nothing but readings is ever sent, one at a time and with pauses; nothing at all while another
 program is heard to command drives.
@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from armdrive.commissioning.acts import Hear, Put, Talk
 from armdrive.commissioning.drives import Known, answer_of, known
+from armdrive.doctor import canopen_survey
 from firmware_protocol.errors import ProtocolError
 from firmware_protocol.frames import Frame
 from firmware_protocol.mks import (
@@ -47,11 +48,11 @@ class Survey:
     garbled: int = 0
 
 
-def listen(seconds: float = LISTEN_S) -> Talk[Survey]:
-    """Hear what passes by itself."""
+def listen(seconds: float = LISTEN_S, master: int | None = None) -> Talk[Survey]:
+    """Hear what passes by itself, whatever is spoken; `master` is a CANopen master's node."""
     heard: tuple[Event, ...] = yield Hear(seconds)
     frames = tuple(each.frame for each in heard if isinstance(each, Foreign))
-    return Survey(frames, tuple(filter(_is_command, frames)))
+    return Survey(frames, tuple(each for each in frames if _is_command(each, master)))
 
 
 def ask_round(ids: Sequence[int] = IDS) -> Talk[Survey]:
@@ -73,9 +74,11 @@ def ask_round(ids: Sequence[int] = IDS) -> Talk[Survey]:
     return Survey(asked=tuple(ids), drives=tuple(found), garbled=garbled)
 
 
-def _is_command(frame: Frame) -> bool:
-    """Tell whether a frame can be nothing but a request to a drive."""
-    return _reads(decode_request, frame) and not _reads(decode_answer, frame)
+def _is_command(frame: Frame, master: int | None) -> bool:
+    """Tell whether a frame can be nothing but a request to a drive, in either protocol."""
+    if _reads(decode_answer, frame):
+        return False
+    return _reads(decode_request, frame) or canopen_survey.is_command(frame, master)
 
 
 def _reads(decode: Callable[[Frame], object], frame: Frame) -> bool:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from armdrive.controllers.teachmover import FIRST_LINE
-from armdrive.recorder import messages_mks
+from armdrive.recorder import messages_can, messages_mks
 from armdrive.recorder.weighing import Message, Splitter, Weight
 from armdrive.wording import armdroid, grbl, wording
 from firmware_protocol import robko01
@@ -162,10 +162,10 @@ TALKS: Mapping[str, Talk] = MappingProxyType(
         ),
         "grbl": Talk(lambda: Lines(b"\r\n", _grbl_message), grbl_answer, grbl.lines),
         "mks": Talk(
-            messages_mks.PackedFrames,
+            lambda: messages_can.PackedFrames(messages_mks.weighed),
             messages_mks.heard,
             messages_mks.sent,
-            messages_mks.shown,
+            messages_can.shown,
         ),
     }
 )

@@ -1,13 +1,11 @@
-"""What drives on a CAN bus say, as messages of a recording: packed frames, and what they mean."""
+"""What MKS drives on a CAN bus say, as messages of a recording: how each is weighed and read."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
+from armdrive.recorder import messages_can
 from armdrive.recorder.weighing import Message, Weight
-from armdrive.wording import wording
 from firmware_protocol.errors import RemoteProtocolError
-from firmware_protocol.frames import Frame, Unpacker, pack
+from firmware_protocol.frames import Frame, pack
 from firmware_protocol.mks import MOTION_CODES, SETTING_CODES, Code
 from firmware_protocol.mks.wire import decode_answer, decode_request
 
@@ -16,18 +14,8 @@ _PASSING = frozenset({*MOTION_CODES, Code.ENCODER, Code.RAW_ENCODER, Code.SPEED,
 """Encoders tremble, and ends of motions are told or not: where drives rest is what has to agree."""
 
 
-class PackedFrames:
-    """Messages that are packed frames."""
-
-    def __init__(self) -> None:
-        self._unpacker = Unpacker()
-
-    def feed(self, data: bytes) -> list[Message]:
-        """Take bytes; return the frames that are whole."""
-        return [_message(frame) for frame in self._unpacker.feed(data)]
-
-
-def _message(frame: Frame) -> Message:
+def weighed(frame: Frame) -> Message:
+    """Return a frame as a message, by its code."""
     data, code = pack(frame), frame.data[:1]
     if code and code[0] in _OF_ITSELF:
         return Message(data, Weight.SELF)
@@ -37,28 +25,13 @@ def _message(frame: Frame) -> Message:
 
 
 def heard(data: bytes) -> object:
-    """Return what one answer means. Raises `RemoteProtocolError`."""
-    return _words(data, _answer)
+    """Return what answers mean. Raises `RemoteProtocolError`."""
+    return messages_can.words(data, lambda frame: (str(frame.can_id), _answer(frame)))
 
 
 def sent(data: bytes) -> object:
     """Return what frames of the host mean. Raises `RemoteProtocolError`."""
-    return _words(data, decode_request)
-
-
-def shown(data: bytes) -> str:
-    """Write frames as `candump` does."""
-    return " ".join(map(str, Unpacker().feed(data)))
-
-
-def _words(data: bytes, read: Callable[[Frame], object]) -> str:
-    """Return what frames mean; drives that are told the same stand together."""
-    told: dict[str, list[str]] = {}
-    for frame in Unpacker().feed(data):
-        told.setdefault(wording(read(frame)), []).append(str(frame.can_id))
-    if not told:
-        raise RemoteProtocolError("no frame")
-    return "; ".join(f"{' '.join(drives)}: {words}" for words, drives in told.items())
+    return messages_can.words(data, lambda frame: (str(frame.can_id), decode_request(frame)))
 
 
 def _answer(frame: Frame) -> object:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import Any
 
-from armdrive.wording import armdroid, grbl, mks, robko01, teachmover
+from armdrive.wording import armdroid, canopen, grbl, mks, robko01, teachmover
 from armdrive.wording.plain import plain
 
 _SENTENCES: Mapping[type, Callable[[Any], str]] = MappingProxyType(
@@ -16,6 +16,7 @@ _SENTENCES: Mapping[type, Callable[[Any], str]] = MappingProxyType(
         **armdroid.SENTENCES,
         **grbl.SENTENCES,
         **mks.SENTENCES,
+        **canopen.SENTENCES,
     }
 )
 """Messages whose plain words would not say what they do."""

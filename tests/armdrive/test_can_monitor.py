@@ -10,8 +10,10 @@ from can_setup_bench import ServedBus
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armdrive.commissioning.frame_words import Check, Ear, Kind
+from armdrive.commissioning.frame_words import Check, Kind
+from armdrive.commissioning.frame_words_mks import MksEar
 from armdrive.transports.url import open_link
+from firmware_protocol.canopen import Heartbeat, NodeState
 from firmware_protocol.frames import Frame, Unpacker, pack
 from firmware_protocol.mks import (
     Code,
@@ -54,7 +56,7 @@ CONVERSATION = (
 
 
 def test_a_conversation_is_told_in_words():
-    ear = Ear()
+    ear = MksEar()
     for frame, kind, words in CONVERSATION:
         said = ear.hear(frame)
         assert said.kind is kind, frame
@@ -63,12 +65,13 @@ def test_a_conversation_is_told_in_words():
 
 
 def test_a_wrong_check_byte_is_told():
-    said = Ear().hear(Frame(1, bytes.fromhex("3133")))
+    said = MksEar().hear(Frame(1, bytes.fromhex("3133")))
     assert said.check is Check.WRONG
     assert "CHECK BYTE WRONG" in said.line(0.0)
     assert said.view(0.25) == {
         "time_s": 0.25,
         "id": 1,
+        "node": 1,
         "frame": "001#3133",
         "kind": "unknown",
         "command": "encoder",
@@ -84,7 +87,7 @@ frames = st.builds(
 
 @given(st.lists(frames, max_size=20))
 def test_nothing_on_a_bus_confuses_the_ear_for_good(noise):
-    ear = Ear()
+    ear = MksEar()
     for frame in noise:
         assert ear.hear(frame).frame == frame
     assert ear.hear(encode(0x7F0, ReadEncoder())).words == "drive 2032: read encoder"
@@ -144,6 +147,29 @@ def test_a_silent_bus_is_explained_and_ends_in_time(call, bus):
     said = call("can", "monitor", bus.beside, "--seconds", "0.1", code=0).out
     assert "An idle bus of drives is silent" in said
     assert call("can", "monitor", bus.beside, "--seconds", "0.1", "--json", code=0).out == ""
+
+
+@needs_pty
+def test_frames_of_another_protocol_are_said_to_be_perhaps_that(call, bus):
+    port, beside = open_link(bus.port, 0), ["can", "monitor", bus.beside, "--count", "2"]
+    ended = threading.Event()
+
+    def speak():
+        while not ended.wait(0.02):
+            port.write(pack(Heartbeat(5, NodeState.OPERATIONAL).frame), 0.0)
+
+    speaking = threading.Thread(target=speak, daemon=True)
+    speaking.start()
+    try:
+        wrong = call(*beside, code=0).out
+        right = call(*beside, "--protocol", "canopen", "--id", "5", code=0).out
+    finally:
+        ended.set()
+        speaking.join()
+        port.close()
+    assert "2 of 2 frames are none of MKS drives: try --protocol canopen" in wrong
+    assert "node 5: heartbeat: operational" in right
+    assert "try" not in right
 
 
 @needs_pty

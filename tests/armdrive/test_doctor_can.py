@@ -87,9 +87,9 @@ def test_two_drives_of_one_id_are_told_and_one_late_answer_is_not():
 
 def test_an_arm_files_drives_are_compared_with_who_answers():
     on = bench()
-    found = on.run(ask_round())
-    assert "and no other" in words(can_findings.of_arm((1, 2, 3, 4, 5, 6), found.drives, "bench"))
-    told = words(can_findings.of_arm((2, 3, 4, 5, 6, 7), found.drives, "bench"))
+    there = [each.node for each in on.run(ask_round()).drives]
+    assert "and no other" in words(can_findings.of_arm((1, 2, 3, 4, 5, 6), there, "bench"))
+    told = words(can_findings.of_arm((2, 3, 4, 5, 6, 7), there, "bench"))
     assert "the arm file's drives 7 do not answer" in told
     assert "`armdrive can setup bench`" in told
     assert "drives 1 answer that are not in the arm file" in told
@@ -174,7 +174,7 @@ ARM = 'model = "minimover5-mks"\n\n[connection]\ndialect = "mks"\nport = "{port}
 
 @pytest.fixture
 def served(tmp_path, monkeypatch):
-    monkeypatch.setattr(doctor_can, "listen", lambda: listen(0.1))
+    monkeypatch.setattr(doctor_can, "listen", lambda **how: listen(0.1, **how))
     bus = ServedBus(tmp_path)
     yield bus
     bus.end()
@@ -208,7 +208,7 @@ def test_nobody_and_a_wrong_bit_rate_are_told_apart_by_trying(call, served):
 
 @needs_pty
 def test_a_bus_on_which_another_program_commands_drives_is_left_alone(call, served, monkeypatch):
-    monkeypatch.setattr(doctor_can, "listen", lambda: listen(0.4))
+    monkeypatch.setattr(doctor_can, "listen", lambda **how: listen(0.4, **how))
     other = open_link(served.beside, 0)
     ended = threading.Event()
 

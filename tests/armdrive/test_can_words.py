@@ -1,0 +1,294 @@
+"""Frames of CANopen drives are told in words, on a bus and in a recording."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from armdrive.commissioning.frame_words import Check, Kind
+from armdrive.commissioning.frame_words_canopen import CanopenEar
+from armdrive.commissioning.languages import LANGUAGES, language_of, likely
+from armdrive.dialects import DIALECTS
+from armdrive.recorder import messages_canopen
+from armdrive.recorder.messages_can import PackedFrames
+from armdrive.recorder.weighing import Weight
+from armdrive.wording.canopen_objects import held_words
+from firmware_protocol.canopen import (
+    ALL_NODES,
+    CONSUMER_HEARTBEAT,
+    CONTROLWORD,
+    DEVICE_TYPE,
+    MODE,
+    POSITION,
+    STATUSWORD,
+    SUPPORTED_MODES,
+    TARGET_POSITION,
+    AbortCode,
+    DataType,
+    Emergency,
+    Heartbeat,
+    Nmt,
+    NmtCommand,
+    NodeState,
+    Place,
+    SdoClient,
+    SdoServer,
+    Service,
+    Sync,
+    cob_id,
+)
+from firmware_protocol.errors import RemoteProtocolError
+from firmware_protocol.frames import Frame, pack
+from firmware_protocol.mks import ReadEncoder, encode
+
+REQUEST, ANSWER, UNKNOWN = Kind.REQUEST, Kind.ANSWER, Kind.UNKNOWN
+NAME = Place(0x1008)
+
+
+def write(node, place, data):
+    return SdoClient(node).download(place, data)
+
+
+def answer(node, place, data):
+    """Return what a server tells that is asked for an object, in one frame or the first of some."""
+    server = SdoServer(node)
+    server.receive_frame(SdoClient(node).upload(place))
+    return server.supply(server.next_event(), data)
+
+
+def refusal(node, place, code):
+    server = SdoServer(node)
+    server.receive_frame(SdoClient(node).upload(place))
+    return server.refuse(server.next_event(), code)
+
+
+def pdo(service, node, text):
+    return Frame(cob_id(service, node), bytes.fromhex(text))
+
+
+CONVERSATION = (
+    (Nmt(NmtCommand.START, ALL_NODES).frame, REQUEST, "all: start: become operational"),
+    (Nmt(NmtCommand.RESET_NODE, 3).frame, REQUEST, "node 3: begin anew"),
+    (Heartbeat(3, NodeState.BOOTING).frame, ANSWER, "node 3: boot-up: it has begun anew"),
+    (Heartbeat(127, NodeState.OPERATIONAL).frame, ANSWER, "node 127: heartbeat: operational"),
+    (Sync().frame, REQUEST, "SYNC"),
+    (Sync(7).frame, REQUEST, "SYNC 7"),
+    (
+        Emergency(2, 0x8611, 0x21).frame,
+        ANSWER,
+        "node 2: EMCY 8611, following error (generic, device profile)",
+    ),
+    (
+        Emergency(2, 0x8130, 0x11, b"\x01" * 5).frame,
+        ANSWER,
+        "EMCY 8130, a heartbeat or life guard is missing (generic, communication), the maker's 01",
+    ),
+    (Emergency(2, 0).frame, ANSWER, "node 2: EMCY 0000, no error any more"),
+    (SdoClient(1).upload(STATUSWORD), REQUEST, "node 1: read 6041:00 Statusword"),
+    (
+        answer(1, STATUSWORD, b"\x37\x06"),
+        ANSWER,
+        "node 1: 6041:00 Statusword: 0637 operation enabled, target reached",
+    ),
+    (
+        write(1, MODE, b"\x08"),
+        REQUEST,
+        "node 1: write 6060:00 Modes of operation: 8, cyclic position",
+    ),
+    (
+        write(1, CONSUMER_HEARTBEAT, (127 << 16 | 200).to_bytes(4, "little")),
+        REQUEST,
+        "node 1: write 1016:01 Consumer heartbeat time: node 127 within 200 ms",
+    ),
+    (
+        write(1, Place(0x1600, 2), bytes.fromhex("08006060")),
+        REQUEST,
+        "node 1: write 1600:02 RPDO1 object 2: 6060:00 Modes of operation, 8 bits",
+    ),
+    (
+        write(1, Place(0x1801, 1), bytes.fromhex("81020080")),
+        REQUEST,
+        "node 1: write 1801:01 TPDO2 COB-ID: 281, switched off",
+    ),
+    (
+        refusal(1, Place(0x60C2, 1), AbortCode.NO_OBJECT),
+        ANSWER,
+        "node 1: 60C2:01 Interpolation time period value given up: there is no such object",
+    ),
+    (answer(1, Place(0x2031, 4), b"\x01\x02"), ANSWER, "node 1: 2031:04: 01 02"),
+    (
+        pdo(Service.RPDO1, 4, "0F 00 08 10 27 00 00"),
+        REQUEST,
+        "node 4: 000F enable operation; mode 8, cyclic position; target 10000",
+    ),
+    (
+        pdo(Service.TPDO1, 4, "37 12 08 F0 D8 FF FF"),
+        ANSWER,
+        "node 4: 1237 operation enabled, follows its targets; mode 8, cyclic position; at -10000",
+    ),
+    (
+        pdo(Service.RPDO1, 4, "3F 00 01 00 00 00 00"),
+        REQUEST,
+        "node 4: 003F enable operation, new set-point, at once; mode 1, profile position; target 0",
+    ),
+    (
+        pdo(Service.TPDO1, 4, "37 22 06 00 00 00 00"),
+        ANSWER,
+        "node 4: 2237 operation enabled, homing failed; mode 6, homing; at 0",
+    ),
+    (pdo(Service.TPDO1, 4, "08 02"), ANSWER, "node 4: 0208 fault"),
+    (pdo(Service.TPDO2, 4, "40 00 00"), ANSWER, "0040 switch on disabled, not remote: it does not"),
+    (pdo(Service.TPDO4, 4, "01 02"), ANSWER, "node 4: TPDO4 01 02"),
+    (Frame(0x183, b"\x01\x02\x03"), ANSWER, "node 3: TPDO1 01 02 03"),
+    (Frame(0x7E5, bytes(8)), UNKNOWN, "not of CANopen's predefined ids (its id)"),
+    (Frame(0x583, b"\x01"), UNKNOWN, "perhaps sdo response: 1 bytes where an SDO frame has 8"),
+    (Frame(0x701, b"\x33"), UNKNOWN, "perhaps heartbeat: node 1 has no state 33"),
+    (Frame(0x123, b"", extended=True), UNKNOWN, "(extended)"),
+    (Frame(5, b"", remote=True), UNKNOWN, "(remote)"),
+)
+
+
+@pytest.mark.parametrize(("frame", "kind", "words"), CONVERSATION)
+def test_a_frame_is_told_in_words(frame, kind, words):
+    said = CanopenEar().hear(frame)
+    assert said.kind is kind
+    assert words in said.words
+    assert said.check is Check.NONE
+    assert str(frame) in said.line(1.5)
+
+
+def test_segments_are_told_with_the_object_that_they_belong_to():
+    client, server, ear = SdoClient(5), SdoServer(5), CanopenEar()
+    frame, said = client.upload(NAME), []
+    for _ in range(6):
+        said.append(ear.hear(frame))
+        reply = server.receive_frame(frame)
+        if (asked := server.next_event()) is not None:
+            reply = server.supply(asked, b"stepper 5")
+        said.append(ear.hear(reply))
+        frame = client.receive_frame(reply)
+        if frame is None:
+            break
+    name = "1008:00 Manufacturer device name"
+    assert [each.words for each in said] == [
+        f"node 5: read {name}",
+        f"node 5: {name}: begins, 9 bytes",
+        f"node 5: the next segment, of {name}",
+        f"node 5: segment 'stepper', of {name}",
+        f"node 5: the next segment, of {name}",
+        f"node 5: segment ' 5', the last, of {name}",
+    ]
+
+
+def test_the_node_of_a_frame_is_told_as_plain_data():
+    view = CanopenEar().hear(pdo(Service.TPDO1, 6, "4002")).view(0.25)
+    assert view == {
+        "time_s": 0.25,
+        "id": 0x186,
+        "node": 6,
+        "frame": "186#4002",
+        "kind": "answer",
+        "command": "tpdo1",
+        "words": "node 6: 0240 switch on disabled",
+        "check": "none",
+    }
+
+
+HELD = (
+    (DEVICE_TYPE, 0x0004_0192, "CiA 402, a drive (stepper)"),
+    (DEVICE_TYPE, 0x0000_0191, "CiA 401, an I/O module"),
+    (DEVICE_TYPE, 0x0000_0123, "CiA 291, a device of a profile that is not known here"),
+    (SUPPORTED_MODES, 0xA1, "profile position, homing, cyclic position"),
+    (Place(0x1001), 0, "no error"),
+    (Place(0x603F), 0x3220, "3220, DC link voltage too low"),
+    (Place(0x605A), 6, "6, by the quick-stop ramp, then it holds"),
+    (Place(0x6007), 3, "3, quick stop"),
+    (MODE, -1, "-1, one of the maker's"),
+    (POSITION, -5, "-5 inc"),
+    (TARGET_POSITION, 7, "7 inc"),
+    (CONTROLWORD, 0x80, "0080 fault reset"),
+)
+
+
+@pytest.mark.parametrize(("place", "value", "words"), HELD)
+def test_what_an_object_holds_is_told_in_words(place, value, words):
+    data = value.to_bytes(4, "little", signed=value < 0)
+    assert held_words(place, data) == words
+
+
+def test_text_and_what_is_too_short_are_told_as_they_are():
+    assert held_words(NAME, b"servo") == "servo"
+    assert held_words(STATUSWORD, b"\x01") == "01"
+    assert held_words(Place(0x2000), b"") == "nothing"
+    assert DataType.U16.size == 2
+
+
+frames = st.builds(
+    Frame, st.integers(0, 0x7FF), st.binary(max_size=8), st.booleans(), st.just(False)
+)
+
+
+@given(st.lists(frames, max_size=20))
+def test_nothing_on_a_bus_confuses_the_ear_for_good(noise):
+    ear = CanopenEar()
+    for frame in noise:
+        said = ear.hear(frame)
+        assert said.frame == frame
+        assert said.words
+    assert ear.hear(Heartbeat(9, NodeState.STOPPED).frame).words == "node 9: heartbeat: stopped"
+
+
+def test_every_dialect_of_a_bus_has_its_language():
+    of_a_bus = {name for name, row in DIALECTS.items() if row.can}
+    assert of_a_bus <= {each.dialect for each in LANGUAGES.values()}
+    assert language_of("cia402").name == "canopen"
+    assert language_of("mks").name == language_of("grbl").name == "mks"
+
+
+def test_the_language_of_some_frames_is_the_one_that_reads_the_most():
+    beat = Heartbeat(5, NodeState.OPERATIONAL).frame
+    assert likely([beat, Sync().frame]).name == "canopen"
+    assert likely([encode(2, ReadEncoder()), beat, encode(3, ReadEncoder())]).name == "mks"
+    assert likely([]).name == "mks"
+
+
+# -- in a recording ------------------------------------------------------------------------------
+
+
+def test_what_is_said_to_several_nodes_alike_stands_together():
+    data = b"".join(pack(pdo(Service.RPDO1, node, "0600")) for node in (1, 2, 3))
+    words = messages_canopen.words(data + pack(Sync().frame))
+    assert words == "1 2 3: 0006 shut down; SYNC"
+    assert messages_canopen.words(pack(Nmt(NmtCommand.STOP).frame)).startswith("all: stop")
+    with pytest.raises(RemoteProtocolError):
+        messages_canopen.words(b"\x01")
+    with pytest.raises(RemoteProtocolError):
+        messages_canopen.words(pack(Frame(0x7E5)))
+
+
+WEIGHTS = (
+    (Heartbeat(1, NodeState.BOOTING).frame, Weight.BANNER),
+    (Heartbeat(1, NodeState.OPERATIONAL).frame, Weight.PASSING),
+    (pdo(Service.TPDO1, 1, "2702"), Weight.PASSING),
+    (answer(1, POSITION, bytes(4)), Weight.PASSING),
+    (answer(1, NAME, b"abc"), Weight.SELF),
+    (answer(1, MODE, b"\x08"), Weight.MOMENT),
+    (refusal(1, MODE, AbortCode.NO_OBJECT), Weight.MOMENT),
+    (Emergency(1, 0x8611).frame, Weight.MOMENT),
+    (Frame(0x7E5), Weight.ANSWER),
+)
+
+
+@pytest.mark.parametrize(("frame", "weight"), WEIGHTS)
+def test_what_can_be_compared_with_a_simulated_drive_is_weighed(frame, weight):
+    (message,) = PackedFrames(messages_canopen.weighed).feed(pack(frame))
+    assert message.weight is weight
+    assert message.data == pack(frame)
+
+
+def test_what_is_weighed_by_its_kind_is_told_apart_by_node_and_object():
+    frames = (answer(1, MODE, b"\x08"), answer(2, MODE, b"\x08"), answer(1, CONTROLWORD, bytes(2)))
+    kinds = {messages_canopen.weighed(frame).kind for frame in frames}
+    assert len(kinds) == 3
+    assert messages_canopen.weighed(answer(1, MODE, b"\x01")).kind in kinds
