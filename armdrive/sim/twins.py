@@ -65,6 +65,12 @@ def _mks() -> TwinKind:
     return KIND
 
 
+def _cia402() -> TwinKind:
+    from armdrive.sim.cia402_twin import KIND
+
+    return KIND
+
+
 TWINS: Mapping[str, Callable[[], TwinKind]] = MappingProxyType(
     {
         "teachmover": _teachmover,
@@ -72,6 +78,7 @@ TWINS: Mapping[str, Callable[[], TwinKind]] = MappingProxyType(
         "armdroid": _armdroid,
         "grbl": _grbl,
         "mks": _mks,
+        "cia402": _cia402,
     }
 )
 """Every dialect that has a simulated device, by its name; the device is imported when asked for."""

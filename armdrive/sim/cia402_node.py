@@ -1,0 +1,230 @@
+"""One simulated CiA 402 drive: what it is, what it knows, and what it says.
+
+What it hears is in `cia402_talk`, its objects in `cia402_objects`, its states in `cia402_states`,
+how it moves in `cia402_course`, and what it watches by itself in `cia402_watch`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from enum import Enum
+
+from armdrive.sim.cia402_pdos import Pdos
+from armdrive.sim.cia402_places import COMMUNICATION, SERIAL_NUMBER
+from armdrive.sim.cia402_point import ServoPoint
+from armdrive.sim.limit_switch import LimitSwitch
+from armdrive.sim.shafts import ShaftDrive
+from firmware_protocol.canopen import (
+    Dictionary,
+    DriveDevice,
+    DriveState,
+    Happening,
+    NmtNode,
+    ObjectStore,
+    OperationMode,
+    Place,
+    SdoServer,
+)
+from firmware_protocol.frames import Frame, pack
+
+
+class Homing(Enum):
+    """How far a drive has come on its way home."""
+
+    NONE = "not begun, or broken off"
+    SEEKING = "on its way to its switch"
+    LEAVING = "on its way off its switch"
+    DONE = "home"
+    FAILED = "failed"
+
+    @property
+    def searches(self) -> bool:
+        """Whether it is on its way."""
+        return self in (Homing.SEEKING, Homing.LEAVING)
+
+    @property
+    def given_up(self) -> Homing:
+        """What is left of it when it is broken off."""
+        return Homing.DONE if self is Homing.DONE else Homing.NONE
+
+
+@dataclass(frozen=True, slots=True)
+class Habits:
+    """What CiA 402 leaves to the maker; `cia402_twin.KIND` says what each means."""
+
+    modes: frozenset[OperationMode]
+    extrapolates: bool = False
+    limits: bool = False
+    keeps_position: bool = False
+    answer_s: float = 0.0005
+    boot_s: float = 0.5
+    reset_s: float = 0.02
+
+
+class Node:
+    """A drive on the motor of its index. Its owner calls `cia402_watch` when time has passed."""
+
+    def __init__(
+        self,
+        index: int,
+        number: int,
+        dictionary: Dictionary,
+        drive: ShaftDrive[ServoPoint],
+        switch: LimitSwitch,
+        habits: Habits,
+    ) -> None:
+        self.index = index
+        self.number = number
+        """Its node id."""
+        self.dictionary = dictionary
+        self.drive = drive
+        self.switch = switch
+        self.habits = habits
+        self.powered = self.plugged = True
+        self.mute = False
+        self.withheld = False
+        """Whether it does not say that a target is reached."""
+        self.ailing: set[int] = set()
+        """Error codes of what is wrong with it until somebody mends it."""
+        self.zero = drive.shafts[index]
+        self.said: list[bytes] = []
+        """What its owner has to bring to the bus."""
+        self.store = self._stored(number)
+        self._forget()
+
+    def _stored(self, number: int) -> ObjectStore:
+        store = ObjectStore(self.dictionary, number)
+        if self.dictionary.find(SERIAL_NUMBER):
+            store.set(SERIAL_NUMBER, self.index + 1)
+        return store
+
+    def _forget(self) -> None:
+        """Know nothing of what was before the firmware began."""
+        self.machine = DriveDevice()
+        self.machine.happen(Happening.INITIALISED)
+        self.mode: int = OperationMode.NONE
+        self.boots_s = -math.inf
+        self.homing = Homing.NONE
+        self.goal = 0
+        """Where the last set-point leads, as it counts."""
+        self.ends = False
+        """Whether something waits for the end of a motion."""
+        self.switch_s = math.inf
+        """When the set-point comes to where the switch changes, as far as that is minded."""
+        self.waits = False
+        """Whether the set-point has come to its end, and the shaft has not."""
+        self.astray_s = math.inf
+        """Since when the shaft has been farther from its set-point than the window."""
+        self.astray = False
+        """Whether that has been a fault."""
+        self.limited = False
+        """Whether a target was cut off at a software limit."""
+        self.watch_stops = 0
+        """How often the silence of its master has made it react."""
+        self._forget_talk()
+
+    def _forget_talk(self) -> None:
+        self.nmt, self.sdo = NmtNode(self.number), SdoServer(self.number)
+        self.pdos = Pdos(self.store, self.dictionary)
+        self.beat_s = math.inf
+        """When its next heartbeat is due."""
+        self.silent_s = math.inf
+        """When its master's silence is too long; infinity until that has been heard once."""
+        self.forsaken = False
+        """Whether its master has been silent for too long."""
+
+    # What it is.
+
+    @property
+    def answer_s(self) -> float:
+        """How long it takes to have a frame ready."""
+        return self.habits.answer_s
+
+    @property
+    def point(self) -> ServoPoint:
+        """Its set-point."""
+        return self.drive.rack.each[self.index]
+
+    @property
+    def shaft(self) -> int:
+        """Where its shaft is."""
+        return self.drive.shafts[self.index]
+
+    @property
+    def counts(self) -> int:
+        """Where it says that its shaft is."""
+        return self.shaft - self.zero
+
+    @property
+    def holding(self) -> bool:
+        """Whether its motor has current."""
+        return self.drive.holding[self.index]
+
+    @property
+    def booting(self) -> bool:
+        """Whether its communication has not begun yet."""
+        return self.boots_s > -math.inf
+
+    @property
+    def state(self) -> DriveState:
+        """What its state machine says."""
+        return self.machine.state
+
+    @property
+    def enabled(self) -> bool:
+        """Whether it does what it is told."""
+        return self.machine.state is DriveState.ENABLED
+
+    def number_of(self, place: Place, default: int) -> int:
+        """Return what an object holds; the default where there is none, or nothing in it."""
+        value = self.store.value(place) if self.dictionary.find(place) else None
+        return default if value is None else int(value)
+
+    def keep(self, place: Place, value: int) -> None:
+        """Have an object hold a number, if there is such an object."""
+        if self.dictionary.find(place):
+            self.store.set(place, value)
+
+    # What it says.
+
+    def say(self, frames: Iterable[Frame | None]) -> None:
+        """Have frames brought to the bus."""
+        if self.powered and self.plugged and not self.mute:
+            self.said += [pack(frame) for frame in frames if frame is not None]
+
+    # Power.
+
+    def fall_silent(self, now_s: float) -> None:
+        """Lose power or be reset: the shaft is free, and all that was under way is forgotten."""
+        self.drive.release((self.index,), now_s)
+        self.said.clear()
+        self.renew()
+
+    def renew(self) -> None:
+        """Know nothing but what it is."""
+        self.store = self._stored(self.number)
+        self._forget()
+
+    def begin(self, now_s: float) -> None:
+        """Begin, the power having come: it takes a while until it says so."""
+        self.boots_s = now_s + self.habits.boot_s
+        if not self.habits.keeps_position:
+            self.zero = self.shaft
+
+    def restart(self, now_s: float) -> None:
+        """Begin anew, as after a loss of power."""
+        self.fall_silent(now_s)
+        self.begin(now_s)
+
+    def renew_talk(self, number: int, now_s: float) -> None:
+        """Have the communication begin anew, perhaps with another node id; the motor goes on."""
+        before = self.store
+        self.number, self.store = number, self._stored(number)
+        for entry in self.dictionary:
+            value = before.value(entry.place)
+            if value is not None and entry.place.index not in COMMUNICATION:
+                self.store.set(entry.place, value)
+        self._forget_talk()
+        self.boots_s = now_s + self.habits.reset_s

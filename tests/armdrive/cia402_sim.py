@@ -1,0 +1,192 @@
+"""A small master on a simulated bus of CiA 402 drives: it asks, and lets simulated time pass."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+from armdrive.armfile import ArmConfig
+from armdrive.armsections import Connection, HomingSettings
+from armdrive.sim.cia402 import SimCia402
+from armdrive.sim.cia402_places import dictionary
+from armdrive.sim.twin import Twin, make_twin
+from firmware_protocol.canopen import (
+    CONSUMER_HEARTBEAT,
+    CONTROLWORD,
+    EVERY_SYNC,
+    MODE,
+    MODE_SHOWN,
+    POSITION,
+    STATUSWORD,
+    TARGET_POSITION,
+    Aborted,
+    Command,
+    Controlword,
+    Direction,
+    Heartbeat,
+    HeartbeatWatch,
+    Mapping,
+    Nmt,
+    NmtCommand,
+    NodeState,
+    OperationMode,
+    PdoSetup,
+    Place,
+    SdoClient,
+    Statusword,
+    Sync,
+    Uploaded,
+)
+from firmware_protocol.frames import Frame, Unpacker, pack
+from kinematics import preset
+
+IDS = (1, 2, 3, 4, 5, 6)
+TURN = 10_000
+MASTER = 127
+SHORT_S = 0.01
+"""Longer than any answer takes."""
+PERIOD_S = 0.01
+OBJECTS = dictionary()
+ORDER = Mapping.of_objects(OBJECTS, CONTROLWORD, MODE, TARGET_POSITION)
+STATE = Mapping.of_objects(OBJECTS, STATUSWORD, MODE_SHOWN, POSITION)
+QUICK_STOP = Controlword.of(Command.QUICK_STOP).value
+ENABLE = Controlword.of(Command.ENABLE_OPERATION).value
+PP, HOMING, CSP = (
+    OperationMode.PROFILE_POSITION,
+    OperationMode.HOMING,
+    OperationMode.CYCLIC_POSITION,
+)
+
+
+def arm_config(homing: HomingSettings | None = None, **cia402: Any) -> ArmConfig:
+    """Return an arm on six drives; `cia402` is what its file's section says."""
+    device = SimpleNamespace(**({"ids": IDS} | cia402))
+    wire = Connection(dialect="cia402", port="", baud=500_000)
+    model = preset("minimover5-cia402")
+    return ArmConfig("bench", model.title, model, wire, device=device, homing=homing)
+
+
+def setups(node: int, transmission: int = EVERY_SYNC) -> tuple[PdoSetup, PdoSetup]:
+    """Return the two PDOs that carry all of a motion."""
+    return (
+        PdoSetup(Direction.RECEIVED, 1, node, ORDER, transmission),
+        PdoSetup(Direction.TRANSMITTED, 1, node, STATE, transmission),
+    )
+
+
+class Bench:
+    """The twin of an arm, and a master at the other end of its bus."""
+
+    def __init__(
+        self, *, config: ArmConfig | None = None, saved: object = None, **settings: Any
+    ) -> None:
+        self.twin: Twin = make_twin(config or arm_config(), saved, **settings)
+        assert isinstance(self.twin.device, SimCia402)
+        self.device: SimCia402 = self.twin.device
+        self.world = self.twin.world
+        self.link = self.twin.link
+        self.now_s = 0.0
+        self.heard: list[tuple[float, Frame]] = []
+        self._clients = {node: SdoClient(node) for node in range(1, 127)}
+        self._unpacker = Unpacker()
+
+    # Time and frames.
+
+    def send(self, frame: Frame) -> None:
+        """Put a frame on the bus."""
+        self.link.write(pack(frame), self.now_s)
+
+    def run(self, seconds: float = SHORT_S) -> list[Frame]:
+        """Let time pass; return what was heard meanwhile."""
+        end_s, before = self.now_s + seconds, len(self.heard)
+        while self.link.next_s() <= end_s:
+            self.now_s = max(self.now_s, self.link.next_s())
+            self._read()
+        self.now_s = end_s
+        self._read()
+        return [frame for _, frame in self.heard[before:]]
+
+    def tell(self, frame: Frame, seconds: float = SHORT_S) -> list[Frame]:
+        """Put a frame on the bus and return what is heard soon after."""
+        self.send(frame)
+        return self.run(seconds)
+
+    def _read(self) -> None:
+        for frame in self._unpacker.feed(self.link.read(self.now_s)):
+            self.heard.append((self.now_s, frame))
+
+    # SDO.
+
+    def read(self, node: int, place: Place) -> Any:
+        """Ask for an object; returns its value, or the code of the abort."""
+        ended = self._sdo(node, self._clients[node].upload(place))
+        if isinstance(ended, Uploaded):
+            return OBJECTS.find(place).type.unpack(ended.data, exact=False)
+        return ended.code if isinstance(ended, Aborted) else ended
+
+    def write(self, node: int, place: Place, value: int) -> Any:
+        """Write an object; returns None, or the code of the abort."""
+        data = OBJECTS.find(place).type.pack(value)
+        ended = self._sdo(node, self._clients[node].download(place, data))
+        return ended.code if isinstance(ended, Aborted) else None
+
+    def _sdo(self, node: int, request: Frame | None) -> Any:
+        client = self._clients[node]
+        while request is not None:
+            answers = [each for each in self.tell(request, 0.003) if each.can_id == 0x580 + node]
+            if not answers:
+                client.abandon()
+                return None
+            request = client.receive_frame(answers[-1])
+        return client.next_event()
+
+    # Drives.
+
+    def set_up(self, *nodes: int, transmission: int = EVERY_SYNC) -> None:
+        """Have drives talk by SYNC, and be operational."""
+        for node in nodes:
+            for number in (2, 3):
+                self.write(node, Place(0x1800 + number - 1, 1), 1 << 31 | 0x181)
+            for setup in setups(node, transmission):
+                for write in setup.writes:
+                    assert self.write(node, write.place, write.value) is None
+            assert self.write(node, Place(0x60C2, 1), 10) is None
+            self.send(Nmt(NmtCommand.START, node).frame)
+        self.run()
+
+    def order(self, node: int, word: int, mode: int, target: int) -> None:
+        """Hand an order over, to be acted on at the next SYNC."""
+        self.send(Frame(0x200 + node, ORDER.pack((word, mode, target))))
+
+    def sync(self, seconds: float = PERIOD_S) -> dict[int, tuple[Statusword, int, int]]:
+        """Let the drives act; return what each said of itself: statusword, mode, position."""
+        told = {}
+        for frame in self.tell(Sync().frame, seconds):
+            if 0x181 <= frame.can_id <= 0x1FF:
+                value, mode, position = STATE.unpack(frame.data)
+                told[frame.can_id - 0x180] = (Statusword(value), mode, position)
+        return told
+
+    def state(self, node: int) -> Statusword:
+        """Ask a drive what it is."""
+        return Statusword(self.read(node, STATUSWORD))
+
+    def enable(self, *nodes: int, mode: int = CSP) -> None:
+        """Bring drives to operation enabled, where they stand."""
+        for node in nodes:
+            assert self.write(node, MODE, mode) is None
+            self.write(node, TARGET_POSITION, self.read(node, POSITION))
+            for command in (Command.SHUT_DOWN, Command.SWITCH_ON, Command.ENABLE_OPERATION):
+                assert self.write(node, CONTROLWORD, command.word) is None
+
+    def beat(self) -> None:
+        """Say that the master is alive."""
+        self.send(Heartbeat(MASTER, NodeState.OPERATIONAL).frame)
+
+    def watch(self, node: int, ms: int) -> None:
+        """Have a drive mind the master's silence."""
+        assert self.write(node, CONSUMER_HEARTBEAT, HeartbeatWatch(MASTER, ms).value) is None
+
+    def count(self, node: int) -> int:
+        """Ask a drive where it is."""
+        return int(self.read(node, POSITION))
