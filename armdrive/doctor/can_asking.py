@@ -103,6 +103,7 @@ PROTOCOLS: Mapping[str, Protocol] = MappingProxyType(
             CANOPEN_MAX,
             connects=False,
             next="armdrive config new NAME --template minimover5-cia402 --port '{port}'",
+            hint="",
             ask=_ask_canopen,
         ),
         "mks": Protocol(
@@ -111,6 +112,8 @@ PROTOCOLS: Mapping[str, Protocol] = MappingProxyType(
             MKS_MAX,
             connects=True,
             next="armdrive can setup NAME --port '{port}'",
+            hint="`armdrive can setup NAME --port '{port}'` does more: it writes the arm file, and "
+            "sets the drives up and tries them one by one",
             ask=_ask_mks,
         ),
     }

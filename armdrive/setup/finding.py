@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from armdrive.commissioning.acts import Ask
     from armdrive.interview.draft import LinkFile, Surroundings
 
-CAN_DIALECT = "mks"
-
 
 @dataclass(frozen=True, slots=True)
 class Candidate:
@@ -92,8 +90,10 @@ def probe(port: str) -> Found:
 def _asked(address: CanAddress) -> Found:
     """Listen on a bus, then ask every id who it is, unless somebody else commands its drives."""
     from armdrive.commissioning.carrier import Carrier
-    from armdrive.doctor.can_findings import of_answers, of_listening
-    from armdrive.doctor.can_survey import LISTEN_S, ask_round, listen
+    from armdrive.doctor.can_asking import PROTOCOLS, ask_bus
+    from armdrive.doctor.can_findings import of_listening, of_nobody
+    from armdrive.doctor.can_survey import IDS, LISTEN_S, listen
+    from armdrive.doctor.canopen_survey import heard_nodes
     from armdrive.doctor.carrying import RealClock
     from armdrive.transports.can_link import open_can_link
 
@@ -104,14 +104,14 @@ def _asked(address: CanAddress) -> Found:
     if heard.commands:
         return Found(str(address), lines_of(told))
     with closing(open_can_link(str(address))) as link:
-        answered = Carrier(link, RealClock(), Nobody()).run(ask_round())
-        told = [*told, *of_answers(answered, link.health)]
-    if answered.drives:
-        setup = (
-            f"`armdrive can setup NAME --port '{address}'` does more: it writes the arm file, and"
-        )
-        told.append(note(f"{setup} sets the drives up and tries them one by one"))
-    return Found(str(address), lines_of(told), CAN_DIALECT if answered.drives else "")
+        answers = ask_bus(link, RealClock(), IDS, heard_nodes(heard.passing))
+        told += [finding for each in answers for finding in each.findings(link.health, "NAME")]
+        if not any(each.there for each in answers):
+            told.append(of_nobody(IDS, link.health))
+    found = next((PROTOCOLS[each.protocol] for each in answers if each.drives), None)
+    if found is not None and found.hint:
+        told.append(note(found.hint.format(port=address)))
+    return Found(str(address), lines_of(told), found.dialect if found is not None else "")
 
 
 class Nobody:

@@ -1,0 +1,301 @@
+"""A CANopen bus is asked politely who is on it, and what is answered is told in words."""
+
+from __future__ import annotations
+
+import pytest
+from can_setup_bench import Bench
+from canopen_nodes import NAME, Device, NodesBus
+
+from armdrive.commissioning.carrier import SimulatedClock
+from armdrive.doctor import can_findings, canopen_findings
+from armdrive.doctor.can_asking import PROTOCOLS, Answers, ask_bus, carried, spared
+from armdrive.doctor.can_survey import Survey
+from armdrive.doctor.can_survey import listen as listening
+from armdrive.doctor.canopen_survey import (
+    QUESTIONS,
+    SERIAL,
+    VENDOR,
+    ask_nodes,
+    heard_nodes,
+    is_command,
+)
+from armdrive.doctor.findings import any_problem
+from armdrive.transports.can_health import BusHealth
+from armdrive.transports.can_timing import frame_bits
+from firmware_protocol.canopen import (
+    DEVICE_TYPE,
+    ERROR_CODE,
+    ERROR_REGISTER,
+    NODE_MAX,
+    POSITION,
+    STATUSWORD,
+    SUPPORTED_MODES,
+    DriveState,
+    Heartbeat,
+    Nmt,
+    NmtCommand,
+    NodeState,
+    SdoClient,
+    Service,
+    StatusBit,
+    Statusword,
+    Sync,
+    cob_id,
+)
+from firmware_protocol.errors import ProtocolError
+from firmware_protocol.frames import Frame, pack
+from firmware_protocol.mks import Foreign, ReadVersion, decode_request
+
+ALL_MODES = 0xA1
+HEALTHY = Statusword.of(DriveState.DISABLED, StatusBit.REMOTE).value
+
+
+def drive(number, **values):
+    """Return a drive with nothing wrong; `values` are what it holds otherwise, by name."""
+    places = {
+        "kind": DEVICE_TYPE, "name": NAME, "serial": SERIAL, "vendor": VENDOR, "at": POSITION,
+        "status": STATUSWORD, "modes": SUPPORTED_MODES, "error": ERROR_CODE,
+        "register": ERROR_REGISTER,
+    }  # fmt: skip
+    usual = {"name": "a stepper", "serial": 100 + number, "status": HEALTHY, "modes": ALL_MODES}
+    return Device(number).has({places[key]: value for key, value in (usual | values).items()})
+
+
+def survey(bus, ids=range(1, 7), heard=None):
+    return carried(ask_nodes(tuple(ids), heard or {}), bus, SimulatedClock())
+
+
+def words(findings):
+    return "\n".join(f"{each.grade.value} {each.what} | {each.mend}" for each in findings)
+
+
+def told(*devices, heard=None, health=None):
+    bus = NodesBus(*devices)
+    found = survey(bus, [each.number for each in devices], heard)
+    return words(canopen_findings.of_answers(found, health or BusHealth(), "bench"))
+
+
+# The survey.
+
+
+def test_nothing_but_objects_are_read_and_everybody_is_found():
+    bus = NodesBus(*(drive(number) for number in (1, 2, 5)))
+    before = [each.store.value(POSITION) for each in bus.devices]
+    found = survey(bus)
+    assert found.there == (1, 2, 5)
+    assert {each.can_id & 0x780 for each in bus.said} == {0x600}
+    assert {each.data[0] for each in bus.said} <= {0x40, 0x60, 0x70}  # uploads, segments of them
+    assert [each.store.value(POSITION) for each in bus.devices] == before
+    assert not any(each.doubled or each.missed for each in found.nodes)
+    assert found.garbled == 0
+
+
+def test_what_a_drive_tells_of_itself_is_told_in_words():
+    said = told(drive(3, vendor=0xAB, at=-500))
+    assert "of the nodes 3 there answer: 3 (CANopen)" in said
+    assert "node 3: CiA 402, a drive (stepper), called a stepper, vendor 000000AB" in said
+    assert "serial number 103" in said
+    assert "node 3: 0240 switch on disabled, mode 0, none, at -500, can do profile position" in said
+    assert "problem" not in said
+    assert "note" not in said
+
+
+@pytest.mark.parametrize(
+    ("values", "sentence"),
+    [
+        ({"status": 0x0208, "error": 0x8611}, "problem node 4: fault: error 8611, following error"),
+        ({"status": 0x020F, "error": 0x2310}, "problem node 4: fault: error 2310, continuous over"),
+        ({"register": 0x08}, "note node 4: it remembers without an error code (temperature)"),
+        ({"kind": 0x0191}, "note node 4: no CiA 402 drive (CiA 401, an I/O module)"),
+        ({"modes": 0x21}, "note node 4: without cyclic position its arm moves in bursts"),
+        ({"modes": 0x80}, "problem node 4: it has no profile position"),
+    ],
+)
+def test_what_is_wrong_with_a_node_is_told(values, sentence):
+    said = told(drive(4, **values))
+    assert sentence in said
+    assert said.count("problem") + said.count("note") == 1
+
+
+def test_what_a_device_does_not_have_is_told_and_no_more_is_made_of_it():
+    lacking = Device(2, missing=frozenset({SUPPORTED_MODES, POSITION, NAME}))
+    found = survey(NodesBus(lacking), (2,))
+    (node,) = found.nodes
+    assert node.refused[SUPPORTED_MODES] == "there is no such object"
+    assert not node.name
+    said = words(canopen_findings.of_answers(found, BusHealth()))
+    assert "6064:00 Position actual value is not told" in said
+    assert "it does not tell which modes it has" in said
+
+
+def test_nodes_that_were_only_heard_are_told_with_what_they_say():
+    heard = {9: NodeState.STOPPED, 20: NodeState.OPERATIONAL}
+    bus = NodesBus(Device(9, NodeState.STOPPED))
+    found = survey(bus, (1,), heard)
+    assert found.asked == (1, 9, 20)
+    assert found.there == ()
+    said = words(canopen_findings.of_answers(found, BusHealth()))
+    assert "problem node 9: stopped (NMT)" in said
+    assert "problem node 20: says heartbeats, and answers no question" in said
+
+
+def test_two_devices_of_one_number_are_told_and_one_repeated_frame_is_not():
+    twins = (drive(3, serial=7, at=1), drive(3, serial=8, at=2))
+    assert "problem node 3: two devices have this number" in told(*twins)
+    repeated = []
+
+    def once(frame):  # an answer that comes twice, one time
+        if frame.data[1:4] == SERIAL.packed and len(repeated) < 1:
+            repeated.append(frame)
+            bus._coming.append((0.0, pack(Frame(0x583, b"\x43" + SERIAL.packed + bytes(4)))))
+        return False
+
+    bus = NodesBus(drive(3), lose=once)
+    assert not survey(bus, (3,)).nodes[0].doubled
+
+
+def test_answers_that_get_lost_are_asked_for_again_and_counted():
+    count = iter(range(10_000))
+    bus = NodesBus(drive(1), lose=lambda _: next(count) % 4 == 3)
+    (node,) = survey(bus, (1,)).nodes
+    assert node.missed
+    assert len(node.objects) == len(QUESTIONS)
+    lost = words(canopen_findings.of_answers(survey(bus, (1,)), BusHealth(error_frames=2)))
+    assert "answers came only after a second question" in lost
+    assert "resistor" in lost
+
+
+def test_a_server_that_begins_a_transfer_without_end_is_not_told_so_by_an_abort():
+    bus = NodesBus(drive(1, name="x" * 60), lose=lambda frame: frame.data[0] in (0x60, 0x70))
+    (node,) = survey(bus, (1,)).nodes
+    assert not node.name
+    assert 0x80 not in {each.data[0] for each in bus.said}
+
+
+def test_the_bus_is_not_loaded_by_being_asked():
+    bus, clock = NodesBus(*(drive(number) for number in range(1, 7))), SimulatedClock()
+    carried(ask_nodes(tuple(range(1, 128))), bus, clock)
+    bits = 2.2 * sum(map(frame_bits, bus.said))  # questions, and answers of the same length
+    assert bits / clock.now_s() < 0.05 * 500_000
+    assert clock.now_s() < 15.0
+
+
+# What may be asked on whose bus.
+
+
+def test_what_is_read_of_canopen_can_command_no_mks_drive():
+    for node in range(1, NODE_MAX + 1):
+        bus = NodesBus(drive(node))
+        survey(bus, (node,))
+        for frame in bus.said:
+            try:
+                assert isinstance(decode_request(frame), ReadVersion)
+            except ProtocolError:
+                continue
+
+
+def test_ids_that_mean_something_to_canopen_are_not_asked_as_mks_drives():
+    ids = (1, 127, 128, 0x201, 0x601)
+    there = [Answers("canopen", (1,), (1,))]
+    assert spared(ids, [], {}) == list(ids)
+    assert spared(ids, there, {}) == [1, 127]
+    assert spared(ids, [], {5: NodeState.OPERATIONAL}) == [1, 127]
+    assert cob_id(Service.SYNC) == 128
+
+
+def test_a_bus_without_an_arm_file_is_asked_in_every_protocol():
+    answers = ask_bus(NodesBus(drive(1), drive(2)), SimulatedClock(), (1, 2, 0x201))
+    assert [each.protocol for each in answers] == ["canopen", "mks"]
+    assert [each.there for each in answers] == [(1, 2), ()]
+    assert answers[1].asked == (1, 2)
+    on = Bench(factory=False)
+    on.device.plug_drive(0, True)
+    line = on.twin.link.line
+    line.send = type(line).send.__get__(line)  # nobody looks that all is of the MKS protocol
+    answers = ask_bus(on.twin.link, SimulatedClock(), (1,))
+    assert [each.there for each in answers] == [(), (1,)]
+
+
+def test_an_arm_files_bus_is_asked_as_that_says_and_otherwise_where_nobody_answers():
+    bus = NodesBus(drive(1))
+    assert [each.protocol for each in ask_bus(bus, SimulatedClock(), (1,), {}, "cia402")] == [
+        "canopen"
+    ]
+    answers = ask_bus(bus, SimulatedClock(), (1,), {}, "mks")
+    assert [(each.protocol, each.there) for each in answers] == [("mks", ()), ("canopen", (1,))]
+    assert {row.dialect for row in PROTOCOLS.values()} == {"mks", "cia402"}
+
+
+@pytest.mark.parametrize(
+    ("frame", "commands"),
+    [
+        (Nmt(NmtCommand.START).frame, True),
+        (Sync().frame, True),
+        (Frame(0x201, bytes(7)), True),
+        (SdoClient(3).upload(POSITION), True),
+        (Heartbeat(127, NodeState.OPERATIONAL).frame, True),
+        (Heartbeat(3, NodeState.OPERATIONAL).frame, False),
+        (Frame(0x183, bytes(7)), False),
+        (Frame(0x583, bytes(8)), False),
+        (Frame(0x083, bytes(8)), False),
+        (Frame(0x7F0), False),
+    ],
+)
+def test_a_masters_frames_are_known(frame, commands):
+    assert is_command(frame, 127) is commands
+
+
+def test_a_bus_that_a_canopen_master_commands_is_left_alone_and_it_is_quoted():
+    frame = Nmt(NmtCommand.START).frame
+    findings = can_findings.of_listening(Survey((frame,), (frame,)), 1.0, 500_000)
+    assert any_problem(findings)
+    assert "another program commands drives (all: start: become operational)" in words(findings)
+    beats = (Heartbeat(3, NodeState.OPERATIONAL).frame, Heartbeat(4, NodeState.STOPPED).frame)
+    assert heard_nodes((*beats, Sync().frame)) == {
+        3: NodeState.OPERATIONAL, 4: NodeState.STOPPED
+    }  # fmt: skip
+    assert not any_problem(can_findings.of_listening(Survey(beats), 1.0, 500_000))
+
+
+def test_listening_knows_the_masters_beat():
+    talk = listening(0.1, master=127)
+    next(talk)
+    frames = (Heartbeat(127, NodeState.OPERATIONAL).frame, Heartbeat(3, NodeState.STOPPED).frame)
+    with pytest.raises(StopIteration) as ended:
+        talk.send(tuple(Foreign(each) for each in frames))
+    assert ended.value.value.commands == frames[:1]
+
+
+# Against an arm file, and as plain data.
+
+
+def test_an_arm_files_drives_are_compared_with_who_answers():
+    found = survey(NodesBus(drive(1), drive(2, kind=0x0191)), (1, 2))
+    said = words(canopen_findings.of_arm((1, 2), found))
+    assert "problem node 2 of the arm file is no CiA 402 drive (CiA 401, an I/O module)" in said
+    assert "cia402.ids" in said
+    assert not canopen_findings.of_arm((1,), found)
+    said = words(can_findings.of_arm((1, 3), found.there, "bench", "cia402"))
+    assert "the arm file's drives 3 do not answer" in said
+    assert "can setup" not in said
+    assert "drives 2 answer that are not in the arm file's cia402.ids" in said
+
+
+def test_a_node_is_told_as_plain_data():
+    (node,) = survey(NodesBus(drive(6, at=12, vendor=5)), (6,), {6: NodeState.OPERATIONAL}).nodes
+    assert canopen_findings.view(node) == {
+        "id": 6,
+        "protocol": "canopen",
+        "answers": True,
+        "profile": 402,
+        "device": "CiA 402, a drive (stepper)",
+        "name": "a stepper",
+        "identity": [5, 0, 0, 106],
+        "nmt": "operational",
+        "state": "disabled",
+        "mode": 0,
+        "counts": 12,
+        "error": 0,
+        "doubled": False,
+        "refused": {},
+    }
