@@ -54,7 +54,8 @@ class Protocol:
     """One row: how a bus is asked in it, by ids up to `most`.
 
     `connects` tells that connecting to such an arm sets nothing, so that its settings may be
-    compared unasked; `next` is what to do with drives that no arm file has.
+    compared unasked; `next` is the command for drives that no arm file has, and `hint` what is
+    said of it to who makes such a file otherwise.
     """
 
     name: str
@@ -62,6 +63,7 @@ class Protocol:
     most: int
     connects: bool
     next: str
+    hint: str
     ask: Callable[[Link, Clock, Sequence[int], Heard], Answers]
 
 
