@@ -6,7 +6,6 @@ python-can's Notifier ends at the first error (hardbyte/python-can issues 907, 1
 from __future__ import annotations
 
 import contextlib
-import errno
 import threading
 import time
 from collections import deque
@@ -14,7 +13,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from armdrive.transports.can_health import BusState, of_error_frame, of_status
-from armdrive.transports.can_refusals import number_of
+from armdrive.transports.can_refusals import gone_words
 from armdrive.transports.can_watch import Tells
 from firmware_protocol.frames import Frame
 
@@ -30,7 +29,6 @@ STATE_S = 0.2
 PAUSE_S = 0.01
 """After an error, so that a driver that fails at once does not keep a core busy."""
 MOST_FRAMES = 4096
-_GONE = frozenset({errno.ENODEV, errno.ENXIO, errno.EIO, errno.ENETDOWN, errno.EBADF})
 _MOST_BYTES = 8
 
 
@@ -107,10 +105,9 @@ class Reader:
         if self._watch.ended.is_set():
             return
         self._watch.count(read_errors=1)
-        why = str(error.__cause__ or error)
-        if number_of(error) in _GONE or "disconnected" in why:
-            self._watch.lose(f"its adapter has gone, or its interface is down ({why})")
-        self._watch.lasting("reading", f"it cannot be read ({why})")
+        if gone := gone_words(error):
+            self._watch.lose(gone)
+        self._watch.lasting("reading", f"it cannot be read ({error.__cause__ or error})")
         self._watch.ended.wait(PAUSE_S)
 
     def _ask(self) -> None:

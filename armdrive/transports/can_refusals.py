@@ -16,6 +16,7 @@ NET = Path("/sys/class/net")
 CAN_TYPE = "280"
 """What the kernel calls a network interface that is a CAN bus (ARPHRD_CAN)."""
 _UP = 0x1
+_GONE = frozenset({errno.ENODEV, errno.ENXIO, errno.EIO, errno.ENETDOWN, errno.EBADF})
 SLCAN_OR_NOT = (
     "A CANable with slcan firmware is a serial port: can:slcan:/dev/ttyACM0?bitrate=500000; one "
     "with candleLight firmware is none: can:socketcan:can0 on Linux, can:gs_usb:0?bitrate=500000 "
@@ -120,6 +121,14 @@ def number_of(error: BaseException) -> int | None:
             if isinstance(number, int):
                 return number
     return None
+
+
+def gone_words(error: BaseException) -> str:
+    """Say that an adapter has gone, or its interface went down; nothing of any other error."""
+    why = str(error.__cause__ or error)
+    if number_of(error) not in _GONE and "disconnected" not in why:
+        return ""
+    return f"its adapter has gone, or its interface is down ({why})"
 
 
 def causes(error: BaseException | None) -> Iterator[BaseException]:

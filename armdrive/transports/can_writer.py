@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
 from armdrive.transports.can_health import BusState, not_heard
-from armdrive.transports.can_refusals import number_of
+from armdrive.transports.can_refusals import gone_words, number_of
 from armdrive.transports.can_watch import Tells
 
 if TYPE_CHECKING:
@@ -35,6 +35,7 @@ ASK_AGAIN_S = 1.0
 """An adapter that knows no status may refuse the question too: it is not asked in a circle."""
 MOST_FRAMES = 256
 """More wait for a bus only where it has stopped."""
+REFUSES = "the adapter refuses frames: nobody acknowledges them, or it has restarted"
 _FULL = frozenset({errno.ENOBUFS, errno.EAGAIN, errno.ETIMEDOUT})
 
 
@@ -143,7 +144,7 @@ class Writer:
 
     def _failed(self, error: Exception, waited_s: float) -> None:
         if not _is_full(error):
-            self._watch.lose(f"it cannot be written to ({error})")
+            self._watch.lose(gone_words(error) or f"it cannot be written to ({error})")
         elif waited_s > PATIENCE_S - SEND_S:
             self._watch.lose(not_heard(f"its transmit buffer stays full: {error}"))
         else:
@@ -159,7 +160,7 @@ class Writer:
         if not self._tells.refusing:
             self._watch.settled("refused")
         elif more:
-            self._watch.lasting("refused", not_heard("the adapter refuses frames"))
+            self._watch.lasting("refused", not_heard(REFUSES))
         troubled = self._watch.health.state is not BusState.ACTIVE  # so it does know a status
         again_s = LOOK_S if troubled else ASK_AGAIN_S
         if (more or troubled) and self._clock() - self._asked_s > again_s:

@@ -1,0 +1,228 @@
+"""The way to the drives ends in mid-motion: it is said, the arm stands, it is mended on the spot.
+
+In real time, by the links of real adapters: an interface of the kernel, and an adapter with slcan
+firmware.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+import os
+import re
+import sys
+import threading
+import time
+
+import can
+import pytest
+from can_kernel_bus import Interface
+from served import PATIENCE_S, until
+
+from armdrive import Arm
+from armdrive.connecting import simulated_config
+from armdrive.errors import LinkLost, NoAnswer, PortUnavailable
+from armdrive.sim.run import make_server, run_device
+from armdrive.sim.twin import make_device
+from armdrive.status import State, Trust
+from armdrive.transports import can_refusals
+
+needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+GOAL = {"base_deg": 60, "shoulder_deg": 60, "elbow_deg": -60}
+UNDER_WAY = 2000
+QUIET_S = 0.2
+LOOK_S = 0.01
+
+
+def in_motion(arm, world):
+    """Take the arm for referenced where it is, and have it on its way; return the motion."""
+    arm.enable()
+    arm.declare_posture(world.joints, opening_mm=world.opening_mm)
+    stood = world.motors
+    motion = arm.move_j(wait=False, speed=0.5, **GOAL)
+    until(lambda: (world.motors - stood).largest > UNDER_WAY)
+    return motion
+
+
+def comes_to_rest(world):
+    """Wait until the arm has stood for a while; return where."""
+    stood, since_s = world.motors, time.monotonic()
+    while time.monotonic() < since_s + QUIET_S:
+        threading.Event().wait(LOOK_S)
+        if world.motors != stood:
+            stood, since_s = world.motors, time.monotonic()
+    return stood
+
+
+def ends(arm, motion, world, tip, error, code, words):
+    """Check that it ended in words, stands within what was announced, and trusts nothing."""
+    most_mm = arm.status.silent_distance_mm
+    with pytest.raises(error, match=words):
+        motion.wait(PATIENCE_S)
+    assert arm.status.error_code == code
+    assert re.search(words, arm.status.error), arm.status.error
+    comes_to_rest(world)
+    assert math.dist(tip, world.tip) <= most_mm
+    assert world.joints.deg["base"] < GOAL["base_deg"] - 1.0
+    assert arm.status.trust is Trust.SUSPECT
+    assert arm.status.state is (State.DISCONNECTED if error is LinkLost else State.ERROR_STOP)
+
+
+def goes_on(arm, world):
+    """Do what a person does next, in the same program; nothing moves before it is asked to."""
+    stood = comes_to_rest(world)
+    if arm.status.state is State.DISCONNECTED:
+        arm.reconnect()
+    if arm.status.state is State.ERROR_STOP:  # not where the program has connected anew
+        arm.reset()
+    arm.enable()
+    assert comes_to_rest(world) == stood
+    arm.declare_posture(world.joints, opening_mm=world.opening_mm)
+    arm.move_j(base_deg=arm.joints.deg["base"] + 2.0)
+    assert world.motors != stood
+    assert (comes_to_rest(world) - arm.status.acknowledged).largest <= 8
+    assert arm.status.trust is Trust.REFERENCED
+
+
+# -- an interface of the kernel -------------------------------------------------------------------
+
+
+@pytest.fixture
+def can0(monkeypatch):
+    """An interface of the kernel with drives on it; `armdrive` finds it where it finds such."""
+    interface = Interface()
+    monkeypatch.setattr(can, "Bus", interface.open)
+    there = lambda *_: {"can0": interface.up} if interface.there else {}  # noqa: E731
+    monkeypatch.setattr(can_refusals, "can_interfaces", there)
+    yield interface
+    interface.end()
+
+
+def test_an_interface_that_is_taken_down_ends_a_motion_and_is_found_when_it_is_up(can0):
+    world = can0.device.world
+    with Arm.connect("can:socketcan:can0", dialect="mks") as arm:
+        motion = in_motion(arm, world)
+        can0.down()
+        ends(arm, motion, world, world.tip, LinkLost, "E407", "interface is down")
+        with pytest.raises(PortUnavailable, match=r"sudo ip link set can0 up type can bitrate"):
+            arm.reconnect()
+        assert arm.status.state is State.DISCONNECTED
+        can0.bring_up()
+        goes_on(arm, world)
+
+
+def test_an_interface_that_is_down_as_an_order_is_sent_says_the_same(can0):
+    """The thread that speaks may be told of it before the one that hears."""
+    world = can0.device.world
+    with Arm.connect("can:socketcan:can0", dialect="mks") as arm:
+        motion = in_motion(arm, world)
+        can0.down(heard=False)
+        ends(arm, motion, world, world.tip, LinkLost, "E407", "interface is down")
+        can0.bring_up()
+        goes_on(arm, world)
+
+
+def test_an_interface_whose_adapter_is_unplugged_is_found_when_it_is_back(can0):
+    world = can0.device.world
+    with Arm.connect("can:socketcan:can0", dialect="mks") as arm:
+        motion = in_motion(arm, world)
+        can0.remove()
+        ends(arm, motion, world, world.tip, LinkLost, "E407", "adapter has gone")
+        with pytest.raises(PortUnavailable, match="no CAN interface can0"):
+            arm.reconnect()
+        can0.bring_up()
+        goes_on(arm, world)
+
+
+# -- an adapter with slcan firmware ---------------------------------------------------------------
+
+
+class SerialBus:
+    """Drives behind a serial adapter in a thread of this process."""
+
+    def __init__(self, path) -> None:
+        self.server = make_server(slcan=path)
+        self.device = make_device(simulated_config("mks"))
+        self.port = self.server.can_address
+        self._out = io.StringIO()
+        ear, self._mouth = os.pipe()
+        self._thread = threading.Thread(
+            target=run_device, args=(self.device, self.server, ear, self._out), daemon=True
+        )
+        self._thread.start()
+
+    def say(self, line: str) -> None:
+        """Give a command of the console, and wait for its answer."""
+        count = self._out.getvalue().count("\n")
+        os.write(self._mouth, line.encode() + b"\n")
+        until(lambda: self._out.getvalue().count("\n") > count)
+
+    def restart(self, *, mute: bool) -> None:
+        """Have the adapter restart, its USB port left as it is: its channel is closed."""
+        self.server.adapter.restart()
+        self.server.adapter.faults.mute = mute
+
+    def hang(self, on: bool) -> None:
+        """Have the adapter hang, or be well."""
+        self.server.adapter.faults.dead = on
+
+    def end(self) -> None:
+        """End the simulation."""
+        os.write(self._mouth, b"quit\n")
+        self._thread.join(PATIENCE_S)
+        os.close(self._mouth)
+
+
+@pytest.fixture
+def bus(tmp_path):
+    served = SerialBus(tmp_path / "can0")
+    yield served
+    served.end()
+
+
+@needs_pty
+def test_a_serial_adapter_that_is_unplugged_ends_a_motion_and_is_found_again(bus):
+    world = bus.device.world
+    with Arm.connect(bus.port, dialect="mks") as arm:
+        motion = in_motion(arm, world)
+        bus.say("fault unplug")
+        ends(arm, motion, world, world.tip, LinkLost, "E407", "gone|lost")
+        with pytest.raises(PortUnavailable):
+            arm.reconnect()
+        bus.say("fault replug")
+        goes_on(arm, world)
+
+
+@needs_pty
+def test_a_serial_adapter_whose_channel_is_closed_ends_a_motion_and_is_opened_again(bus):
+    world = bus.device.world
+    with Arm.connect(bus.port, dialect="mks") as arm:
+        motion = in_motion(arm, world)
+        bus.restart(mute=False)
+        ends(arm, motion, world, world.tip, LinkLost, "E407", "refuses frames: .* restarted")
+        goes_on(arm, world)
+
+
+@needs_pty
+def test_a_serial_adapter_that_hangs_ends_a_motion_and_goes_on_when_it_is_well(bus):
+    world = bus.device.world
+    with Arm.connect(bus.port, dialect="mks") as arm:
+        motion = in_motion(arm, world)
+        bus.hang(True)
+        ends(arm, motion, world, world.tip, NoAnswer, "E502", "answer")
+        bus.hang(False)
+        goes_on(arm, world)
+
+
+@needs_pty
+def test_an_adapter_that_closes_its_channel_and_never_says_so_is_opened_by_connecting_anew(bus):
+    """A CANable's first firmware refuses no frame: what it drops looks like drives that are off."""
+    world = bus.device.world
+    with Arm.connect(bus.port, dialect="mks") as arm:
+        motion = in_motion(arm, world)
+        bus.restart(mute=True)
+        ends(arm, motion, world, world.tip, NoAnswer, "E502", "answer")
+        with pytest.raises(NoAnswer):
+            arm.reset()
+    with Arm.connect(bus.port, dialect="mks") as arm:
+        goes_on(arm, world)
