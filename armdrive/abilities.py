@@ -32,7 +32,8 @@ class Abilities:
     puts on the wire (budget.py). `register_bits` is the width at which position registers wrap;
     `ramp_s` and `jerk_s` are how gently planned motion begins and ends by default. `program_rows`
     is how many rows of a program of its own it can keep at most; 0: it keeps none. `inputs` is how
-    many digital inputs it tells.
+    many digital inputs it tells. `beats` says that it speaks unasked, again and again: its line is
+    never quiet, and what it answers names its question.
     """
 
     motors: int
@@ -55,3 +56,4 @@ class Abilities:
     jerk_s: float = 0.0
     program_rows: int = 0
     inputs: int = 0
+    beats: bool = False

@@ -106,6 +106,18 @@ def _mks(config: ArmConfig) -> Controller:
     return MksController(DIALECTS["mks"].abilities, config)
 
 
+def _cia402_settings() -> type[Any]:
+    from armdrive.controllers.cia402_settings import Cia402Settings
+
+    return Cia402Settings
+
+
+def _cia402(config: ArmConfig) -> Controller:
+    from armdrive.controllers.cia402 import Cia402Controller
+
+    return Cia402Controller(DIALECTS["cia402"].abilities, config)
+
+
 DIALECTS: Mapping[str, Dialect] = MappingProxyType(
     {
         "teachmover": Dialect(
@@ -285,6 +297,44 @@ DIALECTS: Mapping[str, Dialect] = MappingProxyType(
             ),
             settings=_mks_settings,
             controller=_mks,
+            can=True,
+        ),
+        "cia402": Dialect(
+            name="cia402",
+            title="CiA 402 drives",
+            preset="minimover5-cia402",
+            baud=500_000,
+            raise_dtr=False,
+            quick_stop="The switch of the motors' supply is the quicker stop: the arm sags then.",
+            torque=Torque(
+                disable="sags: every drive switches its motor off",
+                estop="is held: the drives brake on their quick-stop ramps and hold",
+                power_loss="sags, and most drives count from zero afterwards",
+                closed_port="is held: the drives miss the heartbeat, brake if they move, and hold",
+            ),
+            abilities=Abilities(
+                motors=6,
+                coordinated=True,
+                abort=Abort.RAMP,
+                queued_segments=3,
+                speed_mode_with_watchdog=False,
+                reports_while_moving=True,
+                own_homing=True,
+                resets_on_open=False,
+                check_bytes=True,
+                current=Switching.BOTH,
+                grip_switch=False,
+                pendant=False,
+                jog_burst_s=0.15,
+                planned_burst_s=0.3,
+                traffic=Traffic(line_chars=80, answer_chars=74),
+                register_bits=32,
+                ramp_s=0.15,
+                jerk_s=0.05,
+                beats=True,
+            ),
+            settings=_cia402_settings,
+            controller=_cia402,
             can=True,
         ),
     }

@@ -140,27 +140,38 @@ _MINIMOVER = replace(
     "of 193.7 mm). Steps, limits, speeds and guards are the TeachMover's, of the same mechanics.",
 )
 
-_COUNTS_PER_TURN = 16384
-"""Of the encoder on the shaft of a closed-loop drive (MKS SERVO42D, 57D)."""
-_ENCODER_COUNTS = cable_transmission(
-    base=50 * _COUNTS_PER_TURN / math.tau,
-    shoulder=50 * _COUNTS_PER_TURN / math.tau,
-    elbow=40 * _COUNTS_PER_TURN / math.tau,
-    wrist=20 * _COUNTS_PER_TURN / math.tau,
-    gripper=2400.0,
-)
+
+def _drives_on_shafts(per_turn: int, per_mm: float) -> Transmission:
+    """Return the mechanics with drives on the motors' shafts: their counts a turn, and per mm."""
+    gears = {"base": 50, "shoulder": 50, "elbow": 40, "wrist": 20}
+    per_rad = {name: gear * per_turn / math.tau for name, gear in gears.items()}
+    return cable_transmission(**per_rad, gripper=per_mm)
+
 
 _MINIMOVER_MKS = replace(
     _MINIMOVER,
     key="minimover5-mks",
     title="Mini-mover on MKS drives",
-    transmission=_ENCODER_COUNTS,
+    transmission=_drives_on_shafts(16384, 2400.0),
     grip_steps_per_n=_GRIP_STEPS_PER_N * 2400.0 / (371 / MM_PER_INCH),
     verified=False,
     notes="A template: the Mini-mover's mechanics with a closed-loop drive on each motor's shaft, "
     "its steps the counts of their encoders. Nobody sells it: gears of 50, 50, 40 and 20 to 1 and "
     "the gripper's 2400 counts per mm stand in for those of your arm; limits, speeds and the "
     "reference posture are the Mini-mover's.",
+)
+
+_MINIMOVER_CIA402 = replace(
+    _MINIMOVER,
+    key="minimover5-cia402",
+    title="Mini-mover on CiA 402 drives",
+    transmission=_drives_on_shafts(10_000, 1500.0),
+    grip_steps_per_n=_GRIP_STEPS_PER_N * 1500.0 / (371 / MM_PER_INCH),
+    verified=False,
+    notes="A template: the Mini-mover's mechanics with a CANopen drive on each motor's shaft, its "
+    "steps the increments in which the drives count, 10,000 a turn. Nobody sells it: gears of 50, "
+    "50, 40 and 20 to 1 and the gripper's 1500 increments per mm stand in for those of your arm; "
+    "limits, speeds and the reference posture are the Mini-mover's.",
 )
 
 _ALPHA2 = replace(
@@ -208,7 +219,15 @@ _ARMDROID1 = replace(
 PRESETS: Mapping[str, ArmPreset] = MappingProxyType(
     {
         preset.key: preset
-        for preset in (_MINIMOVER, _TEACHMOVER, _ALPHA2, _ROBKO01, _ARMDROID1, _MINIMOVER_MKS)
+        for preset in (
+            _MINIMOVER,
+            _TEACHMOVER,
+            _ALPHA2,
+            _ROBKO01,
+            _ARMDROID1,
+            _MINIMOVER_MKS,
+            _MINIMOVER_CIA402,
+        )
     }
 )
 """The arms this room knows by name."""

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from armdrive.abilities import Abilities
 from armdrive.controllers.controller import Stopping
-from armdrive.controllers.mks_bursts import MksBursts, trapezoid_s
+from armdrive.controllers.mks_bursts import MksBursts
 from armdrive.controllers.mks_compare import MksComparing
 from armdrive.controllers.mks_homing import MksHoming
 from armdrive.controllers.mks_ramps import COUNTS_S_PER_RPM, slope_of
@@ -31,6 +31,7 @@ from armdrive.controllers.requests import (
     Request,
     SwitchOn,
 )
+from armdrive.controllers.trapezoid import trapezoid_s
 from armdrive.errors import ArmFileError, Refused
 from armdrive.transports.can_address import is_can
 from firmware_protocol.mks import SPEED_MAX_RPM, Ability

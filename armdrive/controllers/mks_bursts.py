@@ -47,16 +47,6 @@ def speeds_rpm(steps: Motors, rate_hz: float) -> tuple[int, ...]:
     return tuple(max(1, math.ceil(busiest * abs(count) / largest - 1e-9)) for count in steps)
 
 
-def trapezoid_s(way: float, speed: float, slope: float) -> float:
-    """Return how long a way takes from rest to rest, at most this fast, by ramps of a slope."""
-    if not way:
-        return 0.0
-    if math.isinf(slope):
-        return way / speed
-    peak = min(speed, math.sqrt(way * slope))
-    return way / peak + peak / slope if peak >= speed else 2.0 * way / peak
-
-
 class MksBursts(MksMotion):
     """Drives one burst at a time."""
 

@@ -80,7 +80,8 @@ class Asking:
             heard_s = self.engine.heard_s
             if attempt and isinstance(reply, Registers):
                 yield from self.quiet()
-            if isinstance(reply, Registers) and heard_s == self.engine.heard_s:
+            alone = heard_s == self.engine.heard_s or self._beats
+            if isinstance(reply, Registers) and alone:
                 self.looked_s = self.now_s
                 if mute and not reply.positions.largest:
                     self.core.learn(Evidence.SILENT, self.now_s)  # it may have begun anew
@@ -91,13 +92,23 @@ class Asking:
         )
 
     def quiet(self) -> Flow[None]:
-        """Wait until nothing has been heard for a while, and forget what was."""
+        """Wait until nothing has been heard for a while, and forget what was.
+
+        Of a device whose line is never quiet, as long as late answers take.
+        """
         since_s = self.now_s
-        while self.now_s < (end_s := max(since_s, self.engine.heard_s) + QUIET_S):
+        while self.now_s < (end_s := self._quiet_from_s(since_s) + QUIET_S):
             if self.stopping:
                 break
             yield Until(end_s)
         self.engine.controller.forget()
+
+    def _quiet_from_s(self, since_s: float) -> float:
+        return since_s if self._beats else max(since_s, self.engine.heard_s)
+
+    @property
+    def _beats(self) -> bool:
+        return self.core.controller.abilities.beats
 
     def read(self) -> Flow[Motors]:
         """Read the registers; return how far they are from the acknowledged ones.

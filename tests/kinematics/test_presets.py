@@ -25,6 +25,7 @@ def test_every_arm_has_its_published_lengths(key, lengths):
 def test_the_table_holds_exactly_these_arms_and_cannot_be_changed():
     assert list(PRESETS) == [
         "minimover5", "teachmover", "alpha2", "robko01", "armdroid1", "minimover5-mks",
+        "minimover5-cia402",
     ]  # fmt: skip
     with pytest.raises(TypeError):
         PRESETS["mine"] = preset("teachmover")

@@ -1,0 +1,208 @@
+"""The driver's end of CiA 402 drives on a CANopen bus: neutral requests to frames and back.
+
+Position is what the drives' encoders tell. Sources: CiA 301 (CANopen) and CiA 402-2
+(IEC 61800-7-201, the drive profile).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from armdrive.abilities import Abilities
+from armdrive.controllers import cia402_setup as setup
+from armdrive.controllers.cia402_compare import Cia402Comparing
+from armdrive.controllers.cia402_cycle import Script
+from armdrive.controllers.cia402_profile import BESIDE, TOP_HZ
+from armdrive.controllers.cia402_settings import CYCLIC
+from armdrive.controllers.controller import Stopping
+from armdrive.controllers.requests import (
+    Alert,
+    AlertKind,
+    ClearFault,
+    DropCurrent,
+    HomeDevice,
+    MendSetting,
+    MoveAlong,
+    MoveBy,
+    ReadPosition,
+    ReadSettings,
+    Request,
+    SwitchOn,
+)
+from armdrive.errors import ArmFileError, Refused
+from armdrive.transports.can_address import is_can
+from firmware_protocol.canopen import OperationMode
+from kinematics.spaces import Motors
+
+if TYPE_CHECKING:
+    from armdrive.armfile import ArmConfig
+    from armdrive.controllers.cia402_settings import Cia402Settings
+    from kinematics.transmission import Transmission
+
+HOST_S = 0.03
+"""What an operating system, an adapter and a bus with other traffic may add to a frame's way."""
+LEAST_HZ = 1.0
+AHEAD = 3
+"""So many segments are known ahead: the drives hold the last target alone."""
+SEEN_TURNS = 8
+"""So many turns pass at most until it is seen that a drive stands, and it is taken back."""
+
+
+class Cia402Controller(Cia402Comparing):
+    """The drives of one arm, seen from the driver."""
+
+    def __init__(self, abilities: Abilities, config: ArmConfig) -> None:
+        settings: Cia402Settings = config.device
+        transmission = config.model.transmission
+        port = config.connection.port
+        if port and not is_can(port):
+            raise Refused(
+                f"{port} is no CAN adapter, and these drives are on a CAN bus: write the port as "
+                "can:slcan:/dev/ttyACM0?bitrate=500000, or see `armdrive ports`"
+            )
+        if config.gripper.kind in ("servo", "output"):
+            raise Refused(
+                f'gripper.kind is "{config.gripper.kind}", which no drive commands: let a '
+                'drive move the fingers ("stepper"), or nothing ("none")'
+            )
+        if transmission is None:
+            raise ArmFileError("no motor steps are known of this arm: give steps_per_turn")
+        count = len(transmission.motors)
+        if len(settings.ids) < count:
+            raise ArmFileError(
+                f"cia402.ids names {len(settings.ids)} drives, but the arm has {count} motors"
+            )
+        methods = settings.homing_methods[:count]
+        settings = replace(settings, ids=settings.ids[:count], homing_methods=methods)
+        cycle_ms = setup.period_ms(settings, count, config.connection.baud)
+        names = (motor.name for motor in transmission.motors)
+        super().__init__(replace(abilities, motors=count), settings, names, cycle_ms / 1000.0)
+        self._measure(config, transmission)
+        self.choose(frozenset((OperationMode.CYCLIC_POSITION,)))
+
+    def _measure(self, config: ArmConfig, transmission: Transmission) -> None:
+        """Work out how fast, how far and by what ramps the motors turn."""
+        speeds = (*config.model.joint_speeds_rad_s, config.model.gripper_speed_mm_s)
+        self.fastest_hz = max(
+            math.fsum(abs(share * speed) for share, speed in zip(row, speeds, strict=False))
+            for row in transmission.matrix
+        )
+        spans = [(one.low_rad, one.high_rad) for one in config.model.arm.limits]
+        spans.append(config.model.gripper_range_mm)
+        self.ranges = tuple(
+            math.fsum(abs(a) * (high - low) for a, (low, high) in zip(row, spans, strict=False))
+            for row in transmission.matrix
+        )
+        self.ramp_hz_s = self.fastest_hz / self.settings.ramp_s
+        self.quick_slope = self.fastest_hz / self.settings.quick_stop_s
+
+    def choose(self, modes: frozenset[OperationMode]) -> None:
+        """Give targets cyclically where every drive and the arm file let us, else send bursts."""
+        wanted = OperationMode.CYCLIC_POSITION
+        cyclic = self.settings.strategy == CYCLIC and wanted in modes
+        self.resting_mode = wanted if cyclic else OperationMode.PROFILE_POSITION
+        self.abilities = replace(self.abilities, queued_segments=AHEAD if cyclic else 0)
+
+    def script(self, request: Request) -> Script:
+        """Carry out a request; the first one makes contact with the drives before it."""
+        if not isinstance(request, _KNOWN):
+            raise Refused(f"CiA 402 drives know no {type(request).__name__}")
+        return self._reported(request)
+
+    def _reported(self, request: Request) -> Script:
+        """Carry it out, and tell what was found to be wrong meanwhile."""
+        reply = yield from self._script_of(request)
+        for drive in self.drives:
+            self.report(drive)
+        return reply
+
+    def _script_of(self, request: Request) -> Script:
+        if not self.contacted and (hindrance := (yield from self.contact())) is not None:
+            return hindrance
+        match request:
+            case MoveBy(steps, rate_hz, let_go):
+                return (yield from self.burst(steps, rate_hz, let_go))
+            case MoveAlong():
+                return (yield from self.drive_along(request))
+            case ReadPosition():
+                return (yield from self._read())
+            case ReadSettings():
+                return (yield from self.compare())
+            case MendSetting(line):
+                return (yield from self.mend(line))
+            case SwitchOn():
+                return (yield from self.switch_on())
+            case DropCurrent():
+                return (yield from self.switch_off())
+            case HomeDevice(groups):
+                return (yield from self.home(groups))
+            case _:
+                return (yield from self.clear())
+
+    def _read(self) -> Script:
+        """Read every position; a drive that holds, and is not where it should be, is told of."""
+        began_s = self.now_s
+        if missing := (yield from self.look()):
+            return self.absence(missing, began_s)
+        for drive in self.drives:
+            if self.on and not drive.near(self.settings.rest_window):
+                self.tell(Alert(AlertKind.ASTRAY, self.beside(drive).text))
+                drive.rest()
+        return self.registers()
+
+    # -- what the engine calls ----------------------------------------------------------------
+
+    def begin(self, request: Request, now_s: float) -> None:
+        """Take up a request; nothing that was asked before is waited for any more."""
+        if not self.busy:
+            self.give_up()
+        super().begin(request, now_s)
+
+    # -- numbers ------------------------------------------------------------------------------
+
+    def usable_rate_hz(self, rate_hz: float) -> float:
+        """Return any rate that can be written; the drives are as fast as their motors."""
+        return max(min(rate_hz, TOP_HZ), LEAST_HZ)
+
+    def duration_s(self, steps: float, rate_hz: float) -> float:
+        """Return how long so many steps take from rest to rest."""
+        return self.lasts_s(steps, self.usable_rate_hz(rate_hz))
+
+    def stopping(self, burst_s: float) -> Stopping:
+        """Return a quick stop and what passes before it; without a host, the missing heartbeat."""
+        ramp_s, begun_s = self.settings.quick_stop_s, HOST_S + 2.0 * self.cycle_s
+        beats_ms = self.settings.heartbeat_ms + self.settings.beat_ms
+        silent_s = HOST_S + beats_ms / 1000.0
+        if not self.abilities.queued_segments:
+            silent_s = min(silent_s, burst_s + HOST_S)
+        return Stopping(
+            begun_s + ramp_s + SEEN_TURNS * self.cycle_s,
+            begun_s + ramp_s / 2.0,
+            silent_s + ramp_s,
+            silent_s + ramp_s / 2.0,
+        )
+
+    def strays_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:  # noqa: ARG002
+        """Bound how far a drive is beside the straight way: of a burst, by whole numbers."""
+        if self.abilities.queued_segments:
+            return (0.0,) * len(steps)
+        return tuple(BESIDE if count else 0.0 for count in steps)
+
+    def unwrap(self, registers: Motors, near: Motors) -> Motors:
+        """Take a drive that was found within reach of where it was left for being there still.
+
+        A closed loop holds within some increments. Positions of 32 bits do not wrap on an arm.
+        """
+        reach = self.settings.rest_window
+        return Motors(
+            drive.found_near(there, reach) if count == drive.place else count
+            for drive, count, there in zip(self.drives, registers, near, strict=True)
+        )
+
+
+_KNOWN = (
+    MoveBy, MoveAlong, ReadPosition, ReadSettings, MendSetting, SwitchOn, DropCurrent, HomeDevice,
+    ClearFault,
+)  # fmt: skip

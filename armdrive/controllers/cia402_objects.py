@@ -1,0 +1,174 @@
+"""Reading and writing objects of several drives at once, one after the other in each.
+
+What does not come within the time is asked for again: frames can be lost, and to read or to write
+an object twice does no harm. A late answer to the try before is then as good as that to the next.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+from armdrive.controllers.cia402_bus import Heard
+from armdrive.controllers.cia402_drive import Drive
+from armdrive.controllers.cia402_hearing import Cia402Hearing
+from armdrive.controllers.requests import Denied, Silence
+from firmware_protocol.canopen import (
+    STANDARD,
+    Aborted,
+    DataType,
+    Place,
+    Uploaded,
+    Write,
+    abort_words,
+)
+
+TRIES = 3
+"""How often something that may be said twice is said."""
+PATIENT_S = 0.25
+"""How much longer than any other the last answer to that is waited for."""
+
+
+@dataclass(frozen=True, slots=True)
+class Read:
+    """An object to be read."""
+
+    place: Place
+
+
+Job: TypeAlias = Read | Write
+
+
+@dataclass(slots=True)
+class Lane:
+    """What is to be done with one drive, and what came of it.
+
+    `values` are those that were read; `refused` what it refused, with its code. It is `mute` where
+    it did not answer; the rest was not asked of it then.
+    """
+
+    drive: Drive
+    jobs: Sequence[Job]
+    values: dict[Place, int] = field(default_factory=dict)
+    refused: dict[Place, int] = field(default_factory=dict)
+    mute: bool = False
+    lenient: bool = False
+    """Whether what is behind a write that was refused is asked all the same."""
+    done: int = 0
+    tries: int = 0
+    until_s: float = 0.0
+
+    @property
+    def over(self) -> bool:
+        """Whether nothing is left to be asked."""
+        return self.mute or self.done >= len(self.jobs)
+
+
+Lanes: TypeAlias = Generator[float, Heard | None, Mapping[int, Lane]]
+
+
+class Cia402Objects(Cia402Hearing):
+    """Transfers objects."""
+
+    def transfer(
+        self, jobs: Mapping[int, Sequence[Job]], *, tries: int = TRIES, lenient: bool = False
+    ) -> Lanes:
+        """Do for each drive what is asked, by its node number; all drives at the same time."""
+        lanes = {
+            node: Lane(self._by_node[node], each, lenient=lenient) for node, each in jobs.items()
+        }
+        for node in lanes:
+            self.say(self.bus.abandon(node))
+            self.answers.pop(node, None)
+        for lane in lanes.values():
+            self._ask(lane, tries)
+        while open_lanes := [lane for lane in lanes.values() if not lane.over]:
+            until_s = min(lane.until_s for lane in open_lanes)
+            nodes = {lane.drive.node for lane in open_lanes}
+            yield from self.wait(until_s, lambda nodes=nodes: not nodes.isdisjoint(self.answers))  # type: ignore[misc]
+            for lane in open_lanes:
+                self._go_on(lane, tries)
+        return lanes
+
+    def everywhere(self, *jobs: Job, lenient: bool = False) -> Lanes:
+        """Do the same for every drive."""
+        return self.transfer({drive.node: jobs for drive in self.drives}, lenient=lenient)
+
+    def _ask(self, lane: Lane, tries: int) -> None:
+        if lane.over:
+            return
+        node, job = lane.drive.node, lane.jobs[lane.done]
+        if isinstance(job, Read):
+            self.say(self.bus.upload(node, job.place))
+        else:
+            self.say(self.bus.download(node, job.place, job.data))
+        lane.tries += 1
+        patient_s = PATIENT_S if lane.tries == tries > 1 else 0.0
+        lane.until_s = self.now_s + self.settings.answer_s + patient_s
+
+    def _go_on(self, lane: Lane, tries: int) -> None:
+        """Take an answer, or say it again where none came in time."""
+        node, answer = lane.drive.node, self.answers.pop(lane.drive.node, None)
+        if answer is None:
+            if self.now_s < lane.until_s:
+                return
+            self.say(self.bus.abandon(node))
+            if lane.tries >= tries:
+                lane.mute = True
+                return
+        else:
+            self._take(lane, answer)
+        self._ask(lane, tries)
+
+    def _take(self, lane: Lane, answer: object) -> None:
+        job = lane.jobs[lane.done]
+        match answer:
+            case Uploaded(place, data, exact):
+                lane.values[place] = value_of(place, data, exact=exact)
+            case Aborted(place, code):
+                lane.refused[place] = code
+        lane.done, lane.tries = lane.done + 1, 0
+        if job.place in lane.refused and isinstance(job, Write) and not lane.lenient:
+            lane.done = len(lane.jobs)  # what comes behind a write builds upon it
+
+    # -- words --------------------------------------------------------------------------------
+
+    def missing(self, lanes: Mapping[int, Lane], since_s: float) -> Silence | Denied | None:
+        """Say which drives did not answer; None where all did."""
+        mute = [lane.drive for lane in lanes.values() if lane.mute]
+        return self.absence(mute, since_s) if mute else None
+
+    def absence(self, drives: Sequence[Drive], since_s: float) -> Silence | Denied:
+        """Say that drives do not answer; silence where it is all of them."""
+        if len(drives) == len(self.drives):
+            return self.silence(since_s)
+        return Denied(self.absent_words(drives), moved=False)
+
+    def absent_words(self, drives: Sequence[Drive]) -> str:
+        """Say which drives do not answer, and what to look at."""
+        named = ", ".join(map(str, drives))
+        verb = "does" if len(drives) == 1 else "do"
+        return (
+            f"{named} {verb} not answer, while others on the bus do: check that it has power, "
+            "that its CAN plug sits, and that its node number and bit rate are those of the arm "
+            "file (`armdrive doctor --can`)"
+        )
+
+
+def refusal_words(lane: Lane, place: Place, remedy: str = "") -> str:
+    """Say that a drive refused an object, which, and why."""
+    entry = STANDARD.find(place)
+    name = f" ({entry.name.lower()})" if entry is not None else ""
+    why = abort_words(lane.refused[place])
+    return f"{lane.drive} refused object {place}{name}: {why}{remedy}"
+
+
+def value_of(place: Place, data: bytes, *, exact: bool = True) -> int:
+    """Return a whole number that was read, by the type that its object has."""
+    entry = STANDARD.find(place)
+    kind = entry.type if entry is not None else DataType.U32
+    size = kind.size or len(data)
+    if kind.limits is None or (exact and len(data) != size):
+        return int.from_bytes(data, "little")
+    return int.from_bytes(data[:size], "little", signed=kind.signed)

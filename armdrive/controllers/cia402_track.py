@@ -1,0 +1,146 @@
+"""The way of a cyclic motion: straight segments that join, smoothed by a moving average.
+
+Each target is the mean of where the motors would have been over the last while, all of them over
+the same: so what is straight stays straight, and where speeds jump there are ramps. Increments,
+seconds since the motion began.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from armdrive.controllers.requests import MoveAlong, MoveBy
+from kinematics.spaces import Motors
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """One segment: when and where it begins and ends."""
+
+    start_s: float
+    end_s: float
+    start: Motors
+    end: Motors
+
+    def at(self, motor: int, time_s: float) -> float:
+        """Return where a motor is on it, or at the nearer of its ends."""
+        if time_s >= self.end_s:
+            return float(self.end[motor])
+        share = max(time_s - self.start_s, 0.0) / (self.end_s - self.start_s)
+        return self.start[motor] + share * (self.end[motor] - self.start[motor])
+
+
+class SmoothTrack:
+    """The segments that were drawn and not passed."""
+
+    def __init__(self, start: Motors, window_s: float) -> None:
+        self.end = start
+        self.end_s = 0.0
+        self.window_s = window_s
+        """Over how long a target is averaged: it trails by half of that."""
+        self._pieces: deque[Piece] = deque()
+
+    def draw(self, segment: MoveBy, time_s: float) -> None:
+        """Take in the next segment; where all was driven, it begins at this time."""
+        start_s = max(self.end_s, time_s)
+        end, end_s = self.end + segment.steps, start_s + max(segment.duration_s, 1e-6)
+        self._pieces.append(Piece(start_s, end_s, self.end, end))
+        self.end, self.end_s = end, end_s
+
+    def places(self, time_s: float) -> tuple[int, ...]:
+        """Return the target of each motor at a time, and forget what lies behind it."""
+        while self._pieces and self._pieces[0].end_s <= time_s - self.window_s:
+            self._pieces.popleft()
+        if not self._pieces:
+            return tuple(self.end)
+        return tuple(round(self._mean(motor, time_s)) for motor in range(len(self.end)))
+
+    def _mean(self, motor: int, time_s: float) -> float:
+        if not self.window_s:
+            return self._at(motor, time_s)
+        total, at_s = 0.0, time_s - self.window_s
+        for piece in self._pieces:
+            if piece.start_s >= time_s:
+                break
+            if piece.start_s > at_s:  # it stood before
+                total += (piece.start_s - at_s) * piece.start[motor]
+                at_s = piece.start_s
+            until_s = min(piece.end_s, time_s)
+            total += (until_s - at_s) * (piece.at(motor, at_s) + piece.at(motor, until_s)) / 2.0
+            at_s = until_s
+        if at_s < time_s:
+            total += (time_s - at_s) * self._at(motor, time_s)
+        return total / self.window_s
+
+    def _at(self, motor: int, time_s: float) -> float:
+        for piece in self._pieces:
+            if time_s < piece.end_s:
+                return piece.at(motor, time_s)
+        return float(self.end[motor])
+
+
+class Trip:
+    """One motion under way: where its segments come from, and how far it is.
+
+    It goes on by one period a turn at most, however late the turn is. Who lets go of it has it
+    slow down on its way, in `ease_s` from the arm's full speed.
+    """
+
+    def __init__(self, request: MoveAlong, track: SmoothTrack, ease_s: Callable[[], float]) -> None:
+        self.track = track
+        self.time_s = 0.0
+        self.underruns = 0
+        """How often there was nothing left to be driven although more was to come."""
+        self.eased = False
+        """Whether somebody has let go of it."""
+        self._request = request
+        self._segments: Iterator[MoveBy] = request.segments
+        self._ease_s = ease_s
+        self._rate, self._slowing = 1.0, 0.0
+        self._exhausted = self._held = False
+        self._guess_s = 0.0
+
+    @property
+    def over(self) -> bool:
+        """Whether nothing is left to be sent."""
+        if self.eased and self._rate <= 0.0:
+            return True
+        ended = self._exhausted or self._held or self.eased
+        return ended and self.time_s >= self.track.end_s + self.track.window_s
+
+    @property
+    def complete(self) -> bool:
+        """Whether all of it has been sent, as far as it was not held back."""
+        driven = self.time_s >= self.track.end_s + self.track.window_s
+        return driven and (self._exhausted or (self._held and not self.eased))
+
+    def go_on(self, period_s: float) -> tuple[int, ...]:
+        """Let a period of it pass; return where the motors shall be then."""
+        if not self.eased and self._request.let_go():
+            self.eased = True
+            self._slowing = 1.0 / max(self._ease_s(), period_s)
+        if self.eased:
+            self._rate = max(self._rate - self._slowing * period_s, 0.0)
+        else:
+            self._held = self._request.held_back()
+            self._draw(period_s)
+        self.time_s += self._rate * period_s
+        return self.track.places(self.time_s)
+
+    def _draw(self, period_s: float) -> None:
+        dry = self.time_s > self.track.end_s > 0.0
+        while not (self._exhausted or self._held) and self._has_room(period_s):
+            segment = next(self._segments, None)
+            if segment is None:
+                self._exhausted = True
+                return
+            self.track.draw(segment, self.time_s)
+            self._guess_s = segment.duration_s
+            self.underruns, dry = self.underruns + dry, False
+
+    def _has_room(self, period_s: float) -> bool:
+        left_s = self.track.end_s - self.time_s
+        ahead_s = self._request.ahead_s
+        return left_s <= period_s or left_s + self._guess_s <= ahead_s + 1e-6
