@@ -30,15 +30,25 @@ def watch_holder(name: str, every_s: float) -> Iterator[dict[str, Any]]:
 
     Raises `ArmError` where none holds it, or the holder falls silent.
     """
+    return filter(None, _streamed(name, "watch", every_s))
+
+
+def overhear_holder(name: str, every_s: float) -> Iterator[dict[str, Any]]:
+    """Yield what passes on a held arm's wire (overhearing.py), and `{}` where nothing does.
+
+    Ends, and raises, as `watch_holder` does.
+    """
+    return _streamed(name, "wire", every_s)
+
+
+def _streamed(name: str, request: str, every_s: float) -> Iterator[dict[str, Any]]:
     with _called(name) as connection:
-        connection.send_bytes(json.dumps({"request": "watch", "every_s": every_s}).encode())
+        connection.send_bytes(json.dumps({"request": request, "every_s": every_s}).encode())
         while True:
             try:
-                view = _heard(name, connection, max(every_s, 0.0))
+                yield _heard(name, connection, max(every_s, 0.0))
             except EOFError:
                 return
-            if view:
-                yield view
 
 
 @contextlib.contextmanager

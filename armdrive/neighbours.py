@@ -1,8 +1,8 @@
 """What other programs of the same user may ask of the holder of an arm: one table of requests.
 
 Each is one JSON object, `{"request": NAME}` with the request's own words beside it, and is answered
-by one; `watch` by one a moment, until either side ends. Only a stop reaches further than the next
-burst: nobody moves an arm from outside.
+by one; `watch` and `wire` by one a moment, until either side ends. Only a stop reaches further than
+the next burst: nobody moves an arm from outside.
 """
 
 from __future__ import annotations
@@ -15,12 +15,14 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from armdrive.errors import ArmError
+from armdrive.overhearing import overheard
 from kinematics.errors import KinematicsError
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm
 
 Json = dict[str, Any]
+Stream = Callable[["Arm", float], Iterator[Json]]
 
 WATCH_EVERY_S = 0.2
 WATCH_RANGE_S = (0.02, 3600.0)
@@ -46,35 +48,41 @@ class Neighbours:
     def _replies(self, message: object) -> Iterator[Json]:
         words = message if isinstance(message, dict) else {}
         request = words.get("request")
-        if request == WATCH:
-            return self._watch(_every_s(words))
+        stream = _STREAMS.get(request) if isinstance(request, str) else None
+        if stream is not None:
+            return self._streamed(stream, _every_s(words))
         answer = _ANSWERS.get(request) if isinstance(request, str) else None
         if answer is None:
             known = ", ".join(REQUESTS)
             return iter([{"error": f"unknown request {request!r}; known are {known}"}])
         return iter([_answered(answer, self._arm, words)])
 
-    def _watch(self, every_s: float) -> Iterator[Json]:
-        """Give the status whenever it has changed, and at last when the arm has been closed.
-
-        What has not changed is said with nothing, which shows whether anybody still listens.
-        """
+    def _streamed(self, stream: Stream, every_s: float) -> Iterator[Json]:
+        """Give one thing after the other, where there is a place for one more watcher."""
         if not self._places.acquire(blocking=False):
             yield {"error": f"{MOST_WATCHERS} programs watch this arm already"}
             return
         try:
-            last: Json = {}
-            while True:
-                closed = self._arm.closed
-                view = _status(self._arm, {})
-                lasting = _lasting(view)
-                yield {} if lasting == last else view
-                last = lasting
-                if closed:
-                    return
-                time.sleep(every_s)
+            yield from stream(self._arm, every_s)
         finally:
             self._places.release()
+
+
+def _watched(arm: Arm, every_s: float) -> Iterator[Json]:
+    """Give the status whenever it has changed, and at last when the arm has been closed.
+
+    What has not changed is said with nothing, which shows whether anybody still listens.
+    """
+    last: Json = {}
+    while True:
+        closed = arm.closed
+        view = _status(arm, {})
+        lasting = _lasting(view)
+        yield {} if lasting == last else view
+        last = lasting
+        if closed:
+            return
+        time.sleep(every_s)
 
 
 def _lasting(view: Json) -> Json:
@@ -137,6 +145,8 @@ def _record(arm: Arm, _: Json) -> Json:
 
 
 WATCH = "watch"
+WIRE = "wire"
+_STREAMS: Mapping[str, Stream] = MappingProxyType({WATCH: _watched, WIRE: overheard})
 _ANSWERS: Mapping[str, Callable[[Arm, Json], Json]] = MappingProxyType(
     {
         "status": _status,
@@ -148,5 +158,5 @@ _ANSWERS: Mapping[str, Callable[[Arm, Json], Json]] = MappingProxyType(
     }
 )
 
-REQUESTS = (*_ANSWERS, WATCH)
+REQUESTS = (*_ANSWERS, *_STREAMS)
 """Every request by its name."""

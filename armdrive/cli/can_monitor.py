@@ -8,8 +8,10 @@ What the drives speak is what the arm file says; of a bus that is named, --proto
 left out, or canopen. Of CANopen, --id is the number of a node: all of its services are shown.
 
 On socketcan any number of programs listen beside the one that drives. An slcan adapter is a
-serial port, which one program alone can have: put a second adapter on the bus, or listen while
-nobody drives. `armdrive record --arm NAME` writes down what an arm's own program has exchanged.
+serial port, which one program alone can have. Where that is one of yours that drives the arm, it is
+asked what it says and hears, by the arm's name or the port as the arm file has it: these are the
+frames of its own drives. To hear all, put a second adapter on the bus, or listen while nobody
+drives. `armdrive record --arm NAME` writes down what has passed so far.
 
   armdrive can monitor can:socketcan:can0 --id 3
   armdrive can monitor can:socketcan:can0 --protocol canopen
@@ -22,10 +24,12 @@ from __future__ import annotations
 import argparse
 import contextlib
 import math
+import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from armdrive.cli.can_overhearing import held_frames, holder_of
 from armdrive.cli.choosing import add_json_option
 from armdrive.cli.numbers import count, number
 from armdrive.cli.output import emit, say
@@ -34,13 +38,13 @@ from armdrive.errors import BadRequest
 
 if TYPE_CHECKING:
     from armdrive.armfile import ArmConfig
-    from armdrive.commissioning.frame_words import Said
     from armdrive.transports.can_address import CanAddress
     from armdrive.transports.link import Link
+    from firmware_protocol.frames import Frame
 
 ONE_PROGRAM = (
-    "A serial adapter is one program's alone: listen by a second adapter on the bus, or have "
-    "`armdrive record` write down what the other program exchanges"
+    "A serial adapter is one program's alone: listen by a second adapter on the bus. What an armdrive "
+    "of yours exchanges, `armdrive can monitor --arm NAME` shows while it holds that arm"
 )
 
 
@@ -63,28 +67,53 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Listen until it is enough, or Ctrl-C."""
+    from armdrive.holder_notice import holder_words
     from armdrive.transports.refusals import PortInUse
     from armdrive.transports.url import open_link
 
     config = _config(options)
     language = _language(options, config)
+    address = _address(options, config)
     try:
-        link = open_link(str(_address(options, config)), 0)
+        link = open_link(str(address), 0)
     except PortInUse as error:
-        raise PortInUse(f"{error}. {ONE_PROGRAM}") from None
-    shown = foreign = 0
-    try:
-        with contextlib.suppress(KeyboardInterrupt):
-            for time_s, said in _heard(link, language, options.seconds, frozenset(options.id)):
-                emit(said.view(time_s)) if options.json else say(said.line(time_s))
-                shown, foreign = shown + 1, foreign + said.foreign
-                if shown == options.count:
-                    break
-    finally:
-        link.close()
+        name = holder_of("" if config is None else config.name, options.port or "")
+        if not name:
+            raise PortInUse(f"{error}. {ONE_PROGRAM}") from None
+        frames = held_frames(name, options.seconds, _passed_over)
+        if not options.json:
+            say(f"{holder_words(name)} holds {name}: this is what it sends and hears")
+        shown, foreign = _show(options, language, frames)
+    else:
+        try:
+            shown, foreign = _show(options, language, _heard(link, options.seconds))
+        finally:
+            link.close()
     if not options.json:
         _explain(language, shown, foreign)
     return 0
+
+
+def _show(
+    options: argparse.Namespace, language: Language, frames: Iterator[tuple[float, Frame]]
+) -> tuple[int, int]:
+    """Print frames as they come; return how many, and how many of those were not readable."""
+    shown = foreign = 0
+    ear, ids = language.ear(), frozenset(options.id)
+    with contextlib.suppress(KeyboardInterrupt):
+        for time_s, frame in frames:
+            said = ear.hear(frame)
+            if ids and said.node not in ids:
+                continue
+            emit(said.view(time_s)) if options.json else say(said.line(time_s))
+            shown, foreign = shown + 1, foreign + said.foreign
+            if shown == options.count:
+                break
+    return shown, foreign
+
+
+def _passed_over(count: int) -> None:
+    sys.stderr.write(f"{count} exchanges were passed over: they came faster than they were shown\n")
 
 
 def _explain(language: Language, shown: int, foreign: int) -> None:
@@ -138,19 +167,15 @@ def _address(options: argparse.Namespace, config: ArmConfig | None) -> CanAddres
     return replace(CanAddress.parse(port), ids=frozenset()).listening()
 
 
-def _heard(
-    link: Link, language: Language, seconds: float | None, ids: frozenset[int]
-) -> Iterator[tuple[float, Said]]:
+def _heard(link: Link, seconds: float | None) -> Iterator[tuple[float, Frame]]:
     """Give the frames as they come, with the time since the bus was opened."""
     from armdrive.doctor.carrying import RealClock
     from firmware_protocol.frames import Unpacker
 
-    clock, ear, unpacker = RealClock(), language.ear(), Unpacker()
+    clock, unpacker = RealClock(), Unpacker()
     began_s = clock.now_s()
     end_s = math.inf if seconds is None else began_s + seconds
     while (now_s := clock.now_s()) < end_s:
         for frame in unpacker.feed(link.read(now_s)):
-            said = ear.hear(frame)
-            if not ids or said.node in ids:
-                yield now_s - began_s, said
+            yield now_s - began_s, frame
         clock.sleep(link, min(end_s, now_s + 1.0))

@@ -10,6 +10,7 @@ from can_setup_bench import ServedBus
 from hypothesis import given
 from hypothesis import strategies as st
 
+from armdrive import Arm
 from armdrive.commissioning.frame_words import Check, Kind
 from armdrive.commissioning.frame_words_mks import MksEar
 from armdrive.transports.url import open_link
@@ -140,6 +141,31 @@ def test_what_a_second_program_sends_the_first_one_hears_too(bus):
     finally:
         first.close()
         second.close()
+
+
+@needs_pty
+def test_the_frames_of_a_held_arm_are_told_by_its_holder(call, bus):
+    with Arm.connect(bus.port, dialect="mks") as arm:
+        told = call("can", "monitor", bus.port, "--count", "4", code=0).out
+        lines = call("can", "monitor", bus.port, "--id", "3", "--count", "4", "--json", code=0)
+        view = call("can", "monitor", bus.port, "--seconds", "0.1", code=0).out
+        arm.enable()
+    assert "holds" in told
+    assert "this is what it sends and hears" in view
+    assert "read encoder" in told
+    views = lines.json_lines
+    assert [each["kind"] for each in views] == ["request", "answer"] * 2
+    assert {each["id"] for each in views} == {3}
+    assert {each["check"] for each in views} == {"right"}
+    assert views[0]["time_s"] < 2.0
+
+
+@needs_pty
+def test_listening_to_a_held_arm_ends_when_it_is_given_back(call, bus):
+    arm = Arm.connect(bus.port, dialect="mks")
+    threading.Timer(0.3, arm.close).start()
+    call("can", "monitor", bus.port, "--json", code=0)
+    assert arm.closed
 
 
 @needs_pty

@@ -1,0 +1,71 @@
+"""What passes on a held arm's wire, as other programs are told: in order, bounded, to its end."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+from types import SimpleNamespace
+
+from armdrive.neighbours import REQUESTS, WIRE
+from armdrive.overhearing import BACK, MESSAGE_BYTES, MOST, overheard
+from armdrive.recorder.entries import Entry, Kind
+from armdrive.recorder.ring import Ring
+
+
+def held():
+    """An arm of which nothing is there but its recorder."""
+    ring = Ring()
+    ring.seal()
+    pace = SimpleNamespace(lock=threading.Lock(), now_s=lambda: 7.0)
+    return ring, SimpleNamespace(witness=ring, pace=pace, closed=False)
+
+
+def told(arm, ring, entries):
+    """Begin to listen, have entries come, and return all that is told until the arm is closed."""
+    stream = overheard(arm, 0.0)
+    assert next(stream) == {}
+    for each in entries:
+        ring.add(each)
+    arm.closed = True
+    return list(stream)
+
+
+def test_bytes_are_told_in_their_order_and_nothing_else_is():
+    ring, arm = held()
+    ring.add(Entry(1.0, Kind.SENT, b"before"))
+    entries = [
+        Entry(2.0, Kind.SENT, b"\x01\xff"),
+        Entry(2.1, Kind.STATE, "moving"),
+        Entry(2.2, Kind.HEARD, b"\x02"),
+    ]
+    (message,) = told(arm, ring, entries)
+    assert message == {
+        "wire": [(2.0, "sent", "01ff"), (2.2, "heard", "02")],
+        "missed": 0,
+        "now_s": 7.0,
+    }
+
+
+def test_messages_are_bounded_and_nothing_is_lost_between_them():
+    ring, arm = held()
+    sizes = [1, 5000, 300, 1024, 1025, *[40] * (3 * MOST)]
+    messages = told(arm, ring, [Entry(3.0, Kind.HEARD, bytes([7]) * size) for size in sizes])
+    pieces = [piece for message in messages for piece in message["wire"]]
+    assert sum(len(data) // 2 for _, _, data in pieces) == sum(sizes)
+    assert all(
+        sum(len(data) for _, _, data in message["wire"]) <= MESSAGE_BYTES for message in messages
+    )
+
+
+def test_who_reads_too_slowly_is_told_how_much_was_passed_over():
+    ring, arm = held()
+    more = 10
+    messages = told(arm, ring, [Entry(3.0, Kind.SENT, b"x")] * (BACK + more))
+    assert sum(message["missed"] for message in messages) == more
+    assert sum(len(message["wire"]) for message in messages) == BACK
+
+
+def test_it_is_a_request_that_others_know_of():
+    assert WIRE in REQUESTS
+    with contextlib.closing(overheard(held()[1], 0.0)) as stream:
+        assert next(stream) == {}
