@@ -43,8 +43,8 @@ if TYPE_CHECKING:
     from firmware_protocol.frames import Frame
 
 ONE_PROGRAM = (
-    "A serial adapter is one program's alone: listen by a second adapter on the bus. What an armdrive "
-    "of yours exchanges, `armdrive can monitor --arm NAME` shows while it holds that arm"
+    "A serial adapter is one program's alone: listen by a second adapter on the bus. What an "
+    "armdrive of yours exchanges, `armdrive can monitor --arm NAME` shows while it holds that arm"
 )
 
 
