@@ -53,6 +53,7 @@ def run_desk(
     from tui.framework import forget_a_closed_terminal
     from tui.memory import memory_file
     from tui.remap import load_keys
+    from tui.turns import short_turns
 
     if keys is None:
         keys = load_keys(None)
@@ -71,7 +72,8 @@ def run_desk(
     desk.reopens = reopens
     desk.message = hint or desk.message
     try:
-        desk.run()
+        with short_turns():
+            desk.run()
     finally:
         arm.request_stop()
         forget_a_closed_terminal()
