@@ -23,7 +23,8 @@ class Wiring:
         self._wire = config.connection
         self._port = config.connection.port
         self._serial_number = config.connection.usb_serial
-        self._ids: tuple[int, ...] = getattr(config.device, "ids", ())
+        own: tuple[int, ...] = getattr(config.device, "ids", ())
+        self._ids: tuple[int, ...] = getattr(config.device, "frame_ids", own)
         if not (self._port or self._serial_number):
             raise PortUnavailable(
                 f'the arm file of {config.name} names no port: write port = "/dev/ttyUSB0", say, '
@@ -55,7 +56,7 @@ class Wiring:
         return link
 
     def _heard(self, port: str) -> str:
-        """Return a port; of a CAN bus, with the ids of the arm's drives: no other is heard."""
+        """Return a port; of a CAN bus, with the ids of what the drives say: no more is heard."""
         from armdrive.transports.can_address import CanAddress, is_can
 
         if not (self._ids and is_can(port)):

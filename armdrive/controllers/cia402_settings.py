@@ -8,7 +8,7 @@ from types import MappingProxyType
 
 from armdrive.errors import ArmFileError
 from armdrive.sections import within
-from firmware_protocol.canopen import NODE_MAX
+from firmware_protocol.canopen import NODE_MAX, Service, cob_id
 
 CYCLIC, PROFILE = "cyclic", "profile"
 STRATEGIES = (CYCLIC, PROFILE)
@@ -83,6 +83,12 @@ class Cia402Settings:
                 "mid-motion"
             )
         self._check_homing()
+
+    @property
+    def frame_ids(self) -> tuple[int, ...]:
+        """The ids of the frames that the drives say; those of other nodes are not listened to."""
+        said = (Service.EMCY, Service.TPDO1, Service.SDO_RESPONSE, Service.HEARTBEAT)
+        return tuple(cob_id(service, node) for service in said for node in self.ids)
 
     def _check_homing(self) -> None:
         if self.homing_methods and len(self.homing_methods) != len(self.ids):
