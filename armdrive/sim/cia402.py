@@ -12,7 +12,7 @@ from armdrive.sim.cia402_file import known_json, recall_known, seen_json
 from armdrive.sim.cia402_node import Node
 from armdrive.sim.cia402_reacting import react
 from armdrive.sim.cia402_states import fault
-from armdrive.sim.cia402_talk import SYNC, hear, listens_to, tell_changes
+from armdrive.sim.cia402_talk import hear, listens_to, minds_shaft, tell_changes
 from armdrive.sim.cia402_watch import due_s, live
 from armdrive.sim.drives_box import DrivesBox
 from armdrive.sim.saved import Json, Saved
@@ -88,7 +88,7 @@ class SimCia402(DrivesBox[Node]):
     def _bring(self, node: Node, frame: Frame) -> None:
         if not listens_to(node, frame.can_id):
             return
-        if frame.can_id == SYNC:
+        if minds_shaft(node, frame.can_id):
             self._shafts.look(self.now_s)
             live(node, self.now_s)
         hear(node, frame, self.now_s)

@@ -74,9 +74,12 @@ def refusal(node: Node, place: Place, value: Value) -> AbortCode | None:
 
 def written(node: Node, places: Collection[Place], now_s: float) -> None:
     """Do what follows from objects that have been written together."""
+    followed = _follows(node)
     for place, act in _ACTS.items():
         if place in places:
             act(node, now_s)
+    if _follows(node) and (TARGET_POSITION in places or not followed):
+        follow(node, now_s)
     if any(place.index in PDO_PARAMETERS for place in places):
         node.pdos.rebuild()
 
@@ -90,10 +93,10 @@ def _mode(node: Node, now_s: float) -> None:
     set_mode(node, node.number_of(MODE, 0), now_s)
 
 
-def _target(node: Node, now_s: float) -> None:
+def _follows(node: Node) -> bool:
+    """Tell whether it goes wherever its target is: also to an old one, when that begins."""
     cyclic = node.mode == OperationMode.CYCLIC_POSITION
-    if cyclic and node.enabled and not node.machine.points.halted:
-        follow(node, now_s)
+    return cyclic and node.enabled and not node.machine.points.halted
 
 
 def _beat(node: Node, now_s: float) -> None:
@@ -117,7 +120,6 @@ _ACTS: Mapping[Place, Callable[[Node, float], None]] = MappingProxyType(
         CONSUMER_HEARTBEAT: _watch,
         MODE: _mode,
         CONTROLWORD: control,
-        TARGET_POSITION: _target,
     }
 )
-"""In the order in which what came together is acted on: the mode, the controlword, the target."""
+"""In the order in which what came together is acted on: the mode before the controlword."""

@@ -116,9 +116,13 @@ class Pdos:
         if not cob or cob & NOT_VALID or not count:
             return None
         words = [self._value(Place(mapping + number, sub)) for sub in range(1, count + 1)]
+        try:
+            mapped = Mapping(tuple(Mapped.of(word, self._dictionary) for word in words))
+        except (BadField, RemoteProtocolError):  # as shipped it maps what this drive lacks
+            return None
         return Pdo(
             cob & STANDARD_ID_MAX,
-            Mapping(tuple(Mapped.of(word, self._dictionary) for word in words)),
+            mapped,
             self._value(Place(communication + number, _TRANSMISSION)),
             self._value(Place(communication + number, _INHIBIT)) * _INHIBIT_S,
             self._value(Place(communication + number, _EVENT)) * _EVENT_S,

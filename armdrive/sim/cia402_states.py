@@ -71,9 +71,10 @@ def take(node: Node, taken: Iterable[Transition], now_s: float) -> None:
         if row.end is DriveState.QUICK_STOP:
             homing.give_up(node, now_s)
             brake(node, _stopping_slope(node), now_s)
-        if row.end is DriveState.ENABLED and not node.holding:
-            node.drive.hold(node.index, now_s)
-            node.goal = node.counts
+        if row.end is DriveState.ENABLED:
+            if not node.holding:
+                node.drive.hold(node.index, now_s)
+            node.goal = node.point.end - node.zero
         if not row.end.holds:
             let_go(node, now_s)
 

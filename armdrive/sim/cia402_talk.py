@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from armdrive.sim.cia402_errors import PDO_TOO_SHORT, over, say
 from armdrive.sim.cia402_node import Node
 from armdrive.sim.cia402_objects import refusal, watched, written
@@ -36,6 +38,11 @@ def listens_to(node: Node, can_id: int) -> bool:
     return can_id in _HEARTBEATS
 
 
+def minds_shaft(node: Node, can_id: int) -> bool:
+    """Tell whether what a frame asks for depends on where the shaft is at this very moment."""
+    return can_id in (SYNC, _SDO + node.number)
+
+
 def hear(node: Node, frame: Frame, now_s: float) -> None:
     """Take a frame that it listens to."""
     if frame.extended or frame.remote or node.booting:
@@ -57,10 +64,12 @@ def tell_changes(node: Node, now_s: float) -> None:
     if not node.nmt.takes("pdo"):
         return
     for pdo in node.pdos.transmitted:
-        if not pdo.synchronous and pdo.free_s <= now_s:
+        if not pdo.synchronous:
             data = _packed(node, pdo, now_s)
-            if data != pdo.data or pdo.due_s <= now_s:
+            if pdo.free_s <= now_s and (data != pdo.data or pdo.due_s <= now_s):
                 _send(node, pdo, data, now_s)
+            elif data != pdo.data:
+                pdo.due_s = min(pdo.due_s, pdo.free_s)
 
 
 # SYNC and PDOs.
@@ -102,8 +111,8 @@ def _send(node: Node, pdo: Pdo, data: bytes, now_s: float) -> None:
     node.say((Frame(pdo.can_id, data),))
     pdo.data = data
     pdo.free_s = now_s + pdo.inhibit_s
-    if pdo.event_s and not pdo.synchronous:
-        pdo.due_s = now_s + pdo.event_s
+    if not pdo.synchronous:
+        pdo.due_s = max(now_s + pdo.event_s, pdo.free_s) if pdo.event_s else math.inf
 
 
 def _take_pdo(node: Node, pdo: Pdo, data: bytes, now_s: float) -> None:

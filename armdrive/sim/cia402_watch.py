@@ -29,8 +29,10 @@ def due_s(node: Node) -> float:
         return math.inf
     if node.booting:
         return min(node.boots_s, _motion_s(node))
-    events = (pdo.due_s for pdo in node.pdos.transmitted)
-    return min(node.beat_s, node.silent_s, _motion_s(node), *events)
+    due = min(node.beat_s, node.silent_s, _motion_s(node))
+    if not node.nmt.takes("pdo"):
+        return due
+    return min((due, *(pdo.due_s for pdo in node.pdos.transmitted)))
 
 
 def live(node: Node, now_s: float) -> None:

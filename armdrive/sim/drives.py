@@ -32,3 +32,17 @@ class DrivesOnBus(Protocol):
 
     def withhold_done(self, drive: int, withheld: bool) -> None:
         """Have a drive not say that a motion is done, or say it again."""
+
+
+@runtime_checkable
+class SaysEmergencies(Protocol):
+    """Drives that say error codes by themselves, counted from 0."""
+
+    def ail_drive(self, drive: int, code: int) -> None:
+        """Have something be wrong with a drive: it fails, until it is mended and reset."""
+
+    def mend_drive(self, drive: int, code: int) -> None:
+        """Have what was wrong with a drive be right again; its fault is to be reset yet."""
+
+    def warn_drive(self, drive: int, code: int) -> None:
+        """Have a drive say an error code, and go on."""

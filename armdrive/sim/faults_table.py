@@ -11,9 +11,22 @@ from types import MappingProxyType
 
 from armdrive.errors import BadRequest
 from armdrive.sim.device import HasSwitches, Resettable, SimDevice
-from armdrive.sim.drives import DrivesOnBus
+from armdrive.sim.drives import DrivesOnBus, SaysEmergencies
 from armdrive.sim.fault_kind import FaultKind
 from armdrive.sim.faults_arm import BROWN_OUT_S, brown_out, lose_steps, reset, stall, switch
+from armdrive.sim.faults_drives import (
+    ailing_drive,
+    alone,
+    bus_off,
+    dead_drive,
+    frame_doubled,
+    mute_drive,
+    other_id,
+    other_mode,
+    reset_drive,
+    warning_drive,
+    without_done,
+)
 from armdrive.sim.faults_wire import (
     delaying,
     draw,
@@ -23,17 +36,6 @@ from armdrive.sim.faults_wire import (
     replug,
     ruling,
     unplug,
-)
-from armdrive.sim.mks_faults import (
-    alone,
-    bus_off,
-    dead_drive,
-    frame_doubled,
-    mute_drive,
-    other_id,
-    other_mode,
-    reset_drive,
-    without_done,
 )
 from armdrive.sim.wire_faults import changed, lost, repeated
 from armdrive.transports.can_faults import frame_lost, overtaken
@@ -68,6 +70,14 @@ _ON_BUS = tuple(
     )
 )
 """What befalls drives on a CAN bus alone."""
+_OF_DRIVES = tuple(
+    replace(kind, needs=SaysEmergencies)
+    for kind in (
+        FaultKind("drive-fault", "MOTOR CODE", "a drive fails, 4310 say", ailing_drive, (2, 2)),
+        FaultKind("drive-emcy", "MOTOR CODE", "a drive says an EMCY alone", warning_drive, (2, 2)),
+    )
+)
+"""What befalls drives that have error codes."""
 FAULTS: Mapping[str, FaultKind] = MappingProxyType(
     {
         kind.name: kind
@@ -117,6 +127,7 @@ FAULTS: Mapping[str, FaultKind] = MappingProxyType(
                 needs=HasSwitches,
             ),
             *_ON_BUS,
+            *_OF_DRIVES,
         )
     }
 )

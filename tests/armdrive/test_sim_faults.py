@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from armdrive.connecting import simulated_config
 from armdrive.errors import BadRequest, LinkLost
 from armdrive.sim.device import SwitchState
-from armdrive.sim.drives import DrivesOnBus
+from armdrive.sim.drives import DrivesOnBus, SaysEmergencies
 from armdrive.sim.fault_request import FaultRequest, parse_option, parse_words
 from armdrive.sim.faults import Faults
 from armdrive.sim.faults_table import FAULTS, faults_of
@@ -215,7 +215,8 @@ def test_what_cannot_be_done_when_its_time_comes_is_kept_to_be_told():
 
 
 def test_a_kind_of_device_can_have_what_it_is_made_for():
-    on_a_bus = {name for name, kind in FAULTS.items() if kind.needs is DrivesOnBus}
+    of_drives = (DrivesOnBus, SaysEmergencies)
+    on_a_bus = {name for name, kind in FAULTS.items() if kind.needs in of_drives}
     assert on_a_bus
     assert {kind.name for kind in faults_of(Board)} == set(FAULTS) - on_a_bus
     lacking = set(FAULTS) - {kind.name for kind in faults_of(SimTeachMover)}

@@ -1,20 +1,26 @@
 """The faults of a CAN bus and of the drives on it: frames lost or overtaken, drives mute or reset.
 
-They need no more than a device that is `DrivesOnBus`.
+They need no more than a device that is `DrivesOnBus`; some, one that `SaysEmergencies`.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from typing import Any
 
 from armdrive.errors import BadRequest
-from armdrive.sim.drives import DrivesOnBus
+from armdrive.sim.device import lacks
+from armdrive.sim.drives import DrivesOnBus, SaysEmergencies
 from armdrive.sim.fault_kind import Begin, Bench, Running
 from armdrive.sim.fault_request import FaultRequest, whole
 from armdrive.sim.faults_arm import motor_of
 from armdrive.sim.faults_wire import silencing
 from armdrive.sim.wire_faults import Amount
+
+_CODE = re.compile(r"[0-9A-Fa-f]{4}")
+FIRST_ERROR = 0x100
+"""Of an EMCY: what is below says that no error is left."""
 
 
 def frame_doubled(frame: bytes, amount: Amount) -> tuple[bytes, float]:
@@ -88,6 +94,37 @@ def other_mode(bench: Bench, request: FaultRequest) -> Begin:
 def other_id(bench: Bench, request: FaultRequest) -> Begin:
     """Give a drive another id, one that another has perhaps."""
     return _changed(bench, request, lambda drives, at, node: drives.set_drive_id(at, node))
+
+
+def ailing_drive(bench: Bench, request: FaultRequest) -> Begin:
+    """Have a drive fail by itself, for as long as this lasts; it is to be reset then."""
+    drives, at = _emergencies(bench), motor_of(bench, request.words[0])
+    code = _code(request.words[1])
+
+    def begin() -> Running:
+        drives.ail_drive(at, code)
+        return Running(lambda: drives.mend_drive(at, code))
+
+    return begin
+
+
+def warning_drive(bench: Bench, request: FaultRequest) -> Begin:
+    """Have a drive say an EMCY, and go on."""
+    drives, at = _emergencies(bench), motor_of(bench, request.words[0])
+    code = _code(request.words[1])
+    return lambda: drives.warn_drive(at, code)
+
+
+def _emergencies(bench: Bench) -> SaysEmergencies:
+    if not isinstance(bench.device, SaysEmergencies):
+        raise lacks(bench.device, "error codes of its own")
+    return bench.device
+
+
+def _code(word: str) -> int:
+    if not _CODE.fullmatch(word) or int(word, 16) < FIRST_ERROR:
+        raise BadRequest(f"an error code is four hex digits from 0100 on, 4310 say, not {word!r}")
+    return int(word, 16)
 
 
 def _drives(bench: Bench) -> DrivesOnBus:
