@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
+from types import MappingProxyType
 from typing import Any
 
 from armdrive.dialects import DIALECTS, Dialect
@@ -27,6 +28,8 @@ from kinematics.chains import Chain
 CABLE_MOTORS = ("base", "shoulder", "elbow", "right wrist", "left wrist")
 GRIPPER_MOTOR = "gripper"
 HALF_STEP = 2
+ENCODERS: Mapping[str, int] = MappingProxyType({"rest_counts": 16384, "rest_window": 10_000})
+"""Keys of a section whose drives count by an encoder, and how many counts a turn usually has."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,9 +103,15 @@ class Draft:
         return {each.name: each.default for each in fields(self.dialect.settings())}
 
     @property
+    def encoder_counts(self) -> int | None:
+        """The usual counts a turn, where a motor step is a count of its drive's encoder."""
+        known = self.device_fields
+        return next((counts for key, counts in ENCODERS.items() if key in known), None)
+
+    @property
     def by_encoder(self) -> bool:
         """Whether a motor step is a count of its drive's encoder, whatever the microsteps."""
-        return "rest_counts" in self.device_fields
+        return self.encoder_counts is not None
 
     # -- joints ------------------------------------------------------------------------------
 

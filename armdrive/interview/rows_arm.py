@@ -157,9 +157,10 @@ ROWS = (
     Row(
         "full_steps", "Full steps of a motor for one turn of its shaft?",
         "200 for motors of 1.8 degrees, 400 for 0.9, 48 for 7.5. Of closed-loop drives that count "
-        "by their encoder: its counts, 16384 of the MKS drives.",
+        "by their encoder: its counts, 16384 of the MKS drives; of CiA 402 drives the increments "
+        "that they are set to (object 608F), 10000 of many.",
         fixed(readers.whole(4, 1 << 20)),
-        lambda draft, _one: "16384" if draft.by_encoder else "200", when=_asks_gears,
+        lambda draft, _one: str(draft.encoder_counts or 200), when=_asks_gears,
     ),
     Row(
         "microsteps", "Microsteps for one full step?",

@@ -12,6 +12,7 @@ from armdrive.interview.draft import Draft
 from armdrive.interview.readers import Reader, WrongAnswer
 from armdrive.interview.rows import Fill, Row, fixed, plain
 from armdrive.interview.templates import OUTPUT, SERVO
+from firmware_protocol.canopen import NODE_MAX
 
 
 def _has(key: str, gripper: str = "") -> Callable[[Draft], bool]:
@@ -34,6 +35,22 @@ def _axes(draft: Draft) -> Reader:
     return read
 
 
+def _count(draft: Draft) -> int:
+    return len(draft.motors) + draft.stepped
+
+
+def _nodes(draft: Draft) -> Reader:
+    count = _count(draft)
+
+    def read(line: str) -> tuple[int, ...]:
+        found = tuple(readers.whole(1, NODE_MAX)(word) for word in line.replace(",", " ").split())
+        if len(found) != count or len(set(found)) != count:
+            raise WrongAnswer(f"{count} different numbers are needed, one a drive: {line!r}")
+        return found
+
+    return read
+
+
 ROWS = (
     Row(
         "device.axes", "Which axis of the board drives each motor, in the arm's order?",
@@ -41,6 +58,14 @@ ROWS = (
         _axes,
         lambda draft, _one: str(draft.device_fields["axes"])[: len(draft.motors) + draft.stepped],
         when=_has("axes"),
+    ),
+    Row(
+        "device.ids", "Which node is the drive of each motor, in the arm's order?",
+        "Node numbers, 1 to 127, as the drives' own program or switches set them. `armdrive doctor "
+        "--can` shows who is on the bus.",
+        _nodes,
+        lambda draft, _one: " ".join(str(1 + each) for each in range(_count(draft))),
+        when=_has("master_id"),
     ),
     Row(
         "device.unit", "What is the board's mm: one motor step, or one degree?",

@@ -76,6 +76,14 @@ TEMPLATES: Mapping[str, Template] = MappingProxyType(
                 "each its id, finds which way it turns, and writes the same file.",
             ),
             Template(
+                "minimover5-cia402",
+                "a Mini-mover 5 whose six motors are CiA 402 drives (CANopen)", "cia402",
+                preset="minimover5-cia402",
+                note="Node numbers and the bit rate are set by the drives' own program or "
+                "switches; `armdrive doctor --can` shows who is there. A step is an increment of "
+                "the drive: steps_per_turn is increments for a turn of the joint.",
+            ),
+            Template(
                 "printed-six", "a printed six-axis arm on a six-axis GRBL board", "grbl",
                 links=PRINTED_SIX, grippers=(SERVO, OUTPUT, NOTHING), homes=True,
                 note="A starting template: lengths, gears, limits and homing are not your arm's "

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from armdrive.controllers.teachmover import FIRST_LINE
-from armdrive.recorder import messages_can, messages_mks
+from armdrive.recorder import messages_can, messages_canopen, messages_mks
 from armdrive.recorder.weighing import Message, Splitter, Weight
 from armdrive.wording import armdroid, grbl, wording
 from firmware_protocol import robko01
@@ -165,6 +165,12 @@ TALKS: Mapping[str, Talk] = MappingProxyType(
             lambda: messages_can.PackedFrames(messages_mks.weighed),
             messages_mks.heard,
             messages_mks.sent,
+            messages_can.shown,
+        ),
+        "cia402": Talk(
+            lambda: messages_can.PackedFrames(messages_canopen.weighed),
+            messages_canopen.words,
+            messages_canopen.words,
             messages_can.shown,
         ),
     }

@@ -1,7 +1,7 @@
 """What words and numbers of the drive profile CiA 402 mean, in words.
 
 Bits 4, 10, 12 and 13 mean what the mode says; where it is not known they are called as in profile
-position.
+position. While a drive has no current, 10 and 12 mean nothing, and are left out.
 """
 
 from __future__ import annotations
@@ -63,13 +63,14 @@ _STATUS: Mapping[StatusBit, str] = {
     StatusBit.ACKNOWLEDGED: "set-point taken",
     StatusBit.FOLLOWING_ERROR: "following error",
 }
+_OF_MOTION = frozenset((StatusBit.REACHED, StatusBit.ACKNOWLEDGED))
 _STATUS_IN: Mapping[OperationMode, Mapping[StatusBit, str]] = {
     OperationMode.HOMING: {
         StatusBit.ACKNOWLEDGED: "home found",
         StatusBit.FOLLOWING_ERROR: "homing failed",
     },
     **{
-        mode: {StatusBit.REACHED: "bit 10", StatusBit.ACKNOWLEDGED: "follows its targets"}
+        mode: {StatusBit.REACHED: "", StatusBit.ACKNOWLEDGED: "follows its targets"}
         for mode in _CYCLIC
     },
 }
@@ -103,10 +104,15 @@ def state_words(value: int, mode: OperationMode | None = None) -> str:
     state = word.state
     said = [f"{word.value:04X}", "no state of CiA 402" if state is None else STATES[state]]
     special = _STATUS_IN.get(mode, {}) if mode is not None else {}
-    said += [special.get(bit, words) for bit, words in _STATUS.items() if word.has(bit)]
+    told = [bit for bit in _STATUS if word.has(bit) and (bit not in _OF_MOTION or _holds(state))]
+    said += filter(None, (special.get(bit, _STATUS[bit]) for bit in told))
     if not word.has(StatusBit.REMOTE):
         said.append("not remote: it does not obey")
     return f"{said[0]} {', '.join(said[1:])}"
+
+
+def _holds(state: DriveState | None) -> bool:
+    return state is not None and state.holds
 
 
 def control_words(value: int, mode: OperationMode | None = None) -> str:

@@ -59,6 +59,15 @@ _MORE = Dictionary(
         (Place(0x605D), "Halt option code", DataType.I16, ""),
         (Place(0x606C), "Velocity actual value", _I32, "inc/s"),
         (Place(0x607C), "Home offset", _I32, "inc"),
+        (Place(0x607E), "Polarity", _U8, ""),
+        (Place(0x607F), "Max profile velocity", _U32, "inc/s"),
+        (Place(0x6080), "Max motor speed", _U32, "rpm"),
+        (Place(0x608F, 1), "Encoder increments", _U32, "inc"),
+        (Place(0x608F, 2), "Motor revolutions", _U32, ""),
+        (Place(0x6091, 1), "Gear ratio, motor shaft", _U32, ""),
+        (Place(0x6091, 2), "Gear ratio, driving shaft", _U32, ""),
+        (Place(0x6092, 1), "Feed", _U32, ""),
+        (Place(0x6092, 2), "Feed, shaft revolutions", _U32, ""),
         (Place(0x60FF), "Target velocity", _I32, "inc/s"),
     )
 )

@@ -138,6 +138,13 @@ CONVERSATION = (
         "node 4: 2237 operation enabled, homing failed; mode 6, homing; at 0",
     ),
     (pdo(Service.TPDO1, 4, "08 02"), ANSWER, "node 4: 0208 fault"),
+    # what bits of motion were left at means nothing while a drive has no current
+    (pdo(Service.TPDO1, 4, "50 16"), ANSWER, "node 4: 1650 switch on disabled"),
+    (
+        pdo(Service.TPDO1, 4, "37 06 08 00 00 00 00"),
+        ANSWER,
+        "node 4: 0637 operation enabled; mode 8, cyclic position; at 0",
+    ),
     (pdo(Service.TPDO2, 4, "40 00 00"), ANSWER, "0040 switch on disabled, not remote: it does not"),
     (pdo(Service.TPDO4, 4, "01 02"), ANSWER, "node 4: TPDO4 01 02"),
     (Frame(0x183, b"\x01\x02\x03"), ANSWER, "node 3: TPDO1 01 02 03"),
@@ -153,7 +160,7 @@ CONVERSATION = (
 def test_a_frame_is_told_in_words(frame, kind, words):
     said = CanopenEar().hear(frame)
     assert said.kind is kind
-    assert words in said.words
+    assert said.words == words or ("node" not in words and words in said.words)
     assert said.check is Check.NONE
     assert str(frame) in said.line(1.5)
 

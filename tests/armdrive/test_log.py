@@ -87,7 +87,7 @@ def test_errors_carry_the_code_of_the_catalogue(arm):
     assert codes[Kind.TRUST] in ("E706", "E707")
 
 
-@pytest.mark.parametrize("dialect", ["robko01", "armdroid", "grbl", "mks"])
+@pytest.mark.parametrize("dialect", ["robko01", "armdroid", "grbl", "mks", "cia402"])
 def test_every_dialect_has_a_log(dialect):
     with recorded_arm(dialect) as arm:
         arm.move_motors(0, 0, 0, 0, 3, 0)

@@ -56,6 +56,12 @@ SENT = [
         pack(Frame(1, bytes.fromhex("3132"))) + pack(Frame(2, bytes.fromhex("3133"))),
         "1 2: read encoder",
     ),
+    (
+        "cia402",
+        pack(Frame(0x201, bytes.fromhex("0f000805000000"))) + pack(Frame(0x080)),
+        "1: 000F enable operation; mode 8, cyclic position; target 5; SYNC",
+    ),
+    ("cia402", pack(Frame(0, b"\x01\x00")), "all: start: become operational"),
 ]  # fmt: skip
 
 
@@ -78,6 +84,8 @@ HEARD = [
     ("grbl", b"ALARM:1", "alarm 1: "),
     ("grbl", b"<Run|MPos:1.000,-2.500|FS:300,0|Bf:12,200>", "Run at 1 -2.5, feed 300"),
     ("mks", pack(Frame(4, bytes.fromhex("3100000000000136"))), "4: the encoder is at 1"),
+    ("cia402", pack(Frame(0x704, b"\x00")), "4: boot-up: it has begun anew"),
+    ("cia402", pack(Frame(0x184, bytes.fromhex("37020801000000"))), "4: 0237 operation enabled"),
 ]
 
 

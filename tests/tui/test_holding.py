@@ -213,6 +213,7 @@ def test_digital_lines_are_told_apart_by_their_numbers():
         ("grbl", "inputs . . . . . . . . . . .\n"),
         ("armdroid", ""),
         ("mks", ""),
+        ("cia402", ""),
     ],
 )
 def test_as_many_inputs_are_shown_as_the_arm_has(dialect, shown):
