@@ -85,9 +85,10 @@ class SimCia402(DrivesBox[Node]):
         for node in self.nodes:
             node.nmt.booted()  # it has said so long ago
 
+    def _listens(self, node: Node, frame: Frame) -> bool:
+        return listens_to(node, frame.can_id)
+
     def _bring(self, node: Node, frame: Frame) -> None:
-        if not listens_to(node, frame.can_id):
-            return
         if minds_shaft(node, frame.can_id):
             self._shafts.look(self.now_s)
             live(node, self.now_s)

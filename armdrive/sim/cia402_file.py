@@ -103,8 +103,9 @@ def _known(node: Node) -> dict[str, Json]:
 def _changed(node: Node) -> dict[str, Json]:
     """Return the objects that are not as they are at first, as they are on the bus."""
     changed: dict[str, Json] = {}
+    store = node.stored()
     for entry in node.dictionary:
-        value = node.store.value(entry.place)
+        value = store.value(entry.place)
         if entry.place not in LIVE and value is not None and value != entry.initial(node.number):
             changed[f"{entry.place.index:04X}:{entry.place.sub:02X}"] = entry.type.pack(value).hex()
     return changed

@@ -17,6 +17,7 @@ from armdrive.sim.cia402_point import ServoPoint
 from armdrive.sim.limit_switch import LimitSwitch
 from armdrive.sim.shafts import ShaftDrive
 from firmware_protocol.canopen import (
+    AbortCode,
     Dictionary,
     DriveDevice,
     DriveState,
@@ -91,13 +92,15 @@ class Node:
         self.zero = drive.shafts[index]
         self.said: list[bytes] = []
         """What its owner has to bring to the bus."""
-        self.store = self._stored(number)
+        self.store = self._fresh(number)
         self._forget()
 
-    def _stored(self, number: int) -> ObjectStore:
+    def _fresh(self, number: int) -> ObjectStore:
         store = ObjectStore(self.dictionary, number)
         if self.dictionary.find(SERIAL_NUMBER):
             store.set(SERIAL_NUMBER, self.index + 1)
+        self._numbers: dict[Place, int] = {}
+        self._unstored: set[Place] = set()
         return store
 
     def _forget(self) -> None:
@@ -177,15 +180,34 @@ class Node:
         """Whether it does what it is told."""
         return self.machine.state is DriveState.ENABLED
 
+    # Its objects. What they hold is asked for far too often to be unpacked every time.
+
     def number_of(self, place: Place, default: int) -> int:
         """Return what an object holds; the default where there is none, or nothing in it."""
+        if place in self._numbers:
+            return self._numbers[place]
         value = self.store.value(place) if self.dictionary.find(place) else None
-        return default if value is None else int(value)
+        self._numbers[place] = default if value is None else int(value)
+        return self._numbers[place]
 
     def keep(self, place: Place, value: int) -> None:
         """Have an object hold a number, if there is such an object."""
         if self.dictionary.find(place):
-            self.store.set(place, value)
+            self._numbers[place] = value
+            self._unstored.add(place)
+
+    def stored(self) -> ObjectStore:
+        """Return the objects, all of them as they are."""
+        for place in self._unstored:
+            self.store.set(place, self._numbers[place])
+        self._unstored.clear()
+        return self.store
+
+    def write(self, place: Place, data: bytes, *, exact: bool) -> AbortCode | None:
+        """Have a master write an object; returns why not, or None."""
+        refused = self.stored().write(place, data, exact=exact)
+        self._numbers.pop(place, None)
+        return refused
 
     # What it says.
 
@@ -204,7 +226,7 @@ class Node:
 
     def renew(self) -> None:
         """Know nothing but what it is."""
-        self.store = self._stored(self.number)
+        self.store = self._fresh(self.number)
         self._forget()
 
     def begin(self, now_s: float) -> None:
@@ -220,8 +242,8 @@ class Node:
 
     def renew_talk(self, number: int, now_s: float) -> None:
         """Have the communication begin anew, perhaps with another node id; the motor goes on."""
-        before = self.store
-        self.number, self.store = number, self._stored(number)
+        before = self.stored()
+        self.number, self.store = number, self._fresh(number)
         for entry in self.dictionary:
             value = before.value(entry.place)
             if value is not None and entry.place.index not in COMMUNICATION:

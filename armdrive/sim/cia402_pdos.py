@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import struct
 from collections.abc import Mapping as Table
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from firmware_protocol.canopen import (
@@ -49,8 +51,21 @@ class Pdo:
     free_s: float = -math.inf
     """When it may be sent again."""
 
+    size: int = field(init=False)
+    _codec: struct.Struct = field(init=False)
+
     def __post_init__(self) -> None:
         self.places = tuple(entry.place for entry in self.mapping.entries)
+        self.size = self.mapping.size
+        self._codec = struct.Struct("<" + "".join(map(_code, self.mapping.entries)))
+
+    def pack(self, values: Sequence[int]) -> bytes:
+        """Return the data of it."""
+        return self._codec.pack(*values)
+
+    def unpack(self, data: bytes) -> tuple[int, ...]:
+        """Return the values of data that is long enough."""
+        return self._codec.unpack_from(data)
 
     @property
     def synchronous(self) -> bool:
@@ -131,6 +146,12 @@ class Pdos:
     def _value(self, place: Place) -> int:
         known = self._dictionary.find(place) is not None
         return int((self._store.value(place) if known else None) or 0)
+
+
+def _code(entry: Mapped) -> str:
+    """Return what `struct` calls a whole number; drives map no others."""
+    code = {1: "b", 2: "h", 4: "i", 8: "q"}[entry.size]
+    return code if entry.type.signed else code.upper()
 
 
 def _refused_communication(sub: int, value: int) -> AbortCode | None:

@@ -17,7 +17,6 @@ from firmware_protocol.canopen import (
     Place,
     StatusBit,
     Statusword,
-    Value,
 )
 
 _OF_MODE = StatusBit.REACHED | StatusBit.ACKNOWLEDGED
@@ -35,12 +34,10 @@ def status(node: Node, now_s: float) -> Statusword:
     return Statusword(word.value & ~int(_OF_MODE) | int(bits))
 
 
-def read(node: Node, place: Place, now_s: float) -> Value | None:
-    """Return what an object is now."""
+def read(node: Node, place: Place, now_s: float) -> int:
+    """Return what an object that is a number is now."""
     told = LIVE.get(place)
-    if told is not None:
-        return told(node, now_s)
-    return node.store.value(place)
+    return node.number_of(place, 0) if told is None else told(node, now_s)
 
 
 def behind(node: Node, now_s: float) -> int:

@@ -14,10 +14,8 @@ from firmware_protocol.canopen import (
     AbortCode,
     DriveState,
     NmtCommand,
-    Place,
     ReadAsked,
     Service,
-    Value,
     WriteAsked,
     cob_id,
 )
@@ -99,12 +97,7 @@ def _send_in_turn(node: Node, pdo: Pdo, now_s: float) -> None:
 
 
 def _packed(node: Node, pdo: Pdo, now_s: float) -> bytes:
-    return pdo.mapping.pack([_told(node, place, now_s) for place in pdo.places])
-
-
-def _told(node: Node, place: Place, now_s: float) -> Value:
-    value = read(node, place, now_s)
-    return 0 if value is None else value
+    return pdo.pack([read(node, place, now_s) for place in pdo.places])
 
 
 def _send(node: Node, pdo: Pdo, data: bytes, now_s: float) -> None:
@@ -118,7 +111,7 @@ def _send(node: Node, pdo: Pdo, data: bytes, now_s: float) -> None:
 def _take_pdo(node: Node, pdo: Pdo, data: bytes, now_s: float) -> None:
     if not node.nmt.takes("pdo"):
         return
-    if len(data) < pdo.mapping.size:
+    if len(data) < pdo.size:
         say(node, PDO_TOO_SHORT)
     elif pdo.synchronous:
         pdo.data = data
@@ -129,9 +122,9 @@ def _take_pdo(node: Node, pdo: Pdo, data: bytes, now_s: float) -> None:
 def _act(node: Node, pdo: Pdo, data: bytes, now_s: float) -> None:
     """Take over what a PDO has brought; a value that an object may not have is left out."""
     taken = []
-    for place, value in zip(pdo.places, pdo.mapping.unpack(data), strict=True):
+    for place, value in zip(pdo.places, pdo.unpack(data), strict=True):
         if refusal(node, place, value) is None:
-            node.store.set(place, value)
+            node.keep(place, value)
             taken.append(place)
     written(node, taken, now_s)
 
@@ -152,9 +145,9 @@ def _serve(node: Node, frame: Frame, now_s: float) -> None:
 
 
 def _tell(node: Node, ask: ReadAsked, now_s: float) -> Frame | None:
-    if ask.place in LIVE and node.dictionary.find(ask.place) is not None:
-        node.store.set(ask.place, LIVE[ask.place](node, now_s))
-    return node.store.answer(node.sdo, ask)
+    if ask.place in LIVE:
+        node.keep(ask.place, LIVE[ask.place](node, now_s))
+    return node.stored().answer(node.sdo, ask)
 
 
 def _take(node: Node, ask: WriteAsked, now_s: float) -> Frame | None:
@@ -166,7 +159,7 @@ def _take(node: Node, ask: WriteAsked, now_s: float) -> Frame | None:
     refused: AbortCode | None = None
     if entry is not None and entry.access.writable and value is not None:
         refused = refusal(node, ask.place, value)
-    refused = refused or node.store.write(ask.place, ask.data, exact=ask.exact)
+    refused = refused or node.write(ask.place, ask.data, exact=ask.exact)
     if refused is not None:
         return node.sdo.refuse(ask, refused)
     accepted = node.sdo.accept(ask)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import abc
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any, Generic, Protocol, TypeVar
 
 from armdrive.errors import BadRequest
@@ -74,9 +74,14 @@ class DrivesBox(SimBase, Generic[N]):
         self._unpacker = Unpacker()
         self._outbox = Outbox()
         self._look_s = self._nodes_due_s = math.inf
+        self._dues = [math.inf for _ in self.nodes]
         self._found()
 
     # What a dialect's drives fill in.
+
+    @abc.abstractmethod
+    def _listens(self, node: N, frame: Frame) -> bool:
+        """Tell whether a drive takes a frame from the bus: it is there, and minds it."""
 
     @abc.abstractmethod
     def _bring(self, node: N, frame: Frame) -> None:
@@ -196,9 +201,10 @@ class DrivesBox(SimBase, Generic[N]):
 
     def _hear(self, data: bytes) -> None:
         for frame in self._unpacker.feed(data):
-            for node in self.nodes:
+            ears = [node for node in self.nodes if self._listens(node, frame)]
+            for node in ears:
                 self._bring(node, frame)
-        self._collect()
+            self._collect(ears)
 
     def _due_s(self) -> float:
         return min(self._nodes_due_s, self._outbox.next_s, self._look_s)
@@ -215,14 +221,16 @@ class DrivesBox(SimBase, Generic[N]):
                 self._live_through(node)
             self._collect()
 
-    def _collect(self) -> None:
-        """Take what the drives have to say, and see when they have something to do again."""
+    def _collect(self, nodes: Iterable[N] | None = None) -> None:
+        """Take what drives have to say, and see when they have something to do again."""
         self._look_s = self._shafts.look_s
-        self._nodes_due_s = min(map(self._next_of, self.nodes))
-        for node in self.nodes:
-            for data in node.said:
-                self._outbox.put(self.now_s + node.answer_s, node.index, data)
-            node.said.clear()
+        for node in self.nodes if nodes is None else nodes:
+            self._dues[node.index] = self._next_of(node)
+            if node.said:
+                for data in node.said:
+                    self._outbox.put(self.now_s + node.answer_s, node.index, data)
+                node.said.clear()
+        self._nodes_due_s = min(self._dues)
 
     def _motion_ended(self) -> None:
         """Do nothing: each drive ends its own."""

@@ -61,13 +61,14 @@ class SimMks(DrivesBox[Node]):
 
     # The box.
 
-    def _bring(self, node: Node, frame: Frame) -> None:
+    def _listens(self, node: Node, frame: Frame) -> bool:
         meant = node.listens_to(frame.can_id)
-        if not (node.plugged and (meant or node.habits.watchdog_hears_all)):
-            return
+        return node.plugged and (meant or node.habits.watchdog_hears_all)
+
+    def _bring(self, node: Node, frame: Frame) -> None:
         if node.awake and node.device.bitrate.bits_s == self._bits_s:
             node.heard_s, node.expired = self.now_s, False
-            if meant:
+            if node.listens_to(frame.can_id):
                 node.device.receive_data(pack(frame))
             while (event := node.device.next_event()) is not None:
                 if isinstance(event, Asked):
