@@ -86,9 +86,10 @@ class Cia402Settings:
 
     @property
     def frame_ids(self) -> tuple[int, ...]:
-        """The ids of the frames that the drives say; those of other nodes are not listened to."""
+        """The ids of the frames that are listened to: what the drives say, and a rival's beat."""
         said = (Service.EMCY, Service.TPDO1, Service.SDO_RESPONSE, Service.HEARTBEAT)
-        return tuple(cob_id(service, node) for service in said for node in self.ids)
+        own = tuple(cob_id(service, node) for service in said for node in self.ids)
+        return (*own, cob_id(Service.HEARTBEAT, self.master_id))
 
     def _check_homing(self) -> None:
         if self.homing_methods and len(self.homing_methods) != len(self.ids):

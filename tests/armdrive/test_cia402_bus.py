@@ -27,8 +27,9 @@ def test_what_the_drives_of_the_arm_say_is_listened_to_and_no_more(monkeypatch):
     config = find(PORT, dialect_name="cia402").config
     device = replace(config.device, ids=(3, 10))
     Wiring(replace(config, device=device)).open()
-    heard = sorted(0x80 + node + base for node in (3, 10) for base in (0, 0x100, 0x500, 0x680))
-    assert opened == [f"{PORT}&ids={','.join(map(str, heard))}"]
+    heard = [0x80 + node + base for node in (3, 10) for base in (0, 0x100, 0x500, 0x680)]
+    rival = 0x700 + device.master_id  # another program that beats as this one
+    assert opened == [f"{PORT}&ids={','.join(map(str, sorted((*heard, rival))))}"]
 
 
 @needs_pty

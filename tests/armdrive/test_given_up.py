@@ -10,7 +10,14 @@ from armdrive import Arm
 from armdrive.dialects import DIALECTS
 from armdrive.status import State
 
-GIVEN_UP_AFTER_S = {"teachmover": 2.3, "armdroid": 2.4, "robko01": 3.4, "grbl": 1.7, "mks": 1.7}
+GIVEN_UP_AFTER_S = {
+    "teachmover": 2.3,
+    "armdroid": 2.4,
+    "robko01": 3.4,
+    "grbl": 1.7,
+    "mks": 1.7,
+    "cia402": 1.3,
+}
 """From the first look that a standing arm does not answer."""
 
 
