@@ -221,16 +221,17 @@ class Node:
     def fall_silent(self, now_s: float) -> None:
         """Lose power or be reset: the shaft is free, and all that was under way is forgotten."""
         self.drive.release((self.index,), now_s)
-        self.said.clear()
         self.renew()
 
     def renew(self) -> None:
         """Know nothing but what it is."""
+        self.said.clear()
         self.store = self._fresh(self.number)
         self._forget()
 
     def begin(self, now_s: float) -> None:
         """Begin, the power having come: it takes a while until it says so."""
+        self.renew()
         self.boots_s = now_s + self.habits.boot_s
         if not self.habits.keeps_position:
             self.zero = self.shaft

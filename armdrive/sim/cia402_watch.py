@@ -42,6 +42,8 @@ def live(node: Node, now_s: float) -> None:
     if node.booting and node.boots_s <= now_s:
         node.boots_s = -math.inf
         node.say((node.nmt.booted(),))
+        for code in sorted(node.ailing):
+            fault(node, code, now_s)
     _watch_beats(node, now_s)
     _watch_shaft(node, now_s)
     _watch_switch(node, now_s)

@@ -26,6 +26,7 @@ from firmware_protocol.canopen import (
     ERROR_REGISTER,
     HEARTBEAT_REACTION,
     MODE,
+    MODE_SHOWN,
     ON_EVENT,
     POSITION,
     PRODUCER_HEARTBEAT_MS,
@@ -417,6 +418,26 @@ class TestFaults:
         bench.twin.faults.end()
         bench.write(1, CONTROLWORD, 0x80)
         assert bench.state(1).state is DriveState.DISABLED
+
+    def test_one_that_is_still_ill_fails_again_when_its_power_comes(self, bench):
+        bench.twin.faults.add("drive-fault", "1", "4310")
+        bench.device.power_off()
+        bench.device.power_on()
+        heard = bench.run(1.0)
+        assert beats(heard) == [NodeState.BOOTING]
+        assert emergencies(heard) == [0x4310]
+        assert bench.state(1).state is DriveState.FAULT
+        assert bench.state(2).state is DriveState.DISABLED
+
+    def test_what_is_changed_of_a_drive_without_power_shows_when_it_has_some(self, bench):
+        bench.device.power_drive(0, False)
+        bench.device.set_drive_id(0, 9)
+        bench.device.set_drive_mode(0, 2)
+        assert bench.run(1.0) == []
+        bench.device.power_drive(0, True)
+        assert beats(bench.run(1.0), 9) == [NodeState.BOOTING]
+        assert bench.state(9).state is DriveState.DISABLED
+        assert bench.read(9, MODE_SHOWN) == 0
 
     def test_a_drive_that_says_an_emcy_goes_on(self, bench):
         bench.enable(1, mode=PP)
