@@ -232,7 +232,7 @@ def compare(config: ArmConfig, report: Report, options: argparse.Namespace) -> N
                 settings = compared(arm)
                 report.add([ok(f"{len(lines)} settings were written")])
             report.add(settings_findings(settings))
-            report.more["firmware"] = settings.firmware or report.more["firmware"]
+            report.more["firmware"] = settings.firmware or report.more.get("firmware", "")
     except ArmError as error:
         report.add([problem(f"it was recognised, but did not connect: {error}", "try once more")])
 

@@ -120,7 +120,12 @@ class Cia402Bus:
         return pack(self._clients[node].download(place, data))
 
     def abandon(self, node: int) -> bytes:
-        """Wait no longer for what comes of a transfer; the node is told."""
+        """Wait no longer for what comes of a transfer; the node is told.
+
+        What has come of it already and was not fetched is dropped: it would be taken for the
+        answer to whatever is asked next.
+        """
+        self._events = deque(each for each in self._events if not _answers(each, node))
         frame = self._clients[node].abandon(AbortCode.TIMED_OUT)
         return b"" if frame is None else pack(frame)
 
@@ -180,3 +185,7 @@ class Cia402Bus:
             self._owed += pack(said)
         while (event := client.next_event()) is not None:
             self._events.append(Answered(node, event))
+
+
+def _answers(event: Heard, node: int) -> bool:
+    return isinstance(event, Answered) and event.node == node

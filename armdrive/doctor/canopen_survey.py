@@ -230,6 +230,8 @@ def _doubled(node: int) -> Talk[bool]:
             twice += count > 1
             if not count:
                 yield Put(None, LATE_S)
+            elif not twice:
+                break  # one answer: the next object may tell them apart
         if twice > 1:
             return True
     return False

@@ -7,12 +7,18 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from cli_calls import write_arm_file
 
 from armdrive import Arm
+from armdrive.cli import doctor_can
 from armdrive.connecting import find
+from armdrive.controllers.cia402_bus import Cia402Bus
+from armdrive.doctor.can_survey import listen
 from armdrive.status import State
 from armdrive.transports import url
 from armdrive.wiring import Wiring
+from firmware_protocol.canopen import STATUSWORD, SdoServer
+from firmware_protocol.frames import Unpacker, pack
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 from sim_process import SimProcess
@@ -30,6 +36,49 @@ def test_what_the_drives_of_the_arm_say_is_listened_to_and_no_more(monkeypatch):
     heard = [0x80 + node + base for node in (3, 10) for base in (0, 0x100, 0x500, 0x680)]
     rival = 0x700 + device.master_id  # another program that beats as this one
     assert opened == [f"{PORT}&ids={','.join(map(str, sorted((*heard, rival))))}"]
+
+
+def test_an_answer_that_nobody_has_fetched_is_given_up_with_its_transfer():
+    bus, server = Cia402Bus((4,)), SdoServer(4)
+    for _ in range(2):  # the first answer has come, and is not looked at before its time is over
+        (asked,) = Unpacker().feed(bus.upload(4, STATUSWORD))
+        server.receive_frame(asked)
+        bus.receive_data(pack(server.supply(server.next_event(), b"\x40\x02")))
+        last, given_up = bus.abandon(4), bus.next_event()
+        assert (last, given_up) == (b"", None)
+
+
+ARM = 'model = "minimover5-cia402"\n\n[connection]\ndialect = "cia402"\nport = "{port}"\n'
+
+
+@needs_pty
+def test_a_bus_is_looked_at_without_a_word_that_changes_anything(call, tmp_path, monkeypatch):
+    monkeypatch.setattr(doctor_can, "listen", lambda **how: listen(0.1, **how))
+    path = tmp_path / "can0"
+    port = f"can:slcan:{path}?bitrate=500000"
+    with SimProcess(path, "cia402") as bus:
+        before = bus.state()
+        called = call("doctor", "--can", port, "--ids", "1-7", "--json", code=0)
+        assert [each["id"] for each in called.json["drives"]] == [1, 2, 3, 4, 5, 6]
+        assert {each["protocol"] for each in called.json["drives"]} == {"canopen"}
+        assert "--template minimover5-cia402" in called.json["next"][0]
+        write_arm_file("bench", ARM.format(port=port))
+        said = call("doctor", "--arm", "bench", "--ids", "1-6", code=0).out
+        assert "every drive of the arm file answers" in said
+        assert bus.state() == before
+        said = call("doctor", "--arm", "bench", "--ids", "1-6", "--mend", "--yes", code=0).out
+        assert "the controller's settings are what the arm file expects" in said
+
+
+@needs_pty
+def test_devices_that_are_no_drives_are_told(call, tmp_path, monkeypatch):
+    monkeypatch.setattr(doctor_can, "listen", lambda **how: listen(0.1, **how))
+    path = tmp_path / "can0"
+    port = f"can:slcan:{path}?bitrate=500000"
+    with SimProcess(path, "cia402", "--set", "profile=401"):
+        write_arm_file("bench", ARM.format(port=port))
+        said = call("doctor", "--arm", "bench", "--ids", "1-6", code=1).out
+        assert "node 1 of the arm file is no CiA 402 drive (CiA 401, an I/O module)" in said
 
 
 @needs_pty
