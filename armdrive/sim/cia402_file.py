@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 from typing import TypeVar
 
 from armdrive.errors import StateFileError
-from armdrive.sim.cia402_node import Homing, Node
+from armdrive.sim.cia402_habits import Homing
+from armdrive.sim.cia402_node import Node
 from armdrive.sim.cia402_objects import watched
 from armdrive.sim.cia402_status import LIVE, status
 from armdrive.sim.saved import MEND, Json, Saved

@@ -9,7 +9,8 @@ from __future__ import annotations
 import math
 
 from armdrive.sim.cia402_course import brake, forget_targets
-from armdrive.sim.cia402_node import Homing, Node
+from armdrive.sim.cia402_habits import Homing
+from armdrive.sim.cia402_node import Node
 from armdrive.sim.cia402_places import (
     HOME_OFFSET,
     HOMING_ACCELERATION,

@@ -6,7 +6,8 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
 from armdrive.sim.cia402_course import arrived
-from armdrive.sim.cia402_node import Homing, Node
+from armdrive.sim.cia402_habits import Homing
+from armdrive.sim.cia402_node import Node
 from armdrive.sim.cia402_places import DIGITAL_INPUTS, POSITION_DEMAND, VELOCITY
 from firmware_protocol.canopen import (
     FOLLOWING_ERROR,

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 from armdrive.errors import BadRequest
 from armdrive.sim.cia402 import SimCia402
-from armdrive.sim.cia402_node import Habits, Node
+from armdrive.sim.cia402_habits import Habits
+from armdrive.sim.cia402_node import Node
 from armdrive.sim.cia402_places import ENCODER_INCREMENTS, MOST_MOTOR_SPEED, dictionary, without
 from armdrive.sim.cia402_point import ServoPoint
 from armdrive.sim.limit_switch import switches
