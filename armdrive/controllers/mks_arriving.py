@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Generator, Mapping
 
+from armdrive.controllers.mks_anew import counts_anew
 from armdrive.controllers.mks_drive import ASKED_S, Drive
 from armdrive.controllers.mks_refusing import MksRefusing
 from armdrive.controllers.mks_stops import ALL_MUTE_LOOKS, MUTE_LOOKS
@@ -132,14 +133,16 @@ class MksArriving(MksRefusing):
         return states
 
     def began_anew(self, node: int) -> bool:
-        """Tell whether a drive began anew: one that was gone, or that counts far off its way.
+        """Tell whether a drive began anew: it leapt, or was gone, or counts far off its way.
 
         One whose count denies that it did is believed.
         """
         drive = self.drive(node)
+        if drive.leap.leapt:
+            return True
         far = not drive.passes(drive.seen or 0, self.settings.corridor_counts)
         gone = math.isfinite(drive.gap.doubted_s)
-        if (far or gone) and drive.began_anew(self.reach, self.now_s):
+        if (far or gone) and counts_anew(drive, self.reach, self.now_s):
             return True
         drive.gap.doubted_s = math.inf
         return False
@@ -202,7 +205,7 @@ class MksArriving(MksRefusing):
     def _is_astray(self, drive: Drive, all_silent: bool) -> bool:
         """Tell whether a drive that was silent is elsewhere; where all were, orders have waited."""
         if all_silent:
-            return drive.began_anew(self.reach, self.now_s)
+            return counts_anew(drive, self.reach, self.now_s)
         return drive.off_by(drive.seen or 0, self.now_s) > self.reach
 
     def break_off(self, node: int, alert: Alert | None = None) -> Ending:

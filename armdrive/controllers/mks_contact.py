@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Generator, Mapping
 
+from armdrive.controllers.mks_anew import anew_words, counts_anew
 from armdrive.controllers.mks_stops import MksStopping
 from armdrive.controllers.mks_talk import TRIES, Script
 from armdrive.controllers.requests import Alert, AlertKind, Denied, Done, Silence
@@ -154,8 +155,8 @@ class MksContact(MksStopping):
         if (yield from self.stalled((node,))):
             return Alert(AlertKind.SWITCHED_OFF, self.stall_words(node))
         where = f"at {drive.seen or 0}, not at {round(drive.position)} counts"
-        if drive.began_anew(self.settings.rest_counts, self.now_s):
-            return Alert(AlertKind.RESTARTED, drive.anew_words())
+        if counts_anew(drive, self.settings.rest_counts, self.now_s):
+            return Alert(AlertKind.RESTARTED, anew_words(drive))
         if self.on and (yield from self.off((node,))):
             return Alert(AlertKind.SWITCHED_OFF, f"{drive} has switched its motor off, {where}")
         mode = yield from self.mode_words(node)

@@ -13,8 +13,9 @@ from armdrive.controllers.mks_asked import Questions, Speeds
 from armdrive.controllers.mks_denied import Denials
 from armdrive.controllers.mks_doubt import PACE, Doubt
 from armdrive.controllers.mks_gap import Gap
+from armdrive.controllers.mks_leap import Leap
 from armdrive.controllers.mks_ramps import COUNTS_S_PER_RPM, shared_acc, slope_of
-from firmware_protocol.mks import COUNTS_PER_TURN, acc_of
+from firmware_protocol.mks import acc_of
 
 STEP_S = 0.005
 """The model goes on in steps of this length."""
@@ -79,6 +80,8 @@ class Drive:
     """Where it was at the last look, and where by its orders."""
     gap: Gap = field(default_factory=Gap)
     """Whether it was gone for a moment."""
+    leap: Leap = field(default_factory=Leap)
+    """Whether it was seen where no shaft can have turned to."""
 
     def __str__(self) -> str:
         return f"drive {self.node} ({self.name})"
@@ -108,6 +111,8 @@ class Drive:
         self.speeds.change(self.fastest, now_s)
         self.acc, self.fresh, self.ordered_s = acc, False, now_s
         self.target, self.told, self.moving = target, rpm * COUNTS_S_PER_RPM, True
+        up, down = (self.told if way * (target - self.position) > 0.0 else 0.0 for way in (1, -1))
+        self.leap.order(max(up, self.speed), max(down, -self.speed), now_s)
         self.least, self.most = min(self.least, target), max(self.most, target)
 
     def ramp_to(self, target: int, acc: int, share: float) -> int:
@@ -146,6 +151,12 @@ class Drive:
             self.position, self.speed = float(self.target), 0.0
         else:
             self.position += way
+
+    def see(self, count: int, now_s: float) -> None:
+        """Take note of where it is by its encoder."""
+        self.advance(now_s)
+        self.seen, self.seen_s = count, now_s
+        self.leap.weigh(count, self.questions.asked_s, self.position, now_s)
 
     def ask(self, now_s: float) -> None:
         """Take note that it is asked where it is: its answer is of some moment from now on."""
@@ -194,35 +205,6 @@ class Drive:
     def passes(self, count: int, margin: int) -> bool:
         """Tell whether its way led by a count."""
         return self.least - margin <= count <= self.most + margin
-
-    def began_anew(self, reach: int, now_s: float) -> bool:
-        """Tell whether its count speaks for its having begun anew, at zero.
-
-        Zero is not on its way; or it stands, and counts from zero within the turn that it is in; or
-        it was gone for a moment, and has counted no more since than it may have run from zero.
-        """
-        seen = self.seen or 0
-        if abs(seen) <= reach and not self.passes(0, reach):
-            return True
-        if not self.moving and self._counts_within_its_turn(seen, reach):
-            return True
-        gone_s = max(now_s - self.gap.gone_s, 0.0)
-        return self.moving and bool(gone_s) and abs(seen) <= reach + gone_s * self.fastest
-
-    def _counts_within_its_turn(self, seen: int, reach: int) -> bool:
-        """Tell whether whole turns are missing of where it stands: its encoder knows the angle."""
-        turns = round((self.target - seen) / COUNTS_PER_TURN)
-        near = abs(self.target - seen - turns * COUNTS_PER_TURN) <= reach
-        return bool(turns) and near and -reach <= seen < COUNTS_PER_TURN + reach
-
-    def anew_words(self) -> str:
-        """Say that it began anew, and how surely that is known."""
-        if math.isinf(self.gap.gone_s):
-            return f"{self} was reset or lost its power: it counts from zero again"
-        return (
-            f"{self} was gone for a moment in motion, and counts {self.seen}: it was reset or lost "
-            "its power, most likely, and counts from zero again. Look at its supply and its plug"
-        )
 
     @property
     def fastest(self) -> float:

@@ -92,7 +92,7 @@ class MksHearing(Scripted[Event]):
             self._count(drive.node, 1)
             drive.questions.answered()
         if isinstance(heard, Answered) and isinstance(heard.answer, EncoderRead):
-            drive.seen, drive.seen_s = heard.answer.counts, self.now_s
+            drive.see(heard.answer.counts, self.now_s)
 
     def _count(self, node: int, change: int) -> None:
         self.extra[node] = self.extra.get(node, 0) + change

@@ -91,6 +91,7 @@ class MksMotion(MksHoldUps):
             drive.advance(self.now_s)
             if drive.moving or abs((drive.seen or 0) - drive.target) > self.reach:
                 drive.rest_at(drive.seen or 0, self.now_s)
+            drive.leap.begin(drive.seen, drive.seen_s)
             drive.gap.forget()  # whatever it missed while it stood, its count was read since
         return None
 
@@ -212,8 +213,11 @@ class MksMotion(MksHoldUps):
         """Compare a drive with its model; who is off its way, and goes on no more, ends it all."""
         drive, doubt = self.drive(node), self.drive(node).doubt
         off = drive.off_by(counts, self.now_s)
-        if math.isfinite(drive.gap.doubted_s) and self.began_anew(node):
+        if (drive.leap.leapt or math.isfinite(drive.gap.doubted_s)) and self.began_anew(node):
             return (yield from self.break_off(node))
+        if drive.leap.suspected:  # nothing is made of this look before there is another one
+            self.put(node, ReadEncoder())
+            return None
         astray = off > self.settings.corridor_counts
         if astray and doubt.is_too_soon(drive.questions.asked_s):
             return None

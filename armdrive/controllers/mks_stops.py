@@ -142,7 +142,7 @@ class MksStopping(MksEasing):
         if abs(before - drive.seen) > self.settings.rest_counts // 4 + 1:
             return False
         self._host.settle(node)
-        if doubtful and drive.rests_off(drive.seen):
+        if doubtful and (drive.rests_off(drive.seen) or drive.leap.leapt):
             self.tell(Alert(AlertKind.ASTRAY, self._astray_words(drive)))
         drive.rest_at(drive.seen, self.now_s)
         return True

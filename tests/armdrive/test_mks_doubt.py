@@ -50,23 +50,37 @@ def test_a_drive_that_was_late_before_its_slow_end_is_not_called_blocked(sides, 
     )
 
 
-def displaced(bench, number, counts):
-    """Have a drive be behind all at once, as after orders that came late; it runs on from there."""
-    node = bench.node(number)
-    order, here = node.moving.request, node.at(bench.now_s)
-    node.motor.hold(here - counts)
-    node.motor.move_to(order.counts, order.speed_rpm, order.acc, bench.now_s)
+def hold_back(bench, number, for_s):
+    """Have a shaft stand for a moment, and then go on by the last order of its drive."""
+    node, motor = bench.node(number), bench.node(number).motor
+    block(bench, number)
+
+    def go_on():
+        order = node.orders[-1][1]
+        node.blocked = False
+        motor.move_to(order.counts, order.speed_rpm, order.acc, bench.now_s)
+
+    bench.at_s[bench.now_s + for_s] = go_on
 
 
-@pytest.mark.parametrize("poll_s", [0.02, 0.1, 0.2])
-@pytest.mark.parametrize("behind", [1768, 2500, 4000])
-def test_one_that_is_behind_and_goes_on_is_waited_for(behind, poll_s):
-    bench = moving(segments(*([SLOW] * 20)), 0.5, 0.3, poll_s=poll_s)
-    displaced(bench, 1, behind)
+@pytest.mark.parametrize(
+    ("speed", "for_s", "poll_s"),
+    [
+        (3000, 0.1, 0.02),
+        (3000, 0.15, 0.2),
+        (9000, 0.11, 0.02),
+        (9000, 0.15, 0.1),
+        (9000, 0.15, 0.2),
+    ],
+)
+def test_one_that_is_behind_and_goes_on_is_waited_for(speed, for_s, poll_s):
+    way = (speed, -speed // 3, 0, 0, 0, 0)
+    bench = moving(segments(*([way] * 20)), 0.5, 0.3, poll_s=poll_s)
+    hold_back(bench, 1, for_s)
     reply = bench.finish()
     assert isinstance(reply, Done), str(reply)
     assert not bench.alerts()
-    assert bench.positions == Motors(50_000 + 20 * each for each in SLOW)
+    assert bench.positions == Motors(50_000 + 20 * each for each in way)
 
 
 @pytest.mark.parametrize("after_s", [0.3, 0.33, 0.36, 0.4])
