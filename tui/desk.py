@@ -42,6 +42,8 @@ class Desk(LinkedOwner):
     """One arm and its screens. Every way out of it, and every change of screen, stops a jog."""
 
     TITLE = "armdrive"
+    ABSENT_S = 1.0
+    STARVED_S = 0.3
     BINDINGS: ClassVar[list[BindingType]] = bindings("")
     CSS = CSS
     MODES: ClassVar = {entry.id: entry.make for entry in SCREENS}
@@ -103,6 +105,11 @@ class Desk(LinkedOwner):
     def woken(self, time_s: float) -> None:
         """Let no key move the arm that was typed while the desk was suspended."""
         self.disarm(f"this screen had stood still for {time_s:.1f} s")
+
+    def starved(self, time_s: float) -> None:
+        """Let no key move the arm that may have waited for the desk."""
+        if self.screen_stack and self.place.hand is not None:
+            self.place.hand.doubt(time_s)
 
     def show_screen(self, screen: str) -> None:
         """Go to a screen by its id. What the one before held ends first."""

@@ -11,18 +11,18 @@ import time
 from collections.abc import Callable, Mapping
 from functools import cache
 
-from textual import _time, events
+from textual import _time, events, on
 from textual.app import App
 from textual.content import Content
 from textual.driver import Driver
 from textual.filter import Monochrome
 from textual.keys import KEY_NAME_REPLACEMENTS, Keys, _character_to_key, key_to_character
-from textual.timer import Timer
 from textual.widgets import Static
 
 from kinematics.near_words import suggestion
 from tui.lasting import lasting
 from tui.served import ending, is_served
+from tui.waking import Waking
 
 ENDING_SIGNALS = tuple(
     getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)
@@ -105,12 +105,17 @@ class FirstKeys(App[int], inherit_bindings=False):
     without a stop where a file of keys has moved ours.
     """
 
-    ABSENT_S = 1.0
-    """An app that looked at nothing for so long was suspended."""
+    ABSENT_S = math.inf
+    """An app that did nothing for so long was suspended; those that look often say less."""
+
+    STARVED_S = math.inf
+    """An app that did nothing for so long has kept its keys waiting."""
 
     def __init__(self) -> None:
         self._key: events.Key | None = None
-        self._alive_s = math.inf
+        self._waking = Waking()
+        self.monotonic_s: Callable[[], float] = _time.get_time
+        self.busy_s: Callable[[], float] = time.thread_time
         # its other way to do without colours sends them all, as shades of grey
         super().__init__(ansi_color=True if os.environ.get("NO_COLOR") else None)
         if not self.no_color or os.environ.get("NO_COLOR"):
@@ -132,19 +137,39 @@ class FirstKeys(App[int], inherit_bindings=False):
 
         A busy app acts on keys later than they came, and further apart.
         """
-        return 0.0 if self._key is None else max(_time.get_time() - self._key.time, 0.0)
+        return 0.0 if self._key is None else max(self.monotonic_s() - self._key.time, 0.0)
 
     def woken(self, time_s: float) -> None:
-        """Hear that nothing was looked at for so long: this program was suspended."""
+        """Hear that this program was suspended, about so long; what was typed since is dropped."""
+
+    def starved(self, time_s: float) -> None:
+        """Hear that this program was kept from its work for so long: keys may be late."""
+
+    def was_suspended(self) -> None:
+        """Hear from the system that this program goes on; safe in a signal handler."""
+        self._waking.tell()
 
     def alive(self) -> None:
         """Note that the app goes on; to be called often, and before any key is acted on."""
-        before_s, self._alive_s = self._alive_s, time.monotonic()
-        if self._alive_s - before_s > self.ABSENT_S:
-            self.woken(self._alive_s - before_s)
+        now_s = self.monotonic_s()
+        absent_s, told = self._waking.look(now_s, self.busy_s())
+        if told or absent_s > self.ABSENT_S:
+            self._waking.wake(now_s)
+            self.woken(absent_s)
+        elif absent_s > self.STARVED_S:
+            self.starved(absent_s)
+
+    @on(Driver.SignalResume)
+    def _paint_anew(self) -> None:
+        """Paint everything: the terminal may have shown something else meanwhile."""
+        self.refresh(layout=True)
 
     async def on_event(self, event: events.Event) -> None:
-        """Take the first keys before anything else sees them."""
+        """Take the first keys before anything else sees them, and drop what is old."""
+        if isinstance(event, events.MouseEvent) and not event.is_forwarded:
+            self.alive()
+            if self._waking.is_old(event.time, of_keyboard=False):
+                return
         if not isinstance(event, events.Key):
             await super().on_event(event)
             return
@@ -159,11 +184,17 @@ class FirstKeys(App[int], inherit_bindings=False):
         if not event.is_forwarded:
             self.alive()
             deed = self.first_keys().get(event.key)
+            if deed is None and self._waking.is_old(self.monotonic_s() - self.key_age_s()):
+                deed = _nothing
             if deed is not None:
                 event.stop().prevent_default()
                 deed()
                 return
         await super().on_event(event)
+
+
+def _nothing() -> None:
+    """Do nothing: what a key does that is dropped."""
 
 
 class PlainText(Static):
@@ -186,39 +217,3 @@ class PlainText(Static):
         if text != self._shown:
             self._shown = text
             self.update(Content(text))
-
-
-BUSY_S = 0.02
-"""A timer that is so much later than it should be found the app busy."""
-
-SETTLE_S = 0.03
-"""What came while the app was busy has gone through its queues after this."""
-
-
-class Alarm:
-    """One timer that is moved to another time instead of being joined by a second one.
-
-    Where the app was too busy to ring in time, what came meanwhile is taken in before it rings.
-    """
-
-    def __init__(self, app: App[int], call: Callable[[], None]) -> None:
-        self._app = app
-        self._call = call
-        self._timer: Timer | None = None
-        self._due_s = math.inf
-
-    def after(self, delay_s: float) -> None:
-        """Ring once after this delay; infinite means never."""
-        if self._timer is not None:
-            self._timer.stop()
-            self._timer = None
-        if delay_s != math.inf:
-            delay_s = max(delay_s, 0.001)
-            self._due_s = time.monotonic() + delay_s
-            self._timer = self._app.set_timer(delay_s, self._ring)
-
-    def _ring(self) -> None:
-        if time.monotonic() - self._due_s > BUSY_S:
-            self.after(SETTLE_S)
-        else:
-            self._call()

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Protocol
 from armdrive.errors import ArmError
 from armdrive.jog import GATE_S, Action, DeadMan, Disarm, Hold, Increment
 from tui.settings import Settings
+from tui.waking import Waking
 
 if TYPE_CHECKING:
     from armdrive.intents import Jog
@@ -69,6 +70,8 @@ class Jogging:
         self._heard_s = -math.inf
         self._renew_s = math.inf
         self._renewed_s = -math.inf
+        self._doubts = Waking()
+        self._kept_s = 0.0
         self.alarm: Rings | None = None
 
     @property
@@ -93,8 +96,20 @@ class Jogging:
         came_s = self._clock() - self._age_s()
         if self.armed:
             self._active_s = came_s
+        if self.armed and self._doubts.is_old(came_s):
+            self.disarm(f"keys may be old: the desk was kept waiting for {self._kept_s:.1f} s")
+            return
         self.lift()
         self._apply(self._deadman.press(key, came_s))
+
+    def doubt(self, time_s: float) -> None:
+        """Hear that keys were kept waiting for so long: those that come now disarm.
+
+        Whatever was held has ended by itself meanwhile.
+        """
+        self.release()
+        self._kept_s = time_s
+        self._doubts.wake(self._clock())
 
     def tick(self) -> None:
         """Let the dead-man's time pass, and the mouse's."""
@@ -108,6 +123,8 @@ class Jogging:
         """Hold the on-screen button of a jog key until `lift`, or the mouse is heard of no more."""
         if not self.armed:
             self._say("the buttons are dead, as the keys are, until they are armed")
+            return
+        if self._doubts.is_old(self._clock(), of_keyboard=False):
             return
         self.take(key, lambda: self._settings().direction_of(key))
 
@@ -160,7 +177,8 @@ class Jogging:
     def arm_keys(self) -> bool:
         """Let the jog keys have effect; refused while keys are still pouring in."""
         self._active_s = self._clock()
-        return self._deadman.arm(self._active_s)
+        may = self.armed or not self._doubts.is_old(self._active_s - self._age_s())
+        return may and self._deadman.arm(self._active_s)
 
     def disarm(self, reason: str) -> None:
         """End what is held, and let no key have effect."""

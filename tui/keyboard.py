@@ -66,9 +66,13 @@ class Keyboard:
         rows = (replace(row, keys=keys.get(row.id, row.keys)) for row in self.rows)
         return replace(self, rows=tuple(rows))
 
-    def keymap(self) -> dict[str, str]:
-        """Return the keys by id, as the framework takes them."""
-        return {row.id: ",".join(row.keys) for row in self.rows}
+    def keymap(self, bound: Sequence[DeskKey] = TABLE) -> dict[str, str]:
+        """Return the keys by id, as the framework takes them, of rows that are bound otherwise.
+
+        It goes through all of them for every key that is pressed, each with every binding.
+        """
+        before = {row.id: row.keys for row in bound}
+        return {row.id: ",".join(row.keys) for row in self.rows if before.get(row.id) != row.keys}
 
     def footer(self, place: str, width: int, idle: Collection[str] = ()) -> str:
         """Return as much of the key line as fits whole, the stop first, as wide as that.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+from collections.abc import Callable
 from typing import IO, Any
 
 from textual.driver import Driver
@@ -35,13 +36,80 @@ class LastingFile:
 
 
 def lasting(driver: type[Driver]) -> type[Driver]:
-    """Return such a driver that outlives its terminal."""
+    """Return such a driver that outlives its terminal, and goes on after a suspension."""
 
     class Lasting(driver):  # type: ignore[misc, valid-type]
         def __init__(self, *words: Any, **more: Any) -> None:
             super().__init__(*words, **more)
+            self._mode: Any = None
             file: Any = getattr(self, "_file", None)  # a headless one has none
             if file is not None:
                 self._file: Any = LastingFile(file)
 
+        def start_application_mode(self) -> None:
+            super().start_application_mode()
+            if suspends(driver):
+                self._mode = mode_of(self.fileno)
+
+        def _sigtstp_application(self, *_: Any) -> None:
+            self._soon(super()._sigtstp_application)
+
+        def _sigcont_application(self, *_: Any) -> None:
+            self._app.was_suspended()
+            self._soon(self._go_on)
+
+        def _soon(self, call: Callable[[], None]) -> None:
+            """Do it outside of the signal's handler.
+
+            The framework does it within: where that has interrupted its own writing, it waits for
+            a lock that it holds itself, for ever.
+            """
+            if not self._loop.is_closed():
+                self._loop.call_soon_threadsafe(call)
+
+        def _go_on(self) -> None:
+            if not self._app.is_running or self._writer_thread is None:
+                return  # the terminal is not ours
+            if self._must_signal_resume:  # by SIGTSTP: it was given back, and is taken anew
+                super()._sigcont_application()
+            else:
+                self._take_terminal()
+
+        def _take_terminal(self) -> None:
+            """Take up a terminal that a SIGSTOP has kept this program from giving back.
+
+            The framework would begin anew: with a second thread that reads the keys, and so that
+            it leaves the terminal in the end as it stands now, not as it was before.
+            """
+            set_mode(self.fileno, self._mode)
+            self.write("\x1b[?1049h\x1b[?25l\x1b[?1004h")  # other screen, no cursor, focus told
+            self._enable_mouse_support()
+            self._enable_bracketed_paste()
+            self._disable_line_wrap()
+            self._app.post_message(self.SignalResume())
+
     return Lasting
+
+
+def suspends(driver: type[Driver]) -> bool:
+    """Tell whether a driver is one of those that hear of their suspension: on Unix terminals."""
+    return hasattr(driver, "_sigcont_application")
+
+
+def mode_of(terminal: int) -> Any:
+    """Return how a terminal treats what is typed; None of what is none."""
+    import termios
+
+    try:
+        return termios.tcgetattr(terminal)
+    except termios.error:
+        return None
+
+
+def set_mode(terminal: int, mode: Any) -> None:
+    """Have a terminal treat what is typed like that."""
+    import termios
+
+    if mode is not None:
+        with contextlib.suppress(termios.error):
+            termios.tcsetattr(terminal, termios.TCSANOW, mode)

@@ -151,7 +151,7 @@ class ModelDesk(FirstKeys):
 
     def on_mount(self) -> None:
         """Take the keys of the user's own file."""
-        self.set_keymap(self.keys.keymap())
+        self.set_keymap(self.keys.keymap(model_keys().rows))
 
     def say(self, message: str) -> None:
         """Show the model with a remark; an empty one takes the last away."""

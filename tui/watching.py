@@ -48,6 +48,7 @@ class Watching(FirstKeys):
 
     ENABLE_COMMAND_PALETTE = False
     TITLE = "armdrive"
+    ABSENT_S = 1.0
     CSS = CSS
     BINDINGS: ClassVar[list[BindingType]] = [
         *bindings("watch"),
@@ -100,6 +101,7 @@ class Watching(FirstKeys):
 
     def poll(self) -> None:
         """Show the latest view."""
+        self.alive()
         if self.is_running and self.screen_stack and isinstance(self.screen, WatchScreen):
             self.screen.show(self.view, self.ended, self.message)
 

@@ -16,7 +16,7 @@ class Session:
         self.clock = Clock()
         self.desk = Desk(self.arm, braille=True, clock=self.clock, **more)
         self.desk.key_age_s = lambda: 0.0  # keys come when they are pressed, by the test's clock
-        self.desk.ABSENT_S = math.inf  # however busy this computer is
+        self.desk.ABSENT_S = self.desk.STARVED_S = math.inf  # however busy this computer is
         self._running = self.desk.run_test(size=size)
 
     async def __aenter__(self):

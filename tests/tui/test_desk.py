@@ -536,14 +536,3 @@ async def test_a_key_acted_on_late_does_not_count_before_what_came_with_it():
         hand._age_s = lambda: 0.5
         await session.press("w", after_s=1.0)
         assert rings[-1] >= 0.03
-
-
-async def test_a_desk_that_was_suspended_has_dead_keys_when_it_wakes():
-    async with Session() as session:
-        await session.arm_keys()
-        session.desk.ABSENT_S = 1.0
-        session.desk._alive_s -= 1.5
-        await session.press("w")
-        assert session.arm.asked("nudge") == []
-        assert not session.desk.armed
-        assert "stood still for" in session.text("remarks")

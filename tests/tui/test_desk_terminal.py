@@ -3,6 +3,7 @@
 import os
 import re
 import select
+import signal
 import subprocess
 import sys
 import threading
@@ -14,6 +15,7 @@ from textual.drivers._writer_thread import MAX_QUEUED_WRITES, WriterThread
 from tui.lasting import LastingFile
 
 pty = pytest.importorskip("pty", reason="pseudo-terminals are a Unix matter")
+termios = pytest.importorskip("termios")
 
 CHILD = """
 import fcntl, sys, termios
@@ -32,6 +34,12 @@ class Noting(FakeArm):
 
     def close(self):
         self.note("close")
+
+    def nudge(self, jog, *, speed):
+        self.note("nudge")
+
+    def hold(self, jog, *, speed, for_s):
+        self.note("hold")
 
 sys.exit(run_desk(Noting()).code)
 """
@@ -70,6 +78,40 @@ def test_closing_the_terminal_stops_and_closes_the_arm(tmp_path):
     assert notes.read_text().split()[:2] == ["stop", "close"]
 
 
+@pytest.mark.skipif(not hasattr(signal, "SIGCONT"), reason="needs signals of Unix")
+@pytest.mark.parametrize("suspending", ["SIGSTOP", "SIGTSTP"])
+def test_a_desk_that_is_suspended_goes_on_whole_and_unmoved_and_ends_as_it_began(
+    tmp_path, suspending
+):
+    notes = tmp_path / "notes"
+    ours, theirs = pty.openpty()
+    before = termios.tcgetattr(theirs)
+    child = _desk_on(theirs, notes, {})
+    try:
+        _read_until(ours, b"understood")
+        os.write(ours, b"\r")
+        _read_until(ours, b"STOP")
+        os.write(ours, b"\r")
+        _read_until(ours, b"armed:")
+        child.send_signal(getattr(signal, suspending))
+        while not os.waitpid(child.pid, os.WUNTRACED | os.WNOHANG)[0]:
+            if select.select([ours], [], [], 0.05)[0]:  # what it still has to say is read
+                os.read(ours, 65536)
+        os.write(ours, b"w")
+        child.send_signal(signal.SIGCONT)
+        _read_until(ours, b"SIMULATED")  # all is painted anew
+        child.terminate()
+        _read_until(ours, b"\x1b[?1004l")  # what it says last to its terminal
+        assert child.wait(10.0) == 143
+        assert termios.tcgetattr(theirs) == before
+    finally:
+        child.kill()
+        child.wait(10.0)
+        os.close(ours)
+        os.close(theirs)
+    assert set(notes.read_text().split()) == {"stop", "close"}
+
+
 class GoneFile:
     """A terminal that was closed."""
 
@@ -97,11 +139,17 @@ def test_whoever_paints_a_closed_terminal_is_not_kept_waiting():
 
 def _desk_on_a_terminal(notes, said):
     """Start a desk on a terminal of its own; return our end of that, and the process."""
+    ours, theirs = pty.openpty()
+    child = _desk_on(theirs, notes, said)
+    os.close(theirs)
+    return ours, child
+
+
+def _desk_on(theirs, notes, said):
     notes.touch()
     here = Path(__file__).parent
-    ours, theirs = pty.openpty()
     environment = {name: value for name, value in os.environ.items() if name != "NO_COLOR"}
-    child = subprocess.Popen(
+    return subprocess.Popen(
         [sys.executable, "-c", CHILD, str(notes), str(here), str(here.parent.parent)],
         stdin=theirs,
         stdout=theirs,
@@ -109,8 +157,6 @@ def _desk_on_a_terminal(notes, said):
         start_new_session=True,
         env={**environment, "TERM": "xterm-256color", "LANG": "C.UTF-8", **said},
     )
-    os.close(theirs)
-    return ours, child
 
 
 def _read_until(terminal, words, patience_s=10.0):

@@ -13,7 +13,8 @@ from armdrive.errors import ArmError
 from armdrive.frames import BASE, TOOL
 from armdrive.status import Status
 from tui import tables
-from tui.framework import Alarm, PlainText
+from tui.alarm import Alarm
+from tui.framework import PlainText
 from tui.jogging import Jogging
 from tui.layout import bindings
 from tui.pad_hand import PAD

@@ -18,13 +18,12 @@ from armdrive.theory.study import Study, searched
 from armdrive.theory.subject import Subject
 from kinematics.named_singularities import Lost
 from kinematics.worked_text import Section
-from tui.framework import Alarm, PlainText
+from tui.alarm import Alarm
+from tui.framework import FirstKeys, PlainText
 from tui.keys import spoken
 from tui.widgets.arm_view import SpaceView
 
 if TYPE_CHECKING:
-    from textual.app import App
-
     from kinematics import ArmModel
 
 Numbers = Callable[[Study, int], str]
@@ -69,7 +68,7 @@ class TheoryPanel(Horizontal):
         self._writing = False
         self._near: tuple[tuple[float, ...], tuple[Lost, ...]] = ((), ())
         self._searching = False
-        self._rests = Alarm(cast("App[int]", self.app), self.look_now)
+        self._rests = Alarm(cast("FirstKeys", self.app), self.look_now)
 
     def compose(self) -> ComposeResult:
         """Lay the arm and its numbers out on the left, the pages on the right."""

@@ -1,0 +1,308 @@
+"""A desk that was suspended: whatever was typed meanwhile, and however it comes, moves nothing."""
+
+import math
+
+import pytest
+from desk_fake import FakeArm
+from desk_planner import PlannerArm
+from desk_session import Session
+from hypothesis import given
+from hypothesis import strategies as st
+from textual import events
+from textual._xterm_parser import XTermParser
+
+from tui.desk import POLL_S, Desk
+from tui.waking import SILENCE_S, Waking
+from tui.watching import Watching
+from tui.widgets.hold_buttons import HoldButtons
+
+RIGHT = "\x1b[C"
+KEYBOARDS = {
+    "one key": [(0.0, "w")],
+    "two keys": [(0.0, "ww")],
+    "three keys, and a pause": [(0.0, "www"), (0.4, "")],
+    "four keys": [(0.0, "wwww")],
+    "thirty keys": [(0.0, "w" * 30)],
+    "one by one": [(0.02, "w")] * 8,
+    "as a keyboard repeats": [(0.033, "w")] * 12,
+    "slowly": [(0.1, "w")] * 5,
+    "three, a pause, and more": [(0.0, "www"), (0.4, "w"), (0.03, "w"), (0.6, "ww")],
+    "after a while": [(0.2, "w"), (0.7, "w")],
+    "several keys": [(0.0, "wsqe"), (0.05, "d")],
+    "an arrow": [(0.0, RIGHT)],
+    "arrows": [(0.0, RIGHT * 3), (0.2, RIGHT)],
+    "an arrow in two pieces": [(0.0, "\x1b"), (0.01, "[C")],
+    "an arrow in three pieces": [(0.0, RIGHT + "\x1b"), (0.02, "["), (0.02, "C" + RIGHT)],
+    "an arrow that is never whole": [(0.0, RIGHT + "\x1b[")],
+    "arming": [(0.0, "\r"), (0.1, "w"), (0.1, "w")],
+    "arming again and again": [(0.0, "\r"), (0.2, "\rw"), (0.25, "\rw"), (0.28, "\r"), (0.28, "w")],
+}
+"""What comes after a suspension: so long after what was before, these bytes."""
+
+LENGTHS_S = {True: (0.02, 0.2, 0.9, 4000.0), False: (0.31, 0.9, 4000.0)}
+"""By whether the system tells of it: a short one is known by that alone."""
+
+
+class Suspended(Session):
+    """A desk on the test's clock alone, with a keyboard that sends bytes."""
+
+    def __init__(self, arm=None, **more):
+        super().__init__(arm or FakeArm(), **more)
+        desk = self.desk
+        desk.monotonic_s, desk.busy_s = self.clock, lambda: 0.0
+        desk.ABSENT_S, desk.STARVED_S = Desk.ABSENT_S, Desk.STARVED_S
+        del desk.key_age_s  # it follows from when a key came, here too
+        self._parser = XTermParser()
+
+    async def type(self, text):
+        for event in [*self._parser.feed(text)] if text else []:
+            event.time = self.clock.now_s
+            self.desk.post_message(event)
+        await self.pilot.pause()
+
+    async def pass_by(self, time_s):
+        """Let time pass in which the desk looks about as often as it does."""
+        end_s = self.clock.now_s + time_s
+        while self.clock.now_s < end_s:
+            self.clock.now_s = min(self.clock.now_s + POLL_S, end_s)
+            self.desk.alive()
+            if self.desk.place.hand is not None:
+                self.tick()
+        if self.desk.place.place != "jog":
+            self.desk.poll()
+
+    async def hold(self, key):
+        """Hold a key until it moves the arm."""
+        await self.type(key)
+        await self.pass_by(0.4)
+        for _ in range(2):
+            await self.type(key)
+            await self.pass_by(0.033)
+
+    async def arm_again(self):
+        await self.pass_by(2.5)
+        await self.type("\r")
+        await self.pass_by(2.5)
+        assert self.desk.armed
+
+    async def suspend(self, time_s, *, told):
+        self.clock.now_s += time_s
+        if told:
+            self.desk.was_suspended()
+        self.arm.calls.clear()
+
+    @property
+    def moved(self):
+        return [call for call in self.arm.calls if call[0] in ("nudge", "hold", "grasp")]
+
+
+async def nothing(session):
+    """Do nothing before the suspension."""
+
+
+async def holding(session):
+    await session.hold("w")
+    assert session.arm.asked("hold")
+
+
+async def pressing(session):
+    """Have a key wait to be told from backlog."""
+    await session.type("w")
+    await session.pass_by(1.0)
+    await session.type("w")
+    assert session.desk.place.hand._deadman.gated
+
+
+@pytest.mark.parametrize("told", [True, False])
+@pytest.mark.parametrize("before", [nothing, holding, pressing])
+async def test_nothing_that_was_typed_into_a_suspended_desk_moves_the_arm(before, told):
+    async with Suspended() as session:
+        session.desk.show = lambda: None  # what is painted is not looked at
+        for time_s in LENGTHS_S[told]:
+            for how, pieces in KEYBOARDS.items():
+                await session.arm_again()
+                await before(session)
+                await session.suspend(time_s, told=told)
+                for later_s, text in pieces:
+                    await session.pass_by(later_s)
+                    await session.type(text)
+                await session.pass_by(1.0)
+                assert session.moved == [], (how, time_s)
+                await session.type("C")  # what an arrow has begun is at an end
+
+
+async def test_a_desk_that_goes_on_before_it_looks_at_a_key_or_its_arm_rings_no_alarm():
+    async with Suspended() as session:
+        await session.arm_again()
+        await pressing(session)
+        await session.suspend(0.2, told=True)
+        session.desk.place.hand.alarm._ring()
+        session.tick()
+        assert session.moved == []
+        assert not session.desk.armed
+
+
+async def test_a_desk_that_was_suspended_says_so_and_is_armed_again_as_ever():
+    async with Suspended() as session:
+        await session.arm_again()
+        await session.suspend(0.2, told=True)
+        await session.type("w")
+        assert "this screen had stood still" in session.text("remarks")
+        assert not session.desk.armed
+        await session.arm_again()
+        await session.type("w")
+        assert len(session.arm.asked("nudge")) == 1
+
+
+async def test_what_a_busy_desk_works_is_no_absence():
+    async with Suspended() as session:
+        await session.arm_again()
+        worked_s = session.desk.busy_s() + 3.0
+        session.desk.busy_s = lambda: worked_s
+        await session.suspend(3.1, told=False)
+        await session.type("w")
+        assert len(session.arm.asked("nudge")) == 1
+
+
+async def test_a_desk_that_was_kept_waiting_while_no_key_came_takes_the_next_one():
+    async with Suspended() as session:
+        await session.arm_again()
+        await session.suspend(0.5, told=False)
+        await session.pass_by(SILENCE_S + 0.1)
+        await session.type("w")
+        await session.pass_by(0.1)
+        assert len(session.arm.asked("nudge")) == 1
+
+
+async def test_a_key_that_a_desk_was_kept_from_disarms_and_the_desk_says_why():
+    async with Suspended() as session:
+        await session.arm_again()
+        await holding(session)
+        await session.suspend(0.5, told=False)
+        await session.type("w")
+        assert "kept waiting for 0.5 s" in session.text("remarks")
+        assert not session.desk.armed
+
+
+async def test_a_stop_that_was_typed_meanwhile_counts():
+    async with Suspended() as session:
+        await session.suspend(3.0, told=True)
+        await session.type("ww ")
+        assert session.arm.asked("stop")
+
+
+@pytest.mark.parametrize("told", [True, False])
+async def test_no_goal_is_confirmed_by_what_was_typed_meanwhile(told):
+    async with Suspended(PlannerArm()) as session:
+        await session.type("\x1bOR")
+        await session.settle()
+        await session.type("250")
+        await session.settle()
+        assert "twice moves the arm" in session.text("going")
+        await session.suspend(2.0, told=told)
+        await session.type("\r")
+        await session.pass_by(0.1)
+        await session.type("\r")
+        await session.pass_by(2.0)
+        await session.settle()
+        assert session.arm.asked_for == []
+        await session.type("\r")
+        await session.pass_by(0.2)
+        await session.suspend(0.2, told=True)
+        await session.type("\r")
+        await session.pass_by(2.0)
+        await session.settle()
+        assert session.arm.asked_for == []
+
+
+async def test_two_presses_just_before_a_suspension_move_nothing_behind_it():
+    async with Suspended(PlannerArm()) as session:
+        await session.type("\x1bOR")
+        await session.settle()
+        await session.type("250")
+        await session.settle()
+        await session.type("\r")
+        await session.pass_by(0.2)
+        await session.type("\r")
+        await session.suspend(0.9, told=True)
+        await session.pass_by(2.0)
+        await session.settle()
+        assert session.arm.asked_for == []
+
+
+async def test_no_question_is_answered_by_what_was_typed_meanwhile():
+    async with Suspended(FakeArm(simulated=False)) as session:
+        await session.type("H")
+        await session.pass_by(0.1)
+        await session.suspend(0.4, told=True)
+        await session.type("y")
+        await session.pass_by(1.0)
+        assert session.arm.calls == []
+        assert len(session.desk.screen_stack) == 2
+        await session.type("y")
+        await session.settle()
+        assert session.arm.asked("reference")
+
+
+async def test_no_button_is_held_by_what_the_mouse_did_meanwhile():
+    async with Suspended(size=(120, 40)) as session:
+        await session.arm_again()
+        buttons = session.desk.place.query_one("#hold-joints", HoldButtons).region
+        await session.suspend(0.4, told=True)
+        x, y = buttons.x + 1, buttons.y
+        for kind in (events.MouseDown, events.MouseUp):
+            event = kind(None, x, y, 0, 0, 1, False, False, False, screen_x=x, screen_y=y)
+            event.time = session.clock.now_s
+            await session.send(event)
+        assert session.moved == []
+
+
+class Silent:
+    """A program that drives an arm, and takes down what it is asked."""
+
+    def __init__(self):
+        self.asked = []
+
+    def views(self):
+        yield {"state": "moving", "paused": True}
+
+    def ask(self, request, **words):
+        self.asked.append(request)
+        return {}
+
+
+async def test_a_watched_arm_is_not_resumed_by_what_was_typed_meanwhile():
+    holder = Silent()
+    app = Watching("sim", FakeArm().model, holder, braille=True)
+    app.ABSENT_S = math.inf
+    async with app.run_test() as pilot:
+        await pilot.pause()
+        app.was_suspended()
+        await pilot.press("r", "space")
+        await app.workers.wait_for_complete()
+        assert holder.asked == ["stop"]
+
+
+GAPS = st.lists(st.floats(0.0, SILENCE_S * 0.99), max_size=20)
+
+
+@given(st.floats(0.0, 1e6), GAPS)
+def test_all_is_old_until_there_is_a_silence(now_s, gaps_s):
+    waking = Waking()
+    waking.wake(now_s)
+    came_s = now_s
+    for gap_s in gaps_s:
+        came_s += gap_s
+        assert waking.is_old(came_s)
+    assert not waking.is_old(came_s + SILENCE_S + 0.01)
+
+
+@given(st.lists(st.tuples(st.floats(0.0, 10.0), st.floats(0.0, 10.0)), max_size=20))
+def test_nobody_was_absent_for_longer_than_there_was_time(looks):
+    waking, now_s, busy_s = Waking(), 5.0, 1.0
+    waking.look(now_s, busy_s)
+    for gap_s, worked_s in looks:
+        now_s, busy_s = now_s + gap_s, busy_s + min(worked_s, gap_s)
+        absent_s, told = waking.look(now_s, busy_s)
+        assert 0.0 <= absent_s <= gap_s + 1e-9
+        assert not told
