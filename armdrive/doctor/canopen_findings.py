@@ -39,6 +39,8 @@ from firmware_protocol.canopen.standard import (
     SUPPORTED_MODES,
 )
 
+HEARTBEAT_MISSING = 0x8130
+"""The error of a drive whose master has fallen silent; it has stopped, and holds."""
 _BROKEN = (DriveState.FAULT, DriveState.FAULT_REACTION)
 
 
@@ -168,9 +170,11 @@ def _fault(name: str, node: Node, arm: str) -> Finding | None:
         return None
     why = f"error {code:04X}, {error_words(code)}" if code else "without an error code"
     kinds = f" ({register_words(register)})" if register else ""
-    mend = f"see what caused it; `armdrive reset --arm {arm}` then clears it, moving nothing"
+    mend = "see what caused it, then `reset` in the desk or in `armdrive shell`; that moves nothing"
     if broken:
         return problem(f"{name}: fault: {why}{kinds}", mend)
+    if code == HEARTBEAT_MISSING:
+        mend = f"the program that drove it has ended: `armdrive enable --arm {arm}` goes on"
     return note(f"{name}: it remembers {why}{kinds}", mend)
 
 

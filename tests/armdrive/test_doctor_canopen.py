@@ -106,6 +106,10 @@ def test_what_a_drive_tells_of_itself_is_told_in_words():
         ({"status": 0x0208, "error": 0x8611}, "problem node 4: fault: error 8611, following error"),
         ({"status": 0x020F, "error": 0x2310}, "problem node 4: fault: error 2310, continuous over"),
         ({"register": 0x08}, "note node 4: it remembers without an error code (temperature)"),
+        (
+            {"status": 0x0697, "error": 0x8130, "register": 0x11},
+            "(generic, communication) | the program that drove it has ended: `armdrive enable",
+        ),
         ({"kind": 0x0191}, "note node 4: no CiA 402 drive (CiA 401, an I/O module)"),
         ({"modes": 0x21}, "note node 4: without cyclic position its arm moves in bursts"),
         ({"modes": 0x80}, "problem node 4: it has no profile position"),

@@ -157,7 +157,7 @@ def test_one_output_is_switched_and_the_others_stay():
         arm.set_output(9)
 
 
-@pytest.mark.parametrize("name", ["armdroid", "mks"])
+@pytest.mark.parametrize("name", ["armdroid", "mks", "cia402"])
 def test_an_arm_without_inputs_says_so_instead_of_waiting_for_ever(name):
     with Arm.connect(f"sim:{name}") as arm, pytest.raises(Refused, match="tells no inputs"):
         arm.wait_inputs(high=1)

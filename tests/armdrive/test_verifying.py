@@ -38,7 +38,7 @@ def wander(arm: Arm, chance: random.Random) -> None:
     arm.move_j(**{f"{name}_deg": here[name] + chance.uniform(-6.0, 3.0) for name in names[:2]})
 
 
-ENCODERS = ("mks",)
+ENCODERS = ("mks", "cia402")
 """Dialects whose drives measure where their shafts are, and make up for what was lost."""
 OPEN_LOOP = [dialect for dialect in DIALECTS if dialect not in ENCODERS]
 

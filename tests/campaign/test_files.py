@@ -33,7 +33,7 @@ ROOT = Path(__file__).parent.parent.parent
 WHOLE = re.search(
     r"```toml\n(.*?)```", (ROOT / "docs" / "arm-file.md").read_text("utf-8"), re.DOTALL
 )[1]
-DIALECTS = ("teachmover", "armdroid", "robko01", "grbl", "mks")
+DIALECTS = ("teachmover", "armdroid", "robko01", "grbl", "mks", "cia402")
 STATE = Path("/state/arm.json")
 WORDS = st.sampled_from(
     [b"9", b"-1", b"0", b"1e308", b"1e-308", b"nan", b"inf", b"[]", b'""', b"[[", b"\n", b"\xff"]
