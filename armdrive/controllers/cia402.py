@@ -11,6 +11,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from armdrive.abilities import Abilities
+from armdrive.budget import segment_s
 from armdrive.controllers import cia402_setup as setup
 from armdrive.controllers.cia402_compare import Cia402Comparing
 from armdrive.controllers.cia402_cycle import Script
@@ -175,7 +176,10 @@ class Cia402Controller(Cia402Comparing):
         ramp_s, begun_s = self.settings.quick_stop_s, HOST_S + 2.0 * self.cycle_s
         beats_ms = self.settings.heartbeat_ms + self.settings.beat_ms
         silent_s = HOST_S + beats_ms / 1000.0
-        if not self.abilities.queued_segments:
+        if self.abilities.queued_segments:  # a pause drives what was drawn to its end
+            smooth_s = self.settings.smoothing_ms / 1000.0
+            silent_s = max(silent_s, segment_s(burst_s) + smooth_s + self.settings.ramp_s - ramp_s)
+        else:
             silent_s = min(silent_s, burst_s + HOST_S)
         return Stopping(
             begun_s + ramp_s + SEEN_TURNS * self.cycle_s,

@@ -42,6 +42,7 @@ class Cia402Ending(Cia402Current):
         if (hindrance := (yield from self.resume(self.drives))) is not None:
             return hindrance
         for drive in self.drives:
+            drive.error = ""
             if not drive.near(self.settings.rest_window):
                 drive.rest()
         return (yield from self.take_mode(self.drives, mode))

@@ -127,7 +127,8 @@ class Cia402Hearing(Scripted[Heard]):
             self.beats.begin(self.now_s)
 
     def _emergency(self, drive: Drive, told: Emergency) -> None:
-        drive.error = "" if told.over else f"{told.words} (error {told.code:04X})"
+        if not told.over:  # what was wrong explains what became of it also when it is over
+            drive.error = f"{told.words} (error {told.code:04X})"
         self.tell(Oddity(f"{drive} reports: {told.words} (error {told.code:04X})"))
         if self.contacted and not self.busy:  # what has become of it?
             self.sync()

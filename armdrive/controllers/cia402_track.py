@@ -7,12 +7,17 @@ seconds since the motion began.
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from armdrive.controllers.requests import MoveAlong, MoveBy
 from kinematics.spaces import Motors
+
+
+LEAST_RATE = 0.1
+"""Slower than this share of its speed no way is driven to its end."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +90,8 @@ class Trip:
     """One motion under way: where its segments come from, and how far it is.
 
     It goes on by one period a turn at most, however late the turn is. Who lets go of it has it
-    slow down on its way, in `ease_s` from the arm's full speed.
+    slow down on its way, in what `ease_s` says; who holds it back, towards the end of what was
+    drawn, which is as little as can be.
     """
 
     def __init__(self, request: MoveAlong, track: SmoothTrack, ease_s: Callable[[], float]) -> None:
@@ -100,7 +106,6 @@ class Trip:
         self._ease_s = ease_s
         self._rate, self._slowing = 1.0, 0.0
         self._exhausted = self._held = False
-        self._guess_s = 0.0
 
     @property
     def over(self) -> bool:
@@ -126,8 +131,17 @@ class Trip:
         else:
             self._held = self._request.held_back()
             self._draw(period_s)
+            self._rate = self._paused_rate(period_s)
         self.time_s += self._rate * period_s
         return self.track.places(self.time_s)
+
+    def _paused_rate(self, period_s: float) -> float:
+        """Return how fast time passes on the way: slower before its end where it is held back."""
+        ease_s = max(self._ease_s(), period_s)
+        left_s = self.track.end_s - self.time_s
+        if not self._held or left_s <= period_s:
+            return min(self._rate + period_s / ease_s, 1.0)
+        return max(min(self._rate, math.sqrt(2.0 * left_s / ease_s)), LEAST_RATE)
 
     def _draw(self, period_s: float) -> None:
         dry = self.time_s > self.track.end_s > 0.0
@@ -137,10 +151,7 @@ class Trip:
                 self._exhausted = True
                 return
             self.track.draw(segment, self.time_s)
-            self._guess_s = segment.duration_s
             self.underruns, dry = self.underruns + dry, False
 
     def _has_room(self, period_s: float) -> bool:
-        left_s = self.track.end_s - self.time_s
-        ahead_s = self._request.ahead_s
-        return left_s <= period_s or left_s + self._guess_s <= ahead_s + 1e-6
+        return self.track.end_s - self.time_s <= period_s

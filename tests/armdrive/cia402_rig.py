@@ -1,0 +1,164 @@
+"""A driver's end on the simulated bus of an arm on CiA 402 drives, without the engine between."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+
+from armdrive.connecting import simulated_config
+from armdrive.controllers.cia402 import Cia402Controller
+from armdrive.controllers.requests import (
+    Alert,
+    Event,
+    MoveAlong,
+    MoveBy,
+    Oddity,
+    Progress,
+    SwitchOn,
+)
+from armdrive.dialects import DIALECTS
+from armdrive.sim.twin import make_twin
+from firmware_protocol.canopen import Service, Statusword, service_of
+from firmware_protocol.frames import Frame, Unpacker
+from kinematics import Motors
+
+
+class Rig:
+    """A controller and its drives on simulated time."""
+
+    def __init__(self, settings: dict | None = None, **options) -> None:
+        config = simulated_config("cia402")
+        self.config = replace(config, device=replace(config.device, **(settings or {})))
+        self.twin = make_twin(self.config, **options)
+        self.device, self.link = self.twin.device, self.twin.link
+        self.controller = Cia402Controller(DIALECTS["cia402"].abilities, self.config)
+        self.now_s = 0.0
+        self.heard: list[Event] = []
+        self.sent: list[tuple[float, Frame]] = []
+        self.dead = False
+        """Whether the host does nothing any more."""
+        self.at_s: dict[float, Callable[[], object]] = {}
+        self._unpacker = Unpacker()
+        self._unread = bytearray()
+
+    @property
+    def positions(self) -> Motors:
+        """Where the shafts are."""
+        return self.device.registers
+
+    def node(self, number: int):
+        """Return a drive, counted from 1."""
+        return self.device.nodes[number - 1]
+
+    def do(self, request, longest_s: float = 20.0):
+        """Carry out a request, and return its reply."""
+        self.begin(request)
+        return self.finish(longest_s)
+
+    def begin(self, request) -> None:
+        """Hand a request over."""
+        self.controller.begin(request, self.now_s)
+        self._speak()
+
+    def finish(self, longest_s: float = 20.0):
+        """Let time pass until the request is answered."""
+        end_s = self.now_s + longest_s
+        while self.now_s < end_s:
+            if (reply := self._reply()) is not None:
+                return reply
+            self._step(end_s)
+        raise AssertionError("no reply")
+
+    def run(self, time_s: float) -> None:
+        """Let time pass."""
+        end_s = self.now_s + time_s
+        while self.now_s < end_s:
+            self._step(end_s)
+        self._reply()
+
+    def ready(self) -> Rig:
+        """Switch the drives on."""
+        reply = self.do(SwitchOn())
+        assert str(reply) == "done", reply
+        return self
+
+    def along(self, *segments: MoveBy, let_go=lambda: False, ahead_s: float = 0.3):
+        """Drive segments, and return the reply."""
+        return self.do(MoveAlong(iter(segments), ahead_s, let_go=let_go))
+
+    def stop(self, *, hard: bool = False) -> None:
+        """Ask for a stop."""
+        self.controller.stop(hard=hard)
+
+    def alerts(self) -> list[Alert]:
+        """Return what has alarmed so far."""
+        self._reply()
+        return [event for event in self.heard if isinstance(event, Alert)]
+
+    def frames(self, service: Service, since_s: float = -math.inf) -> list[tuple[float, Frame]]:
+        """Return what the driver sent of a service."""
+        return [
+            (at_s, frame)
+            for at_s, frame in self.sent
+            if at_s >= since_s and (service_of(frame.can_id) or (None,))[0] is service
+        ]
+
+    def targets(self, node: int, since_s: float = -math.inf) -> list[tuple[float, int]]:
+        """Return the targets that a drive was given."""
+        return [
+            (at_s, int.from_bytes(frame.data[3:7], "little", signed=True))
+            for at_s, frame in self.frames(Service.RPDO1, since_s)
+            if frame.can_id == 0x200 + node
+        ]
+
+    def words(self, node: int) -> list[int]:
+        """Return the controlwords that a drive was given."""
+        return [
+            int.from_bytes(frame.data[:2], "little")
+            for _, frame in self.frames(Service.RPDO1)
+            if frame.can_id == 0x200 + node
+        ]
+
+    def states(self) -> set[object]:
+        """Return the states of all drives, each once."""
+        return {node.state for node in self.device.nodes}
+
+    def told_states(self) -> Iterable[Statusword | None]:
+        """Return what the driver knows of the drives' states."""
+        return [drive.word for drive in self.controller.drives]
+
+    def _reply(self):
+        while (event := self.controller.next_event()) is not None:
+            self.heard.append(event)
+            if not isinstance(event, Alert | Oddity | Progress):
+                return event
+        return None
+
+    def _step(self, end_s: float) -> None:
+        times = [self.link.next_s(), *self.at_s]
+        if not self.dead:
+            times.append(self.controller.next_s())
+        self.now_s = max(self.now_s, min(end_s, *times))
+        for at_s in [at_s for at_s in self.at_s if at_s <= self.now_s]:
+            self.at_s.pop(at_s)()
+        self._unread += self.link.read(self.now_s)
+        if self.dead:
+            return
+        if data := bytes(self._unread):
+            self._unread.clear()
+            self.controller.receive(data, self.now_s)
+        self._speak()
+
+    def _speak(self) -> None:
+        if self.dead:
+            return
+        said = self.controller.advance(self.now_s)
+        if said:
+            self.sent += [(self.now_s, frame) for frame in self._unpacker.feed(said)]
+            self.link.write(said, self.now_s)
+
+
+def steps(*counts: int) -> Motors:
+    """Return steps of six motors; those that are not named stand."""
+    return Motors((*counts, *[0] * (6 - len(counts))))

@@ -1,0 +1,287 @@
+"""CiA 402 drives: contact, what refuses it, switching on, the heartbeat, and what goes wrong."""
+
+from __future__ import annotations
+
+import itertools
+import re
+
+import pytest
+from cia402_rig import Rig, steps
+
+from armdrive.controllers.requests import (
+    AlertKind,
+    ClearFault,
+    Denied,
+    Done,
+    DropCurrent,
+    Halted,
+    MoveAlong,
+    MoveBy,
+    ReadPosition,
+    Registers,
+    Silence,
+    SwitchOn,
+)
+from firmware_protocol.canopen import (
+    CONSUMER_HEARTBEAT,
+    HEARTBEAT_REACTION,
+    QUICK_STOP_OPTION,
+    DriveState,
+    Heartbeat,
+    NodeState,
+    Service,
+)
+from firmware_protocol.frames import pack
+
+MOVE = MoveBy(steps(8000, -4000), 20_000.0)
+
+
+# -- contact --------------------------------------------------------------------------------------
+
+
+def test_the_first_request_sets_every_drive_up_and_moves_nothing():
+    rig = Rig()
+    before = rig.positions
+    reply = rig.do(ReadPosition())
+    assert isinstance(reply, Registers)
+    assert reply.positions == before == rig.positions
+    assert rig.states() == {DriveState.DISABLED}
+    for node in rig.device.nodes:
+        assert node.nmt.state is NodeState.OPERATIONAL
+        assert node.number_of(HEARTBEAT_REACTION, -1) == 3
+        assert node.number_of(QUICK_STOP_OPTION, -1) == 6
+
+
+def test_no_drive_at_all_is_silence_and_one_that_is_missing_is_named():
+    rig = Rig()
+    rig.device.power_off()
+    assert isinstance(rig.do(ReadPosition()), Silence)
+    rig = Rig()
+    rig.device.set_drive_id(2, 33)
+    rig.run(1.0)
+    reply = rig.do(ReadPosition())
+    assert isinstance(reply, Denied)
+    assert "drive 3 (elbow) does not answer" in reply.reason
+
+
+def test_a_drive_that_comes_later_is_found_by_the_same_controller():
+    rig = Rig()
+    rig.device.power_drive(2, on=False)
+    assert isinstance(rig.do(ReadPosition()), Denied)
+    rig.device.power_drive(2, on=True)
+    rig.run(1.0)
+    assert isinstance(rig.do(ReadPosition()), Registers)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"profile": 401}, "profile 401, not a drive of CiA 402"),
+        ({"missing": "60C2"}, r'object 60C2:01 \(interpolation time period value\).*"profile"'),
+        ({"missing": "605A"}, r"object 605A:00 \(quick stop option code\)"),
+        ({"missing": "6007"}, "object 6007:00.*no such object"),
+    ],
+)
+def test_what_an_arm_cannot_do_without_refuses_contact_in_words(options, words):
+    reply = Rig(**options).do(ReadPosition())
+    assert isinstance(reply, Denied)
+    assert not reply.moved
+    assert re.search(words, reply.reason)
+
+
+def test_a_drive_that_cannot_mind_the_heartbeat_is_not_switched_on():
+    rig = Rig(missing="1016")
+    reply = rig.do(SwitchOn())
+    assert isinstance(reply, Denied)
+    assert "1016:01" in reply.reason
+    assert rig.states() == {DriveState.DISABLED}
+
+
+def test_another_master_on_the_bus_refuses_contact():
+    rig = Rig()
+    beat = pack(Heartbeat(rig.config.device.master_id, NodeState.OPERATIONAL).frame)
+    rig.at_s = {0.0005: lambda: rig.controller.receive(beat, rig.now_s)}
+    reply = rig.do(ReadPosition())
+    assert isinstance(reply, Denied)
+    assert "another program" in reply.reason
+
+
+# -- current --------------------------------------------------------------------------------------
+
+
+def test_switching_on_holds_every_drive_where_it_is_and_is_verified():
+    rig = Rig()
+    before = rig.positions
+    rig.ready()
+    assert rig.states() == {DriveState.ENABLED}
+    assert rig.positions == before
+    for node in rig.device.nodes:
+        assert node.number_of(CONSUMER_HEARTBEAT, 0) == 127 << 16 | 200
+
+
+def test_switching_off_ends_the_watch_and_lets_no_drive_alarm():
+    rig = Rig().ready()
+    assert rig.do(DropCurrent()) == Done()
+    rig.run(2.0)
+    assert rig.states() == {DriveState.DISABLED}
+    assert not any(node.watch_stops for node in rig.device.nodes)
+    assert not rig.frames(Service.HEARTBEAT, rig.now_s - 1.9)
+
+
+def test_a_second_program_takes_drives_over_that_hold_and_none_sags_or_moves():
+    rig = Rig().ready()
+    rig.along(MOVE)
+    there = rig.positions
+    again = Rig()
+    again.twin, again.device, again.link = rig.twin, rig.device, rig.link
+    again.now_s = rig.now_s + 0.05
+    assert isinstance(again.do(ReadPosition()), Registers)
+    assert all(node.holding for node in rig.device.nodes)
+    again.ready()
+    again.run(0.5)
+    assert rig.states() == {DriveState.ENABLED}
+    assert rig.positions == there
+
+
+# -- the heartbeat --------------------------------------------------------------------------------
+
+
+def test_the_heartbeat_goes_on_at_rest_while_motors_are_on():
+    rig = Rig().ready()
+    began_s = rig.now_s
+    rig.run(5.0)
+    beats = [at_s for at_s, _ in rig.frames(Service.HEARTBEAT, began_s)]
+    gaps = [b - a for a, b in itertools.pairwise(beats)]
+    assert len(beats) >= 99
+    assert max(gaps) < 0.0501
+    assert rig.states() == {DriveState.ENABLED}
+
+
+def test_a_program_that_falls_silent_has_the_drives_hold_and_nothing_moves_when_it_wakes():
+    rig = Rig().ready()
+    rig.dead = True
+    rig.run(1.0)
+    assert rig.states() == {DriveState.QUICK_STOP}
+    there, rig.dead = rig.positions, False
+    rig.run(1.0)
+    assert rig.states() == {DriveState.QUICK_STOP}
+    assert rig.positions == there
+    assert all(node.holding for node in rig.device.nodes)
+    assert rig.along(MOVE) == Done()  # a motion that is asked for leads out
+    assert rig.positions == there + MOVE.steps
+
+
+def test_a_program_that_is_suspended_in_motion_stops_the_arm_and_does_not_go_on_when_it_wakes():
+    rig = Rig().ready()
+    rig.begin(MoveAlong(iter([MoveBy(steps(60_000), 20_000.0)]), 10.0))
+    rig.run(0.5)
+    rig.dead = True
+    rig.run(1.0)
+    there, rig.dead = rig.positions, False
+    assert rig.states() == {DriveState.QUICK_STOP}
+    assert there[0] < 20_000 * (0.5 + 0.3)
+    rig.stop()  # what the engine says to a program that wakes
+    assert rig.finish() == Halted()
+    rig.run(0.5)
+    assert rig.positions == there
+    assert rig.states() == {DriveState.ENABLED}
+
+
+def test_drives_that_stopped_by_themselves_in_motion_end_it_with_their_words():
+    rig = Rig().ready()
+    rig.begin(MoveAlong(iter([MoveBy(steps(60_000), 20_000.0)]), 10.0))
+    rig.run(0.5)
+    rig.dead = True
+    rig.run(0.4)
+    rig.dead = False
+    reply = rig.finish()
+    assert isinstance(reply, Denied)
+    assert "stopped by itself, and holds: a heartbeat or life guard is missing" in reply.reason
+    assert [alert.kind for alert in rig.alerts()] == [AlertKind.ALARM]
+    assert rig.do(ClearFault()) == Done()
+    there = rig.positions
+    rig.run(0.3)
+    assert rig.positions == there
+
+
+# -- what goes wrong ------------------------------------------------------------------------------
+
+
+def test_a_drive_in_fault_at_rest_is_told_in_words_and_reset_leads_out():
+    rig = Rig().ready()
+    rig.device.ail_drive(1, 0x4310)
+    rig.run(0.5)
+    (alert,) = rig.alerts()
+    assert alert.kind is AlertKind.SWITCHED_OFF
+    assert "drive 2 (shoulder) is in fault" in alert.text
+    assert "drive too hot" in alert.text
+    refused = rig.do(ClearFault())
+    assert isinstance(refused, Denied)
+    assert "does not leave it" in refused.reason
+    rig.device.mend_drive(1, 0x4310)
+    assert rig.do(ClearFault()) == Done()
+    assert rig.node(2).state is DriveState.DISABLED
+    rig.ready()
+    assert rig.states() == {DriveState.ENABLED}
+
+
+def test_a_fault_in_motion_stops_the_others_and_names_the_drive():
+    rig = Rig().ready()
+    rig.begin(MoveAlong(iter([MoveBy(steps(60_000, 30_000), 20_000.0)]), 10.0))
+    rig.run(0.5)
+    rig.device.ail_drive(0, 0x2310)
+    there = rig.positions
+    reply = rig.finish()
+    assert isinstance(reply, Denied)
+    assert "drive 1 (base) is in fault" in reply.reason
+    assert abs(rig.positions[1] - there[1]) < 10_000 * 0.2
+    rig.run(0.5)
+    assert rig.node(2).state is DriveState.ENABLED
+
+
+def test_a_drive_that_boots_in_mid_use_is_a_restart_and_contact_is_made_anew():
+    rig = Rig().ready()
+    rig.device.reset_drive(3)
+    rig.run(1.0)
+    assert [alert.kind for alert in rig.alerts()] == [AlertKind.RESTARTED]
+    assert "drive 4" in rig.alerts()[0].text
+    assert rig.do(ClearFault()) == Done()
+    rig.ready()
+    assert rig.along(MOVE) == Done()
+
+
+def test_a_drive_that_boots_in_motion_stops_the_others():
+    rig = Rig().ready()
+    rig.begin(MoveAlong(iter([MoveBy(steps(60_000, 30_000), 20_000.0)]), 10.0))
+    rig.run(0.5)
+    rig.device.reset_drive(1)
+    there = rig.positions[0]
+    reply = rig.finish()
+    assert isinstance(reply, Denied)
+    assert rig.positions[0] - there < 20_000 * 0.35
+    assert any(alert.kind is AlertKind.RESTARTED for alert in rig.alerts()) or reply.silent
+
+
+def test_a_drive_that_falls_mute_in_motion_stops_the_others():
+    rig = Rig().ready()
+    rig.begin(MoveAlong(iter([MoveBy(steps(60_000, 30_000), 20_000.0)]), 10.0))
+    rig.run(0.5)
+    rig.device.mute_drive(1, True)
+    there = rig.positions[0]
+    reply = rig.finish()
+    assert isinstance(reply, Denied)
+    assert reply.silent
+    assert "drive 2 (shoulder)" in reply.reason
+    assert rig.positions[0] - there < 20_000 * 0.3
+
+
+def test_a_mode_that_somebody_else_sets_ends_the_motion():
+    rig = Rig().ready()
+    rig.begin(MoveAlong(iter([MoveBy(steps(60_000, 30_000), 20_000.0)]), 10.0))
+    rig.run(0.5)
+    rig.device.set_drive_mode(1, 1)
+    reply = rig.finish()
+    assert isinstance(reply, Denied)
+    assert "mode" in reply.reason
+    assert rig.do(ClearFault()) == Done()
+    assert rig.along(MOVE) == Done()
