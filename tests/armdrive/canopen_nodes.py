@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+from armdrive.transports.can_health import BusHealth
 from firmware_protocol.canopen import (
     STANDARD,
     Access,
@@ -59,6 +60,7 @@ class NodesBus:
     """A link to such devices; `said` are the frames that were put on the bus."""
 
     description = "a bus of CANopen devices"
+    health = BusHealth()
 
     def __init__(self, *devices: Device, lose: Callable[[Frame], bool] = lambda _: False) -> None:
         self.devices = devices

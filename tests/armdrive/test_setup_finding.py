@@ -4,6 +4,7 @@ import sys
 
 import pytest
 from can_setup_bench import ServedBus
+from canopen_nodes import Device, NodesBus
 from doctor_bench import SimPort, made
 
 from armdrive.doctor import can_survey, carrying
@@ -12,6 +13,8 @@ from armdrive.interview.readers import WrongAnswer
 from armdrive.setup.describing import Describing, path_of
 from armdrive.setup.filing import checked, file_of, write
 from armdrive.setup.finding import candidates, looked_at, probe
+from armdrive.transports import can_link
+from firmware_protocol.canopen import DEVICE_TYPE
 
 needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 
@@ -93,6 +96,22 @@ def test_drives_on_a_bus_are_found_and_offered_their_template(tmp_path, monkeypa
         assert probe(bus.port).dialect == ""
     finally:
         bus.end()
+
+
+def test_canopen_drives_are_found_and_offered_their_template(monkeypatch):
+    bus = NodesBus(*map(Device, range(1, 7)))
+    monkeypatch.setattr(can_link, "open_can_link", lambda port: bus)
+    monkeypatch.setattr(carrying, "RealClock", Passing)
+    found = probe("can:slcan:/dev/ttyACM0?bitrate=500000")
+    assert found.dialect == "cia402"
+    assert any("there answer: 1, 2, 3, 4, 5, 6 (CANopen)" in line for line in found.lines)
+    assert not any("can setup" in line for line in found.lines)
+    describing = Describing(found.answers)
+    describing.type("lab")
+    describing.enter()
+    assert describing.line == "minimover5-cia402"
+    bus.devices = (Device(1).has({DEVICE_TYPE: 0x191}),)  # an I/O module drives no arm
+    assert probe("can:slcan:/dev/ttyACM0?bitrate=500000").dialect == ""
 
 
 def test_going_back_goes_over_what_was_found():
