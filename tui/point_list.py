@@ -4,20 +4,40 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-from armdrive.points import NAME, Point, StepList, Taught
+from armdrive.errors import BadRequest
+from armdrive.points import GRIPPER_WORDS, NAME, Point, Step, StepList, Taught
+from armdrive.teaching.steptext import parse_step
 
 LETTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-")
 """What a name is typed with; a space is never one of them."""
 
 
+_KINDS = {
+    "gripper": "opening: type open, close, grasp, here, point, or mm",
+    "wait": "time: type seconds",
+}
+
+STEPS = ("to", "gripper", "wait")
+"""What a step begins with: the rest of it is typed, a name or a number."""
+
+HERE = "here"
+"""Typed for an opening: as far as the fingers are open now."""
+
+
 @dataclass(frozen=True, slots=True)
 class Naming:
-    """A name under way, and what it is for: `teach`, `rename` or `append`."""
+    """A name under way, and what it is for: `teach`, `rename`, `append`, or one of `STEPS`."""
 
     purpose: str
     text: str = ""
     offered: bool = False
     """Whether nobody has typed it yet: the first letter takes its place."""
+    changes: bool = False
+    """Whether the marked step becomes this one; else it is a further one."""
+
+    def takes(self, letter: str) -> bool:
+        """Tell whether it is typed with this letter."""
+        return letter in LETTERS or (letter == "." and self.purpose in STEPS)
 
     def typed(self, letter: str) -> Naming:
         """Add a letter, or begin with it where a name was only offered."""
@@ -29,8 +49,39 @@ class Naming:
 
     @property
     def good(self) -> bool:
-        """Whether it is a name as it stands."""
-        return NAME.fullmatch(self.text) is not None
+        """Whether it is a name as it stands, or makes a step."""
+        if self.purpose not in STEPS:
+            return NAME.fullmatch(self.text) is not None
+        try:
+            self.step(0.0)
+        except BadRequest:
+            return False
+        return True
+
+    def step(self, opening_mm: float | None, speed: float = 1.0) -> Step:
+        """Return the step that was typed, with fingers that are so far open now.
+
+        Raises `BadRequest`.
+        """
+        if self.purpose == "gripper" and self.text == HERE:
+            if opening_mm is None:
+                raise BadRequest("nobody knows how far the fingers are open: reference the arm")
+            return Step(gripper=round(opening_mm, 1), speed=speed)
+        if wrong := self._no_number():
+            raise BadRequest(wrong)
+        step = parse_step(f"{self.purpose} {self.text}")
+        return step if step.wait_s is not None else replace(step, speed=speed)
+
+    def _no_number(self) -> str:
+        """Say what is wrong with a word in the place of a number; nothing of all others."""
+        try:
+            float(self.text)
+        except ValueError:
+            if self.purpose == "wait" or (
+                self.purpose == "gripper" and self.text not in GRIPPER_WORDS
+            ):
+                return f"{self.text!r} is no {_KINDS[self.purpose]}"
+        return ""
 
 
 @dataclass(frozen=True, slots=True)

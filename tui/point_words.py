@@ -22,7 +22,16 @@ _PURPOSES = {
     "teach": "name of this place",
     "rename": "new name",
     "append": "sequence to put it at the end of",
+    "to": "point to go to",
+    "gripper": "fingers: open, close, grasp, here, point, or mm",
+    "wait": "seconds to wait",
 }
+_WRONG = {
+    "to": "no name of a point",
+    "gripper": "none of these",
+    "wait": "no time",
+}
+_WRONG_NAME = "a letter first, then letters, digits, - _"
 
 
 def list_text(listed: PointList, arm: ArmGeometry, height: int, keys: Keyboard) -> str:
@@ -76,7 +85,10 @@ def _sequence_lines(
         yield f"{mark}{index + 1:>3} {'done ' * (index < stepper.at)}{step}"
     if marked is not None:
         drop, sooner = keys.label("points-step-drop"), keys.label("points-step-sooner")
-        yield f"* {drop} twice: out; {sooner}, {keys.label('points-step-later')}: sooner, later"
+        later, change = keys.label("points-step-later"), keys.label("points-step-change")
+        yield f"* {change} changes it, {drop} twice: out; {sooner} {later}: sooner, later"
+    grip, wait = keys.label("points-grip"), keys.label("points-wait")
+    yield f"{grip} adds fingers, {wait} a wait"
     if stepper.at == total:
         yield f"at its end: {keys.label('points-rewind')} begins anew"
     switch = keys.label("points-stepping")
@@ -98,8 +110,7 @@ def how_text(*, line: bool, speed: float, keys: Keyboard) -> str:
 def naming_text(naming: Naming, keys: Keyboard) -> str:
     """Show the name as it is typed."""
     enter, stop = keys.label("points-go"), keys.label("stop")
-    wrong = (
-        "" if naming.good or not naming.text else "  (a letter first, then letters, digits, - _)"
-    )
+    reason = _WRONG.get(naming.purpose, _WRONG_NAME)
+    wrong = "" if naming.good or not naming.text else f"  ({reason})"
     said = "  (or type another)" if naming.offered else wrong
     return f"{_PURPOSES[naming.purpose]}: {naming.text}_{said}\n{enter} takes it, {stop} drops it"

@@ -293,6 +293,98 @@ async def test_steps_that_somebody_else_has_changed_are_not_overwritten():
         assert session.arm.points.sequence("stack") == other
 
 
+async def test_fingers_and_waits_are_put_into_a_sequence():
+    async with PointSession() as session:
+        await session.choose("up")
+        await session.press("g")
+        assert "choose a sequence" in session.text("remarks")
+        await session.choose("stack")
+        await session.press("g")
+        assert "fingers: open, close, grasp, here, point, or mm: open_" in session.text("begin")
+        await session.press("enter")
+        await session.settle()
+        await session.press("W", "1", "full_stop", "5", "enter")
+        await session.settle()
+        steps = session.arm.points.sequence("stack").steps
+        assert steps == (*STACK.steps, Step(gripper="open"), Step(wait_s=1.5))
+        await session.press("g", *"here", "enter")
+        await session.settle()
+        assert session.arm.points.sequence("stack").steps[-1] == Step(gripper=38.0)
+        assert "stack: step 7 is gripper 38 mm" in session.text("remarks")
+        assert session.arm.asked_for == []
+        assert not session.arm.asked("open")
+
+
+async def test_further_steps_go_behind_the_marked_one_one_after_the_other():
+    async with PointSession() as session:
+        await session.choose("stack")
+        await session.press("pagedown", "W", "2", "enter")
+        await session.settle()
+        await session.press("g", *"close", "enter")
+        await session.settle()
+        left, *others = STACK.steps
+        assert session.arm.points.sequence("stack").steps == (
+            left,
+            Step(wait_s=2.0),
+            Step(gripper="close"),
+            *others,
+        )
+        assert session.screen.marked == 2
+
+
+@pytest.mark.parametrize(
+    ("at", "typed", "step"),
+    [
+        (1, "here", Step(gripper=38.0)),
+        (1, "12.5", Step(gripper=12.5)),
+        (2, "up", Step("up", "line", 0.25)),
+    ],
+)
+async def test_a_marked_step_is_changed(at, typed, step):
+    async with PointSession() as session:
+        await session.choose("stack")
+        await session.press(*["pagedown"] * (at + 1), "E", *["backspace"] * 8)
+        await session.press(*(each if each != "." else "full_stop" for each in typed), "enter")
+        await session.settle()
+        assert session.arm.points.sequence("stack").steps[at] == step
+        assert len(session.arm.points.sequence("stack").steps) == 4
+
+
+async def test_the_way_and_the_speed_of_a_marked_step_are_changed_and_not_those_of_points():
+    async with PointSession() as session:
+        await session.choose("stack")
+        await session.press("pagedown", "l", "less_than_sign")
+        await session.settle()
+        assert session.arm.points.sequence("stack").steps[0] == Step("left", "line", 0.5)
+        await session.press("greater_than_sign", "greater_than_sign")
+        await session.settle()
+        assert session.arm.points.sequence("stack").steps[0].speed == 1.0
+        await session.press("pagedown", "l")
+        assert "how belongs to a step that leads to a point" in session.text("remarks")
+        assert (session.screen.line, session.screen.speed) == (False, 0.5)
+
+
+@pytest.mark.parametrize(
+    ("key", "typed", "said"),
+    [
+        ("g", "wide", "'wide' is no opening: type open, close, grasp, here, point, or mm"),
+        ("W", "-1", "wait_s is from 0"),
+        ("W", "soon", "'soon' is no time: type seconds"),
+        ("E", "nowhere", "which there is not"),
+    ],
+)
+async def test_what_is_no_step_is_refused_and_can_be_mended(key, typed, said):
+    async with PointSession() as session:
+        await session.choose("stack")
+        await session.press("pagedown", key, *["backspace"] * 8)
+        await session.press(*(each if each != "-" else "minus" for each in typed), "enter")
+        assert said in session.text("remarks")
+        assert session.arm.points.sequence("stack") == STACK
+        await session.press("space")
+        assert session.screen.naming is None
+        assert session.arm.asked("stop")
+
+
 # -- sequences --------------------------------------------------------------------------------
 
 

@@ -6,10 +6,14 @@ from functools import partial
 from typing import TYPE_CHECKING, Protocol
 
 from tui.goal_form import SPEEDS, neighbour
-from tui.screens.points_steps import StepKeys
+from tui.screens.points_steps import StepKeys, other_speed, other_way
 
 if TYPE_CHECKING:
     from armdrive.status import Status
+
+OF_POINTS = ("again", "rename", "edit", "line", "slower", "faster", "append")
+OF_SEQUENCES = ("step-next", "grip", "wait", "stepping", "forward", "backward", "rewind")
+"""Rows of the table of keys that are about the one alone, or mostly."""
 
 STEP_QUIET_S = 0.7
 """A step key counts after so long without one: a key that is held repeats sooner."""
@@ -26,6 +30,12 @@ class PointKeys(StepKeys):
     """What the keys do. One step or run at a time; a stop that comes first lets it not begin."""
 
     _step_s = -STEP_QUIET_S
+
+    @property
+    def idle(self) -> tuple[str, ...]:
+        """Keys of sequences do nothing to a point, and those of points nothing to a sequence."""
+        others = OF_SEQUENCES if self.listed.sequence is None else OF_POINTS
+        return tuple(f"points-{name}" for name in others)
 
     def action_choose(self, by: int) -> None:
         """Go to another row."""
@@ -116,12 +126,16 @@ class PointKeys(StepKeys):
     def action_line(self) -> None:
         """Switch between a straight line and a joint motion."""
         self.confirming.forget()
+        if self.retime(other_way):
+            return
         self.line = not self.line
         self.desk.show()
 
     def action_speed(self, by: int) -> None:
         """Go faster or more slowly."""
         self.confirming.forget()
+        if self.retime(partial(other_speed, by=by)):
+            return
         self.speed = neighbour(SPEEDS, self.speed, by)
         self.desk.show()
 

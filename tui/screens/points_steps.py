@@ -1,12 +1,15 @@
-"""The keys of the points screen that change a sequence: a step is marked, taken out, moved."""
+"""The keys of the points screen that change a sequence: steps are added, marked, changed, moved."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 
+from armdrive.errors import BadRequest
 from armdrive.points import Step, StepList
-from tui.point_list import PointList
+from tui.goal_form import SPEEDS
+from tui.point_list import STEPS, Naming, PointList
 from tui.screens.points_teach import TeachKeys
 
 Change = Callable[[list[Step], int], str]
@@ -70,6 +73,73 @@ class StepKeys(TeachKeys):
         words = f"takes step {at + 1} ({steps.steps[at]}) out of {self.listed.name}"
         self._make_sure(words, partial(self._change, _dropped))
 
+    # -- what a step is -----------------------------------------------------------------------
+
+    def action_add_grip(self) -> None:
+        """Ask what the fingers shall do in a further step."""
+        self._ask_step(Naming("gripper", "open", offered=True))
+
+    def action_add_wait(self) -> None:
+        """Ask how long a further step shall wait."""
+        self._ask_step(Naming("wait", "1", offered=True))
+
+    def _ask_step(self, naming: Naming) -> None:
+        if self.listed.sequence is None:
+            self.desk.say("choose a sequence to put it into; a point begins one")
+        else:
+            marked = self.marked
+            self._ask_name(naming)
+            self._marked = marked
+
+    def action_change(self) -> None:
+        """Ask what the marked step shall be instead."""
+        at, steps = self.marked, self.listed.sequence
+        if at is None or steps is None:
+            self._mark_first()
+        else:
+            self._ask_step(_changing(steps.steps[at]))
+
+    def _named(self, naming: Naming) -> None:
+        if naming.purpose not in STEPS:
+            super()._named(naming)
+            return
+        at, steps = self.marked, self.listed.sequence
+        if steps is None or (naming.changes and at is None):
+            self.naming = None
+            self.desk.say("somebody else has changed the sequence: look at it, and mark a step")
+            return
+        before = steps.steps[at] if naming.changes and at is not None else None
+        try:
+            step = naming.step(self.desk.status.gripper_mm, before.speed if before else 1.0)
+            if before is not None and step.point:
+                step = replace(step, how=before.how)
+        except BadRequest as error:
+            self.desk.say(str(error))  # what was typed can still be mended
+            return
+        self.naming = None
+        if before is not None:
+            self._change(partial(_changed, new=step))
+        else:
+            self._add(step, len(steps.steps) if at is None else at + 1)
+
+    def _add(self, step: Step, at: int) -> None:
+        marked = self.marked is not None
+        if self._write(partial(_added, new=step), at) and marked:
+            self._marked = at
+
+    def retime(self, change: Callable[[Step], Step]) -> bool:
+        """Change the way or the speed of the marked step; tell whether one is marked."""
+        at, steps = self.marked, self.listed.sequence
+        if at is None or steps is None:
+            return False
+        try:
+            self._change(partial(_changed, new=change(steps.steps[at])))
+        except BadRequest as error:
+            self.desk.say(str(error))
+        return True
+
+    # -- writing ------------------------------------------------------------------------------
+
     def _mark_first(self) -> None:
         keys = self.desk.keys
         both = f"{keys.label('points-step-next')} or {keys.label('points-step-previous')}"
@@ -77,17 +147,23 @@ class StepKeys(TeachKeys):
 
     def _change(self, change: Change) -> None:
         """Write the sequence with its marked step changed, unless somebody else has changed it."""
-        at, steps, name = self.marked, self.listed.sequence, self.listed.name
-        if at is None or steps is None:
-            return
+        if (at := self.marked) is not None:
+            self._write(change, at)
+
+    def _write(self, change: Change, at: int) -> bool:
+        """Write the sequence changed at a place; tell whether it could be tried."""
+        steps, name = self.listed.sequence, self.listed.name
+        if steps is None:
+            return False
         if self.busy:
             self.desk.say("the arm is under way: space stops it")
-            return
+            return False
         changed = list(steps.steps)
         said = change(changed, at)
         new, points = StepList(tuple(changed), steps.note), self.desk.arm.points
         self._wrote = new
         self._written(partial(points.put_sequence, name, new, instead_of=steps), f"{name}: {said}")
+        return True
 
 
 def _shifted(steps: list[Step], at: int, by: int) -> str:
@@ -97,3 +173,37 @@ def _shifted(steps: list[Step], at: int, by: int) -> str:
 
 def _dropped(steps: list[Step], at: int) -> str:
     return f"step {at + 1} ({steps.pop(at)}) is gone"
+
+
+def _added(steps: list[Step], at: int, new: Step) -> str:
+    steps.insert(at, new)
+    return f"step {at + 1} is {new}"
+
+
+def _changed(steps: list[Step], at: int, new: Step) -> str:
+    steps[at] = new
+    return f"step {at + 1} is {new} now"
+
+
+def _changing(step: Step) -> Naming:
+    """Return what is typed to have another step in the place of this one, with what it says."""
+    if step.point:
+        return Naming("to", step.point, changes=True)
+    if step.wait_s is not None:
+        return Naming("wait", f"{step.wait_s:g}", offered=True, changes=True)
+    said = step.gripper if isinstance(step.gripper, str) else f"{step.gripper:g}"
+    return Naming("gripper", said, offered=True, changes=True)
+
+
+def other_way(step: Step) -> Step:
+    """Return the step with the other way to its point; raises `BadRequest` where it has none."""
+    return replace(step, how="joint" if step.how == "line" else "line")
+
+
+def other_speed(step: Step, by: int) -> Step:
+    """Return the step at the next speed of the table, faster or slower; the ends are the ends."""
+    if step.wait_s is not None:
+        raise BadRequest("a wait has no speed")
+    others = [each for each in SPEEDS if (each - step.speed) * by > 0.0]
+    nearest = (min if by > 0 else max)(others, default=step.speed)
+    return replace(step, speed=nearest)

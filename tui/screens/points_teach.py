@@ -12,7 +12,7 @@ from armdrive.points import Point, Step, StepList
 from armdrive.sequence import Stepper
 from kinematics import KinematicsError
 from tui.errand import Twice
-from tui.point_list import LETTERS, Naming, PointList
+from tui.point_list import Naming, PointList
 from tui.screens.errands import ErrandScreen
 
 
@@ -161,7 +161,7 @@ class TeachKeys(ErrandScreen):
     def on_key(self, event: events.Key) -> None:
         """Type the name that is asked for; other keys go on to the table of keys."""
         letter = event.character
-        if self.naming is not None and letter is not None and letter in LETTERS:
+        if self.naming is not None and letter is not None and self.naming.takes(letter):
             event.stop()
             event.prevent_default()
             self.naming = self.naming.typed(letter)
