@@ -169,7 +169,7 @@ class Drive:
         """Take note that it is told to stop: it rests between here and where it was sent."""
         self.advance(now_s)
         self.stopped_at = self.position
-        self.stopped_off = corridor + self._late(now_s)
+        self.stopped_off = corridor + self.late_by(now_s)
 
     def rests_off(self, count: int) -> bool:
         """Tell whether it came to rest where no stop of it could: it counts anew, say."""
@@ -180,11 +180,11 @@ class Drive:
     def off_by(self, count: int, now_s: float) -> float:
         """Return how far a count that was heard is off the model, beyond what is only late."""
         self.advance(now_s)
-        late = self._late(min(self.questions.asked_s, now_s))
+        late = self.late_by(min(self.questions.asked_s, now_s))
         low, high = sorted((self.questions.asked_at, self.position))
         return max(low - count - late, count - high - late, 0.0)
 
-    def _late(self, asked_s: float) -> float:
+    def late_by(self, asked_s: float) -> float:
         """Return what it runs in the time that it may be late, by its orders of that time."""
         ordered = self.told if self.moving else 0.0
         lately = self.speeds.fastest_since(asked_s - WAY_S)

@@ -13,8 +13,8 @@ import math
 from collections.abc import Generator
 
 from armdrive.controllers.mks_arriving import Ending
+from armdrive.controllers.mks_beside import MksBeside
 from armdrive.controllers.mks_drive import Drive
-from armdrive.controllers.mks_holdups import MksHoldUps
 from armdrive.controllers.mks_ramps import COUNTS_S_PER_RPM
 from armdrive.controllers.mks_stops import ALL_MUTE_LOOKS, MUTE_LOOKS
 from armdrive.controllers.mks_track import Lead, Track, Trip, shares_of
@@ -45,7 +45,7 @@ SHOWS_PERIODS = 1.5
 """A drive whose orders stay the same is given them anew after so long: who takes none says so."""
 
 
-class MksMotion(MksHoldUps):
+class MksMotion(MksBeside):
     """Drives segments by steering."""
 
     def drive_along(self, request: MoveAlong) -> Ending:
@@ -180,7 +180,7 @@ class MksMotion(MksHoldUps):
         """Ask every drive where it is, which also feeds its watchdog."""
         if self.now_s < self._poll_s(trip):
             return
-        trip.polled_s = self.now_s
+        trip.look(self.now_s)
         for node in self.nodes:
             self.put(node, ReadEncoder())
         if any(drive.seen is not None for drive in self.drives):
@@ -195,7 +195,7 @@ class MksMotion(MksHoldUps):
             case _ if held_up and self.answered_last_s > quiet_s:
                 return (yield from self.catch_up(trip, quiet_s, owed))
             case Answered(node, _, EncoderRead(counts)):
-                return (yield from self._seen(node, counts))
+                return (yield from self._seen(node, counts)) or (yield from self.beside(trip))
             case LimitStop(node, _):
                 words = f"{self.drive(node)} has run into a limit switch, which stopped it"
                 alert = Alert(AlertKind.ALARM_LOST, words)

@@ -138,6 +138,12 @@ class Trip:
     due_s: float = -math.inf
     """When the drives are to be steered next."""
     polled_s: float = -math.inf
+    polled_at_s: float = 0.0
+    """Where on the track the motors were to be at that look."""
+    weighed: bool = True
+    """Whether it has been weighed what all drives told then."""
+    beside: int = 0
+    """At how many looks in a row they were beside their way."""
     guess_s: float = 0.0
     exhausted: bool = False
     held: bool = False
@@ -162,9 +168,16 @@ class Trip:
         self.steered_s = now_s
         self.track.pass_by(self.time_s)
 
+    def look(self, now_s: float) -> None:
+        """Take note that all drives are asked where they are."""
+        self.polled_s, self.weighed = now_s, False
+        since_s = now_s - self.steered_s if math.isfinite(self.steered_s) else 0.0
+        self.polled_at_s = min(self.time_s + since_s, self.sent_s)
+
     def resume(self, time_s: float, now_s: float) -> None:
         """Go on from a time on the track that the motors are found to be at."""
         self.time_s = self.sent_s = time_s
+        self.weighed, self.beside = True, 0
         self.steered_s = self.due_s = now_s
 
     def draw(self) -> bool:

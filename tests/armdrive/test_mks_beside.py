@@ -1,0 +1,95 @@
+"""One drive that lags while the others go on leads the arm off its way; drives all late do not."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+from mks_bench import MksBench
+from test_mks_controller_late import stand_still
+from test_mks_controller_motion import along, segments
+from test_mks_holdups import BOTH, ORDERS, hold_up
+
+from armdrive.controllers.mks_beside import LOOKS
+from armdrive.controllers.mks_drive import WAY_S
+from armdrive.controllers.mks_settings import MksSettings
+from armdrive.controllers.requests import AlertKind, Denied, Done
+from kinematics import Motors
+
+POLL_S = MksSettings().poll_s
+
+
+def moving(way, count=40, **settings):
+    bench = MksBench(starts=(50_000,) * 6, settings=settings).ready()
+    bench.begin(along(segments(*([way] * count))))
+    return bench
+
+
+def weaken(bench, number, share):
+    """Have a motor turn no faster than a share of what its drive is told."""
+    motor = bench.node(number).motor
+    move_to = motor.move_to
+    motor.move_to = lambda counts, rpm, acc, now_s: move_to(counts, rpm * share, acc, now_s)
+
+
+def let_pass(speed):
+    return MksSettings().corridor_counts + speed * 10 * WAY_S
+
+
+def beside(bench, way):
+    """Return how far the first two motors are from every place of their common way, at least."""
+    gone = [bench.node(number).at(bench.now_s) - 50_000 for number in (1, 2)]
+    places = ([each * tenth / 10.0 for each in way[:2]] for tenth in range(401))
+    return min(max(abs(a - b) for a, b in zip(gone, place, strict=True)) for place in places)
+
+
+@pytest.mark.parametrize("share", [0.3, 0.5, 0.6])
+@pytest.mark.parametrize("speed", [3000, 9000])
+def test_a_drive_that_lags_ends_the_motion_before_the_arm_is_far_off_its_way(speed, share):
+    way = (speed, -speed, 0, 0, 0, 0)
+    bench = moving(way)
+    bench.run(0.5)
+    weaken(bench, 1, share)
+    worst = 0.0
+    while not bench.alerts():
+        bench.run(0.005)
+        worst = max(worst, beside(bench, way))
+        assert bench._reply() is None or bench.alerts()
+        assert bench.now_s < 6.0, "nobody has noticed"
+    (alert,) = bench.alerts()
+    assert alert.kind is AlertKind.ASTRAY
+    assert "drive 1 (base)" in alert.text
+    assert isinstance(bench.finish(), Denied)
+    noticed = speed * 10 * (1.0 - share) * (LOOKS + 1) * POLL_S
+    assert worst <= let_pass(speed) + noticed
+
+
+def test_a_drive_that_lags_a_little_is_let_pass_and_gets_there():
+    bench = moving((9000, -9000, 0, 0, 0, 0), 20)
+    weaken(bench, 1, 0.9)
+    assert isinstance(bench.finish(), Done)
+    assert not bench.alerts()
+    assert bench.positions == Motors((230_000, -130_000, *[50_000] * 4))
+
+
+@pytest.mark.parametrize("acceleration", [100, 200, 252])
+def test_drives_with_gentle_ramps_are_late_together_and_well(acceleration):
+    bench = moving((3000, -1500, 900, 0, 0, 0), 20, acceleration=acceleration)
+    assert isinstance(bench.finish(), Done)
+    assert not bench.alerts()
+
+
+@pytest.mark.parametrize("sides", [BOTH, ORDERS])
+@pytest.mark.parametrize("seed", range(6))
+def test_a_computer_that_is_late_blames_no_drive(seed, sides):
+    dice = random.Random(seed)
+    bench = MksBench(starts=(50_000,) * 6).ready()
+    speeds = [dice.choice((1.0, 0.1, -1.0, -0.3)) for _ in range(5)]
+    ways = [(round(6000 * s), round(-3000 * s), 700, 0, 0, 0) for s in speeds for _ in range(5)]
+    bench.begin(along(segments(*ways)))
+    while bench.controller.busy and bench.now_s < 30.0:
+        bench.run(dice.uniform(0.0, 0.3))
+        late = dice.choice((hold_up, stand_still))
+        late(bench, dice.uniform(0.0, 0.2), *([sides] if late is hold_up else []))
+    assert isinstance(bench.finish(), Done)
+    assert not bench.alerts()
