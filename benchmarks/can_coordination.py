@@ -1,11 +1,13 @@
-"""Print how far MKS drives are from moving together: `python benchmarks/can_coordination.py`.
+"""Print how far drives on a bus are from moving together: `python benchmarks/can_coordination.py`.
+
+    python benchmarks/can_coordination.py [mks | cia402 | cyclic ...] [--times N] [--quick]
 
 On simulated time, the drives' shafts are looked at every 4 ms. For each strategy: motions that are
 straight in joint space, as far as the tip leaves that way and a joint its proportion; and lines and
 arcs of every kind, as far as the tip leaves them. Promised are `motion.line_tolerance_mm`, what a
 count of each drive is worth, and where the arm announces that its motors are not coordinated,
-`straying_mm` of the move. Beside them a program that coordinates nothing: each drive is sent to its
-target at the same speed. Exit code 1 where a bound is broken.
+`straying_mm` of the move. Beside them a plain program that coordinates nothing: each drive is sent
+to its target at the same speed. Exit code 1 where a bound is broken.
 """
 
 from __future__ import annotations
@@ -16,26 +18,24 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from random import Random
 
-from can_strategies import DIALECT, STRATEGIES, section
+from can_plain import PLAIN
+from can_strategies import STRATEGIES, Strategy, groups
 from feel import Figures, Measured, Options, report
 from feel_benches import DENSE_S, DenseMemoryBench, chance
 from feel_ways import KINDS, ways
 from straightness import drawn
 
 from armdrive.arm import Arm
-from armdrive.controllers.mks_ramps import COUNTS_S_PER_RPM
 from armdrive.errors import OutOfBounds
-from firmware_protocol.mks import Host, MoveAbsoluteAxis
 from kinematics import Joints, Motors
 from tests.conformance.rows_moving import line_allowance_mm
 
-PLAIN = "plain"
 TIMES, QUICK_TIMES = 40, 1
 PATIENCE_S = 60.0
 TURN_DEG = (15.0, 45.0)
 """How far the joint that turns furthest goes."""
 SLOWEST = 0.3
-ACC = 252
+ALL: dict[str, Strategy] = {**STRATEGIES, **PLAIN}
 LOOKS = 400
 """On the straight way, with which a place beside it is compared."""
 
@@ -130,12 +130,11 @@ def joint_motions(bench: DenseMemoryBench, times: int) -> list[tuple[Beside, flo
     return found
 
 
-def plain_motions(bench: DenseMemoryBench, times: int) -> list[Beside]:
+def plain_motions(bench: DenseMemoryBench, strategy: str, times: int) -> list[Beside]:
     """Send each drive to its target at one speed, as a program does that coordinates nothing."""
     arm, found, luck = bench.arm, [], chance("joints")
     assert arm is not None
-    host, link, device = Host(range(1, 7)), bench.twin.link, bench.twin.device
-    rpm = arm.speeds.motor_hz / COUNTS_S_PER_RPM
+    send = PLAIN[strategy].send
     for _ in range(times):
         start = posture(arm, luck)
         bench.bring(start)
@@ -143,12 +142,8 @@ def plain_motions(bench: DenseMemoryBench, times: int) -> list[Beside]:
         speed = luck.uniform(SLOWEST, 1.0)
         turned = {name.removesuffix("_deg"): math.radians(turn) for name, turn in goal.items()}
         target = arm.core.transmission.to_motors(start.replace(**turned), 20.0)
-        before, now_s = bench.look().motors, arm.pace.now_s()
-        for node, (count, here, counted) in enumerate(
-            zip(target, before, device.registers, strict=True), 1
-        ):
-            order = MoveAbsoluteAxis(counted + count - here, max(int(rpm * speed), 1), ACC)
-            link.write(host.send(node, order), now_s)
+        before = bench.look().motors
+        send(bench, target - before, speed)
         seen = set()
         while True:
             bench.sleep(DENSE_S)
@@ -175,17 +170,18 @@ def of_joints(strategy: str, found: list[Beside], allowed: list[float]) -> Itera
 
 def measure(options: Options, strategy: str) -> Iterator[Figures]:
     """Measure one strategy."""
-    with DenseMemoryBench(DIALECT) as bench:
-        bench.fit(section("steered" if strategy == PLAIN else strategy))
+    how = ALL[strategy]
+    with DenseMemoryBench(how.dialect) as bench:
+        bench.fit(how.section())
         arm = bench.ready()
-        if strategy == PLAIN:
-            plain = plain_motions(bench, options.times)
+        if strategy in PLAIN:
+            plain = plain_motions(bench, strategy, options.times)
             yield from of_joints(strategy, plain, [math.inf] * len(plain))
             return
         driven = joint_motions(bench, options.times)
         yield from of_joints(strategy, [b for b, _ in driven], [mm for _, mm in driven])
         for kind in KINDS:
-            luck, found = chance(DIALECT, kind), []
+            luck, found = chance(how.dialect, kind), []
             for way in ways(arm, kind, luck, options.times):
                 bench.bring(way.start)
                 found.append(drawn(bench, way, luck.uniform(SLOWEST, 1.0)).anywhere)
@@ -198,10 +194,11 @@ def main(argv: list[str] | None = None) -> int:
         argv,
         __doc__,
         measure,
-        dialects=(*STRATEGIES, PLAIN),
+        dialects=ALL,
         times=TIMES,
         quick_times=QUICK_TIMES,
         clocks=("simulated",),
+        groups=groups(ALL),
     )
 
 

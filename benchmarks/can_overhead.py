@@ -7,18 +7,16 @@ alone on its virtual bus, python-can alone at the same serial adapter. Nothing p
 from __future__ import annotations
 
 import contextlib
-import struct
 import sys
 import tempfile
 import uuid
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from statistics import median
 
 import can
-from can_strategies import DIALECT
-from measuring import Row, Section, interleaved, own_home, p99, ratio
+from can_codecs import NODE, ROUNDS, Exchange, canopen, mks, mks_answer, row, sdo
+from measuring import Row, Section, interleaved, own_home
 from reporting import report
 
 from armdrive.transports.can_address import CanAddress
@@ -26,74 +24,14 @@ from armdrive.transports.can_link import CanLink, open_can_link
 from armdrive.transports.can_slcan import Slcan
 from armdrive.transports.can_timing import frame_bits
 from firmware_protocol.frames import Frame, Unpacker, pack
-from firmware_protocol.mks import Answered, Host, MoveAbsoluteAxis, ReadEncoder
+from firmware_protocol.mks import ReadEncoder
 from firmware_protocol.mks.wire import encode
 from tests.conformance.device_process import DeviceProcess
 
-ROUNDS = 2_000
 BATCH = 100
 """Frames that are written at once; they fit into the link's queue."""
-NODE = 1
 BITS_S = 500_000
-ORDER = MoveAbsoluteAxis(0x4000, 600, 252)
-COUNTS = 123_456
 WAIT_S = 1.0
-
-
-def answer_frame() -> Frame:
-    """Return a drive's answer to the question where it is."""
-    data = b"\x31" + COUNTS.to_bytes(6, "big")
-    return Frame(NODE, data + bytes(((NODE + sum(data)) & 0xFF,)))
-
-
-def order_by_hand() -> bytes:
-    """Write the order as a program does that writes nothing else: no record, no check of fields."""
-    data = struct.pack(">BHB", 0xF5, 600, 252) + (0x4000).to_bytes(3, "big")
-    return data + bytes(((NODE + sum(data)) & 0xFF,))
-
-
-def codec(rounds: int = ROUNDS) -> Section:
-    """Measure writing an order, and reading an answer to a question that was asked."""
-    host, heard = Host((NODE,)), answer_frame()
-    record = pack(heard)
-
-    def ordered() -> None:
-        host.send(NODE, ORDER)
-        host.forget(NODE)
-
-    def asked_and_read() -> None:
-        host.send(NODE, ReadEncoder())
-        host.receive_data(record)
-        assert isinstance(host.next_event(), Answered)
-
-    def by_hand() -> None:
-        data = bytes((0x31, (NODE + 0x31) & 0xFF))
-        assert data
-        got = heard.data
-        assert got[-1] == (NODE + sum(got[:-1])) & 0xFF
-        int.from_bytes(got[1:7], "big", signed=True)
-
-    cases = {
-        "order": ordered, "order by hand": order_by_hand,
-        "asked": asked_and_read, "asked by hand": by_hand,
-    }  # fmt: skip
-    taken = interleaved(cases, rounds)
-    assert encode(NODE, ORDER).data == order_by_hand()
-    rows = (
-        _row("an order (F5), written by hand", taken["order by hand"]),
-        _row("an order by the codec", taken["order"], by_hand=taken["order by hand"]),
-        _row("a question and its answer (31), by hand", taken["asked by hand"]),
-        _row(
-            "a question and its answer by the codec", taken["asked"], by_hand=taken["asked by hand"]
-        ),
-    )
-    return Section("The codec", rows, f"{rounds} each; checked, matched and packed as records")
-
-
-def _row(what: str, taken: list[float], **floors: list[float]) -> Row:
-    """Return a row in microseconds, with its ratios to floors."""
-    times = {name.replace("_", " "): ratio(taken, floor) for name, floor in floors.items()}
-    return Row(what, median(taken) * 1e6, "us", p99(taken) * 1e6, times)
 
 
 # -- the link -------------------------------------------------------------------------------------
@@ -147,7 +85,7 @@ class Threads:
 
 def link(rounds: int = ROUNDS) -> Section:
     """Measure a frame out and one back, and a batch of frames out, on virtual buses."""
-    out, back = encode(NODE, ReadEncoder()), answer_frame()
+    out, back = encode(NODE, ReadEncoder()), mks_answer()
     record, unpacker = pack(out), Unpacker()
     batch = record * BATCH
     messages = message(out), message(back)
@@ -194,30 +132,40 @@ def link(rounds: int = ROUNDS) -> Section:
         owned.close()
     each = {name: [one / BATCH for one in times] for name, times in many.items()}
     rows = (
-        _row("out and back: python-can, one thread", taken["bare"]),
-        _row("  python-can with its Notifier", taken["threads"], bare=taken["bare"]),
-        _row(
+        row("out and back: python-can, one thread", taken["bare"]),
+        row("  python-can with its Notifier", taken["threads"], bare=taken["bare"]),
+        row(
             "  the link, with a thread each way",
             taken["link"],
             bare=taken["bare"],
             the_Notifier=taken["threads"],
         ),
-        _row(f"a frame of {BATCH} out: python-can, one thread", each["bare"]),
-        _row("  the link", each["link"], bare=each["bare"]),
+        row(f"a frame of {BATCH} out: python-can, one thread", each["bare"]),
+        row("  the link", each["link"], bare=each["bare"]),
     )
     return Section("The link", rows, f"virtual buses in this process, {rounds} exchanges each")
 
 
 def slcan(rounds: int = ROUNDS // 4) -> Section:
-    """Measure one question to a drive in another process, and its answer, over a pty."""
-    out, unpacker = encode(NODE, ReadEncoder()), Unpacker()
+    """Measure one question to an MKS drive in another process, and its answer, over a pty."""
+    return over_slcan("mks", Exchange(encode(NODE, ReadEncoder()), mks_answer()), rounds)
+
+
+def slcan_sdo(rounds: int = ROUNDS // 4) -> Section:
+    """Measure the transfer of a CiA 402 drive's position."""
+    return over_slcan("cia402", sdo(), rounds)
+
+
+def over_slcan(dialect: str, exchange: Exchange, rounds: int) -> Section:
+    """Measure one exchange with a drive in another process, over a pty."""
+    out, unpacker = exchange.asked, Unpacker()
     record = pack(out)
-    floor_s = (frame_bits(out) + frame_bits(answer_frame())) / BITS_S
+    floor_s = (frame_bits(out) + frame_bits(exchange.answered)) / BITS_S
     with tempfile.TemporaryDirectory() as folder, own_home():
-        home, program = Path(folder), ("armdrive", "sim", DIALECT)
+        home, program = Path(folder), ("armdrive", "sim", dialect)
         with (
-            DeviceProcess(program, ("--slcan", str(home / "bare")), DIALECT) as one,
-            DeviceProcess(program, ("--slcan", str(home / "ours")), DIALECT) as other,
+            DeviceProcess(program, ("--slcan", str(home / "bare")), dialect) as one,
+            DeviceProcess(program, ("--slcan", str(home / "ours")), dialect) as other,
             contextlib.closing(open_can_link(other.port)) as owned,
             Slcan(CanAddress.parse(one.port).channel, bitrate=BITS_S) as bare,
         ):
@@ -233,14 +181,20 @@ def slcan(rounds: int = ROUNDS // 4) -> Section:
             taken = interleaved({"bare": bare_exchange, "link": by_link}, rounds)
     rows = (
         Row(f"floor: both frames at {BITS_S // 1000} kbit/s", floor_s * 1e6, "us"),
-        _row("python-can's slcan, one thread", taken["bare"], the_floor=[floor_s]),
-        _row("the link", taken["link"], the_floor=[floor_s], python_can=taken["bare"]),
+        row("python-can's slcan, one thread", taken["bare"], the_floor=[floor_s]),
+        row("the link", taken["link"], the_floor=[floor_s], python_can=taken["bare"]),
     )
     note = f"one drive asked where it is, {rounds} times; the simulated bus takes its time for bits"
-    return Section("A serial adapter on a pty, in another process", rows, note)
+    return Section(f"A serial adapter on a pty, {dialect} drives in another process", rows, note)
 
 
-SECTIONS: Mapping[str, Callable[[], Section]] = {"codec": codec, "link": link, "slcan": slcan}
+SECTIONS: Mapping[str, Callable[[], Section]] = {
+    "mks": mks,
+    "canopen": canopen,
+    "link": link,
+    "slcan": slcan,
+    "slcan-sdo": slcan_sdo,
+}
 
 
 def main(argv: list[str] | None = None) -> int:

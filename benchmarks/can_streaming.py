@@ -1,42 +1,41 @@
-"""Print how evenly a long path is streamed to MKS drives: `python benchmarks/can_streaming.py`.
+"""Print how evenly a long path is streamed to drives on a bus: `benchmarks/can_streaming.py`.
+
+    python benchmarks/can_streaming.py [mks | cia402 | "100 Hz" ...] [--times N] [--quick] [--json]
 
 In real time, for about a minute each: six drives in another process behind a serial CAN adapter on
-a pty, steered at 25 (the usual), 50 and 100 targets a second each along lines and arcs with blends.
-Measured is when the first frame of each round has been given to the adapter. Beside the period
-stands a bare thread in a process of its own, which sleeps to absolute deadlines at the same time.
-A period longer than what is sent ahead has the drives brake: that is the bound, and exit code 1.
+a pty, steered along lines and arcs with blends; MKS drives by 25 (the usual), 50 and 100 targets a
+second each, CiA 402 drives by cyclic synchronous position (CSP) with 50 and 100 (the usual).
+Measured is when the first frame of each round has been given to the adapter, or the SYNC that makes
+it valid. Beside the period stands a bare thread in a process of its own, which sleeps to absolute
+deadlines at the same time. A period longer than what drives wait for has them brake: that is the
+bound, and exit code 1. Drives that tell their position at each SYNC are held to their targets.
 """
 
 from __future__ import annotations
 
-import contextlib
-import itertools
 import json
+import math
 import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
-from can_strategies import DIALECT, MEASURED
+from can_rounds import watched
+from can_strategies import RATES, groups, measured
 from feel import Figures, Measured, Options, report
 from feel_benches import DensePtyBench
-from tapping import tapped
 from wire_use import START, path
 
-from armdrive.arm import Arm
 from armdrive.errors import ArmError
 from armdrive.flows.motion import Moved
 from armdrive.handle import Handle
-from armdrive.transports.can_timing import frame_bits
-from firmware_protocol.frames import Frame, Unpacker
-from firmware_protocol.mks import Code
 from kinematics import LineMove
 
 TIMES, QUICK_TIMES = 4, 1
 """Laps of the path; one takes about seventeen seconds."""
 
-PERIODS_S = {"25 Hz": 0.04, "50 Hz": 0.02, "100 Hz": 0.01}
+PERIODS_S = {name: 1.0 / float(name.removeprefix("CSP ").removesuffix(" Hz")) for name in RATES}
 SHORT = [LineMove(replace(START, y_mm=20.0)), LineMove(START)]
 MISSED = 1.5
 """A period this many times too long has missed its deadline."""
@@ -56,53 +55,6 @@ while True:
     last_s = now_s
 print(json.dumps(found))
 """
-
-
-@dataclass(slots=True)
-class Wire:
-    """What passed a driver's adapter: frames and, of those sent, when they had been."""
-
-    bits: int = 0
-    frames: int = 0
-    orders: list[tuple[float, int]] = field(default_factory=list)
-    """Each order for a motion: when it had been handed over, and to which drive."""
-
-    def sent(self, frames: list[Frame], time_s: float) -> None:
-        """Note frames that have gone out."""
-        self.heard(frames)
-        order = bytes((Code.ABSOLUTE_AXIS,))
-        self.orders += [(time_s, each.can_id) for each in frames if each.data[:1] == order]
-
-    def heard(self, frames: list[Frame]) -> None:
-        """Note frames that have come in."""
-        self.bits += sum(map(frame_bits, frames))
-        self.frames += len(frames)
-
-    def periods_s(self) -> list[float]:
-        """Return the times from one round of orders to the next; rounds go up through the ids."""
-        starts = [self.orders[0][0]] if self.orders else []
-        for before, after in itertools.pairwise(self.orders):
-            if after[1] <= before[1]:
-                starts.append(after[0])
-        return [b - a for a, b in itertools.pairwise(starts)]
-
-
-@contextlib.contextmanager
-def watched(arm: Arm) -> Iterator[Wire]:
-    """Note all that passes the adapter of an arm."""
-    wire, link = Wire(), arm.engine.link
-    of_host, of_drives = Unpacker(), Unpacker()
-    read = link.read
-
-    def noted_read(now_s: float) -> bytes:
-        data = read(now_s)
-        wire.heard(of_drives.feed(data))
-        return data
-
-    link.read = noted_read  # type: ignore[method-assign]
-    with tapped(arm, lambda data: wire.sent(of_host.feed(data), time.monotonic())):
-        yield wire
-    link.read = read  # type: ignore[method-assign]
 
 
 class BareThread:
@@ -130,14 +82,13 @@ class BareThread:
 
 def measure(options: Options, rate: str) -> Iterator[Figures]:
     """Stream so many laps."""
-    period_s = PERIODS_S[rate]
-    lines = f"{MEASURED}[{DIALECT}]\nsegment_s = {period_s}\n"
-    with DensePtyBench(DIALECT) as bench:
-        bench.fit(lines)
+    period_s, strategy = PERIODS_S[rate], RATES[rate]
+    with DensePtyBench(strategy.dialect) as bench:
+        bench.fit(measured(strategy.dialect) + strategy.section())
         arm = bench.ready()
         arm.move_to(START)
         lap = SHORT if options.quick else path()
-        bare = BareThread(period_s)
+        bare, before = BareThread(period_s), arm.status.underruns
         with watched(arm) as wire:
             bare.begin()
             began_s, began_cpu_s = time.monotonic(), time.process_time()
@@ -146,14 +97,18 @@ def measure(options: Options, rate: str) -> Iterator[Figures]:
             cpu_s = time.process_time() - began_cpu_s
             wall_s = time.monotonic() - began_s
         floor = bare.end()
-        ahead_s = arm.config.motion.planned_burst_s
-        underruns, bits_s = arm.status.underruns, arm.config.connection.baud
-    periods = wire.periods_s()
+        rounds, longest_s = wire.rounds, wire.rounds.longest_s(arm)
+        underruns, bits_s = arm.status.underruns - before, arm.config.connection.baud
+    periods = rounds.periods_s()
     yield Figures(rate, "a bare thread: from one deadline to the next", "ms", _ms(floor))
     yield Figures(rate, "  deadlines that it missed", "", [_missed(floor, period_s)])
-    yield Figures(rate, "from one round of targets to the next", "ms", _ms(periods, ahead_s))
+    yield Figures(rate, "from one round of targets to the next", "ms", _ms(periods, longest_s))
     yield Figures(rate, "  deadlines that were missed", "", [_missed(periods, period_s)])
     yield Figures(rate, "underruns that the status counts", "", [Measured(underruns, 0.0)])
+    if rounds.behind:
+        window = getattr(arm.config.device, "following_window", math.inf)
+        behind = [Measured(each, window) for each in rounds.behind]
+        yield Figures(rate, "a drive from its target at the SYNC behind", "inc", behind)
     bus_share = wire.bits / bits_s / wall_s
     yield Figures(rate, "one core, used by the driver", "%", [Measured(cpu_s / wall_s * 100.0)])
     yield Figures(rate, "the bus, used both ways", "%", [Measured(bus_share * 100.0, 100.0)])
@@ -181,7 +136,15 @@ def _ms(found: list[float], bound_s: float = float("inf")) -> list[Measured]:
 
 def main(argv: list[str] | None = None) -> int:
     """Measure every rate, or those that are asked for."""
-    return report(argv, __doc__, measure, dialects=PERIODS_S, times=TIMES, quick_times=QUICK_TIMES)
+    return report(
+        argv,
+        __doc__,
+        measure,
+        dialects=RATES,
+        times=TIMES,
+        quick_times=QUICK_TIMES,
+        groups=groups(RATES),
+    )
 
 
 if __name__ == "__main__":

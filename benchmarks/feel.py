@@ -10,10 +10,11 @@ import argparse
 import json
 import math
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import median
+from types import MappingProxyType
 
 from measuring import own_home, p99
 from reporting import machine
@@ -131,14 +132,17 @@ def report(
     times: int,
     quick_times: int,
     clocks: Sequence[str] = ("real",),
+    groups: Mapping[str, Sequence[str]] = MappingProxyType({}),
 ) -> int:
     """Measure dialect by dialect, print every row, and return 1 where a bound is broken.
 
-    The first of `clocks` is the usual one; with both, `--simulated` and `--real` choose.
+    The first of `clocks` is the usual one; with both, `--simulated` and `--real` choose. The name
+    of one of the `groups` stands for all that is in it.
     """
     known = tuple(dialects)
     parser = argparse.ArgumentParser(description=(description or "").partition("\n")[0])
-    parser.add_argument("dialects", nargs="*", metavar="DIALECT", help=", ".join(known))
+    names = ", ".join((*groups, *known))
+    parser.add_argument("dialects", nargs="*", metavar="DIALECT", help=names)
     parser.add_argument("--times", type=int, help=f"how often each is done ({times})")
     parser.add_argument("--quick", action="store_true", help=f"{quick_times} times each")
     parser.add_argument("--json", action="store_true", help="print JSON lines")
@@ -146,12 +150,11 @@ def report(
         parser.add_argument(f"--{clock}", dest="clock", action="store_const", const=clock)
     parser.set_defaults(clock=clocks[0])
     given = parser.parse_args(argv)
-    if unknown := set(given.dialects) - set(known):
-        parser.error(f"nothing is measured of {min(unknown)}; there are {', '.join(known)}")
+    asked = tuple(name for each in given.dialects for name in groups.get(each, (each,)))
+    if unknown := set(asked) - set(known):
+        parser.error(f"nothing is measured of {min(unknown)}; there are {names}")
     count = given.times or (quick_times if given.quick else times)
-    options = Options(
-        tuple(given.dialects) or known, count, given.quick, given.clock == "simulated"
-    )
+    options = Options(asked or known, count, given.quick, given.clock == "simulated")
     head = f"{machine()}; {given.clock} time"
     print(json.dumps({"machine": head}) if given.json else f"{head}\n{padded(HEAD)}")
     kept = True

@@ -25,10 +25,12 @@ from tapping import tap
 
 from armdrive.abilities import Abort
 from armdrive.arm import Arm
+from armdrive.controllers.cia402_bus import RECEIVED
 from armdrive.controllers.requests import MoveAlong, MoveBy
 from armdrive.dialects import DIALECTS
 from armdrive.errors import ArmError
 from armdrive.status import State, Trust
+from firmware_protocol.canopen import Command, Service, service_of
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.frames import Frame, Unpacker
 from firmware_protocol.mks import EmergencyStop, decode_request
@@ -51,7 +53,7 @@ OFTEN = {"grbl": "[grbl]\npoll_s = 0.01\n", "mks": "[mks]\npoll_s = 0.02\n"}
 """A position is asked for in motion as often as an arm file may have it."""
 STATUS_S = 0.002
 SEGMENT_S = 0.02
-SEGMENT_STEPS = {"grbl": 4, "mks": 400}
+SEGMENT_STEPS = {"grbl": 4, "mks": 400, "cia402": 250}
 MOMENTS_S = (0.1, 0.4)
 """When the stop is asked for, after the motion has begun: the queue is full within a tenth."""
 SWEEP_DEG = 40.0
@@ -79,10 +81,24 @@ def _asked(frame: Frame) -> object:
         return None
 
 
+def is_quick_stop(data: bytes) -> bool:
+    """Tell whether frames order a CiA 402 drive to stop quickly."""
+    return any(_quick_stops(frame) for frame in Unpacker().feed(data))
+
+
+def _quick_stops(frame: Frame) -> bool:
+    service, _ = service_of(frame.can_id) or (None, 0)
+    if service is not Service.RPDO1:
+        return False
+    word = int(RECEIVED.unpack(frame.data)[0])
+    return word & Command.QUICK_STOP.mask == Command.QUICK_STOP.wanted
+
+
 STOPS: dict[str, Callable[[bytes], bool]] = {
     "grbl": lambda data: b"!" in data,
     "robko01": is_robko_stop,
     "mks": is_drive_stop,
+    "cia402": is_quick_stop,
 }
 """How a stop looks on the wire, of the devices that obey one."""
 

@@ -10,14 +10,18 @@ from pathlib import Path
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
+import can_codecs
 import can_coordination
 import can_overhead
+import can_rounds
 import can_silence
 import can_strategies
 import can_streaming
 import stop_latency
 from feel_benches import DenseMemoryBench
 
+from armdrive.controllers.cia402_bus import Cia402Bus
+from firmware_protocol.canopen import Command, Controlword, OperationMode
 from firmware_protocol.frames import Frame, pack
 from firmware_protocol.mks import Code, EmergencyStop, MoveAbsoluteAxis, Stop
 from firmware_protocol.mks.wire import encode
@@ -34,19 +38,22 @@ def run(capsys, program, *words):
     return code, {(row["what"], row["unit"]): row for row in rows}
 
 
-def test_what_is_coordinated_keeps_to_its_way_and_what_is_not_leaves_it(capsys, monkeypatch):
+@pytest.mark.parametrize(("strategy", "plain"), [("steered", "plain"), ("cyclic", "plain CiA")])
+def test_what_is_coordinated_keeps_to_its_way_and_what_is_not_leaves_it(
+    capsys, monkeypatch, strategy, plain
+):
     monkeypatch.setattr(can_coordination, "KINDS", {})
     beside = "joint motions: the tip beside its way", "mm"
-    code, steered = run(capsys, can_coordination, "steered", "--times", "1")
+    code, steered = run(capsys, can_coordination, strategy, "--times", "1")
     assert code == 0
     assert 0.0 < steered[beside]["worst"] < steered[beside]["bound"]
-    _, plain = run(capsys, can_coordination, "plain", "--times", "1")
-    assert plain[beside]["worst"] > 10.0 * steered[beside]["worst"]
+    _, alone = run(capsys, can_coordination, plain, "--times", "1")
+    assert alone[beside]["worst"] > 10.0 * steered[beside]["worst"]
 
 
 def test_a_place_beside_a_straight_way_is_as_far_from_it_as_it_is():
-    with DenseMemoryBench(can_strategies.DIALECT) as bench:
-        bench.fit(can_strategies.MEASURED)
+    with DenseMemoryBench("mks") as bench:
+        bench.fit(can_strategies.measured("mks"))
         start = bench.look().motors
         end = start + type(start)((40_000, 0, 0, 0, 0, 0))
         way = can_coordination.StraightWay(bench, start, end)
@@ -63,6 +70,13 @@ def test_a_place_beside_a_straight_way_is_as_far_from_it_as_it_is():
 
 def test_every_strategy_is_made_silent():
     assert set(can_silence.GUARDS) == set(can_strategies.STRATEGIES)
+    assert set(can_silence.SILENCES) == set(can_strategies.groups(can_strategies.STRATEGIES))
+
+
+def test_a_dialect_stands_for_all_its_ways_to_move():
+    assert can_strategies.groups(can_strategies.STRATEGIES)["cia402"] == ("cyclic", "profile")
+    assert can_strategies.groups(can_coordination.ALL)["mks"][-1] == "plain"
+    assert set(can_strategies.groups(can_strategies.RATES)) == set(can_rounds.ROUNDS)
 
 
 def test_stops_of_drives_are_recognised_on_the_bus():
@@ -72,18 +86,48 @@ def test_stops_of_drives_are_recognised_on_the_bus():
     assert not stop_latency.STOPS["mks"](pack(Frame(3, b"\xff")))
 
 
+def test_a_quick_stop_is_recognised_on_the_bus():
+    is_stop, bus = stop_latency.STOPS["cia402"], Cia402Bus(range(1, 7))
+    mode = OperationMode.CYCLIC_POSITION
+    says = {each: bus.command(3, Controlword.of(each), mode, 5) for each in Command}
+    assert [each for each in Command if is_stop(says[each])] == [Command.QUICK_STOP]
+    assert not is_stop(bus.sync())
+
+
 def test_rounds_of_orders_begin_where_the_ids_do():
-    wire = can_streaming.Wire()
+    wire = can_rounds.Wire(can_rounds.MksRounds())
     order = MoveAbsoluteAxis(5, 60, 252)
     for time_s, node in ((0.0, 1), (0.001, 2), (0.002, 6), (0.04, 2), (0.041, 6), (0.08, 1)):
-        wire.sent([encode(node, order)], time_s)
-    wire.sent([encode(1, Stop(Code.SPEED_MODE, 0))], 0.1)
-    assert wire.periods_s() == pytest.approx([0.04, 0.04])
+        wire.sent(pack(encode(node, order)), time_s)
+    wire.sent(pack(encode(1, Stop(Code.SPEED_MODE, 0))), 0.1)
+    assert wire.rounds.periods_s() == pytest.approx([0.04, 0.04])
     assert wire.frames == 7
 
 
+def test_rounds_of_targets_begin_with_sync_and_drives_are_held_to_the_one_before():
+    wire, bus = can_rounds.Wire(can_rounds.SyncRounds()), Cia402Bus((1, 2))
+    word, mode = Controlword.of(Command.ENABLE_OPERATION), OperationMode.CYCLIC_POSITION
+
+    def turn(time_s, target, told):
+        for node in (1, 2):
+            wire.sent(bus.command(node, word, mode, target), time_s)
+        wire.sent(bus.sync(), time_s)
+        for node in (1, 2):
+            wire.heard(pack(can_codecs.told(node, told)))
+
+    turn(0.0, 100, 0)
+    turn(0.01, 200, 0)
+    turn(0.021, 300, 200)
+    wire.sent(bus.sync(), 0.5)  # a look, between two motions
+    turn(0.9, 300, 300)
+    turn(0.91, 310, 300)
+    assert wire.rounds.periods_s() == pytest.approx([0.01, 0.011, 0.01])
+    assert wire.rounds.behind == [100, 100, 0, 0, 0, 0]
+
+
 def test_codec_and_link_stand_beside_their_floors():
-    for section in (can_overhead.codec(rounds=20), can_overhead.link(rounds=20)):
+    for measure in (can_codecs.mks, can_codecs.canopen, can_overhead.link):
+        section = measure(rounds=20)
         assert all(row.value > 0.0 for row in section.rows)
         assert any(row.times for row in section.rows)
 
@@ -98,7 +142,7 @@ def test_an_adapter_on_a_pty_is_slower_than_its_bus():
 def test_a_killed_program_leaves_drives_that_stop(capsys, monkeypatch):
     monkeypatch.setattr(can_silence, "BEGINNINGS", {"jog": "a jog"})
     monkeypatch.setattr(can_silence, "GUARDS", {"steered": can_silence.GUARDS["steered"][:1]})
-    monkeypatch.setattr(can_silence, "SILENCES", can_silence.SILENCES[:1])
+    monkeypatch.setattr(can_silence, "SILENCES", {"mks": can_silence.SILENCES["mks"][:1]})
     _, rows = run(capsys, can_silence, "steered", "--quick")
     stood, moved, way = rows.values()
     assert (stood["unit"], moved["unit"], way["unit"]) == ("ms", "ms", "mm")
@@ -108,9 +152,19 @@ def test_a_killed_program_leaves_drives_that_stop(capsys, monkeypatch):
 
 
 @needs_pty
-def test_a_path_is_streamed(capsys):
-    _, rows = run(capsys, can_streaming, "25 Hz", "--quick")
+@pytest.mark.parametrize(("rate", "period_ms"), [("25 Hz", 40.0), ("CSP 100 Hz", 10.0)])
+def test_a_path_is_streamed(capsys, rate, period_ms):
+    _, rows = run(capsys, can_streaming, rate, "--quick")
     periods = rows["from one round of targets to the next", "ms"]
     assert periods["n"] > 5
-    assert periods["p50"] >= 20.0
+    assert periods["p50"] >= period_ms / 2.0
     assert 0.0 < rows["the bus, used both ways", "%"]["worst"] < 100.0
+
+
+@needs_pty
+def test_drives_that_tell_where_they_are_are_held_to_their_targets(capsys):
+    _, rows = run(capsys, can_streaming, "CSP 50 Hz", "--quick")
+    behind = rows["a drive from its target at the SYNC behind", "inc"]
+    assert behind["n"] > 50
+    assert behind["p50"] <= 2
+    assert behind["bound"] is not None

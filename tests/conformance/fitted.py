@@ -1,7 +1,7 @@
 """Arms whose file says more than the dialect's preset does, and the device of one as a program.
 
-`python -m tests.conformance.fitted FILE --pty PATH` (or `--tcp`, `--slcan`) lives as `armdrive sim`
-does.
+`python -m tests.conformance.fitted FILE [NAME=VALUE ...] --pty PATH` (or `--tcp`, `--slcan`) lives
+as `armdrive sim` does; NAME=VALUE is a setting of the device.
 """
 
 from __future__ import annotations
@@ -12,8 +12,10 @@ from pathlib import Path
 
 from armdrive.armfile import ArmConfig, load_arm_file, parse_arm_file
 from armdrive.dialects import Dialect
+from armdrive.sim.options import Options
 from armdrive.sim.run import make_server, run_device
 from armdrive.sim.twin import make_device
+from armdrive.sim.twins import twin_kind
 from armdrive.transports.serve_can import SlcanServer
 
 
@@ -29,9 +31,11 @@ def fitted_config(row: Dialect, lines: str, name: str) -> ArmConfig:
     return parse_arm_file(tomllib.loads(arm_file(row, lines)), name=name)
 
 
-def main(path: str, where: str, address: str) -> None:
+def main(path: str, *words: str) -> None:
     """Serve the device of an arm file until told to end."""
+    *settings, where, address = words
     config = load_arm_file(Path(path))
+    chosen = Options.parse(twin_kind(config.connection.dialect).options, settings)
     server = make_server(
         pty=Path(address) if where == "--pty" else None,
         tcp=address if where == "--tcp" else None,
@@ -40,7 +44,7 @@ def main(path: str, where: str, address: str) -> None:
     offered = server.can_address if isinstance(server, SlcanServer) else server.address
     sys.stdout.write(f"it speaks {config.connection.dialect} at {offered}; and waits\n")
     sys.stdout.flush()
-    run_device(make_device(config), server, sys.stdin.fileno(), sys.stdout)
+    run_device(make_device(config, settings=chosen), server, sys.stdin.fileno(), sys.stdout)
 
 
 if __name__ == "__main__":

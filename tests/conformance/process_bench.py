@@ -66,13 +66,16 @@ class ProcessBench(Bench):
     def _start(self, *program: str) -> DeviceProcess:
         return DeviceProcess(program, self._door(), self.row.name)
 
-    def fit(self, lines: str) -> None:
-        """End the device, and begin one of an arm file, by whose path the driver connects."""
+    def fit(self, lines: str, *settings: str) -> None:
+        """End the device, and begin one of an arm file, by whose path the driver connects.
+
+        The `settings` of the device are written NAME=VALUE.
+        """
         self.leave()
         self._sim.__exit__()
         path = self._home / "bench.toml"
         path.write_text(arm_file(self.row, lines, "/dev/null"), encoding="utf-8")
-        self._sim = self._start("tests.conformance.fitted", str(path))
+        self._sim = self._start("tests.conformance.fitted", str(path), *settings)
         path.write_text(arm_file(self.row, lines, self._sim.port), encoding="utf-8")
         self.port = str(path)
         self._config = find(self.port).config
