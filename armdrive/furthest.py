@@ -27,6 +27,10 @@ LEAST_TURN_RAD = math.radians(0.05)
 """What turns no joint by this much leads nowhere."""
 
 
+LEAST_SHARE = 0.05
+"""Less of the way than this is no help to anybody who wants to go it."""
+
+
 @dataclass(frozen=True, slots=True)
 class Furthest:
     """A pose, and the posture in it, that the arm can be moved to, as a plan has shown.
@@ -87,7 +91,7 @@ def _furthest_along(
             high = middle
         else:
             low, best = middle, plan
-    if best is None:
+    if best is None or low < LEAST_SHARE:
         return None
     found = _furthest(ground, best.end.joints, low)
     moved = zip(found.joints, ground.here.joints, strict=True)

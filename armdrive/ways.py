@@ -14,6 +14,8 @@ from armdrive.view import violation_text
 from kinematics.postures import Posture, postures
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
     from armdrive.goals import Goal, Ground
     from kinematics import Joints, Pose
 
@@ -44,10 +46,19 @@ def ways_of(ground: Ground, goal: Goal, pose: Pose | None, end: Joints | None) -
         return ()
     found = postures(ground.config.model.arm, pose, ground.here.joints)
     line = isinstance(goal, LineGoal)
-    ways = [_way(ground, each, end, line) for each in found]
+    ways = [_way(ground, each, end, line) for each in _different(found)]
     if end is not None and not any(way.taken for way in ways):
         ways.append(Way("", end, taken=True))  # of a way that turned a joint all the way round
     return tuple(sorted(ways, key=lambda way: not way.taken))
+
+
+def _different(found: Sequence[Posture]) -> Iterator[Posture]:
+    """Yield each posture once: the elbow of an arm that is stretched out is neither up nor down."""
+    seen: list[Posture] = []
+    for posture in found:
+        if not any(_same(posture.joints, each.joints) for each in seen):
+            seen.append(posture)
+            yield posture
 
 
 def _way(ground: Ground, posture: Posture, end: Joints | None, line: bool) -> Way:

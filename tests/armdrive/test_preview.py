@@ -256,10 +256,25 @@ def test_the_command_shows_and_moves_nothing(call):
 
 def test_the_command_ends_with_the_code_of_the_refusal(call):
     call("home", code=0)
-    seen = call("move", "--x", "900", "--z", "120", "--preview", code=3).out
+    far = ("--x", "900", "--z", "120", "--preview")
+    seen = call("move", *far, code=3).out
     assert "refused:" in seen
-    assert "possible instead:" in seen
+    assert "possible instead:" not in seen, "a hundredth of the way is as good as none"
+    call("move", "--shoulder", "60", "--elbow", "-60", code=0)
+    assert "possible instead:" in call("move", *far, code=3).out
     view = call("move", "--shoulder", "900", "--preview", "--json", code=3).json
     assert view["refusal"]["code"] == "E205"
     call("move", "--park", "--preview", code=2)
     call("move", "--x", "250", "--via", "240,10,120", "--preview", code=2)
+
+
+def test_at_the_edge_of_reach_one_posture_is_taken_and_named_once(arm):
+    """Elbow up and elbow down are the same where the arm is stretched out."""
+    model = arm.model.arm
+    stretched = model.fk(arm.core.coordinates.joints.replace(shoulder=0.5, elbow=0.0))
+    preview = arm.preview(stretched)
+    assert [way.taken for way in preview.ways].count(True) <= 1
+    for index, way in enumerate(preview.ways):
+        for other in preview.ways[index + 1 :]:
+            turns = zip(way.joints, other.joints, strict=True)
+            assert max(abs(a - b) for a, b in turns) > 1e-4, (way.name, other.name)
