@@ -195,13 +195,12 @@ class Cia402Controller(Cia402Comparing):
         return tuple(BESIDE if count else 0.0 for count in steps)
 
     def unwrap(self, registers: Motors, near: Motors) -> Motors:
-        """Take a drive that was found within reach of where it was left for being there still.
+        """Take a drive that was found to tremble about where it was left for being there still.
 
         A closed loop holds within some increments. Positions of 32 bits do not wrap on an arm.
         """
-        reach = self.settings.rest_window
         return Motors(
-            drive.found_near(there, reach) if count == drive.place else count
+            drive.found_near(there) if count == drive.place else count
             for drive, count, there in zip(self.drives, registers, near, strict=True)
         )
 

@@ -43,8 +43,6 @@ class Cia402Contact(Cia402States):
 
     quick_slope = math.inf
     """The ramp of a quick stop, in increments a second squared."""
-    configured = False
-    """Whether the drives have been set up before; one that forgot that has begun anew."""
 
     def choose(self, modes: frozenset[OperationMode]) -> None:
         """Choose the ways of moving by what all drives can do."""

@@ -93,6 +93,8 @@ class Cia402Current(Cia402Contact):
         """Reset faults and leave quick stops: drives hold, or not, as they did. Moves nothing."""
         if missing := (yield from self.look()):
             return self.absence(missing, self.now_s)
+        for drive in self.drives:
+            self.report(drive)  # what nobody knows yet, as that a motor has no current any more
         faulty = [drive for drive in self.drives if drive.state in FAULTS]
         if left := (yield from self.reset_faults(faulty)):
             yield from self.explain(left[0])

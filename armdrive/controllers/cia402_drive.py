@@ -22,6 +22,8 @@ class Drive:
     """The mode that it shows."""
     seen: int = 0
     place: int = 0
+    sent: int = 0
+    """The target that it was told last."""
     told_s: float = -math.inf
     """When it said so last."""
     heard_s: float = -math.inf
@@ -79,8 +81,8 @@ class Drive:
         """Return its position as a register: that of its place where it stands within reach."""
         return self.place if self.near(reach) else self.seen
 
-    def found_near(self, there: int, reach: int) -> int:
-        """Return its register: what it was left at, if it was found within reach of that."""
-        if self.fresh and abs(self.place - there) <= reach:
+    def found_near(self, there: int) -> int:
+        """Return its register: what it was left at, if it was found to tremble about that."""
+        if self.fresh and abs(self.place - there) <= self.tremble:
             self.place = there
         return self.place

@@ -33,6 +33,8 @@ class Cia402Hearing(Scripted[Heard]):
     """Knows what each drive said last; its scripts look at that instead of at messages."""
 
     contacted = False
+    configured = False
+    """Whether the drives have been set up before; one that forgot that has begun anew."""
     on = False
     """Whether every drive was switched on, and nothing speaks against its being so still."""
 
@@ -119,12 +121,9 @@ class Cia402Hearing(Scripted[Heard]):
 
     def _beat(self, drive: Drive, state: NodeState) -> None:
         drive.network = state
-        if state is not NodeState.BOOTING or not self.contacted:
-            return
-        drive.booted, drive.word = True, None
-        self.contacted = False
-        if self.on:
-            self.beats.begin(self.now_s)
+        if state is NodeState.BOOTING and self.configured:
+            drive.booted, drive.word = True, None
+            self.contacted = False
 
     def _emergency(self, drive: Drive, told: Emergency) -> None:
         if not told.over:  # what was wrong explains what became of it also when it is over

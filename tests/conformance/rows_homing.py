@@ -44,6 +44,13 @@ SEARCHES: Mapping[str, Search] = MappingProxyType(
         "grbl": Search(f"homing = true\ntravel = {[TRAVEL] * 6}", 80, 1.5 * TRAVEL, 4),
         # a search at a turn a second, by the drive itself
         "mks": Search(f"homing_s = {SEARCH_S}", TURN, (SEARCH_S + 0.5) * TURN, 1),
+        # the same by drives that count in other units
+        "cia402": Search(
+            f"homing_s = {SEARCH_S}\nhoming_methods = {[18] * 6}",
+            10_000,
+            (SEARCH_S + 0.5) * 10_000,
+            1,
+        ),
     }
 )
 """By the dialect, which names the section of the arm file."""
