@@ -11,10 +11,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-TICK_S = 0.015
-"""Questions that follow each other sooner are one: a single frame may have been lost."""
-MISSED = 2
-"""Whoever has missed so many in a row, while another drive answered, may have been gone."""
+TICK_S = 0.01
+"""Questions that follow each other sooner are one. One that is not answered, while another drive is
+heard, is followed by others so soon: what tells lost frames from a drive that has no power."""
+MISSED = 3
+"""Whoever has missed so many more in a row, while another drive answered, may have been gone."""
 LATE_S = 0.12
 """An answer that has not come so long after its drive was heard again will not come."""
 
@@ -37,6 +38,10 @@ class Gap:
     _maybe_s: float = math.inf
     _maybe_owed: int = 0
     _back_s: float = math.inf
+
+    def urge_s(self, others_s: float) -> float:
+        """Return when it is asked again, if another one answered then; infinity for not at all."""
+        return self._last_s + TICK_S if others_s > self.since_s else math.inf
 
     @property
     def pending(self) -> bool:

@@ -15,7 +15,7 @@ from collections.abc import Generator, Mapping
 from armdrive.controllers.mks_arriving import MksArriving
 from armdrive.controllers.mks_track import KEEP_S, Trip
 from armdrive.controllers.requests import Reply
-from firmware_protocol.mks import Event
+from firmware_protocol.mks import Event, ReadState
 
 HELD_S = 0.06
 """A bus on which nobody has answered for so long, though somebody was asked, is held up."""
@@ -32,6 +32,19 @@ class MksHoldUps(MksArriving):
         return (
             self.now_s > min((at_s for at_s in asked if at_s >= heard_s), default=math.inf) + HELD_S
         )
+
+    @property
+    def soon_s(self) -> float:
+        """When a drive is to be spoken to next for what it has said, or has not."""
+        last_s = self.answered_last_s
+        return min(self.denial_s, *(each.gap.urge_s(last_s) for each in self.drives))
+
+    def urge(self) -> None:
+        """Ask drives again that have not answered, while others did: whether they are there."""
+        last_s = self.answered_last_s
+        for drive in self.drives:
+            if self.now_s >= drive.gap.urge_s(last_s):
+                self.put(drive.node, ReadState())
 
     def catch_up(
         self, trip: Trip, quiet_s: float, owed: Mapping[int, int]

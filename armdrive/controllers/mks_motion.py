@@ -15,7 +15,7 @@ from collections.abc import Generator
 from armdrive.controllers.mks_arriving import Ending
 from armdrive.controllers.mks_beside import MksBeside
 from armdrive.controllers.mks_drive import Drive
-from armdrive.controllers.mks_ramps import COUNTS_S_PER_RPM
+from armdrive.controllers.mks_ramps import COUNTS_S_PER_RPM, whole_rpm
 from armdrive.controllers.mks_stops import ALL_MUTE_LOOKS, MUTE_LOOKS
 from armdrive.controllers.mks_track import Lead, Track, Trip, shares_of
 from armdrive.controllers.requests import Alert, AlertKind, Denied, MoveAlong, Progress, Reply
@@ -70,8 +70,9 @@ class MksMotion(MksBeside):
                     yield from self.halted()
                     return refused
             self._poll(trip)
+            self.urge()
             wake_s = self._poll_s(trip)
-            heard = yield wake_s if self.held_up else min(trip.due_s, wake_s, self.denial_s)
+            heard = yield wake_s if self.held_up else min(trip.due_s, wake_s, self.soon_s)
             end = (yield from self._weighed(trip, heard)) if heard is not None else None
             if end is None and not self.stop_asked:  # who was suspended has heard nobody, and stops
                 end = (yield from self._denied()) or (yield from self._unheard())
@@ -141,8 +142,9 @@ class MksMotion(MksBeside):
         if planned < SLOW_RPM:
             target = round(there)
             ahead = lead.way * (target - drive.position) > 0.5
-            return (target, _whole(math.ceil(needed / COUNTS_S_PER_RPM), most)) if ahead else None
-        rpm = _whole(round(needed / COUNTS_S_PER_RPM), most)
+            rpm = whole_rpm(math.ceil(needed / COUNTS_S_PER_RPM), most)
+            return (target, rpm) if ahead else None
+        rpm = whole_rpm(round(needed / COUNTS_S_PER_RPM), most)
         room = min(
             lead.way * (lead.far - drive.position),
             rpm * COUNTS_S_PER_RPM * max(trip.ahead_s - period_s / 2.0, period_s),
@@ -154,7 +156,7 @@ class MksMotion(MksBeside):
         rest = round(lead.far)
         if drive.target == rest:
             return None
-        return rest, _whole(round(drive.told / COUNTS_S_PER_RPM), SPEED_MAX_RPM)
+        return rest, whole_rpm(round(drive.told / COUNTS_S_PER_RPM), SPEED_MAX_RPM)
 
     def _last_order(self, trip: Trip, motor: int) -> tuple[int, int] | None:
         """Return the end of the motion, and the speed that has the drive there in time."""
@@ -244,7 +246,3 @@ class MksMotion(MksBeside):
         if max(unanswered) <= most:
             return None
         return (yield from self.lose(self.now_s - most * self.settings.poll_s))
-
-
-def _whole(rpm: int, most: int) -> int:
-    return min(max(rpm, 1), most)

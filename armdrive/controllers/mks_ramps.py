@@ -21,3 +21,8 @@ def shared_acc(acc: int, share: float) -> int:
     So all come to their speeds, and to rest, in the same time, and stay in proportion.
     """
     return acc_of(max(share, LEAST_SHARE) * ramp_rpm_s(acc)) if acc else 0
+
+
+def whole_rpm(rpm: int, most: int) -> int:
+    """Return a speed that a drive can be told: at least 1, and no more than so much."""
+    return min(max(rpm, 1), most)

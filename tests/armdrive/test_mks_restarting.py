@@ -10,6 +10,7 @@ from test_mks_controller_late import stand_still
 from test_mks_controller_motion import BURSTS, along, straight
 
 from armdrive.controllers.requests import AlertKind, Denied, Done, MoveBy
+from firmware_protocol.mks import Code
 from kinematics import Motors
 
 DEAD_S = 0.1
@@ -60,6 +61,20 @@ def test_lost_frames_are_no_drive_that_began_anew(seed):
     dice = random.Random(seed)
     bench.loses = lambda _frame, _host: dice.random() < 0.05
     assert isinstance(bench.do(along(straight(10, (3000, 1500, -700, 0, 0, 0)))), Done)
+    assert not bench.alerts()
+
+
+@pytest.mark.parametrize("start", [0, -2000, 900])
+def test_a_drive_that_answers_when_it_is_asked_again_at_once_was_there(start):
+    bench = MksBench(starts=(start, 0, 0, 0, 0, 0)).ready()
+    began_s = bench.now_s
+
+    def lost(frame, _host):
+        gone = began_s + 0.1 < bench.now_s < began_s + 0.21
+        return gone and frame.can_id == 1 and frame.data[0] != Code.STATE
+
+    bench.loses = lost
+    assert isinstance(bench.do(along(straight(10, (2500, 400, 0, 0, 0, 0)))), Done)
     assert not bench.alerts()
 
 
