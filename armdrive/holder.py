@@ -14,7 +14,7 @@ from armdrive.errors import ArmError
 from armdrive.holder_notice import PATIENCE_S, holder_words, knock, notice_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Generator, Iterator
     from multiprocessing.connection import Connection
 
 
@@ -30,7 +30,12 @@ def watch_holder(name: str, every_s: float) -> Iterator[dict[str, Any]]:
 
     Raises `ArmError` where none holds it, or the holder falls silent.
     """
-    return filter(None, _streamed(name, "watch", every_s))
+    return _changes(name, "watch", every_s)
+
+
+def follow_holder(name: str, every_s: float) -> Iterator[dict[str, Any]]:
+    """Yield the status as `watch_holder` does, and whenever a program has come further as well."""
+    return _changes(name, "follow", every_s)
 
 
 def overhear_holder(name: str, every_s: float) -> Iterator[dict[str, Any]]:
@@ -41,7 +46,13 @@ def overhear_holder(name: str, every_s: float) -> Iterator[dict[str, Any]]:
     return _streamed(name, "wire", every_s)
 
 
-def _streamed(name: str, request: str, every_s: float) -> Iterator[dict[str, Any]]:
+def _changes(name: str, request: str, every_s: float) -> Iterator[dict[str, Any]]:
+    """Yield what is not nothing; whoever closes this has hung up."""
+    with contextlib.closing(_streamed(name, request, every_s)) as said:
+        yield from filter(None, said)
+
+
+def _streamed(name: str, request: str, every_s: float) -> Generator[dict[str, Any], None, None]:
     with _called(name) as connection:
         connection.send_bytes(json.dumps({"request": request, "every_s": every_s}).encode())
         while True:

@@ -68,16 +68,19 @@ class Neighbours:
             self._places.release()
 
 
-def _watched(arm: Arm, every_s: float) -> Iterator[Json]:
+def _watched(
+    arm: Arm, every_s: float, seen: Callable[[Json], Json] | None = None
+) -> Iterator[Json]:
     """Give the status whenever it has changed, and at last when the arm has been closed.
 
-    What has not changed is said with nothing, which shows whether anybody still listens.
+    What has not changed is said with nothing, which shows whether anybody still listens. `seen`
+    returns what of a status is compared.
     """
     last: Json = {}
     while True:
         closed = arm.closed
         view = _status(arm, {})
-        lasting = _lasting(view)
+        lasting = (seen or _lasting)(view)
         yield {} if lasting == last else view
         last = lasting
         if closed:
@@ -92,6 +95,22 @@ def _lasting(view: Json) -> Json:
     if isinstance(program, dict):
         lasting["program"] = {key: each for key, each in program.items() if key not in PASSING}
     return lasting
+
+
+def _followed(arm: Arm, every_s: float) -> Iterator[Json]:
+    """Give the status as `_watched` does, and whenever a program has come further as well."""
+    return _watched(arm, every_s, _shown)
+
+
+def _shown(view: Json) -> Json:
+    """Return what of a status a person sees change: of a program, whole percents and seconds."""
+    program = view.get("program")
+    further = program if isinstance(program, dict) else {}
+    return {**_lasting(view), "further": [_whole(further.get(word)) for word in PASSING]}
+
+
+def _whole(value: object) -> int | None:
+    return round(value) if isinstance(value, int | float) else None
 
 
 def _every_s(words: Json) -> float:
@@ -145,8 +164,11 @@ def _record(arm: Arm, _: Json) -> Json:
 
 
 WATCH = "watch"
+FOLLOW = "follow"
 WIRE = "wire"
-_STREAMS: Mapping[str, Stream] = MappingProxyType({WATCH: _watched, WIRE: overheard})
+_STREAMS: Mapping[str, Stream] = MappingProxyType(
+    {WATCH: _watched, FOLLOW: _followed, WIRE: overheard}
+)
 _ANSWERS: Mapping[str, Callable[[Arm, Json], Json]] = MappingProxyType(
     {
         "status": _status,

@@ -15,10 +15,10 @@ class HeldArm:
         self._name = name
 
     def views(self) -> Iterator[Mapping[str, Any]]:
-        """Yield its status whenever it has changed, until it gives the arm back."""
-        from armdrive.holder import watch_holder
+        """Yield its status whenever it has changed, or its program has come further."""
+        from armdrive.holder import follow_holder
 
-        return watch_holder(self._name, EVERY_S)
+        return follow_holder(self._name, EVERY_S)
 
     def ask(self, request: str, **words: object) -> Mapping[str, Any]:
         """Ask for something; raises `ArmError` where nobody answers."""

@@ -14,7 +14,7 @@ import pytest
 from armdrive import Arm, places
 from armdrive.connecting import connect_simulated, simulated_config
 from armdrive.errors import ArmError, ArmInUse, StateFileError
-from armdrive.holder import ask_holder, held_arms, watch_holder
+from armdrive.holder import ask_holder, follow_holder, held_arms, watch_holder
 from armdrive.holding import hold
 from armdrive.neighbours import MOST_WATCHERS, REQUESTS
 from armdrive.places import file_name
@@ -158,6 +158,22 @@ def test_a_watcher_of_an_arm_that_stands_is_told_once(arm, holding):
     arm.sleep(1.0)  # simulated: what is believed grows older by that
     threading.Timer(0.2, arm.pause).start()
     assert next(views)["paused"] is True
+    views.close()
+
+
+def test_who_follows_hears_of_a_program_in_a_long_act_and_not_of_every_moment(arm, holding):
+    program = {"file": "stack.arm", "line": 2, "percent": 3.1, "left_s": 60.2}
+    arm.program = lambda: program
+    views = follow_holder("bench", 0.02)
+    assert next(views)["program"]["percent"] == 3.1
+    program = {**program, "percent": 3.2, "left_s": 59.9}
+    threading.Timer(0.2, program.update, ({"percent": 3.9, "left_s": 59.2},)).start()
+    assert next(views)["program"] == {
+        "file": "stack.arm",
+        "line": 2,
+        "percent": 3.9,
+        "left_s": 59.2,
+    }
     views.close()
 
 

@@ -9,7 +9,7 @@ from running_bench import table_arm
 from armdrive.cli.run_person import Lines, Terminal
 from armdrive.cli.run_showing import CLEAR_LINE, Display
 from armdrive.cli.run_words import duration
-from armdrive.neighbours import _lasting
+from armdrive.neighbours import _lasting, _shown
 from armdrive.programs.acts import Go, Mark, Stage
 from armdrive.programs.progress import Progress, Took
 from armdrive.programs.running import Step
@@ -157,6 +157,17 @@ def test_nothing_of_programs_is_loaded_before_one_runs(words):
         [sys.executable, "-c", program, *words], capture_output=True, text=True, check=True
     ).stderr.split()
     assert not [name for name in loaded if name.startswith(("lark", "armdrive.programs"))]
+
+
+def test_who_shows_a_program_hears_of_each_percent_and_each_second_of_it():
+    view = {"state": "moving", "trust_for_s": 3, "program": {"line": 2, "percent": 3.0}}
+
+    def after(**more):
+        return {**view, "trust_for_s": 4, "program": {**view["program"], **more}}
+
+    assert _shown(view) == _shown(after(percent=3.4)) != _shown(after(percent=3.6))
+    assert _shown(view) != _shown(after(left_s=8.0)) == _shown(after(left_s=8.2))
+    assert _shown({"state": "moving", "program": None})["state"] == "moving"
 
 
 def test_watchers_hear_of_another_line_and_not_of_time_that_passes():
