@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal, Protocol
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 from armdrive.frames import BASE
 from armdrive.sequence import Fingers
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
     from armdrive.armfile import ArmConfig
@@ -37,6 +38,9 @@ class DeskGripper(Fingers, Protocol):
 
 class DeskArm(Protocol):
     """One connected arm. `hold` to `estop` return at once; the other calls may take a moment."""
+
+    program: Callable[[], dict[str, Any]] | None
+    """Tells, also other programs, what the arm is at work on, as plain data."""
 
     @property
     def status(self) -> Status:

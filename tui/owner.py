@@ -20,6 +20,7 @@ from tui.keys import jog_pairs, spoken
 from tui.screens.base import DeskScreen
 from tui.settings import Settings
 from tui.views import scene_of
+from tui.watch_words import at_work
 
 Done = str | Callable[[Status], str] | None
 
@@ -61,6 +62,12 @@ class Owner(FirstKeys):
     def armed(self) -> bool:
         """Whether keys move the arm at once."""
         return self.place.armed
+
+    @property
+    def at_work(self) -> str:
+        """The program or sequence that the arm is at work on, and how far it is, in few words."""
+        program = self.arm.program
+        return "" if program is None else at_work(program())
 
     def show(self) -> None:
         """Show the latest status on the current screen."""

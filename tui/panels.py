@@ -10,13 +10,20 @@ TITLE_GAP = 2
 """Between the arm and the name of the screen, which stands at the right end."""
 
 
-def title(status: Status, screen: str, width: int) -> str:
-    """Say whether the arm is real, first lest it is cut off; then which, and which screen."""
+def title(status: Status, screen: str, width: int, program: str = "") -> str:
+    """Say whether the arm is real, first lest it is cut off; then which, and which screen.
+
+    `program` is what the arm is at work on, in a few words.
+    """
     kind = "SIMULATED" if status.simulated else "REAL ARM"
     arm = f"{kind}: {status.arm} ({status.title}) on {status.link}"
-    name = screen.upper()
-    room = max(width - len(name) - TITLE_GAP, len(kind))
-    return f"{arm[:room]:<{room}}{' ' * TITLE_GAP}{name}"[:width]
+    return parted(arm, TITLE_GAP, f"{program}  {screen.upper()}".lstrip(), width, len(kind))
+
+
+def parted(left: str, gap: int, right: str, width: int, least: int) -> str:
+    """Put two texts at both ends of a line; the left one is cut, but never below `least`."""
+    room = max(width - len(right) - gap, least)
+    return f"{left[:room]:<{room}}{' ' * gap}{right}"[:width]
 
 
 def look_for_it(keys: Keyboard) -> str:

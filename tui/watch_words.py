@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from tui.panels import TITLE_GAP, parted
+
 View = Mapping[str, Any]
 
 UNKNOWN = "?"
@@ -20,7 +22,20 @@ def title(name: str, view: View, width: int) -> str:
         return f"WATCHING {name}"[:width].ljust(width)
     kind = "SIMULATED" if view.get("simulated") else "REAL ARM"
     arm = f"{name} ({view.get('title', '?')}) on {view.get('link', '?')}"
-    return f"{kind}, WATCHED: {arm}"[:width].ljust(width)
+    told = view.get("program")
+    program = at_work(told) if isinstance(told, Mapping) else ""
+    gap = TITLE_GAP if program else 0
+    return parted(f"{kind}, WATCHED: {arm}", gap, program, width, len(kind))
+
+
+def at_work(program: View) -> str:
+    """Name a program, and say how far it has come: a share, else steps; nothing of none."""
+    if not program:
+        return ""
+    name, steps = Path(str(program.get("file", UNKNOWN))).name, program.get("steps")
+    if (share := _number(program.get("percent"), 0)) != UNKNOWN:
+        return f"{name} {share} %"
+    return f"{name} {program.get('line', UNKNOWN)}/{steps}" if steps else name
 
 
 def lines(view: View) -> str:

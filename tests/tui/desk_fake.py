@@ -76,6 +76,7 @@ class FakeArm:
         return PostureRequest(self, pose, MODEL.arm.ik(pose), 0.0)
 
     homes_by_switches = False
+    program = None
     frames = ("base", "tool", "board")
     reconnects = False
 

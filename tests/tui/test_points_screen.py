@@ -442,6 +442,27 @@ async def test_a_sequence_is_run_after_two_presses():
         assert [speed for _, speed in session.arm.asked_for] == [1.0, 0.25, 1.0]
 
 
+async def test_a_sequence_under_way_is_named_in_the_title_and_to_other_programs():
+    arm, seen = taught_arm(), []
+    async with PointSession(arm) as session:
+
+        def look(_):
+            session.desk.call_from_thread(session.desk.poll)
+            seen.append((session.text("title").split()[-3:], arm.program()["text"]))
+
+        arm.during = look
+        await session.choose("stack")
+        await session.twice("enter")
+        assert seen == [
+            (["stack", "1/4", "POINTS"], "to left"),
+            (["stack", "3/4", "POINTS"], "to right along a line at 25%"),
+            (["stack", "4/4", "POINTS"], "to up"),
+        ]
+        assert arm.program is None
+        await session.poll()
+        assert "stack" not in session.text("title")
+
+
 async def test_a_stop_ends_a_run_and_the_step_is_the_next_one_again():
     arm = taught_arm()
     arm.during = lambda going: (arm.request_stop(), going.cancel())

@@ -39,3 +39,22 @@ def test_the_program_that_is_under_way_is_named_with_its_line_and_share(program,
 @pytest.mark.parametrize(("now", "steps", "then"), [(10, -1, 10), (100, 1, 100), (33, -1, 25)])
 def test_a_tempo_between_the_steps_goes_to_the_next_one(now, steps, then):
     assert watch_words.tempo(now, steps) == then
+
+
+@pytest.mark.parametrize(
+    ("program", "words"),
+    [
+        (PROGRAM, "stack.arm 42 %"),
+        (PROGRAM | {"percent": None, "steps": 20}, "stack.arm 12/20"),
+        (PROGRAM | {"percent": None}, "stack.arm"),
+        (None, ""),
+        ({}, ""),
+    ],
+)
+def test_the_title_names_the_program_and_how_far_it_is(program, words):
+    view = {"simulated": False, "title": "TeachMover", "link": "COM3", "program": program}
+    title = watch_words.title("left", view, 60)
+    assert title.rstrip().endswith(words)
+    assert title.startswith("REAL ARM, WATCHED: left (TeachMover) ")
+    assert len(title) == 60
+    assert len(watch_words.title("left", view, 20)) == 20

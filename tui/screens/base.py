@@ -102,7 +102,7 @@ class DeskScreen(Screen[None]):
         looked_for, paused_here = desk.arm.reconnects, desk.paused_here
         banner = panels.banner(status, desk.keys, looked_for=looked_for, paused_here=paused_here)
         remarks = panels.remarks(status, desk.message or self.hint, bannered=bool(banner))
-        self.text("title").show(panels.title(status, titled(self.place), width))
+        self.text("title").show(panels.title(status, titled(self.place), width, desk.at_work))
         self.text("banner").show(desk.spoken(banner))
         self.text("remarks").show(desk.spoken(remarks))
         self.text("footer").show(desk.keys.footer(self.place, width, self.idle))

@@ -9,6 +9,7 @@ from tui.goal_form import SPEEDS, neighbour
 from tui.screens.points_steps import StepKeys, other_speed, other_way
 
 if TYPE_CHECKING:
+    from armdrive.sequence import Stepper
     from armdrive.status import Status
 
 OF_POINTS = ("again", "rename", "edit", "line", "slower", "faster", "append")
@@ -103,6 +104,8 @@ class PointKeys(StepKeys):
     def _begin(self, deed: Deed) -> None:
         self.busy = True
         self.desk.message = ""
+        if self.stepper is not None:
+            self.desk.arm.program = partial(_program, self.listed.name, self.stepper)
         self.desk.call(partial(self._done, deed, self.desk.arm.stops), self._said)
 
     def _done(self, deed: Deed, stops: int) -> None:
@@ -110,6 +113,7 @@ class PointKeys(StepKeys):
             deed(since=stops)  # a stop may come while this is on its way to the arm
         finally:
             self.busy = False
+            self.desk.arm.program = None
 
     def _said(self, status: Status) -> str:  # noqa: ARG002 - as the desk calls it
         stepper = self.stepper
@@ -148,3 +152,11 @@ class PointKeys(StepKeys):
             return
         self.desk.goal = point.joints
         self.desk.show_screen("move")
+
+
+def _program(name: str, stepper: Stepper) -> dict[str, object]:
+    """Return a sequence under way as other programs are told of it."""
+    step, steps = stepper.next or stepper.steps[-1], len(stepper.steps)
+    line = min(stepper.at + 1, steps)
+    return {"file": name, "line": line, "steps": steps, "text": str(step), "act": "step",
+            "loop": 1, "loops": 1, "percent": None, "left_s": None}  # fmt: skip
