@@ -59,10 +59,7 @@ class DataType(IntEnum):
     @property
     def limits(self) -> tuple[int, int] | None:
         """The least and the greatest whole number; None for what is none."""
-        if self not in _SIGNED and self not in _UNSIGNED:
-            return None
-        top = 1 << 8 * _SIZES[self] - self.signed
-        return -top if self.signed else 0, top - 1
+        return _LIMITS.get(self)
 
     def pack(self, value: Value) -> bytes:
         """Return the bytes of a value; raises `BadField` for one of another type or too large."""
@@ -126,6 +123,10 @@ _UNSIGNED = {
     DataType.U48: 6,
     DataType.U56: 7,
     DataType.U64: 8,
+}
+_LIMITS = {
+    **{kind: (-(1 << 8 * size - 1), (1 << 8 * size - 1) - 1) for kind, size in _SIGNED.items()},
+    **{kind: (0, (1 << 8 * size) - 1) for kind, size in _UNSIGNED.items()},
 }
 _REALS = {DataType.REAL32: "<f", DataType.REAL64: "<d"}
 _SIZES = {

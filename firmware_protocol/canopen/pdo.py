@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from firmware_protocol.canopen.datatypes import DataType, Value
 from firmware_protocol.canopen.objects import Dictionary
@@ -57,15 +57,21 @@ class Mapping:
     """The objects of a PDO, in order: at least one, and at most eight bytes."""
 
     entries: tuple[Mapped, ...]
+    size: int = field(init=False, repr=False, compare=False)
+    """How many bytes the PDO has."""
+    _parts: tuple[tuple[DataType, slice], ...] = field(init=False, repr=False, compare=False)
+    """The type of each entry and where its bytes are: worked out once, and not with every PDO."""
 
     def __post_init__(self) -> None:
-        if not isinstance(self.entries, tuple) or not self.entries or self.size > DATA_MAX:
+        known = isinstance(self.entries, tuple)
+        parts, at = [], 0
+        for entry in self.entries if known else ():
+            parts.append((entry.type, slice(at, at + entry.size)))
+            at += entry.size
+        if not 0 < at <= DATA_MAX:
             raise BadField("entries", self.entries, f"objects of 1 to {DATA_MAX} bytes together")
-
-    @property
-    def size(self) -> int:
-        """How many bytes the PDO has."""
-        return sum(entry.size for entry in self.entries)
+        object.__setattr__(self, "size", at)
+        object.__setattr__(self, "_parts", tuple(parts))
 
     @classmethod
     def of_objects(cls, dictionary: Dictionary, *places: Place) -> Mapping:
@@ -80,8 +86,8 @@ class Mapping:
         """Return the data of one PDO, of a value for each entry. Raises `BadField`."""
         if len(values) != len(self.entries):
             raise BadField("values", values, f"{len(self.entries)} of them")
-        pairs = zip(self.entries, values, strict=True)
-        return b"".join(entry.type.pack(value) for entry, value in pairs)
+        pairs = zip(self._parts, values, strict=True)
+        return b"".join([kind.pack(value) for (kind, _), value in pairs])
 
     def unpack(self, data: bytes) -> tuple[Value, ...]:
         """Return the values of one PDO; raises `RemoteProtocolError` where it is too short.
@@ -90,8 +96,4 @@ class Mapping:
         """
         if len(data) < self.size:
             raise RemoteProtocolError(f"{len(data)} bytes where the PDO has {self.size}")
-        values, at = [], 0
-        for entry in self.entries:
-            values.append(entry.type.unpack(data[at : at + entry.size]))
-            at += entry.size
-        return tuple(values)
+        return tuple([kind.unpack(data[where]) for kind, where in self._parts])
