@@ -7,7 +7,6 @@ import contextlib
 import itertools
 import time
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
 from types import MappingProxyType
 
 from tapping import tapped
@@ -121,30 +120,39 @@ class SyncRounds(Rounds):
 ROUNDS: Mapping[str, type[Rounds]] = MappingProxyType({"mks": MksRounds, "cia402": SyncRounds})
 
 
-@dataclass(slots=True)
 class Wire:
-    """What passed a driver's adapter: frames, and the rounds of targets among them."""
+    """What passed a driver's adapter: frames, and the rounds of targets among them.
 
-    rounds: Rounds
-    bits: int = 0
-    frames: int = 0
-    _of_host: Unpacker = field(default_factory=Unpacker)
-    _of_drives: Unpacker = field(default_factory=Unpacker)
+    It is noted as it comes and read afterwards, so that reading does not slow down what is watched.
+    """
+
+    def __init__(self, rounds: Rounds) -> None:
+        self.bits = self.frames = 0
+        self._rounds = rounds
+        self._noted: list[tuple[float, bytes, bool]] = []
+        self._unpackers = {True: Unpacker(), False: Unpacker()}
 
     def sent(self, data: bytes, time_s: float) -> None:
         """Take records of frames that had gone out by then."""
-        for frame in self._counted(self._of_host.feed(data)):
-            self.rounds.sent(frame, time_s)
+        self._noted.append((time_s, data, True))
 
-    def heard(self, data: bytes) -> None:
-        """Take records of frames that have come in."""
-        for frame in self._counted(self._of_drives.feed(data)):
-            self.rounds.heard(frame)
+    def heard(self, data: bytes, time_s: float) -> None:
+        """Take records of frames that have come in by then."""
+        if data:
+            self._noted.append((time_s, data, False))
 
-    def _counted(self, frames: list[Frame]) -> list[Frame]:
-        self.bits += sum(map(frame_bits, frames))
-        self.frames += len(frames)
-        return frames
+    def rounds(self) -> Rounds:
+        """Read what has been noted, and return what is known by it."""
+        noted, self._noted = self._noted, []
+        for time_s, data, out in noted:
+            for frame in self._unpackers[out].feed(data):
+                self.bits += frame_bits(frame)
+                self.frames += 1
+                if out:
+                    self._rounds.sent(frame, time_s)
+                else:
+                    self._rounds.heard(frame)
+        return self._rounds
 
 
 @contextlib.contextmanager
@@ -155,7 +163,7 @@ def watched(arm: Arm) -> Iterator[Wire]:
 
     def noted_read(now_s: float) -> bytes:
         data = read(now_s)
-        wire.heard(data)
+        wire.heard(data, time.monotonic())
         return data
 
     link.read = noted_read  # type: ignore[method-assign]
