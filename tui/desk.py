@@ -27,7 +27,7 @@ from tui.linked import LinkedOwner
 from tui.memory import Remembered, left_at, manner_of, recall, remember, set_as
 from tui.pad_desk import PadDesk
 from tui.pad_reader import Pad
-from tui.palette import commands
+from tui.palette import StillPalette, commands
 from tui.screens import SCREENS
 from tui.themes import look_after, put_on
 from tui.widgets.arm_view import move_cameras
@@ -145,7 +145,8 @@ class Desk(LinkedOwner):
     def action_command_palette(self) -> None:
         """Open the palette; behind it no key moves the arm."""
         self.disarm("the commands are shown")
-        super().action_command_palette()
+        if not StillPalette.is_open(self):
+            self.push_screen(StillPalette())
 
     # -- what is asked ------------------------------------------------------------------------
 

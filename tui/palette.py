@@ -7,6 +7,8 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from textual.app import SystemCommand
+from textual.command import CommandPalette
+from textual.widgets import Input
 
 from tui.key_row import DeskKey
 from tui.keyboard import label
@@ -16,6 +18,17 @@ if TYPE_CHECKING:
     from tui.desk import Desk
 
 NOT_LISTED = ("palette",)
+
+
+class StillPalette(CommandPalette):
+    """The framework's, with a cursor that does not blink.
+
+    A blinking one is painted for as long as nobody types, and is there in one picture only of two.
+    """
+
+    def on_mount(self) -> None:
+        """Hold the cursor still."""
+        self.query_one(Input).cursor_blink = False
 
 
 def commands(desk: Desk) -> Iterator[SystemCommand]:

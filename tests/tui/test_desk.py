@@ -8,6 +8,7 @@ import pytest
 from desk_fake import MODEL, FakeArm, StubbornArm, UnplaceableArm, unknown_position
 from desk_session import Session
 from textual import events
+from textual.widgets import Input
 
 from armdrive.intents import Jog, Space
 from armdrive.status import State, Trust
@@ -536,3 +537,13 @@ async def test_a_key_acted_on_late_does_not_count_before_what_came_with_it():
         hand._age_s = lambda: 0.5
         await session.press("w", after_s=1.0)
         assert rings[-1] >= 0.03
+
+
+async def test_the_cursor_of_the_palette_does_not_blink():
+    async with Session() as session:
+        await session.press("ctrl+p", "r", "e")
+        field = session.desk.screen.query_one(Input)
+        assert field.has_focus
+        assert not field.cursor_blink
+        assert not field._blink_timer._active.is_set()
+        assert field._cursor_visible
