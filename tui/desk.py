@@ -145,7 +145,7 @@ class Desk(LinkedOwner):
     def action_command_palette(self) -> None:
         """Open the palette; behind it no key moves the arm."""
         self.disarm("the commands are shown")
-        if not StillPalette.is_open(self):
+        if not isinstance(self.screen, StillPalette):
             self.push_screen(StillPalette())
 
     # -- what is asked ------------------------------------------------------------------------
