@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any, TypeVar
 
 from armdrive.controllers.controller import Controller
@@ -133,6 +134,10 @@ class Engine:
     def close(self) -> None:
         """Give up the wire for good: whatever is at work or comes later fails with `LinkLost`."""
         if self._broken is None:
+            with suppress(LinkLost):
+                if said := self.controller.farewell():
+                    self.witness.sent(said)
+                    self.link.write(said, self.now_s)
             self._end(LinkLost("the connection was closed: connect again"))
 
     def take(self, link: Link, controller: Controller) -> None:

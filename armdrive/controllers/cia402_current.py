@@ -15,6 +15,9 @@ from armdrive.controllers.cia402_states import Hindrance
 from armdrive.controllers.requests import Denied, Done
 from firmware_protocol.canopen import CONSUMER_HEARTBEAT, ERROR_CODE, DriveState, error_words
 
+FAREWELLS = 2
+"""Nobody waits for an answer: it is said so often."""
+
 
 class Cia402Current(Cia402Contact):
     """Drives that hold, or not, and mind this program's heartbeat while they do."""
@@ -57,6 +60,17 @@ class Cia402Current(Cia402Contact):
             return Denied(f"{off[0]} does not switch its motor off")
         self.beats.end()
         return hindrance or Done()
+
+    def farewell(self) -> bytes:
+        """Have drives that stand mind the heartbeat no more: they hold, and none of them alarms."""
+        if self.busy or not self.beats.on:
+            return b""
+        self.beats.end()
+        write, said = setup.watch(self.settings, on=False), b""
+        for drive in self.drives * FAREWELLS:
+            self.bus.abandon(drive.node)
+            said += self.bus.download(drive.node, write.place, write.data)
+        return said
 
     def _watch(self, *, on: bool) -> Hindrance:
         """Have the drives mind this program's heartbeat, or no more; see that they do."""

@@ -15,7 +15,6 @@ from dataclasses import dataclass
 from armdrive.controllers.requests import MoveAlong, MoveBy
 from kinematics.spaces import Motors
 
-
 LEAST_RATE = 0.1
 """Slower than this share of its speed no way is driven to its end."""
 

@@ -60,6 +60,9 @@ class Controller(Protocol):
     def forget(self) -> None:
         """Give up on the unanswered request and on half a message that was received."""
 
+    def farewell(self) -> bytes:
+        """Return what the device should hear before its wire is given back in good order."""
+
     def usable_rate_hz(self, rate_hz: float) -> float:
         """Return the rate that the device really offers, at or below the one wanted."""
 

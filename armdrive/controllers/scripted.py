@@ -193,6 +193,10 @@ class Scripted(ABC, Generic[H]):
     def stopping(self, burst_s: float) -> Stopping:
         """Bound how long motion goes on."""
 
+    def farewell(self) -> bytes:
+        """Return what the device should hear before its wire is given back: nothing, mostly."""
+        return b""
+
     def unwrap(self, registers: Motors, near: Motors) -> Motors:
         """Undo the wrap of registers of `abilities.register_bits`."""
         span = 1 << self.abilities.register_bits

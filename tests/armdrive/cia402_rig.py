@@ -65,7 +65,7 @@ class Rig:
         """Let time pass until the request is answered."""
         end_s = self.now_s + longest_s
         while self.now_s < end_s:
-            if (reply := self._reply()) is not None:
+            if (reply := self.reply()) is not None:
                 return reply
             self._step(end_s)
         raise AssertionError("no reply")
@@ -75,7 +75,6 @@ class Rig:
         end_s = self.now_s + time_s
         while self.now_s < end_s:
             self._step(end_s)
-        self._reply()
 
     def ready(self) -> Rig:
         """Switch the drives on."""
@@ -93,7 +92,7 @@ class Rig:
 
     def alerts(self) -> list[Alert]:
         """Return what has alarmed so far."""
-        self._reply()
+        self.reply()
         return [event for event in self.heard if isinstance(event, Alert)]
 
     def frames(self, service: Service, since_s: float = -math.inf) -> list[tuple[float, Frame]]:
@@ -128,7 +127,8 @@ class Rig:
         """Return what the driver knows of the drives' states."""
         return [drive.word for drive in self.controller.drives]
 
-    def _reply(self):
+    def reply(self):
+        """Return what the request has come to, None while nothing; note what else was heard."""
         while (event := self.controller.next_event()) is not None:
             self.heard.append(event)
             if not isinstance(event, Alert | Oddity | Progress):

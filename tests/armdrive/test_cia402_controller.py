@@ -143,6 +143,23 @@ def test_a_second_program_takes_drives_over_that_hold_and_none_sags_or_moves():
     assert rig.positions == there
 
 
+def test_an_orderly_end_leaves_every_drive_holding_and_none_alarms():
+    rig = Rig().ready()
+    rig.along(MOVE)
+    rig.link.write(rig.controller.farewell(), rig.now_s)
+    rig.dead = True
+    rig.run(2.0)
+    assert rig.states() == {DriveState.ENABLED}
+    assert not any(node.watch_stops for node in rig.device.nodes)
+
+
+def test_an_end_in_mid_motion_leaves_the_drives_to_their_watch():
+    rig = Rig().ready()
+    rig.begin(MoveAlong(iter([MoveBy(steps(60_000), 20_000.0)]), 10.0))
+    rig.run(0.3)
+    assert rig.controller.farewell() == b""
+
+
 # -- the heartbeat --------------------------------------------------------------------------------
 
 

@@ -1,0 +1,295 @@
+"""CiA 402 drives in motion: targets with every SYNC, bursts by profile position, stops, homing."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import pytest
+from cia402_rig import Rig, steps
+
+from armdrive.controllers.cia402_track import SmoothTrack
+from armdrive.controllers.requests import (
+    ClearFault,
+    Denied,
+    Done,
+    Halted,
+    HomeDevice,
+    MendSetting,
+    MoveAlong,
+    MoveBy,
+    ReadPosition,
+    ReadSettings,
+)
+from armdrive.controllers.settings import Settings
+from firmware_protocol.canopen import DriveState, OperationMode, Service
+from kinematics import Motors
+
+PERIOD_S = 0.01
+LINE = (MoveBy(steps(6000, -3000), 20_000.0), MoveBy(steps(6000, -3000), 20_000.0))
+
+
+def differences(targets: list[tuple[float, int]]) -> list[int]:
+    return [b - a for (_, a), (_, b) in itertools.pairwise(targets)]
+
+
+# -- the track ------------------------------------------------------------------------------------
+
+
+def test_a_straight_way_stays_straight_however_it_is_smoothed():
+    track = SmoothTrack(Motors((0, 0)), 0.03)
+    for _ in range(3):
+        track.draw(MoveBy(Motors((900, -300)), 9000.0), 0.0)
+    for turn in range(40):
+        base, shoulder = track.places(turn * PERIOD_S)
+        assert abs(base + 3 * shoulder) <= 2
+    assert track.places(0.4) == (2700, -900)
+
+
+def test_smoothing_makes_ramps_of_jumps_in_speed():
+    track = SmoothTrack(Motors((0,)), 0.03)
+    track.draw(MoveBy(Motors((1000,)), 10_000.0), 0.0)
+    places = [track.places(turn * PERIOD_S)[0] for turn in range(15)]
+    speeds = [b - a for a, b in itertools.pairwise(places)]
+    changes = [abs(b - a) for a, b in itertools.pairwise((0, *speeds, 0))]
+    assert max(changes) <= 35  # of 100 a turn
+    assert places[-1] == 1000
+
+
+# -- cyclic ---------------------------------------------------------------------------------------
+
+
+def test_targets_come_with_every_sync_and_never_leap():
+    rig = Rig().ready()
+    began_s, before = rig.now_s, rig.positions
+    assert rig.along(*LINE) == Done()
+    assert rig.positions == before + steps(12_000, -6000)
+    syncs = [at_s for at_s, _ in rig.frames(Service.SYNC, began_s)]
+    gaps = [b - a for a, b in itertools.pairwise(syncs)]
+    assert max(gaps) <= PERIOD_S + 1e-6
+    changes = differences(rig.targets(1, began_s))
+    assert max(map(abs, changes)) <= 20_000 * PERIOD_S + 1
+
+
+def test_the_motors_keep_in_proportion_all_the_way():
+    rig = Rig().ready()
+    before = rig.positions
+    rig.begin(MoveAlong(iter(LINE), 0.3))
+    while rig.reply() is None:
+        rig.run(0.007)
+        base, shoulder, *_ = rig.positions - before
+        assert abs(base + 2 * shoulder) <= 12
+    assert (rig.positions - before)[:2] == (12_000, -6000)
+
+
+def test_a_host_that_is_late_slows_down_and_does_not_leap():
+    rig = Rig().ready()
+    began_s = rig.now_s
+    rig.begin(MoveAlong(iter(LINE), 0.3))
+    rig.run(0.2)
+    rig.dead = True
+    rig.run(0.08)  # less than the drives' patience
+    rig.dead = False
+    assert rig.finish() == Done()
+    assert max(map(abs, differences(rig.targets(1, began_s)))) <= 20_000 * PERIOD_S + 1
+    assert rig.controller.underruns
+
+
+def test_a_stop_is_a_quick_stop_and_the_drives_hold_and_obey_again():
+    rig = Rig().ready()
+    rig.begin(MoveAlong(iter(LINE * 4), 1.0))
+    rig.run(0.5)
+    rig.stop()
+    asked_s, there = rig.now_s, rig.positions[0]
+    assert rig.finish() == Halted()
+    stopping = rig.controller.stopping(0.3)
+    assert rig.now_s - asked_s <= stopping.asked_s
+    assert rig.positions[0] - there <= 20_000 * stopping.asked_motion_s
+    assert 0x0002 in rig.words(1)
+    assert rig.states() == {DriveState.ENABLED}
+    held = rig.positions
+    rig.run(1.0)
+    assert rig.positions == held
+    assert rig.along(*LINE) == Done()
+    assert rig.positions == held + steps(12_000, -6000)
+
+
+@pytest.mark.parametrize("hard", [False, True])
+def test_no_stop_takes_the_current_away(hard):
+    rig = Rig().ready()
+    rig.begin(MoveAlong(iter(LINE * 4), 1.0))
+    rig.run(0.5)
+    rig.stop(hard=hard)
+    while rig.reply() is None:
+        rig.run(0.002)
+        assert all(node.holding for node in rig.device.nodes)
+
+
+def test_who_lets_go_has_the_arm_slow_down_on_its_way():
+    rig = Rig().ready()
+    before, let_go = rig.positions, [False]
+    rig.begin(MoveAlong(iter(LINE * 4), 1.0, let_go=lambda: let_go[0]))
+    rig.run(0.5)
+    let_go[0] = True
+    there = rig.positions[0]
+    assert rig.finish() == Halted()
+    base, shoulder, *_ = rig.positions - before
+    assert abs(base + 2 * shoulder) <= 2
+    assert rig.positions[0] - there <= 20_000 * 0.2
+    assert 0x0002 not in rig.words(1)
+
+
+def test_what_is_held_back_is_driven_to_its_end_and_no_more_is_drawn():
+    rig, held, drawn = Rig().ready(), [False], []
+
+    def segments():
+        for each in LINE * 4:
+            drawn.append(each)
+            yield each
+
+    rig.begin(MoveAlong(segments(), 1.0, held_back=lambda: held[0]))
+    rig.run(0.4)
+    held[0] = True
+    before = len(drawn)
+    assert rig.finish() == Done()
+    assert len(drawn) == before < 8
+    assert rig.positions[0] == 6000 * before
+
+
+def test_a_stop_during_frames_that_are_lost_still_stops():
+    rig = Rig().ready()
+    rig.begin(MoveAlong(iter(LINE * 4), 1.0))
+    rig.run(0.5)
+    there = rig.positions[0]
+    rig.device.mute_drive(4, True)  # another one is not heard at all
+    rig.stop()
+    reply = rig.finish()
+    assert isinstance(reply, Denied | Halted)
+    rig.run(0.5)
+    assert rig.positions[0] - there <= 20_000 * 0.2
+
+
+# -- profile position -----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("options", [{"csp": False}, {}])
+def test_bursts_by_profile_position_begin_and_arrive_together(options):
+    settings = {} if options else {"strategy": "profile"}
+    rig = Rig(settings, **options).ready()
+    assert rig.controller.abilities.queued_segments == 0
+    before = rig.positions
+    rig.begin(MoveBy(steps(6000, -3000), 20_000.0))
+    while rig.reply() is None:
+        rig.run(0.007)
+        base, shoulder, *_ = rig.positions - before
+        assert abs(base + 2 * shoulder) <= 4
+    assert (rig.positions - before)[:2] == (6000, -3000)
+    assert {node.mode for node in rig.device.nodes} == {OperationMode.PROFILE_POSITION}
+
+
+def test_a_burst_lasts_as_long_as_is_said():
+    rig = Rig({"strategy": "profile"}).ready()
+    rig.do(ReadPosition())
+    began_s = rig.now_s
+    assert rig.do(MoveBy(steps(6000), 20_000.0)) == Done()
+    assert rig.now_s - began_s <= rig.controller.duration_s(6000, 20_000.0) + 0.15
+
+
+def test_a_burst_is_stopped_by_a_quick_stop_and_does_not_go_on():
+    rig = Rig({"strategy": "profile"}).ready()
+    rig.begin(MoveBy(steps(20_000), 20_000.0))
+    rig.run(0.4)
+    rig.stop()
+    there = rig.positions[0]
+    assert rig.finish() == Halted()
+    assert rig.positions[0] - there <= 20_000 * 0.2
+    held = rig.positions
+    rig.run(1.0)
+    assert rig.positions == held
+
+
+# -- a drive that is held -------------------------------------------------------------------------
+
+
+def test_a_drive_that_does_not_turn_faults_and_the_arm_can_be_used_again():
+    rig = Rig().ready()
+    rig.begin(MoveAlong(iter(LINE * 4), 1.0))
+    rig.run(0.3)
+    rig.device.ail_drive(0, 0x8611)
+    reply = rig.finish()
+    assert isinstance(reply, Denied)
+    assert "following error" in reply.reason
+    rig.device.mend_drive(0, 0x8611)
+    assert rig.do(ClearFault()) == Done()
+    rig.ready()
+    assert rig.along(*LINE) == Done()
+
+
+# -- homing and settings --------------------------------------------------------------------------
+
+
+def test_homing_by_a_method_of_the_arm_file_counts_from_the_home():
+    rig = Rig({"homing_methods": (37,) * 6}).ready()
+    rig.along(*LINE)
+    there = rig.device.world.motors
+    assert rig.do(HomeDevice(((0, 1), (2,)))) == Done()
+    assert rig.device.world.motors == there
+    assert rig.do(ReadPosition()).positions[:3] == (0, 0, 0)
+    assert rig.states() == {DriveState.ENABLED}
+    assert rig.along(*LINE) == Done()
+    assert rig.do(ReadPosition()).positions[:2] == (12_000, -6000)
+
+
+def test_a_homing_that_fails_is_told():
+    rig = Rig({"homing_methods": (1,) * 6}).ready()
+    reply = rig.do(HomeDevice(((0,),)))
+    assert isinstance(reply, Denied)
+    assert "drive 1 (base)" in reply.reason
+
+
+def test_settings_that_differ_are_told_with_the_line_that_mends_them():
+    rig = Rig({"encoder_increments": 4096})
+    told = rig.do(ReadSettings())
+    assert isinstance(told, Settings)
+    first = next(each for each in told.differences if "608F:01" in each.setting)
+    assert (first.found, first.expected, first.must) == ("10000", "4096", True)
+    assert first.mend == "1: 608F:01 u32 4096"
+    told = Rig({"encoder_increments": 10_000}).do(ReadSettings())
+    assert told.differences == ()
+
+
+@pytest.mark.parametrize(
+    "line", ["nonsense", "1: 6040:00 u16 15", "1: 1016:01 u32 0", "9: 607E:00 u8 0"]
+)
+def test_a_line_that_would_move_or_unguard_a_drive_is_refused(line):
+    from armdrive.errors import Refused
+
+    rig = Rig()
+    rig.do(ReadPosition())
+    with pytest.raises(Refused):
+        rig.do(MendSetting(line))
+
+
+# -- numbers --------------------------------------------------------------------------------------
+
+
+def test_a_bus_that_is_slow_has_a_longer_period():
+    from armdrive.controllers.cia402_settings import Cia402Settings
+    from armdrive.controllers.cia402_setup import period_ms
+
+    assert period_ms(Cia402Settings(), 6, 500_000) == 10
+    assert period_ms(Cia402Settings(), 6, 125_000) > 14
+
+
+def test_who_falls_silent_stops_within_what_is_said():
+    rig = Rig({}, hold_after_loss="extrapolate").ready()
+    rig.begin(MoveAlong(iter(LINE * 8), 5.0))
+    rig.run(0.5)
+    rig.dead = True
+    there, bound = rig.positions[0], rig.controller.stopping(0.3)
+    rig.run(bound.silent_s)
+    held = rig.positions
+    assert held[0] - there <= 20_000 * bound.silent_motion_s
+    rig.run(1.0)
+    assert rig.positions == held
+    assert math.isfinite(bound.silent_s)
