@@ -112,6 +112,7 @@ class Mender:
         self._closing: threading.Thread | None = None
         self._due_s = math.inf
         self._lost_s = 0.0
+        self._lost_link = ""
         self._failures = 0
 
     @property
@@ -130,6 +131,7 @@ class Mender:
         """
         self._lost_s = now_s
         old = self._engine.link
+        self._lost_link = self._lost_link or old.description
         self._engine.link = AbsentLink(old.description)
         if self._rewiring.beside:  # closing a socket can take a moment
             self._closing = threading.Thread(target=old.close, name="armdrive-closing", daemon=True)
@@ -180,7 +182,7 @@ class Mender:
     def _resume(self) -> Flow[None]:
         """Take up the arm again; whoever does not answer as it did is no wire to it."""
         try:
-            yield from resume(self._wire, self._lost_s)
+            yield from resume(self._wire, self._lost_s, self._lost_link)
         except ArmError as error:
             self._failed(error, self._wire.now_s)
             raise LinkLost(
@@ -188,6 +190,7 @@ class Mender:
                 "again"
             ) from None
         self.tries += 1
+        self._lost_link = ""
         self._failures, self.trouble = 0, None
         self._engine.prove()
 

@@ -61,6 +61,7 @@ class LinkedOwner(Owner):
         self.disarm("the link is lost")
         if not self._was_lost:
             self._was_lost = True
+            self.message = ""  # what was said of a link that there was is of no use now
             self.close_dialogs()
 
     def _note_return(self) -> None:

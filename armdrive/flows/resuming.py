@@ -22,11 +22,14 @@ if TYPE_CHECKING:
     from armdrive.flows.exchange import Wire
 
 MEANWHILE = ". Meanwhile "
-BACK = "the wire was lost and is back, now {link}: look at the arm, then reset"
+BACK = "the wire was lost and is back{elsewhere}: look at the arm, then reset"
 
 
-def resume(wire: Wire, lost_s: float) -> Flow[None]:
-    """Find the controller behind a wire that was lost at a time. Moves nothing."""
+def resume(wire: Wire, lost_s: float, lost_link: str) -> Flow[None]:
+    """Find the controller behind a wire that was lost at a time. Moves nothing.
+
+    `lost_link` describes that wire: it is said where the new one is another.
+    """
     core = wire.core
     stands_s = lost_s + core.stop_bound().silent_time_s
     while wire.now_s < stands_s and not wire.stopping:  # what was sent before runs on for so long
@@ -41,7 +44,8 @@ def resume(wire: Wire, lost_s: float) -> Flow[None]:
     core.happen(Event.OPENED_SWITCHED if was is State.DISABLED else Event.OPENED_HELD)
     core.notice = ""
     yield from compare_settings(wire)
-    _latch(core, was, BACK.format(link=wire.engine.link.description))
+    link = wire.engine.link.description
+    _latch(core, was, BACK.format(elsewhere="" if link == lost_link else f", now {link}"))
     core.mark_still()
     core.still_since_s = wire.now_s
 

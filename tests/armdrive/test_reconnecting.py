@@ -67,6 +67,7 @@ def test_a_wire_that_comes_back_ends_in_error_stop_and_moves_nothing(connected, 
     assert status.error_code == "E409"
     assert status.trust is not Trust.REFERENCED
     assert "elsewhere" in status.link
+    assert "is back, now elsewhere" in status.error
     assert arm.twin.world.motors == stood
     with pytest.raises(WrongState):
         arm.jog_j(shoulder_deg=1)
@@ -288,6 +289,15 @@ def test_a_closed_arm_is_not_looked_for(connected):
     replug(arm)
     arm.engine.advance(arm.pace.now_s() + 100.0)
     assert arm.mender.tries == before
+
+
+def test_a_wire_that_is_back_under_its_name_is_not_named_again(connected):
+    arm = connected(reconnect=True)
+    unplug(arm)
+    arm.twin.faults.end()
+    arm.twin.link.replug()
+    arm.sleep(LONG_S)
+    assert arm.status.error == "the wire was lost and is back: look at the arm, then reset"
 
 
 def test_a_wire_can_be_lost_again_and_again(connected):

@@ -15,6 +15,7 @@ async def test_a_lost_link_shows_a_banner_that_says_how_to_leave():
         session.arm.set(state=State.DISCONNECTED, error="the cable was pulled")
         await session.poll()
         assert "LINK LOST: the cable was pulled" in session.text("banner")
+        assert "armed:" not in session.text("remarks")
         assert "ctrl+q leaves" in session.text("banner")
         assert not session.desk.armed
         await session.press("enter", after_s=5.0)
