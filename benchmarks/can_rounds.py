@@ -74,7 +74,7 @@ class MksRounds(Rounds):
 
 
 class SyncRounds(Rounds):
-    """Targets for all drives, which SYNC makes theirs: a round begins with the SYNC.
+    """Targets, which SYNC makes valid: a round begins with it. What has not changed is not told.
 
     A drive tells at each SYNC where it is: that is compared with what it was to reach by then.
     """
@@ -85,6 +85,7 @@ class SyncRounds(Rounds):
         self._due: dict[int, int] = {}
         self._last: dict[int, int] = {}
         """Targets that wait for SYNC; that drives are on their way to; that they were to reach."""
+        self._steered = False
         self._last_s: float | None = None
         self._periods_s: list[float] = []
 
@@ -93,12 +94,14 @@ class SyncRounds(Rounds):
         service, node = service_of(frame.can_id) or (None, 0)
         if service is Service.RPDO1:
             self._given[node] = int(RECEIVED.unpack(frame.data)[2])
+            self._steered = True
         elif service is Service.SYNC:
-            if self._given and self._last_s is not None:
+            if self._steered and self._last_s is not None:
                 self._periods_s.append(time_s - self._last_s)
             # what is asked where it is, and told nothing, is not steered
-            self._last_s = time_s if self._given else None
-            self._last, self._due, self._given = self._due, self._given, {}
+            self._last_s = time_s if self._steered else None
+            self._last, self._due = self._due, dict(self._given)
+            self._steered = False
 
     def heard(self, frame: Frame) -> None:
         """Note how far a drive is from where it was to be."""

@@ -108,8 +108,8 @@ def test_rounds_of_targets_begin_with_sync_and_drives_are_held_to_the_one_before
     wire, bus = can_rounds.Wire(can_rounds.SyncRounds()), Cia402Bus((1, 2))
     word, mode = Controlword.of(Command.ENABLE_OPERATION), OperationMode.CYCLIC_POSITION
 
-    def turn(time_s, target, told):
-        for node in (1, 2):
+    def turn(time_s, target, told, nodes=(1, 2)):
+        for node in nodes:
             wire.sent(bus.command(node, word, mode, target), time_s)
         wire.sent(bus.sync(), time_s)
         for node in (1, 2):
@@ -120,10 +120,11 @@ def test_rounds_of_targets_begin_with_sync_and_drives_are_held_to_the_one_before
     turn(0.021, 300, 200)
     wire.sent(bus.sync(), 0.5)  # a look, between two motions
     turn(0.9, 300, 300)
-    turn(0.91, 310, 300)
+    turn(0.91, 310, 300, nodes=(1,))  # the other one has its target already
+    turn(0.92, 310, 300)
     rounds = wire.rounds()
-    assert rounds.periods_s() == pytest.approx([0.01, 0.011, 0.01])
-    assert rounds.behind == [100, 100, 0, 0, 0, 0]
+    assert rounds.periods_s() == pytest.approx([0.01, 0.011, 0.01, 0.01])
+    assert rounds.behind == [100, 100, 0, 0, 0, 0, 0, 0, 10, 0]
 
 
 def test_codec_and_link_stand_beside_their_floors():
