@@ -18,8 +18,10 @@ MODE_TURNS = 50
 """So many turns a drive may take to be in another mode."""
 SETTLE_S = 0.6
 """So long a drive may take to its target when that moves no more."""
-REST_TURNS = 2
-"""Being there for so many turns is standing there."""
+EXACT_REACH = 1
+"""A drive that is no farther from its target has heard of it for certain."""
+REST_TURNS, EXACT = 8, 4
+"""Being there for so many turns is standing there; one on the very target counts for several."""
 
 
 Broken = Generator[float, Heard | None, Silence | Denied]
@@ -75,11 +77,19 @@ class Cia402Ending(Cia402Current):
                 return ended
             off = [each for each in self.drives if not each.near(self.settings.rest_window)]
             fresh = all(drive.missed == 0 for drive in self.drives)
-            there = there + 1 if fresh and not off else 0
+            there = there + self._weight() if fresh and not off else 0
             if self.now_s > until_s:
                 return (yield from self.broken_off(self.beside(off[0] if off else None)))
         self.progress()
         return Done()
+
+    def _weight(self) -> int:
+        """Return what a turn counts: more where every drive is on its very target.
+
+        One that is a little beside it may not have heard of it yet.
+        """
+        exact = all(drive.near(EXACT_REACH) for drive in self.drives)
+        return EXACT if exact else 1
 
     def beside(self, drive: Drive | None) -> Alert:
         """Say that a drive is not where it was sent."""

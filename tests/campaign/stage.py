@@ -124,7 +124,9 @@ class Stage:
         self._now_s = 0.0
         guarded = self.config.model.guards.over(self.config.model.arm)
         # a drive that measures its shaft has arrived within some counts of its target
-        near = max(ON_THE_STEP, getattr(self.config.device, "rest_counts", 0))
+        device = self.config.device
+        near = max(getattr(device, name, 0) for name in ("rest_counts", "rest_window"))
+        near = max(ON_THE_STEP, near)
         self.unheard_until_s = -math.inf
         self.watch = Watch(self.world, guarded, self._step_mm() * near, near)
 

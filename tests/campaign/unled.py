@@ -11,6 +11,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from armdrive.controllers.cia402_settings import Cia402Settings
 from armdrive.controllers.mks_denied import BESIDE_S, DENIALS
 from armdrive.controllers.mks_settings import MksSettings
 
@@ -18,6 +19,8 @@ from .stage import Stage
 
 ORDER_PERIODS = 2.0
 """A drive in motion is given an order after so many periods of steering, at the latest."""
+SHOWN_PERIODS = 3.0
+"""What a drive is shows at the SYNC behind the one at which it became so, and is looked at then."""
 ASKED_S = 0.01
 """Three questions and their answers take so long on the bus, and then a stop."""
 
@@ -51,10 +54,17 @@ class Unled:
 
 def unled(stage: Stage, motor: int, for_s: float) -> Unled:
     """Return the excuse of a drive, its motor counted from 0, that obeys no more from now on."""
-    settings = stage.config.device
-    assert isinstance(settings, MksSettings)
     rows = zip(stage.world.joints.names, stage.world.body.transmission.inverse, strict=False)
     turned = frozenset(name for name, row in rows if row[motor])
+    return Unled(turned, stage.now_s + for_s, _known_s(stage))
+
+
+def _known_s(stage: Stage) -> float:
+    """Return how long a motion goes on without one drive, until all stand."""
+    settings = stage.config.device
+    if isinstance(settings, Cia402Settings):  # each tells its mode with every SYNC
+        return SHOWN_PERIODS * settings.period_ms / 1000.0 + settings.quick_stop_s + ASKED_S
+    assert isinstance(settings, MksSettings)
     notice_s = ORDER_PERIODS * settings.segment_s + DENIALS * BESIDE_S + ASKED_S
     brakes_s = 0.0 if stage.arm is None else getattr(stage.arm.core.controller, "ramp_s", 0.0)
-    return Unled(turned, stage.now_s + for_s, notice_s + brakes_s)
+    return notice_s + brakes_s
