@@ -1,0 +1,184 @@
+"""The driver on drives of the package `canopen`, an independent CANopen: its nodes, SDO and PDOs.
+
+In simulated time and in this process. What is ours of those drives is their state machine, and a
+position that is the target at once.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+from types import SimpleNamespace
+
+import pytest
+
+canopen = pytest.importorskip("canopen")
+
+from canopen.objectdictionary.eds import import_eds  # noqa: E402
+from cia402_rig import steps  # noqa: E402
+
+from armdrive.connecting import simulated_config  # noqa: E402
+from armdrive.controllers.cia402 import Cia402Controller  # noqa: E402
+from armdrive.controllers.requests import (  # noqa: E402
+    Alert,
+    Done,
+    DropCurrent,
+    Halted,
+    MoveAlong,
+    MoveBy,
+    Oddity,
+    Progress,
+    ReadPosition,
+    SwitchOn,
+)
+from armdrive.dialects import DIALECTS  # noqa: E402
+from armdrive.sim.cia402_places import eds_text  # noqa: E402
+from firmware_protocol.frames import Frame, Unpacker, pack  # noqa: E402
+
+WIRE_S = 0.0003
+OFF, READY, ON, ENABLED, QUICK_STOP = 0x0250, 0x0231, 0x0233, 0x0237, 0x0217
+NEXT = {
+    (OFF, 0x06): READY,
+    (READY, 0x07): ON,
+    (READY, 0x0F): ENABLED,
+    (ON, 0x0F): ENABLED,
+    (ENABLED, 0x02): QUICK_STOP,
+    (QUICK_STOP, 0x0F): ENABLED,
+}
+
+
+class QuietNetwork(canopen.Network):
+    """Their network without a bus: what they send is kept for us, and nothing is periodic."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.said: list[Frame] = []
+
+    def send_message(self, can_id, data, remote=False) -> None:
+        self.said.append(Frame(can_id, bytes(data)))
+
+    def send_periodic(self, *_words, **_named):
+        return SimpleNamespace(stop=lambda: None, update=lambda _data: None)
+
+
+class TheirDrive:
+    """A node of theirs that is a drive."""
+
+    def __init__(self, network: QuietNetwork, number: int) -> None:
+        self.node = network.add_node(
+            canopen.LocalNode(number, import_eds(io.StringIO(eds_text()), number))
+        )
+        self.word, self.position, self.mode = OFF, 100 * number, 0
+        self.running = False
+        self.words: list[int] = []
+        self.new = False
+        self.node.add_read_callback(self._read)
+
+    def _read(self, *, index, **_named):
+        return {0x6041: self.word, 0x6061: self.mode, 0x6064: self.position}.get(index)
+
+    def after(self, frame: Frame) -> None:
+        """Do what a frame means that their node has taken."""
+        operational = self.node.nmt.state == "OPERATIONAL"
+        if operational and not self.running:
+            self.node.rpdo.read()
+            self.node.tpdo.read()
+            for each in self.node.rpdo.values():
+                each.subscribe()
+        self.running = operational
+        if operational and frame.can_id == 0x200 + self.node.id:
+            self.new = True
+        if operational and frame.can_id == 0x80:
+            self._sync()
+
+    def _sync(self) -> None:
+        if self.new:
+            self._obey(self.node.rpdo[1])
+        told = self.node.tpdo[1]
+        told[0x6041].raw, told[0x6061].raw = self.word, self.mode
+        told[0x6064].raw = self.position
+        told.transmit()
+
+    def _obey(self, order) -> None:
+        self.new = False
+        word = order[0x6040].raw
+        self.words.append(word)
+        self.mode = order[0x6060].raw
+        self.word = OFF if word == 0 else NEXT.get((self.word, word & 0x8F), self.word)
+        if self.word == ENABLED and self.mode == 8:
+            self.position = order[0x607A].raw
+
+
+class Bus:
+    """Their drives, and our controller, on simulated time."""
+
+    def __init__(self) -> None:
+        self.network = QuietNetwork()
+        self.drives = [TheirDrive(self.network, number) for number in range(1, 7)]
+        for drive in self.drives:
+            drive.node.nmt.state = "PRE-OPERATIONAL"
+        self.network.said.clear()
+        config = simulated_config("cia402")
+        self.controller = Cia402Controller(DIALECTS["cia402"].abilities, config)
+        self.now_s, self.due = 0.0, []
+        self.heard: list[object] = []
+        self._unpacker = Unpacker()
+
+    def begin(self, request) -> None:
+        self.controller.begin(request, self.now_s)
+
+    def do(self, request, *, stop_s=math.inf):
+        self.begin(request)
+        while (reply := self._reply()) is None:
+            self._step()
+            if self.now_s >= stop_s:
+                self.controller.stop(hard=False)
+                stop_s = math.inf
+        return reply
+
+    def _reply(self):
+        while (event := self.controller.next_event()) is not None:
+            self.heard.append(event)
+            if not isinstance(event, Alert | Oddity | Progress):
+                return event
+        return None
+
+    def _step(self) -> None:
+        times = [at_s for at_s, _ in self.due]
+        self.now_s = max(self.now_s, min(self.controller.next_s(), *times, self.now_s + 1.0))
+        ready = [frame for at_s, frame in self.due if at_s <= self.now_s]
+        self.due = [entry for entry in self.due if entry[0] > self.now_s]
+        for frame in ready:
+            self.controller.receive(pack(frame), self.now_s)
+        for frame in self._unpacker.feed(self.controller.advance(self.now_s)):
+            self.network.notify(frame.can_id, bytearray(frame.data), self.now_s)
+            for drive in self.drives:
+                drive.after(frame)
+        self.due += [(self.now_s + WIRE_S, frame) for frame in self.network.said]
+        self.network.said.clear()
+
+
+def test_their_drives_are_set_up_switched_on_and_driven_by_sync():
+    bus = Bus()
+    assert bus.do(ReadPosition()).positions == (100, 200, 300, 400, 500, 600)
+    assert bus.do(SwitchOn()) == Done()
+    assert {drive.word for drive in bus.drives} == {ENABLED}
+    assert bus.drives[0].node.sdo[0x1016][1].raw == 127 << 16 | 200
+    assert bus.drives[0].node.sdo[0x6007].raw == 3
+    way = (MoveBy(steps(3000, -1500), 20_000.0), MoveBy(steps(-1000), 20_000.0))
+    assert bus.do(MoveAlong(iter(way), 0.3)) == Done()
+    assert [drive.position for drive in bus.drives[:2]] == [2100, -1300]
+    assert not any(isinstance(event, Alert) for event in bus.heard)
+
+
+def test_their_drives_are_stopped_by_a_quick_stop_held_and_let_go_when_asked():
+    bus = Bus()
+    bus.do(SwitchOn())
+    began_s = bus.now_s
+    way = MoveAlong(iter([MoveBy(steps(20_000), 20_000.0)]), 2.0)
+    assert bus.do(way, stop_s=began_s + 0.3) == Halted()
+    assert 0x02 in bus.drives[0].words
+    assert {drive.word for drive in bus.drives} == {ENABLED}
+    assert bus.drives[0].position < 20_000 * 0.35
+    assert bus.do(DropCurrent()) == Done()
+    assert {drive.word for drive in bus.drives} == {OFF}
