@@ -11,7 +11,7 @@ from armdrive.pace import SimulatedPace
 from armdrive.sim.twin import make_twin
 from armdrive.status import State
 
-ASLEEP_S = 4000.0
+ASLEEP_S = 400.0
 
 
 class SleepyPace(SimulatedPace):
