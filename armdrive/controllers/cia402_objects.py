@@ -12,7 +12,7 @@ from typing import TypeAlias
 
 from armdrive.controllers.cia402_bus import Heard
 from armdrive.controllers.cia402_drive import Drive
-from armdrive.controllers.cia402_hearing import Cia402Hearing
+from armdrive.controllers.cia402_pulse import Cia402Pulse
 from armdrive.controllers.requests import Denied, Silence
 from firmware_protocol.canopen import (
     STANDARD,
@@ -68,7 +68,7 @@ class Lane:
 Lanes: TypeAlias = Generator[float, Heard | None, Mapping[int, Lane]]
 
 
-class Cia402Objects(Cia402Hearing):
+class Cia402Objects(Cia402Pulse):
     """Transfers objects."""
 
     def transfer(

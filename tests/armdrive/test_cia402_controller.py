@@ -221,6 +221,27 @@ def test_drives_that_stopped_by_themselves_in_motion_end_it_with_their_words():
     assert rig.positions == there
 
 
+def test_a_drive_that_falls_silent_at_rest_is_missed_and_no_other_is():
+    rig = Rig().ready()
+    rig.run(1.0)
+    assert not rig.alerts()
+    rig.device.mute_drive(2, True)
+    rig.run(1.0)
+    (alert,) = rig.alerts()
+    assert alert.kind is AlertKind.SWITCHED_OFF
+    assert "drive 3 (elbow) is not heard any more" in alert.text
+
+
+def test_heartbeats_that_a_late_program_has_not_read_are_not_missed():
+    rig = Rig({"heartbeat_ms": 2000}).ready()
+    rig.dead = True
+    rig.run(1.5)
+    rig.dead = False
+    rig.run(1.0)
+    assert not rig.alerts()
+    assert rig.states() == {DriveState.ENABLED}
+
+
 # -- what goes wrong ------------------------------------------------------------------------------
 
 
