@@ -1,0 +1,64 @@
+"""What an arm file says of CiA 402 drives: numbers in their bounds, and what goes together."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from armdrive.armsections import Connection
+from armdrive.connecting import simulated_config
+from armdrive.controllers.cia402 import Cia402Controller
+from armdrive.controllers.cia402_settings import Cia402Settings
+from armdrive.dialects import DIALECTS
+from armdrive.errors import ArmFileError, Refused
+from armdrive.sections import read_section
+
+
+def made(**changes) -> Cia402Controller:
+    return Cia402Controller(
+        DIALECTS["cia402"].abilities, replace(simulated_config("cia402"), **changes)
+    )
+
+
+@pytest.mark.parametrize(
+    ("table", "words"),
+    [
+        ({"ids": [1, 2, 2]}, "a node number of its own"),
+        ({"ids": [0, 1]}, r"ids\[0\] must be from 1 to 127"),
+        ({"ids": []}, "a node number of its own"),
+        ({"master_id": 3}, "3 is a drive's"),
+        ({"strategy": "fast"}, '"cyclic" or "profile"'),
+        ({"period_ms": 2}, "period_ms must be from 4 to 50"),
+        ({"heartbeat_ms": 80}, "2 times cia402.beat_ms"),
+        ({"smoothing_ms": 500}, "smoothing_ms must be from 0 to 200"),
+        ({"quick_stop_s": 0.0}, "quick_stop_s"),
+        ({"homing_methods": [17]}, "one for each of the 6 drives"),
+        ({"homing_methods": [99] * 6}, r"homing_methods\[0\]"),
+        ({"homing_speeds": [-1, 0]}, r"homing_speeds\[0\]"),
+        ({"hearbeat_ms": 100}, "heartbeat_ms"),
+    ],
+)
+def test_what_is_wrong_is_named(table, words):
+    with pytest.raises(ArmFileError, match=words):
+        read_section(Cia402Settings, table, "cia402")
+
+
+def test_an_arm_with_too_few_drives_another_port_or_a_servo_is_refused():
+    with pytest.raises(ArmFileError, match="names 3 drives"):
+        made(device=Cia402Settings(ids=(1, 2, 3)))
+    with pytest.raises(Refused, match="no CAN adapter"):
+        made(connection=Connection("cia402", "/dev/ttyUSB0", 500_000))
+    gripper = replace(simulated_config("cia402").gripper, kind="servo")
+    with pytest.raises(Refused, match="which no drive commands"):
+        made(gripper=gripper)
+
+
+def test_the_announced_stop_covers_what_the_settings_make_of_it():
+    quick = made(device=Cia402Settings(quick_stop_s=0.05, heartbeat_ms=100, beat_ms=20))
+    slow = made(device=Cia402Settings(quick_stop_s=0.5, heartbeat_ms=500))
+    for burst_s in (0.15, 0.5):
+        one, other = quick.stopping(burst_s), slow.stopping(burst_s)
+        assert one.asked_s < other.asked_s
+        assert one.silent_s < other.silent_s
+        assert other.silent_s >= 0.5 + 0.5
