@@ -23,7 +23,9 @@ def title(status: Status, screen: str, width: int, program: str = "") -> str:
 def parted(left: str, gap: int, right: str, width: int, least: int) -> str:
     """Put two texts at both ends of a line; the left one is cut, but never below `least`."""
     room = max(width - len(right) - gap, least)
-    return f"{left[:room]:<{room}}{' ' * gap}{right}"[:width]
+    if len(left) > room:
+        left = left[: max(left.rfind(" ", 0, room + 1), least)]  # between two words
+    return f"{left:<{room}}{' ' * gap}{right}"[:width]
 
 
 def look_for_it(keys: Keyboard) -> str:

@@ -8,6 +8,7 @@ from desk_logged import storied
 from desk_planner import CONFIG, PlannerArm
 from desk_session import Session
 
+from armdrive.status import State
 from armdrive.theory.subject import find_subject
 from armdrive.view import status_view
 from tui.keyboard import DEFAULT_KEYS
@@ -133,3 +134,33 @@ def test_every_row_of_the_table_counts_at_one_of_these_places():
         row.id for name in PLACES for row in DEFAULT_KEYS.at(name)
     }
     assert counted == {row.id for row in TABLE}
+
+
+@pytest.mark.parametrize(
+    ("make", "keys"),
+    [
+        (PlannerArm, ("f3", "2", "5")),
+        (PlannerArm, ("f3", "2", "5", "enter")),
+        (PlannerArm, ("f4", "t", "a")),
+        (PlannerArm, ("ctrl+p",)),
+        (PlannerArm, ("ctrl+p", "r", "e", "s")),
+        (PlannerArm, ("ctrl+p", "f", "down", "down")),
+        (PlannerArm, ("f6", "question_mark")),
+        (storied, ("f7", "slash", "a")),
+        (storied, ("f7", "e", "a")),
+        (storied, ("f7", "enter")),
+    ],
+)
+async def test_a_stop_is_no_letter_and_no_choice_wherever_something_is_typed(make, keys):
+    async with Session(make()) as session:
+        session.arm.set(state=State.MOVING)
+        await session.press(*keys)
+        await session.settle()
+        where = session.desk.place.place
+        session.arm.calls.clear()
+        await session.press("space")
+        await session.settle()
+        assert [call for call in session.arm.calls if call != ("release",)] == [("stop",)]
+        assert len(session.desk.screen_stack) == 1
+        assert session.desk.place.place == where
+        assert "STOP was asked for" in session.text("remarks")

@@ -34,7 +34,12 @@ class PointKeys(StepKeys):
 
     @property
     def idle(self) -> tuple[str, ...]:
-        """Keys of sequences do nothing to a point, and those of points nothing to a sequence."""
+        """Keys of sequences do nothing to a point, and those of points nothing to a sequence.
+
+        While a name is typed, the keys are its letters.
+        """
+        if self.naming is not None:
+            return tuple(row.id for row in self.desk.keys.rows if row.place == self.place)
         others = OF_SEQUENCES if self.listed.sequence is None else OF_POINTS
         return tuple(f"points-{name}" for name in others)
 
