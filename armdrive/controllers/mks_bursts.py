@@ -55,6 +55,7 @@ class MksBursts(MksMotion):
         hindrance = yield from self.prepare()
         if hindrance is not None:
             return hindrance
+        self.ahead_s = math.inf
         orders: dict[int, MoveAbsoluteAxis] = {}
         for drive, count, rpm in zip(self.drives, steps, speeds_rpm(steps, rate_hz), strict=True):
             if not count:
@@ -83,7 +84,7 @@ class MksBursts(MksMotion):
         """Send each drive its order."""
         for node, order in orders.items():
             self.send(node, order.counts, order.speed_rpm, order.acc)
-        self.last_said = f"F5 to {self._targets()}"
+        self.last_said = f"F5 to {self.targets}"
         yield self.now_s
         return None
 

@@ -80,6 +80,8 @@ class Drive:
     """Where it was at the last look, and where by its orders."""
     gap: Gap = field(default_factory=Gap)
     """Whether it was gone for a moment."""
+    behind: float = 0.0
+    """How far ahead of it its model was when it was heard last: of a late answer, too far."""
     leap: Leap = field(default_factory=Leap)
     """Whether it was seen where no shaft can have turned to."""
 
@@ -98,6 +100,7 @@ class Drive:
     def _place_anew(self) -> None:
         self.doubt.forget()
         self.questions.place_anew(self.position)
+        self.behind = 0.0
         self.met = (self.position, self.position)
 
     @property
@@ -157,6 +160,16 @@ class Drive:
         self.advance(now_s)
         self.seen, self.seen_s = count, now_s
         self.leap.weigh(count, self.questions.asked_s, self.position, now_s)
+        self.behind = self.position - count
+
+    def rpm_within(self, target: int, time_s: float) -> int:
+        """Return the least speed that has it at a target within a time, from where it was seen.
+
+        Its orders may have been lost: then its model is there already, and would let it creep.
+        """
+        way = target - self.position
+        left = abs(way) + max(math.copysign(1.0, way) * self.behind, 0.0)
+        return math.ceil(left / time_s / COUNTS_S_PER_RPM)
 
     def ask(self, now_s: float) -> None:
         """Take note that it is asked where it is: its answer is of some moment from now on."""

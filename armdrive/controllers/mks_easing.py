@@ -40,6 +40,11 @@ class MksEasing(MksTalk):
         self.put_motion(node, MoveAbsoluteAxis(target, rpm, acc))
         self.drive(node).send_to(target, rpm, acc, self.now_s)
 
+    @property
+    def targets(self) -> str:
+        """Where all drives were sent last, for whoever reads what was said."""
+        return " ".join(str(drive.target) for drive in self.drives)
+
     def put_motion(self, node: int, message: MoveAbsoluteAxis) -> None:
         """Say a motion; what the host still waits for of older ones is not waited for."""
         for earlier in self._host.unanswered(node):

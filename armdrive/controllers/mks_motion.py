@@ -33,9 +33,10 @@ from firmware_protocol.mks import (
 )
 from kinematics.spaces import Motors
 
-SLOW_RPM = 3
+SLOW_RPM = LAST_RPM = 3
 """Slower than this, a drive is sent to the end of the period alone: it stands there."""
-LAST_RPM = 3
+CREEP_RPM, FAR = 32, 2.0
+"""Slower than this, or so many corridors behind, one is told to be there when it is announced."""
 CATCH_UP, CATCH_UP_RPM = 1.25, 30
 """How much faster than planned a drive may be told to go that is behind."""
 GAIN = 0.3
@@ -55,6 +56,7 @@ class MksMotion(MksBeside):
             return hindrance
         track = Track(Motors(drive.target for drive in self.drives))
         trip = Trip(request.segments, request.ahead_s, request.let_go, track)
+        self.ahead_s = max(request.ahead_s, self.settings.segment_s)
         for drive in self.drives:
             drive.heard_s = drive.answered_s = self.now_s
             drive.unanswered = 0
@@ -113,12 +115,14 @@ class MksMotion(MksBeside):
             if order is None:
                 continue
             target, rpm = order
+            if last or rpm < CREEP_RPM or abs(drive.behind) > FAR * self.settings.corridor_counts:
+                rpm = max(rpm, self.least_rpm(drive, target))
             if (refused := self.beyond(target, drive.node)) is not None:
                 return refused
             if target != drive.target or (drive.moving and self._has_news(drive, rpm)):
                 acc = drive.ramp_to(target, self.settings.acceleration, shares[motor])
                 self.send(drive.node, target, rpm, acc)
-                self.last_said = f"F5 to {self._targets()}"
+                self.last_said = f"F5 to {self.targets}"
         if last:
             trip.time_s = trip.sent_s = trip.track.end_s
         return None
@@ -169,9 +173,6 @@ class MksMotion(MksBeside):
         most = min(math.ceil(CATCH_UP * planned) + CATCH_UP_RPM, SPEED_MAX_RPM)
         needed = abs(end - drive.position) / left_s / COUNTS_S_PER_RPM
         return end, min(max(math.ceil(needed), LAST_RPM), most)
-
-    def _targets(self) -> str:
-        return " ".join(str(drive.target) for drive in self.drives)
 
     # -- looking ------------------------------------------------------------------------------
 

@@ -6,17 +6,21 @@ to turn, beyond its limit perhaps. So a denial is not waited out, till the drive
 
 from __future__ import annotations
 
+import math
 from collections.abc import Generator
 
 from armdrive.controllers.mks_contact import MksContact
 from armdrive.controllers.mks_drive import Drive
 from armdrive.controllers.mks_ramps import COUNTS_S_PER_RPM
 from armdrive.controllers.requests import Alert, AlertKind
-from firmware_protocol.mks import Event
+from firmware_protocol.mks import SPEED_MAX_RPM, Event
 
 
 class MksRefusing(MksContact):
     """Says an order that was denied again, and looks into a drive that denies that too."""
+
+    ahead_s = math.inf
+    """How far ahead drives are sent; in a burst, as far as their speeds take them."""
 
     @property
     def denial_s(self) -> float:
@@ -40,8 +44,14 @@ class MksRefusing(MksContact):
     def repeat(self, drive: Drive) -> None:
         """Say a drive's last order again, if it is sent anywhere."""
         if drive.moving:
-            rpm = max(1, round(drive.told / COUNTS_S_PER_RPM))
+            rpm = max(1, round(drive.told / COUNTS_S_PER_RPM), self.least_rpm(drive, drive.target))
             self.send(drive.node, drive.target, rpm, drive.acc)
+
+    def least_rpm(self, drive: Drive, target: int) -> int:
+        """Return the speed by which a drive that was seen behind is at a target when announced."""
+        if abs(drive.behind) <= self.settings.rest_counts:
+            return 0
+        return min(drive.rpm_within(target, self.ahead_s), SPEED_MAX_RPM)
 
     def hindered(self, node: int) -> Generator[float, Event | None, Alert | None]:
         """Find what keeps a drive from moving: a stall, no current, or a mode; None for nothing."""

@@ -43,7 +43,7 @@ def beside(bench, way):
     return min(max(abs(a - b) for a, b in zip(gone, place, strict=True)) for place in places)
 
 
-@pytest.mark.parametrize("share", [0.3, 0.5, 0.6])
+@pytest.mark.parametrize("share", [0.2, 0.3, 0.4])
 @pytest.mark.parametrize("speed", [3000, 9000])
 def test_a_drive_that_lags_ends_the_motion_before_the_arm_is_far_off_its_way(speed, share):
     way = (speed, -speed, 0, 0, 0, 0)
@@ -60,6 +60,23 @@ def test_a_drive_that_lags_ends_the_motion_before_the_arm_is_far_off_its_way(spe
     assert alert.kind is AlertKind.ASTRAY
     assert "drive 1 (base)" in alert.text
     assert isinstance(bench.finish(), Denied)
+    noticed = speed * 10 * (1.0 - share) * (LOOKS + 1) * POLL_S
+    assert worst <= let_pass(speed) + noticed
+
+
+@pytest.mark.parametrize("share", [0.5, 0.6, 0.8])
+@pytest.mark.parametrize("speed", [3000, 9000])
+def test_one_that_is_too_slow_leads_no_arm_far_off_its_way_whether_it_is_told_of_or_not(
+    speed, share
+):
+    way = (speed, -speed, 0, 0, 0, 0)
+    bench = moving(way)
+    bench.run(0.5)
+    weaken(bench, 1, share)
+    worst = 0.0
+    while bench.controller.busy and not bench.alerts():
+        bench.run(0.005)
+        worst = max(worst, beside(bench, way))
     noticed = speed * 10 * (1.0 - share) * (LOOKS + 1) * POLL_S
     assert worst <= let_pass(speed) + noticed
 
