@@ -2,11 +2,29 @@
 
 from __future__ import annotations
 
+import codecs
 import contextlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import IO, Any
 
 from textual.driver import Driver
+
+PLAIN: Mapping[str, str] = MappingProxyType(
+    {"°": "d", "…": ".", "✓": "x", **dict.fromkeys("─━▔", "-"), **dict.fromkeys("│┃▎▊▌▐", "|")}
+    | dict.fromkeys("┌┐└┘├┤┬┴┼╭╮╰╯", "+")
+    | dict.fromkeys(("■", *map(chr, range(0x2580, 0x258A))), "#")
+)
+"""Letters as wide as those that a terminal of another encoding than UTF-8 cannot show."""
+
+PLAINLY = "armdrive-plainly"
+
+
+def plainly(error: UnicodeError) -> tuple[str, int]:
+    """Put one letter in the place of one: else whatever is behind it would be moved."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    return PLAIN.get(error.object[error.start], "?"), error.start + 1
 
 
 class LastingFile:
@@ -18,9 +36,14 @@ class LastingFile:
 
     def __init__(self, file: IO[str]) -> None:
         self._file = file
+        encoding = getattr(file, "encoding", None) or "utf-8"
+        self._encoding = "" if codecs.lookup(encoding).name.startswith("utf") else encoding
+        codecs.register_error(PLAINLY, plainly)
 
     def write(self, text: str) -> int:
         """Write, if there is still somebody to read it."""
+        if self._encoding:
+            text = text.encode(self._encoding, PLAINLY).decode(self._encoding)
         with contextlib.suppress(OSError, ValueError):
             return self._file.write(text)
         return len(text)

@@ -1,5 +1,6 @@
 """The desk on a real pseudo-terminal that is closed under it."""
 
+import io
 import os
 import re
 import select
@@ -120,6 +121,22 @@ class GoneFile:
 
     def flush(self):
         raise OSError(5, "Input/output error")
+
+
+@pytest.mark.parametrize(
+    ("encoding", "shown"),
+    [
+        ("ascii", "+-+ 6.9d |x| ?"),
+        ("latin-1", "+-+ 6.9° |x| ?"),
+        ("utf-8", "┌─┐ 6.9° │x│ ⠤"),
+    ],
+)
+def test_what_a_terminal_cannot_show_is_as_wide_as_what_stands_for_it(encoding, shown):
+    sent = io.BytesIO()
+    file = LastingFile(io.TextIOWrapper(sent, encoding, "backslashreplace"))
+    file.write("┌─┐ 6.9° │x│ ⠤")
+    file.flush()
+    assert sent.getvalue().decode(encoding) == shown
 
 
 def test_whoever_paints_a_closed_terminal_is_not_kept_waiting():
