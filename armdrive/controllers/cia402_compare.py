@@ -26,6 +26,7 @@ from firmware_protocol.canopen import (
 
 ENCODER, MOTOR_TURNS = Place(0x608F, 1), Place(0x608F, 2)
 GEAR_MOTOR, GEAR_SHAFT = Place(0x6091, 1), Place(0x6091, 2)
+FEED, FEED_TURNS = Place(0x6092, 1), Place(0x6092, 2)
 POLARITY = Place(0x607E)
 _LINE = re.compile(
     r"\s*(\d{1,3})\s*:\s*([0-9A-Fa-f]{4}):([0-9A-Fa-f]{2})\s+([iu])(8|16|32)\s+(-?\d{1,10})\s*"
@@ -69,8 +70,12 @@ class Cia402Comparing(Cia402Homing):
         ]
         if self.settings.encoder_increments:
             increments = self.settings.encoder_increments
-            rows.append(Wanted(Write(ENCODER, DataType.U32, increments), "encoder increments"))
-            rows.append(Wanted(Write(MOTOR_TURNS, DataType.U32, 1), "encoder increments, turns"))
+            rows += (
+                Wanted(Write(ENCODER, DataType.U32, increments), "encoder increments"),
+                Wanted(Write(MOTOR_TURNS, DataType.U32, 1), "encoder increments, turns"),
+                Wanted(Write(FEED, DataType.U32, increments), "feed constant"),
+                Wanted(Write(FEED_TURNS, DataType.U32, 1), "feed constant, turns"),
+            )
         return tuple(rows)
 
     def _differing(self, lanes: Mapping[int, Lane], wanted: tuple[Wanted, ...]) -> list[Difference]:
