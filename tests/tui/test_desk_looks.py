@@ -67,6 +67,23 @@ def test_the_first_run(snap_compare, size, tmp_path):
     assert snap_compare(desk, terminal_size=size, run_before=settled)
 
 
+DIALOGS = {"help": ("question_mark",), "question": ("H",), "palette": ("ctrl+p", "r", "e", "f")}
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("name", DIALOGS)
+def test_the_dialogs(snap_compare, size, name):
+    desk = Desk(FakeArm(simulated=False), braille=True, clock=Clock())
+
+    async def opened(pilot):
+        await settled(pilot)
+        for key in DIALOGS[name]:
+            await pilot.press(key)
+            await settled(pilot)
+
+    assert snap_compare(desk, terminal_size=size, run_before=opened)
+
+
 @pytest.mark.parametrize(
     ("value", "shown"),
     [(None, "[-----]"), (0, "[o----]"), (10, "[----o]"), (-1, "[<----]"), (11, "[---->]")],
