@@ -18,6 +18,8 @@ class Beats:
     def __init__(self, node: int, period_s: float) -> None:
         self.period_s = period_s
         self.due_s = math.inf
+        self.said_s = math.inf
+        """When it was said last; infinity before the first."""
         self._data = pack(Heartbeat(node, NodeState.OPERATIONAL).frame)
 
     @property
@@ -32,11 +34,12 @@ class Beats:
 
     def end(self) -> None:
         """Beat no more."""
-        self.due_s = math.inf
+        self.due_s = self.said_s = math.inf
 
     def say(self, now_s: float) -> bytes:
         """Return a heartbeat if it is due."""
         if now_s < self.due_s - 1e-9:
             return b""
         self.due_s = max(self.due_s, now_s - self.period_s / 2.0) + self.period_s
+        self.said_s = now_s
         return self._data

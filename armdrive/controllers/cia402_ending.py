@@ -103,6 +103,8 @@ class Cia402Ending(Cia402Current):
 
     def weighed(self, mode: OperationMode) -> Hindrance:
         """Look at what the drives said in a motion; return what it has come to, where to an end."""
+        if self._was_away and (missing := (yield from self._look_anew())):
+            return (yield from self.lost(missing))
         for drive in self.drives:
             if (alert := self.trouble(drive, moving=True)) is not None:
                 return (yield from self.broken_off(alert, drive))
@@ -112,6 +114,20 @@ class Cia402Ending(Cia402Current):
         if mute := self.mute(self.drives):
             return (yield from self.lost(mute))
         return None
+
+    @property
+    def _was_away(self) -> bool:
+        """Whether drives may have missed this program's heartbeat, and stopped by themselves.
+
+        Whatever they are told then, they take for an order to go on from there.
+        """
+        most_s = (self.settings.heartbeat_ms - self.settings.beat_ms / 2.0) / 1000.0
+        return self.now_s - self.beats.said_s >= most_s
+
+    def _look_anew(self) -> Generator[float, Heard | None, Collection[Drive]]:
+        """Have every drive tell what it is by now; what it said before is heard first."""
+        yield from self.wait(self.now_s + self.cycle_s)
+        return (yield from self.look())
 
     # -- ends ---------------------------------------------------------------------------------
 

@@ -221,6 +221,34 @@ def test_drives_that_stopped_by_themselves_in_motion_end_it_with_their_words():
     assert rig.positions == there
 
 
+@pytest.mark.parametrize("habit", ["hold", "extrapolate"])
+@pytest.mark.parametrize("late_s", [0.32, 0.5, 0.9])
+@pytest.mark.parametrize("strategy", ["cyclic", "profile"])
+def test_who_comes_later_than_drives_wait_for_him_finds_the_motion_ended(strategy, late_s, habit):
+    rig = Rig({"strategy": strategy}, hold_after_loss=habit).ready()
+    way = MoveBy(steps(60_000, -30_000), 20_000.0)
+    rig.begin(way if strategy == "profile" else MoveAlong(iter([way]), 10.0))
+    rig.run(0.5)
+    rig.dead = True
+    rig.run(late_s)
+    there, rig.dead = rig.positions, False
+    assert rig.states() == {DriveState.QUICK_STOP}
+    reply = rig.finish()
+    assert "stopped by itself, and holds: a heartbeat or life guard is missing" in reply.reason
+    assert [alert.kind for alert in rig.alerts()] == [AlertKind.ALARM]
+    rig.run(0.5)
+    assert rig.positions == there
+
+
+def test_heartbeats_that_just_suffice_hold_nothing_up():
+    rig = Rig({"heartbeat_ms": 100, "beat_ms": 50}).ready()
+    rig.begin(MoveAlong(iter([MoveBy(steps(20_000), 20_000.0)]), 10.0))
+    began_s = rig.now_s
+    assert rig.finish() == Done()
+    assert rig.now_s - began_s < 1.2
+    assert not rig.controller.underruns
+
+
 def test_a_drive_that_falls_silent_at_rest_is_missed_and_no_other_is():
     rig = Rig().ready()
     rig.run(1.0)
