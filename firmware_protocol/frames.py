@@ -15,6 +15,7 @@ from __future__ import annotations
 import re
 from binascii import crc_hqx
 from dataclasses import dataclass
+from functools import lru_cache
 
 from firmware_protocol.errors import BadField, whole
 
@@ -100,8 +101,11 @@ class Unpacker:
 
     def feed(self, data: bytes) -> list[Frame]:
         """Take bytes, in any portions; return the frames that they complete."""
-        if not data and not self._pending:  # a bus is looked at far more often than it carries
-            return []
+        if not self._pending:  # a bus is looked at far more often than it carries
+            if not data:
+                return []
+            if len(data) <= RECORD_MAX and (frame := _only(bytes(data))) is not None:
+                return [frame]
         self._pending += data
         frames: list[Frame] = []
         at, kept = 0, 0
@@ -145,6 +149,13 @@ def _size(pending: bytearray, at: int) -> int | None:
     if kind & _UNUSED or length > (0 if kind & _REMOTE else DATA_MAX):
         return 0
     return _HEADER + (4 if kind & _EXTENDED else 2) + length + _CRC
+
+
+@lru_cache(maxsize=1024)
+def _only(data: bytes) -> Frame | None:
+    """Return the frame of bytes that are one whole record; drives say the same over and over."""
+    pending = bytearray(data)
+    return _read(data) if _size(pending, 0) == len(data) else None
 
 
 def _read(record: bytes) -> Frame | None:

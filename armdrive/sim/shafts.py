@@ -95,7 +95,10 @@ class ShaftDrive(Drive[ShaftPoints[P]]):
 
     def errors(self, now_s: float) -> tuple[int, ...]:
         """Return how far each shaft is from where it should be; 0 where nothing holds it."""
-        points = zip(self.rack.positions(now_s), self.shafts, self.holding, strict=True)
+        return self._errors(self.rack.positions(now_s))
+
+    def _errors(self, positions: Sequence[int]) -> tuple[int, ...]:
+        points = zip(positions, self.shafts, self.holding, strict=True)
         return tuple([wanted - shaft if held else 0 for wanted, shaft, held in points])
 
     def hold_shafts(self) -> None:
@@ -124,7 +127,8 @@ class ShaftDrive(Drive[ShaftPoints[P]]):
             self._looked_s = self.rack.now_s = now_s
             return
         self._looked_s = self.rack.now_s = now_s
-        wanted, errors = self.rack.positions(now_s), self.errors(now_s)
+        wanted = self.rack.positions(now_s)
+        errors = self._errors(wanted)
         if any(errors):
             most = math.ceil(self._makes_up * since_s)
             steps = [
@@ -133,7 +137,7 @@ class ShaftDrive(Drive[ShaftPoints[P]]):
             ]
             if any(steps):
                 self.world.drive(steps, now_s)
-                errors = self.errors(now_s)
+                errors = self._errors(wanted)
         self.astray = any(errors)
         self._last = wanted
         self._free(now_s)

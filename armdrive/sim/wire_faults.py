@@ -97,6 +97,11 @@ class Lane:
         """When the next late message is due; infinity while there is none."""
         return self._late[0][0] if self._late else math.inf
 
+    @property
+    def clear(self) -> bool:
+        """Whether all passes at once as it is."""
+        return not (self.rules or self._late)
+
     def passed(self, data: bytes, now_s: float) -> list[bytes]:
         """Return what of a message passes at once; the rest is lost, or comes by `due`."""
         late_s = 0.0

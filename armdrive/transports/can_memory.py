@@ -10,7 +10,7 @@ from armdrive.sim.device import WireDevice
 from armdrive.sim.pacing import PacedDevice
 from armdrive.transports.can_wire import FrameWire, Side
 from armdrive.transports.memory import MemoryLink
-from firmware_protocol.frames import Unpacker, pack
+from firmware_protocol.frames import Frame, Unpacker, pack
 
 BITRATE = 500_000
 
@@ -40,8 +40,7 @@ class BusLine(PacedDevice):
         self.advance(now_s)
         for frame in self._of_host.feed(data):
             if self._on_bus:
-                for piece in self.faults.host.passed(pack(frame), now_s):
-                    self._put(piece, Side.HOST, now_s)
+                self._pass(frame, Side.HOST, now_s)
 
     def receive(self, now_s: float) -> bytes:
         """Take the frames that the host has heard by now."""
@@ -76,6 +75,15 @@ class BusLine(PacedDevice):
     def _on_bus(self) -> bool:
         return self._plugged and not self.bus_off
 
+    def _pass(self, frame: Frame, sender: Side, now_s: float) -> None:
+        """Put a frame on the bus, as far as the faults of its lane let it."""
+        lane = self.faults.host if sender is Side.HOST else self.faults.device
+        if lane.clear:
+            self.bus.push(frame, sender, now_s)
+            return
+        for piece in lane.passed(pack(frame), now_s):
+            self._put(piece, sender, now_s)
+
     def _put(self, piece: bytes, sender: Side, now_s: float) -> None:
         for frame in Unpacker().feed(piece):
             self.bus.push(frame, sender, now_s)
@@ -93,8 +101,7 @@ class BusLine(PacedDevice):
                 self._heard.append((now_s, pack(arrival.frame)))
         said = self.device.transmit(now_s)
         for frame in Unpacker().feed(said) if said else ():
-            for piece in self.faults.device.passed(pack(frame), now_s):
-                self._put(piece, Side.DEVICE, now_s)
+            self._pass(frame, Side.DEVICE, now_s)
         for late in self.faults.device.due(now_s):
             self._put(late, Side.DEVICE, now_s)
 

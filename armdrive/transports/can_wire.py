@@ -101,9 +101,12 @@ class FrameWire:
         if self._now is not None or not self._queues:
             return
         heads = [queue[0] for queue in self._queues.values()]
-        start_s = max(self._free_s, min([each.ready_s for each in heads]))
-        able = [each for each in heads if each.ready_s <= start_s]
-        won = able[0] if len(able) == 1 else min(able, key=lambda each: _priority(each.frame))
+        won = heads[0]
+        start_s = max(self._free_s, won.ready_s)
+        if len(heads) > 1:
+            start_s = max(self._free_s, min([each.ready_s for each in heads]))
+            able = [each for each in heads if each.ready_s <= start_s]
+            won = able[0] if len(able) == 1 else min(able, key=lambda each: _priority(each.frame))
         lane = (won.sender, -1 if won.sender is Side.HOST else won.frame.can_id)
         self._queues[lane].popleft()
         if not self._queues[lane]:
