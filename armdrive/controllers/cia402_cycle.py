@@ -47,7 +47,6 @@ class Cia402Cycle(Cia402Objects):
         """Tell a drive what to be, and where: as a rule where it was seen."""
         target = drive.seen if target is None else target
         self.say(self.bus.command(drive.node, word, mode, target))
-        drive.sent = target
 
     def turn(self) -> Turning:
         """Have the drives do what they were told; wait for the end of the turn."""

@@ -17,8 +17,6 @@ HASTE = 0.75
 """Behind a turn that was late the next one comes no sooner than this share of a period."""
 HELD_TURNS = 3
 """While a drive has told nothing for so many turns, all are kept where they are."""
-AGAIN_TURNS = 8
-"""A drive whose target stays the same is told it again after so many turns: frames can be lost."""
 PROGRESS_S = 0.05
 BEHIND_TURNS = 5
 """How many turns' way a drive may be behind, beyond its window."""
@@ -77,10 +75,8 @@ class Cia402Cyclic(Cia402Ending):
                 drive.place, drive.fresh = target, False
         else:
             self.underruns += 1
-        for turn, drive in enumerate(self.drives, trip.turns):
-            if drive.place != drive.sent or drive.missed > 1 or turn % AGAIN_TURNS == 0:
-                self.command(drive, ENABLE, MODE, drive.place)
-        trip.turns += 1
+        for drive in self.drives:  # one whose target stays, too: it might run on without
+            self.command(drive, ENABLE, MODE, drive.place)
         self.last_said = f"607A to {' '.join(str(drive.place) for drive in self.drives)}"
         self.sync()
         return None

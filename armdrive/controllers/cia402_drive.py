@@ -22,8 +22,6 @@ class Drive:
     """The mode that it shows."""
     seen: int = 0
     place: int = 0
-    sent: int = 0
-    """The target that it was told last."""
     told_s: float = -math.inf
     """When it said so last."""
     heard_s: float = -math.inf

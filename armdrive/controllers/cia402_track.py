@@ -96,8 +96,6 @@ class Trip:
     def __init__(self, request: MoveAlong, track: SmoothTrack, ease_s: Callable[[], float]) -> None:
         self.track = track
         self.time_s = 0.0
-        self.turns = 0
-        """How many targets were given."""
         self.underruns = 0
         """How often there was nothing left to be driven although more was to come."""
         self.eased = False

@@ -82,6 +82,14 @@ def test_the_motors_keep_in_proportion_all_the_way():
     assert (rig.positions - before)[:2] == (12_000, -6000)
 
 
+def test_a_drive_that_stands_while_others_turn_is_told_its_target_too_or_it_might_run_on():
+    rig = Rig({}, hold_after_loss="extrapolate").ready()
+    before = rig.positions
+    apart = (MoveBy(steps(0, -3000), 20_000.0), MoveBy(steps(6000, 0), 20_000.0))
+    assert rig.along(*LINE, *apart, *LINE) == Done()
+    assert rig.positions == before + steps(30_000, -15_000)
+
+
 def test_a_host_that_is_late_slows_down_and_does_not_leap():
     rig = Rig().ready()
     began_s = rig.now_s
