@@ -74,7 +74,7 @@ class MksRounds(Rounds):
 
 
 class SyncRounds(Rounds):
-    """Targets, which SYNC makes valid: a round begins with it. What has not changed is not told.
+    """Targets, which SYNC makes valid: a round begins with it. One that is not told again stays.
 
     A drive tells at each SYNC where it is: that is compared with what it was to reach by then.
     """

@@ -153,14 +153,15 @@ class Ground:
         self._stood = bench.look()
         """Where the arm was when its program woke."""
 
-    def fall_silent(self, silence: Silence, begin: str, after_s: float) -> None:
+    def fall_silent(self, silence: Silence, begin: str, after_s: float, direction: float) -> None:
         """Begin a motion, have its program fall silent, and watch the arm come to rest."""
         bench, host = self._bench, self._host or Host(self._bench.port, self._dialect)
         self._host = host
         ending = Ending(
             silence.what, begin, lambda each: self._silenced(silence, each), silent=True
         )
-        direction = -1.0 if bench.look().tip[1] > 0.0 else 1.0  # towards the middle
+        host.ask("refer", list(bench.look().motors))
+        host.ask("middle")
         found = once(bench, host, ending, direction, after_s)
         bound_ms = found.announced_s * 1e3
         self.times.append(Measured(bench.stood_s() * 1e3, bound_ms))
@@ -231,7 +232,9 @@ def silenced(
         ground, luck = Ground(bench), chance(strategy, guard.what, silence.what, begin)
         try:
             for _ in range(times):
-                ground.fall_silent(silence, begin, luck.uniform(*MOMENTS_S))
+                ground.fall_silent(
+                    silence, begin, luck.uniform(*MOMENTS_S), luck.choice((-1.0, 1.0))
+                )
         finally:
             ground.close()
         what = f"{guard.what}: {silence.what} {named}"

@@ -19,6 +19,13 @@ from .going import begin_sweep, beside, first_jog
 JOG_S = 30.0
 SWEEP_DEG = 55.0
 PATH_MM, BLEND_MM = 60.0, 15.0
+MIDDLE_DEG = {
+    "base_deg": 0.0,
+    "shoulder_deg": 60.0,
+    "elbow_deg": -90.0,
+    "wrist_pitch_deg": -30.0,
+    "wrist_roll_deg": 0.0,
+}
 
 
 class Driver:
@@ -37,6 +44,10 @@ class Driver:
         assert transmission is not None
         joints, opening_mm = transmission.to_joints(Motors(motors))
         self._arm.declare_posture(joints, opening_mm=opening_mm)
+
+    def middle(self) -> None:
+        """Drive to where there is room on all sides."""
+        self._arm.move_j(**MIDDLE_DEG)
 
     def jog(self, direction: float) -> None:
         """Sweep the tip at full speed until it is released, by three joints at once."""
