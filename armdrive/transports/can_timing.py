@@ -6,7 +6,7 @@ of the frame to the end of its check sequence; that is a CRC of 15 bits, its pol
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import cache, lru_cache
 
 from firmware_protocol.frames import Frame
 
@@ -18,6 +18,7 @@ STUFFED = 34
 EXTENDED_STUFFED = 54
 _POLYNOMIAL = 0x4599
 _CRC_BITS = 15
+_CRC_MASK = (1 << _CRC_BITS) - 1
 _RUN = 5
 
 
@@ -54,21 +55,39 @@ def _fields(frame: Frame) -> tuple[int, int]:
 
 def _crc(bits: int, count: int) -> int:
     crc = 0
-    for place in range(count - 1, -1, -1):
-        top = crc >> (_CRC_BITS - 1) & 1 ^ bits >> place & 1
-        crc = crc << 1 & (1 << _CRC_BITS) - 1
-        if top:
-            crc ^= _POLYNOMIAL
+    for byte in bits.to_bytes(-(-count // 8), "big"):  # zeros before the first bit change nothing
+        crc = crc << 8 & _CRC_MASK ^ _crc_of(crc >> _CRC_BITS - 8 ^ byte)
     return crc
 
 
+@cache
+def _crc_of(upper: int) -> int:
+    """Return what eight bits make of a CRC whose upper eight have taken them in."""
+    crc = upper << _CRC_BITS - 8
+    for _ in range(8):
+        crc = crc << 1 ^ _POLYNOMIAL * (crc >> _CRC_BITS - 1 & 1)
+    return crc & _CRC_MASK
+
+
 def _stuff_bits(bits: int, count: int) -> int:
-    stuffed, run, last = 0, 0, -1
-    for place in range(count - 1, -1, -1):
-        bit = bits >> place & 1
+    before = -count % 8  # filled with bits that alternate, the last one as on the idle bus
+    filled = (0b0101_0101 & (1 << before) - 1) << count | bits
+    stuffed, state = 0, (-1, 0)
+    for byte in filled.to_bytes((count + before) // 8, "big"):
+        more, state = _stuffed(state, byte)
+        stuffed += more
+    return stuffed
+
+
+@cache
+def _stuffed(state: tuple[int, int], byte: int) -> tuple[int, tuple[int, int]]:
+    """Return how many bits are stuffed into eight, and the state behind them: a bit, its run."""
+    stuffed, (last, run) = 0, state
+    for place in range(7, -1, -1):
+        bit = byte >> place & 1
         run = run + 1 if bit == last else 1
         last = bit
         if run == _RUN:  # the stuff bit begins a run of its own
             stuffed += 1
             run, last = 1, 1 - bit
-    return stuffed
+    return stuffed, (last, run)
