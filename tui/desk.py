@@ -173,6 +173,10 @@ class Desk(LinkedOwner):
         """Return what no widget may keep for itself: the stop."""
         return dict.fromkeys(self.keys.of("stop"), self.action_stop_arm)
 
+    def urgent_keys(self) -> Mapping[str, Callable[[], object]]:
+        """Return what waits for no picture: the stop."""
+        return dict.fromkeys(self.keys.of("stop"), self.arm.request_stop)
+
     def action_stop_arm(self) -> None:
         """Stop the arm before anything else, then disarm and show the screen."""
         self.arm.request_stop()

@@ -17,11 +17,13 @@ from textual.content import Content
 from textual.driver import Driver
 from textual.filter import Monochrome
 from textual.keys import KEY_NAME_REPLACEMENTS, Keys, _character_to_key, key_to_character
+from textual.message import Message
 from textual.widgets import Static
 
 from kinematics.near_words import suggestion
 from tui.lasting import lasting
 from tui.served import ending, is_served
+from tui.urgent import Urgent
 from tui.waking import Waking
 
 ENDING_SIGNALS = tuple(
@@ -114,6 +116,7 @@ class FirstKeys(App[int], inherit_bindings=False):
     def __init__(self) -> None:
         self._key: events.Key | None = None
         self._waking = Waking()
+        self._urgent = Urgent()
         self.monotonic_s: Callable[[], float] = _time.get_time
         self.busy_s: Callable[[], float] = time.thread_time
         # its other way to do without colours sends them all, as shades of grey
@@ -131,6 +134,14 @@ class FirstKeys(App[int], inherit_bindings=False):
     def first_keys(self) -> Mapping[str, Callable[[], None]]:
         """Return these keys, with what they do."""
         return {}
+
+    def urgent_keys(self) -> Mapping[str, Callable[[], object]]:
+        """Return what keys do in the thread that reads them, before the app takes them."""
+        return {}
+
+    def was_read(self, message: Message) -> None:
+        """Hear what a driver has just read, in its thread."""
+        self._urgent.read(message, self.urgent_keys())
 
     def key_age_s(self) -> float:
         """Return how long ago the key came that is being acted on; 0 while none is.
@@ -184,7 +195,9 @@ class FirstKeys(App[int], inherit_bindings=False):
         if not event.is_forwarded:
             self.alive()
             deed = self.first_keys().get(event.key)
-            if deed is None and self._waking.is_old(self.monotonic_s() - self.key_age_s()):
+            old = self._urgent.overtook(event)
+            old = old or self._waking.is_old(self.monotonic_s() - self.key_age_s())
+            if deed is None and old:
                 deed = _nothing
             if deed is not None:
                 event.stop().prevent_default()

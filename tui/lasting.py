@@ -69,6 +69,10 @@ def lasting(driver: type[Driver]) -> type[Driver]:
             if file is not None:
                 self._file: Any = LastingFile(file)
 
+        def process_message(self, message: Any) -> None:
+            self._app.was_read(message)
+            super().process_message(message)
+
         def start_application_mode(self) -> None:
             super().start_application_mode()
             if suspends(driver):
