@@ -125,9 +125,16 @@ class Cia402Ending(Cia402Current):
         return self.now_s - self.beats.said_s >= most_s
 
     def _look_anew(self) -> Generator[float, Heard | None, Collection[Drive]]:
-        """Have every drive tell what it is by now; what it said before is heard first."""
-        yield from self.wait(self.now_s + self.cycle_s)
-        return (yield from self.look())
+        """Hear what drives said meanwhile, then have each tell what it is, until one is in trouble.
+
+        An order that lay in this computer may have had them go on again: it shows for one turn that
+        they had stopped.
+        """
+        yield from self.wait(self.now_s + self.cycle_s, self._is_troubled)
+        return () if self._is_troubled() else (yield from self.look())
+
+    def _is_troubled(self) -> bool:
+        return any(self.trouble(drive, moving=True) for drive in self.drives)
 
     # -- ends ---------------------------------------------------------------------------------
 

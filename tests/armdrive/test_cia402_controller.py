@@ -240,6 +240,25 @@ def test_who_comes_later_than_drives_wait_for_him_finds_the_motion_ended(strateg
     assert rig.positions == there
 
 
+def test_targets_that_lay_in_the_computer_while_drives_stopped_do_not_have_the_motion_go_on(
+    monkeypatch,
+):
+    rig, late = Rig().ready(), []
+    rig.begin(MoveAlong(iter([MoveBy(steps(60_000, -30_000), 20_000.0)]), 10.0))
+    rig.run(0.5)
+    with monkeypatch.context() as held_up:
+        held_up.setattr(rig.link, "write", lambda data, _: late.append(data))
+        rig.run(0.011)
+    rig.dead = True
+    rig.run(0.5)
+    there, rig.dead = rig.positions, False
+    rig.link.write(b"".join(late), rig.now_s)
+    assert "stopped by itself, and holds" in rig.finish().reason
+    rig.run(0.5)
+    way = rig.positions - there
+    assert way.largest <= 20_000 * rig.controller.stopping(0.3).asked_motion_s  # of what lay there
+
+
 def test_heartbeats_that_just_suffice_hold_nothing_up():
     rig = Rig({"heartbeat_ms": 100, "beat_ms": 50}).ready()
     rig.begin(MoveAlong(iter([MoveBy(steps(20_000), 20_000.0)]), 10.0))
