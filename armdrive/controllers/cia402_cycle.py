@@ -16,7 +16,7 @@ from armdrive.controllers.cia402_settings import Cia402Settings
 from armdrive.controllers.requests import Progress, Reply
 from firmware_protocol.canopen import Command, Controlword, OperationMode
 
-MUTE_TURNS = 8
+MUTE_TURNS = 20
 """A drive that tells nothing in so many turns is mute, where another one tells something."""
 ALL_MUTE_TURNS = 20
 """So many are given to drives that all are silent: then it is the computer that is late, mostly."""

@@ -16,7 +16,7 @@ MODE = OperationMode.CYCLIC_POSITION
 HASTE = 0.75
 """Behind a turn that was late the next one comes no sooner than this share of a period."""
 HELD_TURNS = 3
-"""While a drive has told nothing for so many turns, all are kept where they are."""
+"""While a drive has told nothing for so many turns, all are slowed down, to a stand at last."""
 PROGRESS_S = 0.05
 BEHIND_TURNS = 5
 """How many turns' way a drive may be behind, beyond its window."""
@@ -63,18 +63,17 @@ class Cia402Cyclic(Cia402Ending):
         return Halted() if isinstance(reply, Done) and not trip.complete else reply
 
     def _give_targets(self, trip: Trip) -> Hindrance:
-        """Give every drive its next target; the same again while one of them is not heard."""
-        if max(drive.missed for drive in self.drives) < HELD_TURNS:
-            targets = trip.go_on(self.cycle_s)
-            if (far := self._beyond(targets)) is not None:
-                yield from self.halt()
-                return far
-            ways = zip(targets, self.drives, strict=True)
-            self._hz = max(abs(target - drive.place) for target, drive in ways) / self.cycle_s
-            for drive, target in zip(self.drives, targets, strict=True):
-                drive.place, drive.fresh = target, False
-        else:
-            self.underruns += 1
+        """Give every drive its next target; slow down while one of them is not heard."""
+        waits = max(drive.missed for drive in self.drives) >= HELD_TURNS
+        self.underruns += waits
+        targets = trip.go_on(self.cycle_s, wait=waits)
+        if (far := self._beyond(targets)) is not None:
+            yield from self.halt()
+            return far
+        ways = zip(targets, self.drives, strict=True)
+        self._hz = max(abs(target - drive.place) for target, drive in ways) / self.cycle_s
+        for drive, target in zip(self.drives, targets, strict=True):
+            drive.place, drive.fresh = target, False
         for drive in self.drives:  # one whose target stays, too: it might run on without
             self.command(drive, ENABLE, MODE, drive.place)
         self.last_said = f"607A to {' '.join(str(drive.place) for drive in self.drives)}"

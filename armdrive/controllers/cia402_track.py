@@ -103,7 +103,7 @@ class Trip:
         self._request = request
         self._segments: Iterator[MoveBy] = request.segments
         self._ease_s = ease_s
-        self._rate, self._slowing = 1.0, 0.0
+        self._rate, self._full_s = 1.0, 0.0
         self._exhausted = self._held = False
 
     @property
@@ -120,27 +120,29 @@ class Trip:
         driven = self.time_s >= self.track.end_s + self.track.window_s
         return driven and (self._exhausted or (self._held and not self.eased))
 
-    def go_on(self, period_s: float) -> tuple[int, ...]:
-        """Let a period of it pass; return where the motors shall be then."""
-        if not self.eased and self._request.let_go():
-            self.eased = True
-            self._slowing = 1.0 / max(self._ease_s(), period_s)
-        if self.eased:
-            self._rate = max(self._rate - self._slowing * period_s, 0.0)
-        else:
-            self._held = self._request.held_back()
+    def go_on(self, period_s: float, *, wait: bool = False) -> tuple[int, ...]:
+        """Let a period of it pass; return where the motors shall be then.
+
+        Who has to `wait` for a drive is slowed down on the way, and goes on from there.
+        """
+        if self._rate >= 1.0:
+            self._full_s = max(self._ease_s(), period_s)
+        self.eased = self.eased or self._request.let_go()
+        self._held = self._request.held_back()
+        if not self.eased:
             self._draw(period_s)
-            self._rate = self._paused_rate(period_s)
+        self._rate = self._next_rate(period_s, wait)
         self.time_s += self._rate * period_s
         return self.track.places(self.time_s)
 
-    def _paused_rate(self, period_s: float) -> float:
+    def _next_rate(self, period_s: float, wait: bool) -> float:
         """Return how fast time passes on the way: slower before its end where it is held back."""
-        ease_s = max(self._ease_s(), period_s)
-        left_s = self.track.end_s - self.time_s
-        if not self._held or left_s <= period_s:
-            return min(self._rate + period_s / ease_s, 1.0)
-        return max(min(self._rate, math.sqrt(2.0 * left_s / ease_s)), LEAST_RATE)
+        change, left_s = period_s / self._full_s, self.track.end_s - self.time_s
+        if self.eased or wait:
+            return max(self._rate - change, 0.0)
+        if self._held and left_s > period_s:
+            return max(min(self._rate, math.sqrt(2.0 * left_s / self._full_s)), LEAST_RATE)
+        return min(self._rate + change, 1.0)
 
     def _draw(self, period_s: float) -> None:
         dry = self.time_s > self.track.end_s > 0.0

@@ -103,6 +103,21 @@ def test_a_host_that_is_late_slows_down_and_does_not_leap():
     assert rig.controller.underruns
 
 
+def test_a_drive_that_is_not_heard_for_a_moment_is_waited_for_on_the_way():
+    rig = Rig().ready()
+    before = rig.positions
+    rig.begin(MoveAlong(iter(LINE), 0.3))
+    rig.run(0.2)
+    began_s = rig.now_s
+    rig.device.mute_drive(1, True)
+    rig.run(0.1)
+    rig.device.mute_drive(1, False)
+    assert rig.finish() == Done()
+    assert rig.positions == before + steps(12_000, -6000)
+    assert max(map(abs, differences(rig.targets(1, began_s)))) <= 20_000 * PERIOD_S + 1
+    assert rig.controller.underruns
+
+
 def test_a_stop_is_a_quick_stop_and_the_drives_hold_and_obey_again():
     rig = Rig().ready()
     rig.begin(MoveAlong(iter(LINE * 4), 1.0))
