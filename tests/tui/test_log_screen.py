@@ -300,8 +300,9 @@ def test_the_log_screen(snap_compare, size):
     assert snap_compare(session.desk, press=["f7"], terminal_size=size, run_before=_polled)
 
 
+@pytest.mark.parametrize("size", [(80, 24), (120, 40), (200, 60)])
 @pytest.mark.parametrize("keys", [["enter"], ["e"], ["slash", "b", "a", "s", "e"]])
-def test_the_dialogs_of_the_log(snap_compare, keys):
+def test_the_dialogs_of_the_log(snap_compare, keys, size):
     session = Session(storied())
 
     async def opened(pilot):
@@ -310,7 +311,7 @@ def test_the_dialogs_of_the_log(snap_compare, keys):
         await pilot.press(*keys)
         await _polled(pilot)
 
-    assert snap_compare(session.desk, terminal_size=(80, 24), run_before=opened)
+    assert snap_compare(session.desk, terminal_size=size, run_before=opened)
 
 
 async def _polled(pilot):
