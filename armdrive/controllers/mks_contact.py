@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Collection, Generator, Mapping
 
 from armdrive.controllers.mks_anew import anew_words, counts_anew
-from armdrive.controllers.mks_stops import MksStopping
+from armdrive.controllers.mks_resting import Hindrance, MksResting
 from armdrive.controllers.mks_talk import TRIES, Script
-from armdrive.controllers.requests import Alert, AlertKind, Denied, Done, Silence
+from armdrive.controllers.requests import Alert, AlertKind, Denied, Done
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.mks import (
     LATEST,
@@ -41,10 +41,8 @@ TURNING = (MotorState.ACCELERATING, MotorState.DECELERATING, MotorState.FULL_SPE
 UNTOLD = (1, 0, 4)
 """What is taken for the firmware of a drive that tells neither its version nor a setting."""
 
-Hindrance = Generator[float, Event | None, Silence | Denied | None]
 
-
-class MksContact(MksStopping):
+class MksContact(MksResting):
     """The way to drives that stand, hear and hold."""
 
     contacted = False
@@ -72,17 +70,6 @@ class MksContact(MksStopping):
                 drive.fresh = True
         self.contacted = hindrance is None
         return hindrance
-
-    def take_up(self) -> Hindrance:
-        """Take every drive for standing where it is."""
-        began_s = self.now_s
-        if missing := (yield from self.look()):
-            return self.absence(missing, began_s)
-        for drive in self.drives:
-            self._host.settle(drive.node)
-            if drive.moving or drive.count(self.settings.rest_counts) != drive.target:
-                drive.rest_at(drive.seen or 0, self.now_s)
-        return None
 
     def _recognise(self) -> Generator[float, Event | None, None]:
         """Learn what the drives can do: what the oldest firmware among them can."""
@@ -181,7 +168,7 @@ class MksContact(MksStopping):
             return Denied(f"{self.drive(off[0])} does not switch its motor on", moved=False)
         self.watched = yield from self._watch()
         self.on = True
-        return (yield from self.take_up()) or Done()
+        return (yield from self.take_up_at_rest()) or Done()
 
     def switch_off(self) -> Script:
         """Have every drive let its motor go."""
@@ -226,7 +213,8 @@ class MksContact(MksStopping):
             yield from self.ask(dict.fromkeys(stalled, ClearStall()), text="CLEAR STALL")
             if left := (yield from self.stalled(stalled)):
                 return Denied(f"{self.stall_words(left[0])}, and does not clear it", moved=False)
-        return (yield from self.take_up()) or Done()
+        rest = self.take_up_at_rest if self.on else self.take_up
+        return (yield from rest()) or Done()
 
 
 def _states(found: Mapping[int, Event]) -> dict[int, MotorState]:

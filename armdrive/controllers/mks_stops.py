@@ -87,16 +87,16 @@ class MksStopping(MksEasing):
         Who is `doubtful` alerts where one came to rest off its way: nobody else looks for that.
         """
         given_up_s = began_s + 2.0 * self.ramp_s + 20.0 * self.settings.answer_s + 0.5
-        left = yield from self._brake(nodes, given_up_s, hard=hard, doubtful=doubtful)
+        left = yield from self.brake(nodes, given_up_s, hard=hard, doubtful=doubtful)
         pushing = yield from self.ease([node for node in nodes if node not in left])
         for node, off in pushing.items():
             if doubtful:
                 self.tell(Alert(AlertKind.ASTRAY, self.pressing_words(self.drive(node), off)))
         if pushing:
-            left |= yield from self._brake(pushing, given_up_s, again_s=math.inf)
+            left |= yield from self.brake(pushing, given_up_s, again_s=math.inf)
         return self._unstopped(left, began_s)
 
-    def _brake(
+    def brake(
         self,
         nodes: Collection[int],
         given_up_s: float,

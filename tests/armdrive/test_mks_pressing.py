@@ -7,7 +7,15 @@ from mks_bench import MksBench
 from test_mks_arm import ready
 from test_mks_controller_motion import along, straight
 
-from armdrive.controllers.requests import AlertKind, Denied, Halted
+from armdrive.controllers.requests import (
+    AlertKind,
+    ClearFault,
+    Denied,
+    DropCurrent,
+    Halted,
+    Oddity,
+    SwitchOn,
+)
 from armdrive.errors import ArmError
 from armdrive.status import State, Trust
 from firmware_protocol.mks import MoveAbsoluteAxis, ReadAngleError, decode_request
@@ -125,3 +133,53 @@ def test_who_is_blocked_and_resting_far_off_is_told_of_once():
     bench.node(1).blocked = True
     assert isinstance(bench.do(along(straight(20))), Denied)
     assert len(bench.alerts()) == 1
+
+
+def test_a_shaft_blocked_as_the_cable_was_pulled_does_not_spring_once_it_is_switched_on_again():
+    arm = ready()
+    handle = arm.move_j(base_deg=60, speed=0.1, wait=False)
+    arm.sleep(1.0)
+    arm.twin.faults.add("stall", "1")
+    arm.twin.faults.add("unplug")
+    arm.sleep(1.5)
+    with pytest.raises(ArmError):
+        handle.wait()
+    arm.twin.faults.end("unplug")
+    arm.reconnect()
+    arm.reset()
+    arm.enable()
+    stood = arm.twin.world.motors
+    arm.twin.faults.end()
+    arm.sleep(3.0)
+    assert (arm.twin.world.motors - stood).largest <= arm.config.device.rest_counts
+    assert arm.status.trust is Trust.SUSPECT
+
+
+@pytest.mark.parametrize("asked", [SwitchOn(), ClearFault()], ids=["enable", "reset"])
+@pytest.mark.parametrize("counts", [-700, 700])
+def test_a_drive_that_pushes_when_the_arm_is_enabled_or_reset_is_told_once_to_stay(counts, asked):
+    bench = MksBench(starts=(50_000,) * 6).ready()
+    press(bench, 2, counts)
+    began_s = bench.now_s
+    assert str(bench.do(asked)) == "done"
+    (order,) = eased(bench, 2, began_s)
+    assert order == 50_000 + counts
+    assert not any(eased(bench, node, began_s) for node in (1, 3, 4, 5, 6))
+    assert not bench.alerts()
+    (odd,) = (event for event in bench.heard if isinstance(event, Oddity))
+    assert "drive 2 (shoulder) pressed" in odd.text
+
+
+@pytest.mark.parametrize("asked", [SwitchOn(), ClearFault()], ids=["enable", "reset"])
+def test_who_does_not_push_is_told_no_motion_when_the_arm_is_enabled_or_reset(asked):
+    bench = MksBench(starts=(50_000,) * 6).ready()
+    bench.do(asked)
+    assert not any(eased(bench, node, 0.0) for node in range(1, 7))
+
+
+def test_drives_without_current_are_told_no_motion_by_a_reset():
+    bench = MksBench(starts=(50_000,) * 6).ready()
+    bench.do(DropCurrent())
+    press(bench, 2, 700)
+    bench.do(ClearFault())
+    assert not eased(bench, 2, 0.0)
