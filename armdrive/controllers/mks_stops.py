@@ -43,6 +43,8 @@ STOP_POLL_S = 0.02
 """How often drives that brake are looked at."""
 STOP_AGAIN_S = 0.06
 """A stop without effect by then was lost."""
+RUNNING = (MotorState.ACCELERATING, MotorState.FULL_SPEED)
+"""Whoever says this behind a stop has not heard it."""
 MUTE_LOOKS = 4
 """A drive that answers none of so many looks is mute, where another one answers."""
 ALL_MUTE_LOOKS = 10
@@ -119,6 +121,9 @@ class MksStopping(MksEasing):
             for node in tuple(left):
                 if self._stands(node, found.get(node), last, doubtful):
                     left.discard(node)
+            deaf = [node for node in left if math.isfinite(again_s) and _runs(found.get(node))]
+            if deaf:  # another motor of the same joint brakes already
+                self._say_stop(deaf, hard)
             if any(self._mute.get(node, 0) >= MUTE_LOOKS for node in left):
                 break
             if left and self.now_s >= said_s + again_s:
@@ -223,3 +228,9 @@ class MksStopping(MksEasing):
             f"moves nothing: set mode {int(Mode.BUS_FOC)} (Menu > Mode > SR_vFOC, or `armdrive "
             "doctor --mend`)"
         )
+
+
+def _runs(heard: Event | None) -> bool:
+    """Tell whether a drive says that it does not brake: the stop before the question was lost."""
+    state = heard.answer if isinstance(heard, Answered) else None
+    return isinstance(state, StateRead) and state.state in RUNNING
