@@ -147,7 +147,8 @@ class MksArriving(MksRefusing):
         drive.gap.doubted_s = math.inf
         return False
 
-    def _near(self, node: int) -> bool:
+    def is_near(self, node: int) -> bool:
+        """Tell whether a drive was seen at its target."""
         drive = self.drive(node)
         return drive.seen is not None and abs(drive.seen - drive.target) <= self.reach
 
@@ -160,7 +161,7 @@ class MksArriving(MksRefusing):
         drive = self.drive(node)
         if state is not MotorState.STOPPED or drive.gap.pending:
             return  # perhaps it counts from elsewhere now
-        if self._near(node):
+        if self.is_near(node):
             self._host.settle(node)
             drive.rest_at(drive.target, self.now_s)
             return

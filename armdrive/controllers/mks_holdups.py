@@ -4,13 +4,13 @@ Nobody is heard then: another program has the adapter's cable or the processor, 
 Each drive ends where it was sent, which is announced. Nothing further is sent until somebody is
 heard. Then all are asked where they are, and the motion goes on from that place of its way: what
 was drawn for the time since is not made up for. A supply that failed looks the same, but what was
-asked meanwhile is never answered.
+asked meanwhile is never answered. Who pauses the arm meanwhile has it stand where it stands.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Mapping
+from collections.abc import Collection, Generator, Mapping
 
 from armdrive.controllers.mks_arriving import MksArriving
 from armdrive.controllers.mks_track import KEEP_S, Trip
@@ -60,6 +60,15 @@ class MksHoldUps(MksArriving):
         if set(missing) == set(self.nodes):
             trip.steered_s = self.now_s  # what was heard was said unasked: it is held up still
             return None
+        end = (yield from self._found(trip, quiet_s, missing)) or (yield from self._stay(trip))
+        if end is None and not self.stop_asked:
+            self._go_on(trip)
+        return end
+
+    def _found(
+        self, trip: Trip, quiet_s: float, missing: Collection[int]
+    ) -> Generator[float, Event | None, Reply | None]:
+        """Weigh where the drives were found; return how the motion ends, where one is astray."""
         if missing:
             missing = yield from self.look(missing)
         if self.stop_asked:
@@ -72,9 +81,31 @@ class MksHoldUps(MksArriving):
             count, margin = drive.seen or 0, self.settings.corridor_counts
             if self.began_anew(drive.node) or not low - margin <= count <= high + margin:
                 return (yield from self.break_off(drive.node))
+        return None
+
+    def _stay(self, trip: Trip) -> Generator[float, Event | None, Reply | None]:
+        """Stand at the last targets for as long as somebody has paused the arm meanwhile.
+
+        It stands already: what was drawn and not sent is to wait as well. Return how the motion
+        ends, where a drive that was there was turned.
+        """
+        while trip.held_back() and not (self.stop_asked or trip.let_go()):
+            there = [node for node in self.nodes if self.is_near(node)]
+            began_s = self.now_s
+            yield from self.pause(began_s + self.settings.poll_s)
+            missing = yield from self.look_once(self.nodes)
+            if (end := (yield from self._found(trip, began_s, missing))) is not None:
+                return end
+            for node in there:
+                if not self.is_near(node):
+                    return (yield from self.break_off(node))
+        return None
+
+    def _go_on(self, trip: Trip) -> None:
+        """Go on from where the drives were found."""
+        early_s = max(trip.time_s - KEEP_S, 0.0)
         counts = [drive.seen or 0 for drive in self.drives]
         trip.resume(trip.track.nearest_s(counts, early_s, trip.sent_s), self.now_s)
         for drive, count in zip(self.drives, counts, strict=True):
             drive.anchor(count, self.now_s)
         self.underruns += 1
-        return None

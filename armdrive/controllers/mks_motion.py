@@ -55,7 +55,8 @@ class MksMotion(MksBeside):
         if hindrance is not None:
             return hindrance
         track = Track(Motors(drive.target for drive in self.drives))
-        trip = Trip(request.segments, request.ahead_s, request.let_go, track)
+        back = request.held_back
+        trip = Trip(request.segments, request.ahead_s, request.let_go, track, back)
         self.ahead_s = max(request.ahead_s, self.settings.segment_s)
         for drive in self.drives:
             drive.heard_s = drive.answered_s = self.now_s
@@ -66,7 +67,7 @@ class MksMotion(MksBeside):
                 return (yield from self.halted())
             if not self.held_up and trip.is_due(self.now_s, self.settings.segment_s):
                 trip.go_on(self.now_s)
-                trip.held = request.held_back()
+                trip.held = trip.held_back()
                 self.underruns += trip.draw()
                 if (refused := self._steer(trip)) is not None:
                     yield from self.halted()

@@ -11,7 +11,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
-from armdrive.controllers.requests import MoveBy
+from armdrive.controllers.requests import MoveBy, never
 from kinematics.spaces import Motors
 
 KEEP_S = 1.0
@@ -130,6 +130,8 @@ class Trip:
     ahead_s: float
     let_go: Callable[[], bool]
     track: Track
+    held_back: Callable[[], bool] = never
+    """Whether somebody has paused the arm."""
     time_s: float = 0.0
     """Where on the track the motors are now."""
     sent_s: float = 0.0

@@ -109,7 +109,7 @@ def stream_legs(
         stretch = _Stretch(ways, tempo)
         course = Course(wire.core, stretch.ways())
         segments = course.segments()
-        request = MoveAlong(segments, ahead_s, jog, let_go or never, held_back=lambda: tempo.paused)
+        request = MoveAlong(segments, ahead_s, jog, let_go or never, held_back=_HeldBack(wire))
         driven = yield from wire.stream(request, course)
         if course.left is not None:
             ways = chain((course.left,), ways)
@@ -138,6 +138,21 @@ class _Stretch:
                 self.exhausted = True
                 return
             yield way
+
+
+class _HeldBack:
+    """Tells a device whether somebody has paused the arm; how long it waits for that is noted."""
+
+    def __init__(self, wire: Wire) -> None:
+        self._wire = wire
+        self._since_s = math.inf
+
+    def __call__(self) -> bool:
+        """Tell whether nothing more is to be sent for now."""
+        tempo, now_s = self._wire.core.tempo, self._wire.now_s
+        tempo.note_waited(max(now_s - self._since_s, 0.0))
+        self._since_s = now_s if tempo.paused else math.inf
+        return tempo.paused
 
 
 def stream_held(

@@ -5,9 +5,17 @@ from __future__ import annotations
 import pytest
 from mks_bench import MksBench
 from test_mks_controller_late import stand_still
-from test_mks_controller_motion import BURSTS, along, off_the_way, segments, straight
+from test_mks_controller_motion import AHEAD_S, BURSTS, along, off_the_way, segments, straight
 
-from armdrive.controllers.requests import AlertKind, Denied, Done, Halted, MoveBy, Silence
+from armdrive.controllers.requests import (
+    AlertKind,
+    Denied,
+    Done,
+    Halted,
+    MoveAlong,
+    MoveBy,
+    Silence,
+)
 from kinematics import Motors
 
 WAY = (6000, -3000, 1500, 0, 700, 20)
@@ -165,3 +173,60 @@ def test_a_burst_is_waited_for(for_s, sides):
     hold_up(bench, for_s, sides)
     assert isinstance(bench.finish(), Done)
     assert not bench.alerts()
+
+
+def paused_in_a_hold_up(sides, *, for_s=0.5, after_s=0.3):
+    """Return a bench whose motion is paused while its bus stands still, and who resumes it."""
+    paused = [False]
+    bench = MksBench(starts=STARTS).ready()
+    moves = straight(20, WAY)
+    bench.begin(MoveAlong(iter(moves), AHEAD_S, held_back=lambda: paused[0]))
+    bench.run(0.5)
+    hold_up(bench, for_s, sides)
+    bench.run(after_s)
+    paused[0] = True
+    bench.run(for_s - after_s + AHEAD_S + 0.3)  # orders that were held up are obeyed now
+    return bench, paused
+
+
+@SIDES
+@pytest.mark.parametrize("after_s", [0.15, 0.3, 0.45])
+def test_who_pauses_meanwhile_has_the_arm_stand_and_go_on_when_it_is_resumed(sides, after_s):
+    bench, paused = paused_in_a_hold_up(sides, after_s=after_s)
+    stood = bench.positions
+    bench.run(3.0)
+    assert bench.positions == stood
+    assert bench.controller.busy
+    paused[0] = False
+    assert isinstance(bench.finish(), Done)
+    assert not bench.alerts()
+    assert (bench.positions - Motors(50_000 + 20 * each for each in WAY)).largest <= 8
+
+
+def test_nothing_moves_from_the_pause_on_where_answers_alone_were_late():
+    bench, _ = paused_in_a_hold_up(ANSWERS, for_s=0.8, after_s=0.5)
+    orders = [at_s for at_s, frame in bench.sent if frame.data[0] == 0xF5]
+    assert max(orders) < bench.now_s - 0.8
+
+
+def test_one_that_is_turned_in_such_a_pause_ends_the_motion():
+    bench, _ = paused_in_a_hold_up(ANSWERS)
+    bench.node(2).slipped = 300
+    assert isinstance(bench.finish(), Denied)
+    (alert,) = bench.alerts()
+    assert "drive 2 (shoulder)" in alert.text
+
+
+def test_a_stop_in_such_a_pause_ends_the_motion_and_nothing_moves():
+    bench, _ = paused_in_a_hold_up(ANSWERS)
+    stood = bench.positions
+    bench.controller.stop(hard=False)
+    assert isinstance(bench.finish(), Halted)
+    assert bench.positions == stood
+    assert not bench.alerts()
+
+
+def test_a_bus_that_falls_silent_in_such_a_pause_is_told():
+    bench, _ = paused_in_a_hold_up(ANSWERS)
+    bench.loses = lambda *_: True
+    assert isinstance(bench.finish(), Silence)
