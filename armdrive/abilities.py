@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import Enum
 
@@ -33,7 +34,8 @@ class Abilities:
     `ramp_s` and `jerk_s` are how gently planned motion begins and ends by default. `program_rows`
     is how many rows of a program of its own it can keep at most; 0: it keeps none. `inputs` is how
     many digital inputs it tells. `beats` says that it speaks unasked, again and again: its line is
-    never quiet, and what it answers names its question.
+    never quiet, and what it answers names its question. `order_s` is how long after it was thought
+    out an order may still be said: later, the device may have stopped by itself.
     """
 
     motors: int
@@ -57,3 +59,4 @@ class Abilities:
     program_rows: int = 0
     inputs: int = 0
     beats: bool = False
+    order_s: float = math.inf

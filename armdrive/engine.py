@@ -53,6 +53,7 @@ class Engine:
         self.witness = witness
         self.now_s = 0.0
         self.asleep_s: Callable[[], float] = _never
+        self.round_s: Callable[[], float] = _never
         self._absences = 0
         self.stop_asked = False
         self.stop_hard = False
@@ -189,12 +190,16 @@ class Engine:
         """
         woken = self._woken()
         said = self.controller.advance(self.now_s)
-        if said and (woken or not self._woken()):
+        if said and (woken or not self._woken()) and not self._stale():
             self.witness.sent(said)
             self.link.write(said, self.now_s)
             self.bytes_sent += len(said)
         while (event := self.controller.next_event()) is not None:
             self._hear(event)
+
+    def _stale(self) -> bool:
+        """Tell whether an order comes too late to be said; a stop never does."""
+        return not self.stop_asked and self.round_s() > self.controller.abilities.order_s
 
     def _woken(self) -> bool:
         """Tell whether this round was suspended; what was at work hears of a stop then."""

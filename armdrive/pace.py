@@ -129,7 +129,7 @@ class RealPace:
     def start(self, engine: Engine) -> None:
         """Begin to drive an engine in a thread of its own."""
         self._engine = engine
-        engine.asleep_s = self._asleep_s
+        engine.asleep_s, engine.round_s = self._asleep_s, self._lasted_s
         self._thread = threading.Thread(target=self._drive, name="armdrive", daemon=True)
         self._thread.start()
 
@@ -166,8 +166,12 @@ class RealPace:
 
     def _asleep_s(self) -> float:
         """Return for how long this very round has stood still; 0 while it goes on as it should."""
-        round_s = time.monotonic() - self._round_s
+        round_s = self._lasted_s()
         return round_s if round_s > ABSENT_S else 0.0
+
+    def _lasted_s(self) -> float:
+        """Return how long ago this round began."""
+        return time.monotonic() - self._round_s
 
     def _drive(self) -> None:
         began_s, pause_s = time.monotonic(), 0.0

@@ -79,7 +79,9 @@ class Cia402Controller(Cia402Comparing):
         settings = replace(settings, ids=settings.ids[:count], homing_methods=methods)
         cycle_ms = setup.period_ms(settings, count, config.connection.baud)
         names = (motor.name for motor in transmission.motors)
-        super().__init__(replace(abilities, motors=count), settings, names, cycle_ms / 1000.0)
+        order_s = (settings.heartbeat_ms - settings.beat_ms) / 1000.0
+        abilities = replace(abilities, motors=count, order_s=order_s)
+        super().__init__(abilities, settings, names, cycle_ms / 1000.0)
         self._measure(config, transmission)
         self.choose(frozenset((OperationMode.CYCLIC_POSITION,)))
 

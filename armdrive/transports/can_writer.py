@@ -27,6 +27,8 @@ SEND_S = 0.25
 """What a driver may take for one frame; not every one keeps to it, so that it is watched."""
 PATIENCE_S = 0.8
 """A frame that has not left by then never will."""
+FRESH_S = 0.15
+"""A frame that waited longer is not said any more: the drives may have stopped by themselves."""
 MOST_AWAKE_S = 0.4
 """What takes longer from one look to the next was a suspension of this program, and counts so."""
 AGAIN_S = 0.005
@@ -113,7 +115,7 @@ class Writer:
         """Take the next frame that is still worth saying."""
         while self._frames:
             frame, written_s = self._frames.popleft()
-            if self._clock() - written_s <= PATIENCE_S:
+            if self._clock() - written_s <= FRESH_S:
                 return frame
             self._watch.count(forgotten=1)
             self._work.notify_all()

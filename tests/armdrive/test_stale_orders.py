@@ -1,0 +1,68 @@
+"""An order that lay in a suspended computer is not said on waking: drives may have stopped."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+from armdrive import Arm
+from armdrive.errors import Stopped
+from armdrive.handle import Handle
+
+
+@pytest.fixture
+def arm() -> Iterator[Arm]:
+    with Arm.connect("sim:cia402") as arm:
+        arm.home()
+        yield arm
+
+
+def moving(arm: Arm) -> Handle:
+    handle = arm.move_j(base_deg=40.0, wait=False)
+    arm.sleep(0.3)
+    return handle
+
+
+@pytest.fixture
+def said(arm, monkeypatch) -> list[bytes]:
+    said: list[bytes] = []
+    write = arm.engine.link.write
+    monkeypatch.setattr(
+        arm.engine.link, "write", lambda data, now_s: (said.append(data), write(data, now_s))
+    )
+    return said
+
+
+def test_what_was_thought_out_before_the_drives_stopped_is_not_said(arm, said):
+    moving(arm)
+    arm.engine.round_s = lambda: arm.engine.controller.abilities.order_s + 0.01
+    said.clear()
+    arm.sleep(0.05)
+    assert said == []
+
+
+def test_a_stop_is_said_however_late_it_is(arm, said):
+    handle = moving(arm)
+    arm.engine.round_s = lambda: 0.9
+    said.clear()
+    arm.request_stop()
+    with pytest.raises(Stopped):
+        handle.wait()
+    assert said
+
+
+def test_a_round_of_usual_length_is_said(arm, said):
+    handle = moving(arm)
+    arm.engine.round_s = lambda: arm.engine.controller.abilities.order_s - 0.01
+    said.clear()
+    handle.wait()
+    assert len(said) > 50
+
+
+def test_orders_of_other_arms_may_be_late():
+    with Arm.connect("sim:teachmover") as arm:
+        arm.engine.round_s = lambda: 0.9
+        arm.home()
+        arm.move_j(base_deg=10.0)
+        assert arm.joints.deg["base"] == pytest.approx(10.0, abs=0.5)
