@@ -1,4 +1,4 @@
-"""A pause that falls into a moment in which the bus stands still: the arm stands, for long as well."""
+"""A pause that falls into a moment in which the bus stands still: the arm stands until it ends."""
 
 from __future__ import annotations
 
