@@ -12,6 +12,7 @@ from collections.abc import Collection, Generator, Iterable
 from dataclasses import replace
 
 from armdrive.abilities import Abilities
+from armdrive.controllers.mks_anew import anew_words, counts_anew
 from armdrive.controllers.mks_drive import Drive
 from armdrive.controllers.mks_easing import MksEasing
 from armdrive.controllers.mks_ramps import shared_acc
@@ -144,13 +145,21 @@ class MksStopping(MksEasing):
         before, last[node] = last.get(node), drive.seen
         if state.state is not MotorState.STOPPED or before is None or drive.seen is None:
             return False
+        if drive.gap.pending:  # was it gone for a moment? What it was told may be answered yet
+            return False
         if abs(before - drive.seen) > self.settings.rest_counts // 4 + 1:
             return False
         self._host.settle(node)
-        if doubtful and (drive.rests_off(drive.seen) or drive.leap.leapt):
+        if doubtful and self._began_anew(drive):
+            self.tell(Alert(AlertKind.RESTARTED, anew_words(drive)))
+        elif doubtful and (drive.rests_off(drive.seen) or drive.leap.leapt):
             self.tell(Alert(AlertKind.ASTRAY, self._astray_words(drive)))
         drive.rest_at(drive.seen, self.now_s)
         return True
+
+    def _began_anew(self, drive: Drive) -> bool:
+        gone = math.isfinite(drive.gap.doubted_s)
+        return gone and counts_anew(drive, self.settings.rest_counts, self.now_s)
 
     def _astray_words(self, drive: Drive) -> str:
         return (

@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 from mks_bench import MksBench
 from test_mks_controller_motion import along, straight
+from test_mks_leap import begin_anew
 
-from armdrive.controllers.requests import Halted
+from armdrive.controllers.requests import AlertKind, Halted
 from firmware_protocol.mks import EmergencyStop, Stop, decode_request
 
 WAY = (0, 0, 0, 3000, -3000, 0)
@@ -56,3 +57,50 @@ def test_the_other_motor_of_a_joint_is_not_left_running(number, hard):
 def test_drives_that_brake_are_told_once(hard):
     bench = stopping(hard=hard, loses=lambda *_: False)
     assert [len(stops_of(bench, number)) for number in (4, 5)] == [1, 1]
+
+
+@pytest.mark.parametrize("dead_s", [0.3, 0.5, 0.6])
+@pytest.mark.parametrize("speed", [100, 1000])
+def test_one_that_began_anew_near_zero_just_before_a_stop_is_found_out(speed, dead_s):
+    bench = MksBench(starts=(0, 50_000, 0, 0, 0, 0)).ready()
+    bench.begin(along(straight(30, (speed, 3000, 0, 0, 0, 0))))
+    bench.run(0.5)
+    begin_anew(bench, 1, dead_s=dead_s)
+    bench.run(0.2)
+    bench.controller.stop(hard=False)
+    bench.finish()
+    (alert,) = bench.alerts()
+    assert alert.kind is AlertKind.RESTARTED
+    assert "drive 1 (base)" in alert.text
+
+
+@pytest.mark.parametrize("silent_s", [0.06, 0.1, 0.15])
+def test_one_that_is_late_in_a_stop_near_zero_is_not_called_reset(silent_s):
+    bench = MksBench(starts=(0, 50_000, 0, 0, 0, 0)).ready()
+    bench.begin(along(straight(30, (1000, 3000, 0, 0, 0, 0))))
+    bench.run(0.5)
+    hold_up_one(bench, 1, silent_s)
+    bench.run(0.02)
+    bench.controller.stop(hard=False)
+    assert isinstance(bench.finish(), Halted)
+    assert not bench.alerts()
+
+
+def hold_up_one(bench, number, for_s):
+    """Have what one drive says wait for a time; then all of it passes."""
+    node, end_s, said = bench.node(number), bench.now_s + for_s, []
+    hear, advance = node.hear, node.advance
+
+    def late(data):
+        if bench.now_s >= end_s:
+            return data
+        said.append(data)
+        return b""
+
+    def tell_all():
+        for index, data in enumerate(said):
+            bench.back.append((bench.now_s + (index + 1) * 0.0003, data))
+
+    node.hear = lambda data, now_s: late(hear(data, now_s))
+    node.advance = lambda now_s: late(advance(now_s))
+    bench.at_s[end_s] = tell_all
