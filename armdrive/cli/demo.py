@@ -17,6 +17,7 @@ from armdrive.cli.choosing import DEFAULT_SIM, add_arm_options, chosen_target, d
 from armdrive.cli.numbers import positive
 from armdrive.cli.output import emit, say
 from armdrive.demo import JOBS, blocks_of, misplaced, perform
+from armdrive.errors import BadRequest
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm
@@ -24,6 +25,9 @@ if TYPE_CHECKING:
     from armdrive.sim.twin import Twin
 
 SPEED = 8.0
+DIALECT = "teachmover"
+"""Its blocks are measured by a grip switch, which the other simulated arms do not have."""
+ELSEWHERE = "`armdrive run examples/stacking.arm --fresh --put A,190,50,25 ...` (docs/examples.md)"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -42,10 +46,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Show the demonstration, check the world, and say what to try next."""
-    if (options.arm or options.port) and not chosen_target(options).simulated:
-        from armdrive.cli.demo_real import run_on_real_arm
+    if options.arm or options.port or options.sim:
+        target = chosen_target(options)
+        if not target.simulated:
+            from armdrive.cli.demo_real import run_on_real_arm
 
-        return run_on_real_arm(options)
+            return run_on_real_arm(options)
+        if target.config.connection.dialect != DIALECT:
+            raise BadRequest(
+                f"the demonstration is about the simulated TeachMover, and {target.config.name} is "
+                f"another arm: leave the option out, or see one carry blocks with {ELSEWHERE}"
+            )
     return _run_simulated(options)
 
 
@@ -53,7 +64,7 @@ def _run_simulated(options: argparse.Namespace) -> int:
     from armdrive.connecting import simulated_config
     from armdrive.sim.twin import make_twin
 
-    config = simulated_config("teachmover")
+    config = simulated_config(DIALECT)
     twin = make_twin(config, blocks=blocks_of(JOBS))
     drawn = sys.stdout.isatty() and not (options.plain or options.json)
     began_s = time.monotonic()

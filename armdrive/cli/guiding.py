@@ -52,7 +52,8 @@ class Guide:
         if not self._types(CLEAR, "Its way is clear"):
             return False
         if off:
-            say("Step 2 of 3. Its motors are off. Hold the arm: it is held where it stands then.")
+            say("Step 2 of 3. Its motors are off, or not known to be on. Hold the arm: it is")
+            say("held where it stands, once they are switched on.")
             if not self._types(MOTORS_ON, "Switch them on"):
                 return False
             arm.enable()

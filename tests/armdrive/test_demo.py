@@ -189,3 +189,12 @@ def test_on_a_real_arm_the_demonstration_needs_a_person(call):
     assert "a person at a terminal" in call.refused(
         "demo", "--port", "/dev/nothing", "--dialect", "teachmover", code=3
     )
+
+
+@pytest.mark.parametrize("dialect", ["grbl", "cia402"])
+def test_another_simulated_arm_is_refused_rather_than_left_out(call, dialect):
+    ended = call("demo", "--plain", "--sim", dialect, code=2)
+
+    assert ended.out == ""
+    assert dialect in ended.err
+    assert "stacking.arm" in ended.err
