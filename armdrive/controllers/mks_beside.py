@@ -10,12 +10,16 @@ from __future__ import annotations
 from collections.abc import Generator, Sequence
 
 from armdrive.controllers.mks_holdups import MksHoldUps
+from armdrive.controllers.mks_pace import laggard
 from armdrive.controllers.mks_track import KEEP_S, LOOK_S, Track, Trip
 from armdrive.controllers.requests import Alert, AlertKind, Reply
 from firmware_protocol.mks import Event
 
 LOOKS = 2
 """At so many looks in a row the drives are beside their way, before one is blamed."""
+
+SLOWEST = 10.0
+"""A drive is weighed that should turn by this part of the corridor from look to look, or more."""
 
 
 def is_on(
@@ -47,6 +51,11 @@ class MksBeside(MksHoldUps):
         trip.weighed = True
         counts = [drive.seen or 0 for drive in self.drives]
         corridor = self.settings.corridor_counts
+        slow = laggard([each.pace for each in self.drives], corridor / SLOWEST)
+        if slow is not None:
+            place = trip.track.at(slow, trip.polled_at_s)
+            if abs(place - counts[slow]) > corridor / 2.0:
+                return (yield from self._lags(slow, place))
         let_pass = [corridor + drive.late_by(self.now_s) for drive in self.drives]
         late_s = min(trip.polled_at_s + self.settings.segment_s, trip.track.end_s)
         if is_on(trip.track, counts, let_pass, max(late_s - KEEP_S, 0.0), late_s):
@@ -59,11 +68,11 @@ class MksBeside(MksHoldUps):
             range(len(counts)),
             key=lambda motor: abs(trip.track.at(motor, late_s) - counts[motor]) / let_pass[motor],
         )
-        off = abs(round(trip.track.at(motor, late_s)) - counts[motor])
-        return (yield from self._lags(motor, off))
+        return (yield from self._lags(motor, trip.track.at(motor, late_s)))
 
-    def _lags(self, motor: int, off: int) -> Generator[float, Event | None, Reply]:
+    def _lags(self, motor: int, place: float) -> Generator[float, Event | None, Reply]:
         drive = self.drives[motor]
+        off = abs(round(place) - (drive.seen or 0))
         alert = yield from self.hindered(drive.node)
         words = (
             f"{drive} is {off} counts beside its way, which the others keep: it is overloaded, or "

@@ -14,6 +14,7 @@ from armdrive.controllers.mks_denied import Denials
 from armdrive.controllers.mks_doubt import PACE, Doubt
 from armdrive.controllers.mks_gap import Gap
 from armdrive.controllers.mks_leap import Leap
+from armdrive.controllers.mks_pace import Pace
 from armdrive.controllers.mks_ramps import COUNTS_S_PER_RPM, shared_acc, slope_of
 from firmware_protocol.mks import acc_of
 
@@ -84,6 +85,7 @@ class Drive:
     """How far ahead of it its model was when it was heard last: of a late answer, too far."""
     leap: Leap = field(default_factory=Leap)
     """Whether it was seen where no shaft can have turned to."""
+    pace: Pace = field(default_factory=Pace)
 
     def __str__(self) -> str:
         return f"drive {self.node} ({self.name})"
@@ -99,6 +101,7 @@ class Drive:
 
     def _place_anew(self) -> None:
         self.doubt.forget()
+        self.pace.forget()
         self.questions.place_anew(self.position)
         self.behind = 0.0
         self.met = (self.position, self.position)
@@ -237,6 +240,7 @@ class Drive:
         The model would wait for one that is blocked, which would so never be found.
         """
         turned, ran = count - self.met[0], self.position - self.met[1]
+        self.pace.note(turned, ran, self.at_s)
         prompt = self.at_s <= self.questions.last_s + PROMPT_S
         if prompt and turned * ran >= PACE * ran * ran:
             self.position += gain * (count - self.position)

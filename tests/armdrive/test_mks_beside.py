@@ -17,6 +17,9 @@ from armdrive.controllers.requests import AlertKind, Denied, Done
 from kinematics import Motors
 
 POLL_S = MksSettings().poll_s
+SPEEDS = (9000, -6000, 3000, -1000, 300, 0)
+TOLD_S = 1.1
+"""Half a second of looks behind those of the time before, and a stop."""
 
 
 def moving(way, count=40, **settings):
@@ -64,7 +67,36 @@ def test_a_drive_that_lags_ends_the_motion_before_the_arm_is_far_off_its_way(spe
     assert worst <= let_pass(speed) + noticed
 
 
-@pytest.mark.parametrize("share", [0.5, 0.6, 0.8])
+@pytest.mark.parametrize("count", [12, 40])
+@pytest.mark.parametrize("share", [0.5, 0.6, 0.7])
+@pytest.mark.parametrize("speed", [-9000, 3000, 9000])
+def test_one_that_is_too_slow_for_half_a_second_is_told_of_though_it_stays_near_its_way(
+    speed, share, count
+):
+    bench = moving((speed, -speed, 700, 0, 0, 0), count)
+    bench.run(0.5)
+    weaken(bench, 1, share)
+    assert isinstance(bench.finish(), Denied)
+    (alert,) = bench.alerts()
+    assert alert.kind is AlertKind.ASTRAY
+    assert "drive 1 (base)" in alert.text
+    assert bench.now_s < 0.5 + TOLD_S
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_host_that_is_always_late_calls_no_drive_too_slow(seed):
+    dice = random.Random(seed)
+    bench = MksBench(starts=(50_000,) * 6).ready()
+    ways = [tuple(dice.choice(SPEEDS) for _ in range(6)) for _ in range(3)]
+    bench.begin(along(segments(*(way for way in ways for _ in range(6)))))
+    while bench.controller.busy:
+        bench.run(dice.uniform(0.005, 0.06))
+        stand_still(bench, dice.uniform(0.005, 0.08))
+    assert isinstance(bench.finish(), Done)
+    assert not bench.alerts()
+
+
+@pytest.mark.parametrize("share", [0.8])
 @pytest.mark.parametrize("speed", [3000, 9000])
 def test_one_that_is_too_slow_leads_no_arm_far_off_its_way_whether_it_is_told_of_or_not(
     speed, share
