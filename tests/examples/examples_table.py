@@ -36,16 +36,18 @@ EXAMPLES: Mapping[str, Example] = MappingProxyType({each.file: each for each in 
         "stacking.arm", "four blocks from the squares of a grid, one on the other",
         Form(4), worlds.tower,
         shorter={"robko01": Form(1, _ONE), "armdroid": Form(2, _ROW), "grbl": Form(2, _ROW),
-                 "mks": Form(1, _ONE)},
+                 "mks": Form(1, _ONE), "cia402": Form(1, _ONE)},
     ),
     Example(
         "stacking.py", "the same in Python", Form(4), worlds.tower,
-        shorter={"robko01": None, "armdroid": Form(1, _SIDE), "grbl": Form(1, _SIDE), "mks": None},
+        shorter={"robko01": None, "armdroid": Form(1, _SIDE), "grbl": Form(1, _SIDE), "mks": None,
+                 "cia402": None},
     ),
     Example(
         "hanoi.arm", "three discs, and never one on a smaller one", Form(3), worlds.hanoi,
         shorter={"robko01": Form(1, _ONE_DISC), "armdroid": Form(2, _TWO_DISCS),
-                 "grbl": Form(1, _ONE_DISC), "mks": Form(1, _ONE_DISC)},
+                 "grbl": Form(1, _ONE_DISC), "mks": Form(1, _ONE_DISC),
+                 "cia402": Form(1, _ONE_DISC)},
     ),
     Example(
         "sorting.arm", "blocks by their width, which the fingers measure", Form(_ROWS),
@@ -55,12 +57,13 @@ EXAMPLES: Mapping[str, Example] = MappingProxyType({each.file: each for each in 
         "circle.py", "with a pen, on paper", Form(35.0), worlds.circle,
         beside_mm=worlds.beside_circle_mm,
         shorter={"robko01": Form(15.0, _SMALL), "grbl": Form(35.0, _FASTER),
-                 "mks": Form(15.0, _SMALL)},
+                 "mks": Form(15.0, _SMALL), "cia402": Form(15.0, _SMALL)},
     ),
     Example(
         "lettering.py", "a word, with a pen", Form("ARM"), worlds.letters,
         beside_mm=worlds.beside_letters_mm,
-        shorter={"robko01": None, "grbl": Form("AL", {'WORD = "ARM"': 'WORD = "AL"'}), "mks": None},
+        shorter={"robko01": None, "grbl": Form("AL", {'WORD = "ARM"': 'WORD = "AL"'}), "mks": None,
+                 "cia402": None},
     ),
 )})  # fmt: skip
 """Every example that carries or draws something, by its file."""
