@@ -69,7 +69,7 @@ TRANSITIONS = _table()
 _WAY_OUT = MappingProxyType(
     {
         State.DISCONNECTED: "connect first",
-        State.DISABLED: "call enable() first",
+        State.DISABLED: "switch its motors on first: enable(), `armdrive enable`, P on the desk",
         State.HOMING: "wait for the referencing to end, or stop it",
         State.MOVING: "wait for the motion to end, or stop it",
         State.STOPPING: "wait until the arm stands",
