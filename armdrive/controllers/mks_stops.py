@@ -150,6 +150,7 @@ class MksStopping(MksEasing):
         if abs(before - drive.seen) > self.settings.rest_counts // 4 + 1:
             return False
         self._host.settle(node)
+        doubtful = doubtful and bool(drive.told)  # who homes goes where nobody sent it
         if doubtful and self._began_anew(drive):
             self.tell(Alert(AlertKind.RESTARTED, anew_words(drive)))
         elif doubtful and (drive.rests_off(drive.seen) or drive.leap.leapt):
