@@ -95,6 +95,12 @@ class SimCia402(DrivesBox[Node]):
         hear(node, frame, self.now_s)
         tell_changes(node, self.now_s)
 
+    def _happen(self) -> None:
+        if min(self._nodes_due_s, self._look_s) <= self.now_s:
+            super()._happen()
+        else:  # a frame is ready, and no drive has anything to do
+            self.said += self._outbox.take(self.now_s)
+
     def _next_of(self, node: Node) -> float:
         return due_s(node)
 

@@ -35,6 +35,8 @@ BITRATES = (10_000, 20_000, 50_000, 125_000, 250_000, 500_000, 800_000, 1_000_00
 """Of CiA 301."""
 _INDICES = re.compile(r"[0-9A-Fa-f]{4}(\+[0-9A-Fa-f]{4})*")
 _ANSWER_MS = (0.0, 1000.0)
+SLACK_S = 0.01
+"""What comes between two SYNCs of the usual period is stored, and minds no shaft."""
 
 
 def _make(config: ArmConfig, world: World, options: Options) -> SimCia402:
@@ -42,7 +44,8 @@ def _make(config: ArmConfig, world: World, options: Options) -> SimCia402:
     if bits_s not in BITRATES:
         raise BadRequest(f"bitrate is one of {', '.join(map(str, BITRATES))}, not {bits_s}")
     objects, habits = _objects(options), _habits(options)
-    drive = ShaftDrive(world, [ServoPoint(count) for count in world.motors], _top_rate(objects))
+    points = [ServoPoint(count) for count in world.motors]
+    drive = ShaftDrive(world, points, _top_rate(objects), SLACK_S)
     wired = switches(config, drive, behind=1)
     nodes = [
         Node(index, number, objects, drive, wired[index], habits)

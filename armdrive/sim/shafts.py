@@ -73,11 +73,14 @@ class ShaftDrive(Drive[ShaftPoints[P]]):
     """Six loops and one arm. `holding` says which drives have current: the others turn freely.
 
     `makes_up` is how many counts a second a drive makes up for, beyond what its set-point goes.
+    `slack_s` is how old may be what nobody has asked for; who asks has it `look`.
     """
 
-    def __init__(self, world: World, points: Sequence[P], makes_up: float) -> None:
+    def __init__(
+        self, world: World, points: Sequence[P], makes_up: float, slack_s: float = SLACK_S
+    ) -> None:
         super().__init__(world, ShaftPoints(points))
-        self._makes_up = makes_up
+        self._makes_up, self._slack_s = makes_up, slack_s
         self.holding = [False] * len(world.motors)
         world.energised = False  # found at rest: whatever came down has done so long ago
         self._last = self.rack.positions(0.0)
@@ -117,7 +120,7 @@ class ShaftDrive(Drive[ShaftPoints[P]]):
     def follow(self, now_s: float) -> None:
         """Go on to now; frames come so close together that not all of them are worth a look."""
         self.rack.now_s = now_s
-        if self.astray or now_s - self._looked_s >= SLACK_S:
+        if self.astray or now_s - self._looked_s >= self._slack_s:
             self.look(now_s)
 
     def look(self, now_s: float) -> None:
