@@ -15,7 +15,6 @@ from firmware_protocol.canopen import (
     ERROR_CODE,
     MODE,
     NODE_MAX,
-    PRODUCER_HEARTBEAT_MS,
     QUICK_STOP_OPTION,
     Command,
     Controlword,
@@ -146,9 +145,7 @@ def _recall_talk(node: Node, state: NodeState) -> None:
     if state in _ORDERS:
         node.nmt.receive_frame(Nmt(_ORDERS[state], node.number).frame)
     node.pdos.rebuild()
-    period_ms = node.number_of(PRODUCER_HEARTBEAT_MS, 0)
-    if period_ms:
-        node.beat_s = node.drive.rack.now_s + period_ms / 1000
+    node.beat_on(node.drive.rack.now_s)
 
 
 def _recall_state(node: Node, state: DriveState) -> None:

@@ -16,6 +16,7 @@ from armdrive.sim.cia402_point import ServoPoint
 from armdrive.sim.limit_switch import LimitSwitch
 from armdrive.sim.shafts import ShaftDrive
 from firmware_protocol.canopen import (
+    PRODUCER_HEARTBEAT_MS,
     AbortCode,
     Dictionary,
     DriveDevice,
@@ -28,6 +29,8 @@ from firmware_protocol.canopen import (
     SdoServer,
 )
 from firmware_protocol.frames import Frame, pack
+
+_ROUNDING = 1e-6
 
 
 class Node:
@@ -98,7 +101,7 @@ class Node:
         self.nmt, self.sdo = NmtNode(self.number), SdoServer(self.number)
         self.pdos = Pdos(self.store, self.dictionary)
         self.beat_s = math.inf
-        """When its next heartbeat is due."""
+        """When its next heartbeat is due: all drives beat together."""
         self.silent_s = math.inf
         """When its master's silence is too long; infinity until that has been heard once."""
         self.forsaken = False
@@ -150,8 +153,9 @@ class Node:
 
     def number_of(self, place: Place, default: int) -> int:
         """Return what an object holds; the default where there is none, or nothing in it."""
-        if place in self._numbers:
-            return self._numbers[place]
+        known = self._numbers.get(place)
+        if known is not None:
+            return known
         value = self.store.value(place) if self.dictionary.find(place) else None
         self._numbers[place] = default if value is None else int(value)
         return self._numbers[place]
@@ -176,6 +180,12 @@ class Node:
         return refused
 
     # What it says.
+
+    def beat_on(self, now_s: float) -> None:
+        """Have its next heartbeat be due, all drives of a period with one: few wakes for all."""
+        period_s = self.number_of(PRODUCER_HEARTBEAT_MS, 0) / 1000
+        beats = math.floor(now_s / period_s + _ROUNDING) + 1 if period_s else 0
+        self.beat_s = beats * period_s if period_s else math.inf
 
     def say(self, frames: Iterable[Frame | None]) -> None:
         """Have frames brought to the bus."""

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
 from types import MappingProxyType
 
 from armdrive.sim.cia402_course import follow, set_mode
@@ -74,13 +76,12 @@ def refusal(node: Node, place: Place, value: Value) -> AbortCode | None:
 
 def written(node: Node, places: Collection[Place], now_s: float) -> None:
     """Do what follows from objects that have been written together."""
-    followed = _follows(node)
-    for place, act in _ACTS.items():
-        if place in places:
-            act(node, now_s)
-    if _follows(node) and (TARGET_POSITION in places or not followed):
+    followed, due = _follows(node), _due_of(tuple(places))
+    for act in due.acts:
+        act(node, now_s)
+    if _follows(node) and (due.aims or not followed):
         follow(node, now_s)
-    if any(place.index in PDO_PARAMETERS for place in places):
+    if due.rebuilds:
         node.pdos.rebuild()
 
 
@@ -100,8 +101,7 @@ def _follows(node: Node) -> bool:
 
 
 def _beat(node: Node, now_s: float) -> None:
-    period_ms = node.number_of(PRODUCER_HEARTBEAT_MS, 0)
-    node.beat_s = now_s + period_ms / 1000 if period_ms else math.inf
+    node.beat_on(now_s)
 
 
 def _watch(node: Node, now_s: float) -> None:  # noqa: ARG001
@@ -123,3 +123,24 @@ _ACTS: Mapping[Place, Callable[[Node, float], None]] = MappingProxyType(
     }
 )
 """In the order in which what came together is acted on: the mode before the controlword."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Due:
+    """What objects ask for that have been written together."""
+
+    acts: tuple[Callable[[Node, float], None], ...]
+    aims: bool
+    """Whether there is a target among them."""
+    rebuilds: bool
+    """Whether a PDO is another one with them."""
+
+
+@lru_cache(maxsize=512)
+def _due_of(places: tuple[Place, ...]) -> _Due:
+    """Work it out once: PDOs bring the same objects over and over."""
+    return _Due(
+        tuple(act for place, act in _ACTS.items() if place in places),
+        TARGET_POSITION in places,
+        any(place.index in PDO_PARAMETERS for place in places),
+    )

@@ -14,7 +14,6 @@ from armdrive.sim.cia402_talk import tell_changes
 from firmware_protocol.canopen import (
     FOLLOWING_ERROR_TIMEOUT_MS,
     FOLLOWING_ERROR_WINDOW,
-    PRODUCER_HEARTBEAT_MS,
     Command,
     DriveState,
 )
@@ -62,7 +61,7 @@ def _patience_s(node: Node) -> float:
 
 def _watch_beats(node: Node, now_s: float) -> None:
     if node.beat_s <= now_s:
-        node.beat_s += node.number_of(PRODUCER_HEARTBEAT_MS, 0) / 1000
+        node.beat_on(node.beat_s)
         node.say((node.nmt.heartbeat.frame,))
     if node.silent_s <= now_s:
         node.silent_s = math.inf
