@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import cache
 from types import MappingProxyType
 
 from armdrive.sim.cia402_course import arrived
@@ -21,6 +22,7 @@ from firmware_protocol.canopen import (
 )
 
 _OF_MODE = StatusBit.REACHED | StatusBit.ACKNOWLEDGED
+_OF_MODE_MASK = int(_OF_MODE)
 _UPPER_SWITCH = 1
 """The bit of 60FD that is the upper limit switch."""
 _WRAP = 1 << 32
@@ -32,7 +34,7 @@ def status(node: Node, now_s: float) -> Statusword:
     bits = _TOLD.get(node.mode, _told_of_none)(node, word.bits & _OF_MODE, now_s)
     if not node.enabled:
         bits = StatusBit(0) if node.point.moving(now_s) else StatusBit.REACHED
-    return Statusword(word.value & ~int(_OF_MODE) | int(bits))
+    return Statusword(word.value & ~_OF_MODE_MASK | int(bits))
 
 
 def read(node: Node, place: Place, now_s: float) -> int:
@@ -47,10 +49,15 @@ def behind(node: Node, now_s: float) -> int:
 
 
 def _common(node: Node) -> StatusBit:
+    return _common_of(node.astray, node.limited, node.forsaken)
+
+
+@cache
+def _common_of(astray: bool, limited: bool, forsaken: bool) -> StatusBit:
     bits = StatusBit.VOLTAGE
-    bits |= StatusBit.FOLLOWING_ERROR if node.astray else StatusBit(0)
-    bits |= StatusBit.LIMITED if node.limited else StatusBit(0)
-    return bits | StatusBit.WARNING if node.forsaken else bits
+    bits |= StatusBit.FOLLOWING_ERROR if astray else StatusBit(0)
+    bits |= StatusBit.LIMITED if limited else StatusBit(0)
+    return bits | StatusBit.WARNING if forsaken else bits
 
 
 def _told_of_profile(node: Node, bits: StatusBit, now_s: float) -> StatusBit:  # noqa: ARG001
