@@ -151,14 +151,15 @@ def _size(pending: bytearray, at: int) -> int | None:
     return _HEADER + (4 if kind & _EXTENDED else 2) + length + _CRC
 
 
-@lru_cache(maxsize=1024)
 def _only(data: bytes) -> Frame | None:
-    """Return the frame of bytes that are one whole record; drives say the same over and over."""
+    """Return the frame of bytes that are one whole record."""
     pending = bytearray(data)
     return _read(data) if _size(pending, 0) == len(data) else None
 
 
+@lru_cache(maxsize=4096)
 def _read(record: bytes) -> Frame | None:
+    """Return the frame of a record. The same are read over and over, by both ends of a bus too."""
     body = record[:-_CRC]
     if crc_hqx(body, _CRC_BEGIN) != int.from_bytes(record[-_CRC:], "big"):
         return None
