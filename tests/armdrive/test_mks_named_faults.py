@@ -32,18 +32,19 @@ FOUND_S = 0.6
 LOOK_S = 0.01
 ENDED = (State.ERROR_STOP, State.DISCONNECTED)
 
+LOST, FAULT, SILENT = "E407", "E501", "E502"
 ROWS = {
-    "the interface goes down": ("unplug", "lost|gone|unplugged"),
-    "the adapter leaves the bus": ("bus-off", "lost|bus"),
-    "nobody acknowledges": ("alone", "answer|lost"),
-    "nothing is heard": ("mute", "answer|heard"),
-    "a drive is reset": ("drive-reset 3", r"drive 3 \(elbow\)"),
-    "a drive says nothing": ("drive-mute 3", r"drive 3 \(elbow\)"),
-    "a drive has no power": ("drive-dead 3", r"drive 3 \(elbow\)"),
-    "a drive gets another mode": ("drive-mode 3 2", r"drive 3 \(elbow\) is in mode 2"),
-    "a drive gets an id of another": ("drive-id 3 2", r"drive [23]"),
-    "all drives lose their power": ("brown-out", "power|answer|reset"),
-    "all drives are reset": ("reset", "power|reset"),
+    "the interface goes down": ("unplug", "lost|gone|unplugged", LOST),
+    "the adapter leaves the bus": ("bus-off", "lost|bus", LOST),
+    "nobody acknowledges": ("alone", "answer|lost", SILENT),
+    "nothing is heard": ("mute", "answer|heard", SILENT),
+    "a drive is reset": ("drive-reset 3", r"drive 3 \(elbow\)", FAULT),
+    "a drive says nothing": ("drive-mute 3", r"drive 3 \(elbow\)", FAULT),
+    "a drive has no power": ("drive-dead 3", r"drive 3 \(elbow\)", FAULT),
+    "a drive gets another mode": ("drive-mode 3 2", r"drive 3 \(elbow\) is in mode 2", FAULT),
+    "a drive gets an id of another": ("drive-id 3 2", r"drive [23]", FAULT),
+    "all drives lose their power": ("brown-out", "power|answer|reset", FAULT),
+    "all drives are reset": ("reset", "power|reset", FAULT),
 }
 
 
@@ -64,8 +65,8 @@ def fails_in_motion(arm, fault, goal=GOAL):
     return str(failed.value), moved_s
 
 
-def brought_back(arm):
-    """End the faults, and do what a person does, in the same program."""
+def brought_back(arm, stood=None):
+    """End the faults, and do what a person does, in the same program; nothing moves unasked."""
     arm.twin.faults.end()
     arm.sleep(0.5)
     if arm.status.state is State.DISCONNECTED:
@@ -73,6 +74,7 @@ def brought_back(arm):
     arm.reset()
     arm.enable()
     world = arm.twin.world
+    assert stood is None or (world.motors - stood).largest <= 8
     arm.declare_posture(world.joints, opening_mm=world.opening_mm)
     arm.move_j(base_deg=5)
     assert (arm.twin.world.motors - arm.status.acknowledged).largest <= 8
@@ -81,7 +83,7 @@ def brought_back(arm):
 @pytest.mark.parametrize("settings", [{}, {"segment_s": 0.0}], ids=["steered", "bursts"])
 @pytest.mark.parametrize("name", ROWS)
 def test_it_is_said_the_arm_stands_and_it_is_mended_in_the_same_program(name, settings):
-    fault, words = ROWS[name]
+    fault, words, code = ROWS[name]
     arm = ready(**settings)
     bound_s = arm.status.silent_time_s
     said, moved_s = fails_in_motion(arm, fault)
@@ -90,7 +92,10 @@ def test_it_is_said_the_arm_stands_and_it_is_mended_in_the_same_program(name, se
     assert moved_s <= bound_s + FOUND_S
     assert arm.status.trust is Trust.SUSPECT
     assert arm.status.state in ENDED
-    brought_back(arm)
+    assert arm.status.error_code == code
+    assert re.search(words, arm.status.error), arm.status.error
+    stood = arm.twin.world.motors
+    brought_back(arm, stood)
 
 
 @pytest.mark.parametrize("fault", ["brown-out", "reset"])
