@@ -200,6 +200,18 @@ class TestNmt:
         bench.write(1, PRODUCER_HEARTBEAT_MS, 0)
         assert beats(bench.run(0.5)) == []
 
+    def test_drives_of_one_period_beat_together_however_they_were_set_up(self, bench):
+        for node in IDS:
+            bench.write(node, PRODUCER_HEARTBEAT_MS, 100)
+            bench.run(0.013)
+        began_s = bench.now_s
+        bench.run(1.0)
+        beats_s = [time_s for time_s, each in bench.heard if time_s > began_s]
+        assert len(beats_s) == 10 * len(IDS)
+        for first in range(0, len(beats_s), len(IDS)):
+            together = beats_s[first : first + len(IDS)]
+            assert together[-1] - together[0] < 0.001
+
 
 class TestSilence:
     """Of the master, whose heartbeat a drive minds."""
