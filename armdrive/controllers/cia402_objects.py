@@ -140,7 +140,11 @@ class Cia402Objects(Cia402Pulse):
         return self.absence(mute, since_s) if mute else None
 
     def absence(self, drives: Sequence[Drive], since_s: float) -> Silence | Denied:
-        """Say that drives do not answer; silence where it is all of them."""
+        """Say that drives do not answer; silence where it is all of them.
+
+        Contact is made anew then: a drive may begin anew while nobody hears it, and wait for that.
+        """
+        self.contacted = False
         if len(drives) == len(self.drives):
             return self.silence(since_s)
         return Denied(self.absent_words(drives), moved=False)

@@ -279,6 +279,21 @@ def test_a_drive_that_falls_silent_at_rest_is_missed_and_no_other_is():
     assert "drive 3 (elbow) is not heard any more" in alert.text
 
 
+def test_a_drive_that_began_anew_unheard_is_set_up_again_as_soon_as_it_is_missed():
+    rig = Rig().ready()
+    rig.device.mute_drive(2, True)
+    rig.device.power_drive(2, on=False)
+    rig.run(0.6)
+    rig.device.power_drive(2, on=True)
+    rig.run(2.0)
+    rig.device.mute_drive(2, False)
+    rig.do(ClearFault())
+    rig.do(ClearFault())
+    assert rig.do(SwitchOn()) == Done()
+    assert rig.states() == {DriveState.ENABLED}
+    assert isinstance(rig.do(ReadPosition()), Registers)
+
+
 def test_heartbeats_that_a_late_program_has_not_read_are_not_missed():
     rig = Rig({"heartbeat_ms": 2000}).ready()
     rig.dead = True
