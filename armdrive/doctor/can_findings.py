@@ -20,7 +20,7 @@ BUSY = 0.7
 """A bus that is loaded more than this makes its nodes wait."""
 RESISTORS = (
     "with the supply off measure between CAN H and L: 60 ohm are right, 120 mean that one of the "
-    "two resistors at the ends is missing, open that both are"
+    "two resistors at the ends is missing, open circuit that both are"
 )
 NOBODY = (
     "see that the drives have their motor supply, that H and L are not swapped, and the bit rate "

@@ -24,7 +24,7 @@ from armdrive.wording.canopen_drives import (
     state_words,
 )
 from armdrive.wording.canopen_objects import object_words
-from firmware_protocol.canopen.drive_modes import OperationMode, supported_modes
+from firmware_protocol.canopen.drive_modes import OperationMode, mode_of, supported_modes
 from firmware_protocol.canopen.drive_words import DriveState, Statusword
 from firmware_protocol.canopen.emcy_codes import error_words
 from firmware_protocol.canopen.nmt import NodeState
@@ -145,8 +145,10 @@ def _type_words(node: Node) -> str:
 
 
 def _drive_words(node: Node) -> list[str]:
+    shown = node.number_of(MODE_SHOWN)
+    mode = None if shown is None else mode_of(shown)
     rows: tuple[tuple[Place, Callable[[int], str]], ...] = (
-        (STATUSWORD, state_words),
+        (STATUSWORD, lambda value: state_words(value, mode)),
         (MODE_SHOWN, lambda value: f"mode {mode_words(value)}"),
         (POSITION, lambda value: f"at {value}"),
         (SUPPORTED_MODES, lambda value: f"can do {modes_words(value)}"),

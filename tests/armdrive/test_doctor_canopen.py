@@ -26,6 +26,7 @@ from firmware_protocol.canopen import (
     DEVICE_TYPE,
     ERROR_CODE,
     ERROR_REGISTER,
+    MODE_SHOWN,
     NODE_MAX,
     POSITION,
     STATUSWORD,
@@ -55,7 +56,7 @@ def drive(number, **values):
     places = {
         "kind": DEVICE_TYPE, "name": NAME, "serial": SERIAL, "vendor": VENDOR, "at": POSITION,
         "status": STATUSWORD, "modes": SUPPORTED_MODES, "error": ERROR_CODE,
-        "register": ERROR_REGISTER,
+        "register": ERROR_REGISTER, "mode": MODE_SHOWN,
     }  # fmt: skip
     usual = {"name": "a stepper", "serial": 100 + number, "status": HEALTHY, "modes": ALL_MODES}
     return Device(number).has({places[key]: value for key, value in (usual | values).items()})
@@ -98,6 +99,12 @@ def test_what_a_drive_tells_of_itself_is_told_in_words():
     assert "node 3: 0240 switch on disabled, mode 0, none, at -500, can do profile position" in said
     assert "problem" not in said
     assert "note" not in said
+
+
+def test_flags_are_told_as_the_drives_mode_means_them():
+    said = told(drive(3, status=0x1237, mode=8))
+    assert "1237 operation enabled, follows its targets, mode 8" in said
+    assert "set-point taken" not in said
 
 
 @pytest.mark.parametrize(
