@@ -35,8 +35,8 @@ BITRATES = (10_000, 20_000, 50_000, 125_000, 250_000, 500_000, 800_000, 1_000_00
 """Of CiA 301."""
 _INDICES = re.compile(r"[0-9A-Fa-f]{4}(\+[0-9A-Fa-f]{4})*")
 _ANSWER_MS = (0.0, 1000.0)
-SLACK_S = 0.01
-"""What comes between two SYNCs of the usual period is stored, and minds no shaft."""
+SLACK_S = 0.005
+"""Orders that wait for their SYNC mind no shaft; who looks at its end sees what a period did."""
 
 
 def _make(config: ArmConfig, world: World, options: Options) -> SimCia402:
