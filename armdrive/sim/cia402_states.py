@@ -95,7 +95,10 @@ def command(node: Node, what: Command, now_s: float) -> None:
 def fault(node: Node, code: int, now_s: float) -> None:
     """Fail, and say why: by 605E it brakes, and then its motor is free."""
     report(node, code)
-    if node.machine.happen(Happening.FAULT) is None:
+    changed = node.machine.happen(Happening.FAULT)
+    if not node.ailing:
+        node.machine.mend()  # what it was is over; a reset leads out once it has reacted
+    if changed is None:
         return
     homing.give_up(node, now_s)
     reaction = node.number_of(FAULT_REACTION_OPTION, _BY_QUICK_RAMP)
@@ -112,8 +115,6 @@ def watch_end(node: Node, now_s: float) -> None:
     if node.state is DriveState.FAULT_REACTION:
         node.ends = False
         take(node, _happened(node, Happening.REACTED), now_s)
-        if not node.ailing:
-            node.machine.mend()
     elif node.state is DriveState.QUICK_STOP:
         node.ends = False
         take(node, _happened(node, Happening.QUICK_STOPPED), now_s)

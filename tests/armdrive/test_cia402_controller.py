@@ -304,6 +304,23 @@ def test_heartbeats_that_a_late_program_has_not_read_are_not_missed():
     assert rig.states() == {DriveState.ENABLED}
 
 
+def test_a_drive_in_fault_over_its_bus_before_it_was_set_up_is_brought_back():
+    rig = Rig().ready()
+    rig.device.power_drive(4, on=False)
+    rig.run(0.1)
+    rig.device.power_drive(4, on=True)
+    rig.run(0.05)
+    number = rig.device.set_drive_id(4, 7)
+    rig.run(0.5)
+    rig.device.set_drive_id(4, number)
+    rig.run(0.5)
+    assert DriveState.FAULT in rig.states()
+    rig.do(ReadPosition())
+    assert rig.do(ClearFault()) == Done()
+    assert rig.do(SwitchOn()) == Done()
+    assert rig.states() == {DriveState.ENABLED}
+
+
 # -- what goes wrong ------------------------------------------------------------------------------
 
 
