@@ -90,7 +90,9 @@ class Trip:
 
     It goes on by one period a turn at most, however late the turn is. Who lets go of it has it
     slow down on its way, in what `ease_s` says; who holds it back, towards the end of what was
-    drawn, which is as little as can be.
+    drawn, which is as little as can be. Where it is slowed down already by then, or has to wait
+    before that end, it slows down to a stand on its way, and stays until it is held back no more:
+    the end would come later than was announced.
     """
 
     def __init__(self, request: MoveAlong, track: SmoothTrack, ease_s: Callable[[], float]) -> None:
@@ -104,7 +106,7 @@ class Trip:
         self._segments: Iterator[MoveBy] = request.segments
         self._ease_s = ease_s
         self._rate, self._full_s = 1.0, 0.0
-        self._exhausted = self._held = False
+        self._exhausted = self._held = self._stays = False
 
     @property
     def over(self) -> bool:
@@ -128,7 +130,9 @@ class Trip:
         if self._rate >= 1.0:
             self._full_s = max(self._ease_s(), period_s)
         self.eased = self.eased or self._request.let_go()
-        self._held = self._request.held_back()
+        held, self._held = self._held, self._request.held_back()
+        slowed = not held and self._rate < 1.0
+        self._stays = self._held and (self._stays or wait or slowed)
         if not self.eased:
             self._draw(period_s)
         self._rate = self._next_rate(period_s, wait)
@@ -138,7 +142,7 @@ class Trip:
     def _next_rate(self, period_s: float, wait: bool) -> float:
         """Return how fast time passes on the way: slower before its end where it is held back."""
         change, left_s = period_s / self._full_s, self.track.end_s - self.time_s
-        if self.eased or wait:
+        if self.eased or wait or self._stays:
             return max(self._rate - change, 0.0)
         if self._held and left_s > period_s:
             return max(min(self._rate, math.sqrt(2.0 * left_s / self._full_s)), LEAST_RATE)

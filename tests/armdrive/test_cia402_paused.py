@@ -1,0 +1,126 @@
+"""A pause while a CiA 402 drive is not heard: the arm stands where it was, until it is resumed."""
+
+from __future__ import annotations
+
+import pytest
+from cia402_rig import Rig, steps
+
+from armdrive.connecting import connect_simulated, simulated_config
+from armdrive.controllers.requests import Denied, Done, Halted, MoveAlong, MoveBy
+from armdrive.sim.twin import make_twin
+from armdrive.status import State, Trust
+from kinematics import Joints
+
+LINE = tuple(MoveBy(steps(1000, -500), 20_000.0) for _ in range(20))
+START = Joints.of(0.0, 40.0, -80.0, -40.0, 0.0)
+MUTE_S = 0.15
+"""Long enough to be waited for, and too short to be lost."""
+PAUSED_S = 20.0
+"""Longer than the motion may take where nobody pauses it."""
+
+
+class Pause:
+    """A motion in which one drive is not heard for a while, and which somebody pauses."""
+
+    def __init__(self, pause_s: float) -> None:
+        """Have it paused so long after that drive was heard last."""
+        self.rig = Rig().ready()
+        self.paused, self.before = False, self.rig.positions
+        self.rig.begin(MoveAlong(iter(LINE), 0.3, held_back=lambda: self.paused))
+        self.rig.run(0.3)
+        mute_s = self.rig.now_s
+        acts = ((pause_s, self._pause), (0.0, self._mute), (MUTE_S, self._hear))
+        for after_s, act in sorted(acts, key=lambda each: each[0]):
+            self.rig.run(mute_s + after_s - self.rig.now_s)
+            act()
+        self.rig.run(mute_s + pause_s + self.rig.controller.stopping(0.3).silent_s - self.rig.now_s)
+
+    def _pause(self) -> None:
+        self.paused = True
+
+    def _mute(self) -> None:
+        self.rig.device.mute_drive(1, True)
+
+    def _hear(self) -> None:
+        self.rig.device.mute_drive(1, False)
+
+
+WHILE_NOT_HEARD = (0.04, 0.08, 0.12)
+JUST_HEARD = (MUTE_S + 0.005, MUTE_S + 0.02, MUTE_S + 0.05, MUTE_S + 0.1)
+JUST_BEFORE = (-0.02, -0.01, 0.0, 0.02)
+MOMENTS = pytest.mark.parametrize("pause_s", [*JUST_BEFORE, *WHILE_NOT_HEARD, *JUST_HEARD])
+
+
+@MOMENTS
+def test_it_stands_within_what_is_said_and_goes_on_when_it_is_resumed(pause_s):
+    pause = Pause(pause_s)
+    rig, stood = pause.rig, pause.rig.positions
+    assert stood != pause.before
+    rig.run(2.0)
+    assert rig.positions == stood
+    pause.paused = False
+    assert rig.finish() == Done()  # of all of it, or of what was drawn and not waited in
+    assert not rig.alerts()
+
+
+@pytest.mark.parametrize("pause_s", [*WHILE_NOT_HEARD, MUTE_S + 0.005])
+def test_all_of_the_way_is_driven_in_the_end(pause_s):
+    pause = Pause(pause_s)
+    rig = pause.rig
+    assert rig.reply() is None
+    pause.paused = False
+    assert rig.finish() == Done()
+    assert rig.positions == pause.before + steps(20_000, -10_000)
+
+
+def test_a_line_on_which_drives_are_heard_now_and_then_moves_nothing_later():
+    pause = Pause(0.08)
+    rig, stood = pause.rig, pause.rig.positions
+    for turn in range(40):
+        rig.device.mute_drive(1 + turn % 3, bool(turn // 3 % 2))
+        rig.run(0.02)
+    assert rig.positions == stood
+    assert rig.controller.busy
+
+
+def test_a_stop_in_such_a_pause_ends_the_motion_and_nothing_moves():
+    pause = Pause(0.08)
+    rig, stood = pause.rig, pause.rig.positions
+    rig.stop()
+    assert rig.finish() == Halted()
+    assert rig.positions == stood
+    assert not rig.alerts()
+
+
+def test_a_drive_that_falls_silent_in_such_a_pause_is_told():
+    pause = Pause(0.08)
+    pause.rig.device.mute_drive(2, True)  # counted from 0
+    reply = pause.rig.finish()
+    assert isinstance(reply, Denied)
+    assert "drive 3 (elbow)" in reply.reason
+
+
+def test_the_call_waits_for_as_long_as_the_arm_is_paused():
+    config = simulated_config("cia402")
+    twin = make_twin(config)
+    twin.device.bring_to(START, 20.0)
+    with connect_simulated(config, twin=twin) as arm:
+        arm.enable()
+        arm.declare_posture(START, opening_mm=20.0)
+        began_s = arm.pace.now_s()
+        twin.device.at(began_s + 0.4, lambda: twin.device.mute_drive(3, True))
+        twin.device.at(began_s + 0.4 + MUTE_S, lambda: twin.device.mute_drive(3, False))
+        motion = arm.move_j(base_deg=30, wait=False)
+        arm.sleep(0.5)
+        arm.pause()
+        arm.sleep(arm.status.pause_time_s)
+        stood = twin.world.motors
+        arm.sleep(PAUSED_S)
+        assert twin.world.motors == stood
+        assert arm.status.paused
+        assert arm.status.state is State.MOVING
+        arm.resume()
+        motion.wait()
+        assert twin.world.motors != stood
+        assert arm.status.trust is Trust.REFERENCED
+        assert twin.world.motors == arm.status.acknowledged
