@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Generator
 
 from armdrive.controllers.mks_stops import MksStopping
@@ -43,5 +42,5 @@ class MksResting(MksStopping):
             return None
         for node, off in pushing.items():
             self.tell(Oddity(self.pressing_words(self.drive(node), off)))
-        yield from self.brake(pushing, self.now_s + EASED_S, again_s=math.inf)
+        yield from self.eased(pushing, self.now_s + EASED_S)
         return (yield from self.take_up())

@@ -96,7 +96,7 @@ class MksStopping(MksEasing):
             if doubtful:
                 self.tell(Alert(AlertKind.ASTRAY, self.pressing_words(self.drive(node), off)))
         if pushing:
-            left |= yield from self.brake(pushing, given_up_s, again_s=math.inf)
+            left |= yield from self.eased(pushing, given_up_s)
         return self._unstopped(left, began_s)
 
     def brake(
@@ -132,6 +132,12 @@ class MksStopping(MksEasing):
                 self._say_stop(left, hard)
             yield from self._wait(asked_s + STOP_POLL_S)
         return left
+
+    def eased(
+        self, nodes: Collection[int], until_s: float
+    ) -> Generator[float, Event | None, set[int]]:
+        """Wait until eased drives stand. A stop, hard or not, would leave them pushing."""
+        return (yield from self.brake(nodes, until_s, hard=True, again_s=math.inf))
 
     def _stands(
         self, node: int, heard: Event | None, last: dict[int, int | None], doubtful: bool

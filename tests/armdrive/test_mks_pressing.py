@@ -46,6 +46,34 @@ def test_a_shaft_that_was_blocked_in_a_stop_does_not_spring_when_it_is_free(moto
     assert (stood - arm.status.acknowledged).largest <= 8
 
 
+def blocked_in_motion(motor):
+    """Return an arm of which one shaft has been blocked in motion for too short to be noticed."""
+    arm = ready()
+    handle = arm.move_j(base_deg=60, shoulder_deg=60, elbow_deg=-50, wait=False)
+    arm.sleep(0.5)
+    arm.twin.faults.add("stall", str(motor))
+    arm.sleep(0.05)
+    return arm, handle
+
+
+@pytest.mark.parametrize("motor", [2, 3])
+@pytest.mark.parametrize("again_s", [None, 0.02, 0.1, 0.2, 0.25, 0.3, 0.35, 0.4])
+def test_a_blocked_shaft_does_not_spring_behind_an_emergency_stop(motor, again_s):
+    """Alone, or `again_s` behind a stop: it may fall into what the first one does."""
+    arm, handle = blocked_in_motion(motor)
+    if again_s is not None:
+        arm.request_stop()
+        arm.sleep(again_s)
+    arm.estop()
+    arm.sleep(1.0)
+    with pytest.raises(ArmError):
+        handle.wait()
+    stood = arm.twin.world.motors
+    arm.twin.faults.end()
+    arm.sleep(3.0)
+    assert (arm.twin.world.motors - stood).largest <= arm.config.device.rest_counts
+
+
 def test_what_pressed_against_a_stop_is_named_and_the_arm_works_again_once_it_was_looked_at():
     arm = stopped_while_blocked(1, after_s=0.0)
     assert arm.status.state is State.ERROR_STOP
