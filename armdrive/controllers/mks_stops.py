@@ -14,18 +14,14 @@ from dataclasses import replace
 from armdrive.abilities import Abilities
 from armdrive.controllers.mks_anew import anew_words, counts_anew
 from armdrive.controllers.mks_drive import Drive
-from armdrive.controllers.mks_easing import MksEasing
-from armdrive.controllers.mks_ramps import shared_acc
+from armdrive.controllers.mks_insisting import MksInsisting, runs
 from armdrive.controllers.mks_settings import MksSettings
 from armdrive.controllers.requests import Alert, AlertKind, Denied, Progress, Silence
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.mks import (
-    COUNTS_PER_TURN,
-    HARD_STOP_MAX_RPM,
     Ability,
     Answered,
     Code,
-    EmergencyStop,
     Event,
     Mode,
     MotorState,
@@ -36,7 +32,6 @@ from firmware_protocol.mks import (
     SettingRead,
     StallRead,
     StateRead,
-    Stop,
     as_setting,
 )
 
@@ -44,18 +39,15 @@ STOP_POLL_S = 0.02
 """How often drives that brake are looked at."""
 STOP_AGAIN_S = 0.06
 """A stop without effect by then was lost."""
-RUNNING = (MotorState.ACCELERATING, MotorState.FULL_SPEED)
-"""Whoever says this behind a stop has not heard it."""
 MUTE_LOOKS = 4
 """A drive that answers none of so many looks is mute, where another one answers."""
 ALL_MUTE_LOOKS = 10
 """So many are given to drives that all are silent: then it is the computer that is late, mostly."""
 
 
-class MksStopping(MksEasing):
+class MksStopping(MksInsisting):
     """The ways to a stand-still, and what may keep a drive from moving."""
 
-    able: frozenset[Ability] = frozenset()
     firmware = ""
     ramp_s = 1.0
     """How long the fastest drive of the arm brakes."""
@@ -110,26 +102,30 @@ class MksStopping(MksEasing):
     ) -> Generator[float, Event | None, set[int]]:
         """Wait until drives stand, and say a stop `again_s` later; return those that do not."""
         said_s, left, last = self.now_s, set(nodes), dict[int, int | None]()
+        insists = math.isfinite(again_s)
+        deaf = set(nodes) if insists else set[int]()
         self._mute.clear()
         while left and self.now_s < given_up_s:
             asked_s = self.now_s
             if self.stop_hard and not hard:
                 hard, said_s = True, self.now_s
                 self._say_stop(left, hard)
-            found = yield from self.ask(dict.fromkeys(left, ReadState()), tries=1)
-            yield from self.look(left, patient=False)
+            asking = self.ask(dict.fromkeys(left, ReadState()), tries=1)
+            found = yield from self.insisting(asking, deaf, hard=hard)
+            yield from self.insisting(self.look(left, patient=False), deaf, hard=hard)
             self.tell(Progress(self.registers()))
             for node in tuple(left):
                 if self._stands(node, found.get(node), last, doubtful):
                     left.discard(node)
-            deaf = [node for node in left if math.isfinite(again_s) and _runs(found.get(node))]
-            if deaf:  # another motor of the same joint brakes already
-                self._say_stop(deaf, hard)
+            deaf &= left
             if any(self._mute.get(node, 0) >= MUTE_LOOKS for node in left):
                 break
+            running = [node for node in left if insists and runs(found.get(node))]
             if left and self.now_s >= said_s + again_s:
                 said_s = self.now_s
                 self._say_stop(left, hard)
+            elif running:  # another motor of the same joint brakes already
+                self._say_stop(running, hard)
             yield from self._wait(asked_s + STOP_POLL_S)
         return left
 
@@ -186,21 +182,6 @@ class MksStopping(MksEasing):
             return replace(absence, moved=True, silent=True)
         return Denied(f"{self.drive(min(left))} was told to stop, and does not come to rest")
 
-    def _say_stop(self, nodes: Collection[int], hard: bool) -> None:
-        for drive in self.drives:
-            drive.advance(self.now_s)
-        fastest = max((abs(drive.speed) for drive in self.drives), default=0.0)
-        for node in nodes:
-            speed = abs(self.drive(node).speed)
-            rpm = speed / COUNTS_PER_TURN * 60.0
-            if hard and rpm <= HARD_STOP_MAX_RPM and Ability.EMERGENCY_STOP in self.able:
-                self.put(node, EmergencyStop(), "EMERGENCY STOP")
-            else:
-                share = speed / fastest if speed else 1.0
-                ramp = shared_acc(self.settings.acceleration, share)
-                dead = hard and rpm <= HARD_STOP_MAX_RPM
-                self.put(node, Stop(Code.ABSOLUTE_AXIS, 0 if dead else ramp), "STOP")
-
     def _wait(self, until_s: float) -> Generator[float, Event | None, None]:
         """Let time pass, stop or no stop."""
         while self.now_s < until_s:
@@ -244,9 +225,3 @@ class MksStopping(MksEasing):
             f"moves nothing: set mode {int(Mode.BUS_FOC)} (Menu > Mode > SR_vFOC, or `armdrive "
             "doctor --mend`)"
         )
-
-
-def _runs(heard: Event | None) -> bool:
-    """Tell whether a drive says that it does not brake: the stop before the question was lost."""
-    state = heard.answer if isinstance(heard, Answered) else None
-    return isinstance(state, StateRead) and state.state in RUNNING

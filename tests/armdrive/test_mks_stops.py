@@ -7,6 +7,7 @@ from mks_bench import MksBench
 from test_mks_controller_motion import along, straight
 from test_mks_leap import begin_anew
 
+from armdrive.controllers.mks_insisting import INSIST_S
 from armdrive.controllers.requests import AlertKind, Halted
 from firmware_protocol.mks import EmergencyStop, Stop, decode_request
 
@@ -104,3 +105,26 @@ def hold_up_one(bench, number, for_s):
     node.hear = lambda data, now_s: late(hear(data, now_s))
     node.advance = lambda now_s: late(advance(now_s))
     bench.at_s[end_s] = tell_all
+
+
+@pytest.mark.parametrize("hard", [False, True])
+@pytest.mark.parametrize("lost_s", [0.01, 0.055, 0.105])
+def test_a_drive_that_hears_neither_stop_nor_question_is_told_until_it_does(lost_s, hard):
+    began = []
+
+    bench = MksBench(starts=(50_000,) * 6).ready()
+
+    def loses(frame, host):
+        began.extend([] if began else [bench.now_s])
+        return host and frame.can_id == 4 and bench.now_s < began[0] + lost_s
+
+    bench.begin(along(straight(30, WAY)))
+    bench.run(0.8)
+    bench.loses = loses
+    bench.controller.stop(hard=hard)
+    assert isinstance(bench.finish(), Halted)
+    times = stops_of(bench, 4)
+    heard_s = next(at_s for at_s in times if at_s >= began[0] + lost_s)
+    assert heard_s <= began[0] + lost_s + INSIST_S + SOON_S
+    # the other one has said that it brakes, and is told no more
+    assert len([at_s for at_s in stops_of(bench, 5) if at_s < began[0] + lost_s]) == 1
