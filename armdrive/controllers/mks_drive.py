@@ -124,9 +124,12 @@ class Drive:
     def ramp_to(self, target: int, acc: int, share: float) -> int:
         """Return the ramp by which it goes to a target: its share, or what it needs to end there.
 
-        A gentler one than that by which it came to its speed would have it run past its end.
+        A gentler one than that by which it came to its speed would have it run past its end, or
+        than it brakes by: its model may be there a moment earlier.
         """
         shared = shared_acc(acc, share)
+        if self.moving and target == self.target:
+            shared = max(shared, min(self.acc, acc))
         left = abs(target - self.position) - abs(self.speed) * HEEDED_S
         brakes = BRAKES_SURELY * self.speed**2 / (2.0 * max(left, 1.0))
         if not acc or brakes <= slope_of(shared):

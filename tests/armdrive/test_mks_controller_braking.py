@@ -34,6 +34,32 @@ def test_it_can_end_there_though_the_order_comes_a_little_late(share, speed, lef
     assert speed**2 / (2.0 * slope) <= max(left - late, speed**2 / (2.0 * slope_of(CONFIGURED)))
 
 
+@pytest.mark.parametrize("share", [0.05, 0.1, 0.3])
+@pytest.mark.parametrize("ahead_s", [0.0005, 0.001, 0.003])
+def test_it_keeps_the_ramp_by_which_it_brakes_though_its_model_is_there_already(share, ahead_s):
+    drive = Drive(2, "shoulder")
+    drive.send_to(10_000, 60, 235, 0.0)
+    drive.advance(0.6)
+    drive.send_to(10_000, 14, 246, 0.6)
+    now_s = 0.6
+    while drive.speed:
+        now_s += 0.0005
+        drive.advance(now_s)
+    slope = slope_of(246)
+    speed = slope * ahead_s  # of the shaft itself, which is so much later
+    left = speed**2 / (2.0 * slope)
+    kept = slope_of(drive.ramp_to(10_000, CONFIGURED, share))
+    assert speed**2 / (2.0 * kept) <= left
+
+
+def test_one_that_stands_begins_by_its_share_of_the_ramp_again():
+    drive = Drive(2, "shoulder")
+    drive.send_to(1000, 14, 246, 0.0)
+    drive.rest_at(1000, 2.0)
+    assert drive.ramp_to(5000, CONFIGURED, 0.1) == drive.ramp_to(-5000, CONFIGURED, 0.1)
+    assert drive.ramp_to(5000, CONFIGURED, 0.1) < 246
+
+
 @pytest.mark.parametrize("ways", [(3000, 100), (3000, 20, 5), (2500, 1200, 300)])
 def test_a_motor_that_slows_more_than_the_others_does_not_pass_its_end(ways):
     bench = MksBench().ready()
