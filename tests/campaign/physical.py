@@ -16,8 +16,6 @@ from kinematics import Joints, Motors
 from kinematics.guards import GuardedArm
 from tests.conformance.seen import ON_THE_STEP, Point
 
-LATE_SHARE = 0.01
-"""A drive that hears of its end late runs past it by no more of its way, and comes back."""
 NOISE_S = 0.03
 """What lies between an event and the next look at it."""
 ROUNDING_RAD = math.radians(0.5)
@@ -259,10 +257,8 @@ class Watch:
         command = self._command
         assert command is not None
         if command.span is not None:
-            late = LATE_SHARE if self.late_s else 0.0
             for here, a, b in zip(self.world.motors, *command.span, strict=True):
-                spare = self.on_the_step + late * abs(b - a)
-                if not min(a, b) - spare <= here <= max(a, b) + spare:
+                if not min(a, b) - self.on_the_step <= here <= max(a, b) + self.on_the_step:
                     self._break(f"a motor was at {here}, commanded from {a} to {b}")
         violations = self._guarded.arm.violations(self.world.joints)
         depth_mm = self.inside_mm(self.world.joints)
