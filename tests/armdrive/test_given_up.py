@@ -16,7 +16,7 @@ GIVEN_UP_AFTER_S = {
     "robko01": 3.4,
     "grbl": 1.7,
     "mks": 1.7,
-    "cia402": 1.3,
+    "cia402": 1.7,
 }
 """From the first look that a standing arm does not answer."""
 
