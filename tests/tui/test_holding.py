@@ -124,6 +124,8 @@ async def test_in_cartesian_mode_the_buttons_are_those_of_the_tip():
     async with Session() as session:
         await session.press("m")
         await session.arm_keys()
+        await session.poll()  # the buttons stand where they are once that has been laid out
+        await session.pilot.pause()
         await mouse(session, events.MouseDown, button(session, "tip", 2, plus=True))
         assert session.arm.calls[-1][1] == Jog(Space.CARTESIAN, (("z", 1.0),))
         await session.press("space")

@@ -5,11 +5,13 @@ from pathlib import Path
 import pytest
 from desk_logged import LoggedArm, storied
 from desk_session import Session
+from textual.screen import ModalScreen
 
 from armdrive.errors import WrongState
 from armdrive.log.lines import LogLine, Topic
 from armdrive.recorder.entries import Kind
 from firmware_protocol.frames import Frame, pack
+from tui.framework import PlainText
 from tui.keyboard import DEFAULT_KEYS
 from tui.keys_log import LOG_DIALOG_KEYS, LOG_KEYS
 from tui.log_window import Window
@@ -310,8 +312,16 @@ def test_the_dialogs_of_the_log(snap_compare, keys, size):
         await _polled(pilot)
         await pilot.press(*keys)
         await _polled(pilot)
+        while not _filled(pilot.app.screen):  # which is once its size is known
+            await pilot.pause(0.02)
+        await pilot.pause(0.1)  # the framework paints sixty times a second
 
     assert snap_compare(session.desk, terminal_size=size, run_before=opened)
+
+
+def _filled(screen):
+    dialog = isinstance(screen, ModalScreen)
+    return dialog and all(each.shown for each in screen.query(PlainText))
 
 
 async def _polled(pilot):
