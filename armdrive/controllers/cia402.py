@@ -6,13 +6,13 @@ Position is what the drives' encoders tell. Sources: CiA 301 (CANopen) and CiA 4
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from armdrive.abilities import Abilities
 from armdrive.budget import segment_s
 from armdrive.controllers import cia402_setup as setup
+from armdrive.controllers.bus_motors import bus_motors
 from armdrive.controllers.cia402_compare import Cia402Comparing
 from armdrive.controllers.cia402_cycle import Script
 from armdrive.controllers.cia402_profile import BESIDE, TOP_HZ
@@ -32,15 +32,13 @@ from armdrive.controllers.requests import (
     Request,
     SwitchOn,
 )
-from armdrive.errors import ArmFileError, Refused
-from armdrive.transports.can_address import is_can
+from armdrive.errors import Refused
 from firmware_protocol.canopen import OperationMode
 from kinematics.spaces import Motors
 
 if TYPE_CHECKING:
     from armdrive.armfile import ArmConfig
     from armdrive.controllers.cia402_settings import Cia402Settings
-    from kinematics.transmission import Transmission
 
 HOST_S = 0.03
 """What an operating system, an adapter and a bus with other traffic may add to a frame's way."""
@@ -56,50 +54,17 @@ class Cia402Controller(Cia402Comparing):
 
     def __init__(self, abilities: Abilities, config: ArmConfig) -> None:
         settings: Cia402Settings = config.device
-        transmission = config.model.transmission
-        port = config.connection.port
-        if port and not is_can(port):
-            raise Refused(
-                f"{port} is no CAN adapter, and these drives are on a CAN bus: write the port as "
-                "can:slcan:/dev/ttyACM0?bitrate=500000, or see `armdrive ports`"
-            )
-        if config.gripper.kind in ("servo", "output"):
-            raise Refused(
-                f'gripper.kind is "{config.gripper.kind}", which no drive commands: let a '
-                'drive move the fingers ("stepper"), or nothing ("none")'
-            )
-        if transmission is None:
-            raise ArmFileError("no motor steps are known of this arm: give steps_per_turn")
-        count = len(transmission.motors)
-        if len(settings.ids) < count:
-            raise ArmFileError(
-                f"cia402.ids names {len(settings.ids)} drives, but the arm has {count} motors"
-            )
-        methods = settings.homing_methods[:count]
-        settings = replace(settings, ids=settings.ids[:count], homing_methods=methods)
-        cycle_ms = setup.period_ms(settings, count, config.connection.baud)
-        names = (motor.name for motor in transmission.motors)
+        motors = bus_motors(config, "cia402", settings.ids)
+        methods = settings.homing_methods[: motors.count]
+        settings = replace(settings, ids=settings.ids[: motors.count], homing_methods=methods)
+        cycle_ms = setup.period_ms(settings, motors.count, config.connection.baud)
         order_s = (settings.heartbeat_ms - settings.beat_ms) / 1000.0
-        abilities = replace(abilities, motors=count, order_s=order_s)
-        super().__init__(abilities, settings, names, cycle_ms / 1000.0)
-        self._measure(config, transmission)
-        self.choose(frozenset((OperationMode.CYCLIC_POSITION,)))
-
-    def _measure(self, config: ArmConfig, transmission: Transmission) -> None:
-        """Work out how fast, how far and by what ramps the motors turn."""
-        speeds = (*config.model.joint_speeds_rad_s, config.model.gripper_speed_mm_s)
-        self.fastest_hz = max(
-            math.fsum(abs(share * speed) for share, speed in zip(row, speeds, strict=False))
-            for row in transmission.matrix
-        )
-        spans = [(one.low_rad, one.high_rad) for one in config.model.arm.limits]
-        spans.append(config.model.gripper_range_mm)
-        self.ranges = tuple(
-            math.fsum(abs(a) * (high - low) for a, (low, high) in zip(row, spans, strict=False))
-            for row in transmission.matrix
-        )
+        abilities = replace(abilities, motors=motors.count, order_s=order_s)
+        super().__init__(abilities, settings, motors.names, cycle_ms / 1000.0)
+        self.fastest_hz, self.ranges = motors.fastest_hz, motors.ranges
         self.ramp_hz_s = self.fastest_hz / self.settings.ramp_s
         self.quick_slope = self.fastest_hz / self.settings.quick_stop_s
+        self.choose(frozenset((OperationMode.CYCLIC_POSITION,)))
 
     def choose(self, modes: frozenset[OperationMode]) -> None:
         """Give targets cyclically where every drive and the arm file let us, else send bursts."""

@@ -10,30 +10,13 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 
+from armdrive.controllers.piece import Piece
 from armdrive.controllers.requests import MoveAlong, MoveBy
 from kinematics.spaces import Motors
 
 LEAST_RATE = 0.1
 """Slower than this share of its speed no way is driven to its end."""
-
-
-@dataclass(frozen=True, slots=True)
-class Piece:
-    """One segment: when and where it begins and ends."""
-
-    start_s: float
-    end_s: float
-    start: Motors
-    end: Motors
-
-    def at(self, motor: int, time_s: float) -> float:
-        """Return where a motor is on it, or at the nearer of its ends."""
-        if time_s >= self.end_s:
-            return float(self.end[motor])
-        share = max(time_s - self.start_s, 0.0) / (self.end_s - self.start_s)
-        return self.start[motor] + share * (self.end[motor] - self.start[motor])
 
 
 class SmoothTrack:

@@ -11,6 +11,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from armdrive.abilities import Abilities
+from armdrive.controllers.bus_motors import bus_motors
 from armdrive.controllers.controller import Stopping
 from armdrive.controllers.mks_bursts import MksBursts
 from armdrive.controllers.mks_compare import MksComparing
@@ -32,8 +33,7 @@ from armdrive.controllers.requests import (
     SwitchOn,
 )
 from armdrive.controllers.trapezoid import trapezoid_s
-from armdrive.errors import ArmFileError, Refused
-from armdrive.transports.can_address import is_can
+from armdrive.errors import Refused
 from firmware_protocol.mks import SPEED_MAX_RPM, Ability
 from kinematics.spaces import Motors
 
@@ -52,41 +52,12 @@ class MksController(MksBursts, MksHoming, MksComparing):
 
     def __init__(self, abilities: Abilities, config: ArmConfig) -> None:
         settings: MksSettings = config.device
-        transmission = config.model.transmission
-        port = config.connection.port
-        if port and not is_can(port):
-            raise Refused(
-                f"{port} is no CAN adapter, and these drives are on a CAN bus: write the port as "
-                "can:slcan:/dev/ttyACM0?bitrate=500000, or see `armdrive ports`"
-            )
-        if config.gripper.kind in ("servo", "output"):
-            raise Refused(
-                f'gripper.kind is "{config.gripper.kind}", which no drive commands: let a '
-                'drive move the fingers ("stepper"), or nothing ("none")'
-            )
-        if transmission is None:
-            raise ArmFileError("no motor steps are known of this arm: give steps_per_turn")
-        count = len(transmission.motors)
-        if len(settings.ids) < count:
-            raise ArmFileError(
-                f"mks.ids names {len(settings.ids)} drives, but the arm has {count} motors"
-            )
-        settings = replace(settings, ids=settings.ids[:count])
-        names = (motor.name for motor in transmission.motors)
-        super().__init__(replace(abilities, motors=count), settings, names)
-        speeds = (*config.model.joint_speeds_rad_s, config.model.gripper_speed_mm_s)
-        self._fastest_hz = max(
-            math.fsum(abs(share * speed) for share, speed in zip(row, speeds, strict=False))
-            for row in transmission.matrix
-        )
-        spans = [(one.low_rad, one.high_rad) for one in config.model.arm.limits]
-        spans.append(config.model.gripper_range_mm)
-        self.ranges = tuple(
-            math.fsum(abs(a) * (high - low) for a, (low, high) in zip(row, spans, strict=False))
-            for row in transmission.matrix
-        )
+        motors = bus_motors(config, "mks", settings.ids)
+        settings = replace(settings, ids=settings.ids[: motors.count])
+        super().__init__(replace(abilities, motors=motors.count), settings, motors.names)
+        self.ranges = motors.ranges
         self._slope = slope_of(settings.acceleration)
-        self.ramp_s = min(self._fastest_hz, _TOP_HZ) / self._slope
+        self.ramp_s = min(motors.fastest_hz, _TOP_HZ) / self._slope
         if settings.version is None and not settings.segment_s:
             self.choose()
 

@@ -11,6 +11,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
+from armdrive.controllers.piece import Piece
 from armdrive.controllers.requests import MoveBy, never
 from kinematics.spaces import Motors
 
@@ -18,23 +19,6 @@ KEEP_S = 1.0
 """What lies behind is remembered for so long: drives may be found to be there still."""
 LOOK_S, FINE_S = 0.01, 0.001
 """How finely a place on the way is looked for, at first and at last."""
-
-
-@dataclass(frozen=True, slots=True)
-class Piece:
-    """One segment: when and where it begins and ends."""
-
-    start_s: float
-    end_s: float
-    start: Motors
-    end: Motors
-
-    def at(self, motor: int, time_s: float) -> float:
-        """Return where a motor is on it."""
-        if time_s >= self.end_s:
-            return float(self.end[motor])
-        share = max(time_s - self.start_s, 0.0) / (self.end_s - self.start_s)
-        return self.start[motor] + share * (self.end[motor] - self.start[motor])
 
 
 @dataclass(frozen=True, slots=True)
