@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from pathlib import Path
 
 import pytest
@@ -95,7 +96,9 @@ def test_a_desk_that_is_suspended_goes_on_whole_and_unmoved_and_ends_as_it_began
         os.write(ours, b"\r")
         _read_until(ours, b"armed:")
         child.send_signal(getattr(signal, suspending))
+        until_s = time.monotonic() + 10.0
         while not os.waitpid(child.pid, os.WUNTRACED | os.WNOHANG)[0]:
+            assert time.monotonic() < until_s, "the desk was not suspended"
             if select.select([ours], [], [], 0.05)[0]:  # what it still has to say is read
                 os.read(ours, 65536)
         os.write(ours, b"w")

@@ -1,5 +1,6 @@
 """The log screen: what has come is shown in words, sieved, held, opened and saved."""
 
+import asyncio
 from pathlib import Path
 
 import pytest
@@ -312,8 +313,9 @@ def test_the_dialogs_of_the_log(snap_compare, keys, size):
         await _polled(pilot)
         await pilot.press(*keys)
         await _polled(pilot)
-        while not _filled(pilot.app.screen):  # which is once its size is known
-            await pilot.pause(0.02)
+        async with asyncio.timeout(10.0):
+            while not _filled(pilot.app.screen):  # which is once its size is known
+                await pilot.pause(0.02)
         await pilot.pause(0.1)  # the framework paints sixty times a second
 
     assert snap_compare(session.desk, terminal_size=size, run_before=opened)
