@@ -34,7 +34,7 @@ def stopped_by_interrupt(arms: Callable[[], Iterable[Arm]], *, ends: bool = True
         pressed = True
         for arm in arms():
             arm.request_stop()
-        sys.stderr.write("\nstopping the arm; Ctrl-C again leaves at once\n")
+        _say("\nstopping the arm; Ctrl-C again leaves at once\n")
         if ends:
             raise KeyboardInterrupt
 
@@ -51,6 +51,17 @@ def stopped_by_interrupt(arms: Callable[[], Iterable[Arm]], *, ends: bool = True
 
 def _leave(arms: Iterable[Arm]) -> None:
     bound_s = max((arm.core.stop_bound().silent_time_s for arm in arms), default=0.0)
-    sys.stderr.write(f"left: the arm may go on for {bound_s:.1f} s, and nobody remembers where\n")
-    sys.stderr.flush()
+    _say(f"left: the arm may go on for {bound_s:.1f} s, and nobody remembers where\n")
     os._exit(INTERRUPTED)
+
+
+def _say(words: str) -> None:
+    """Write past Python's buffer: a signal that came while that was written out may not enter it.
+
+    The second of two quick presses comes as a rule while the words of the first are written.
+    """
+    try:
+        os.write(sys.stderr.fileno(), words.encode())
+    except (OSError, ValueError):  # closed, or none of the system's
+        with contextlib.suppress(OSError, ValueError):
+            sys.stderr.write(words)
