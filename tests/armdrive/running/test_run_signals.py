@@ -56,6 +56,16 @@ def terminal():
     os.close(ours)
 
 
+def speak(raw, times):
+    """Say something, with one press meanwhile and the others right after it."""
+    raw.times = 1
+    try:
+        sys.stderr.write("act 1\n")
+    finally:
+        for _ in range(times - 1):
+            signal.raise_signal(signal.SIGINT)
+
+
 @pytest.mark.parametrize(("times", "ends"), [(1, KeyboardInterrupt), (2, Left)])
 def test_an_interrupt_while_something_is_said_is_heard(monkeypatch, terminal, times, ends):
     def leave(code):
@@ -67,12 +77,7 @@ def test_an_interrupt_while_something_is_said_is_heard(monkeypatch, terminal, ti
     monkeypatch.setattr(sys, "stderr", stream)
     arm = Arm()
     with pytest.raises(ends), stopped_by_interrupt(lambda: (arm,)):
-        raw.times = 1
-        try:
-            sys.stderr.write("act 1\n")
-        finally:
-            if times == 2:
-                signal.raise_signal(signal.SIGINT)
+        speak(raw, times)
     assert arm.stops == 1
     said = read()
     assert said.startswith("\nstopping the arm; Ctrl-C again leaves at once\n")
