@@ -107,8 +107,7 @@ def test_a_second_interrupt_leaves_at_once(begin):
     program = begin(TOUR, "--pace", SLOW)
     program.until("act", 1)
     program.interrupt()
-    while "stopping" not in program.process.stderr.readline():
-        pass
+    assert any("stopping" in line for line in program.process.stderr)
     program.interrupt()
     code, err = program.end()
     assert code == 130
