@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+import threading
 
 import pytest
 from running_bench import table_arm
@@ -127,6 +128,9 @@ def test_lines_that_were_typed_before_are_no_answer_from_a_person(tmp_path, monk
             pass
         lines.forget()
         assert not lines.take()
+        for each in threading.enumerate():  # none may read on in a number that is used again
+            if each.name == "lines":
+                each.join()
     assert not Lines(None).take()
 
 
