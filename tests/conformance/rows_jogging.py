@@ -12,20 +12,22 @@ from .behaviour import Behaviour, cartesian, finger_motor
 from .bench import Bench
 from .going import first_jog
 from .rows_moving import arrived
-from .rows_stopping import MOMENTS_S, MOVES_S, settled, under_way, within_bound
+from .rows_stopping import MOMENTS_S, MOVES_S, settled, within_bound
 from .seen import check
 
 HOLD_S = 0.4
 
 
-def hold_until_under_way(bench: Bench, arm: Arm, jog: Jog, speed: float) -> None:
+def hold_until_under_way(
+    bench: Bench, arm: Arm, jog: Jog, speed: float, for_s: float = HOLD_S
+) -> None:
     """Hold a jog, renewed as a keyboard renews it, until the physical arm moves; then no more.
 
     An expiry counts from the call: a slow wire may need most of it before the first burst begins.
     """
     start = bench.look().motors
     for _ in bench.watch(lambda: bench.look().motors != start, MOVES_S):
-        arm.hold(jog, speed=speed, for_s=HOLD_S)
+        arm.hold(jog, speed=speed, for_s=for_s)
 
 
 def increments_add_up(bench: Bench) -> None:
@@ -55,8 +57,7 @@ def unreferenced_jogs_are_slow(bench: Bench) -> None:
 def a_released_jog_stops_within_its_bound(bench: Bench) -> None:
     arm = bench.ready()
     for after_s in MOMENTS_S[:2]:
-        arm.hold(first_jog(arm), speed=1.0, for_s=1.0)
-        under_way(bench)
+        hold_until_under_way(bench, arm, first_jog(arm), 1.0, for_s=1.0)
         bench.sleep(after_s)
         status, seen = arm.status, bench.look()
         arm.release()
