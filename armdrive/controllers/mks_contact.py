@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Generator, Mapping
 
 from armdrive.controllers.mks_anew import anew_words, counts_anew
-from armdrive.controllers.mks_resting import Hindrance, MksResting
+from armdrive.controllers.mks_fit import NO_SUCH_ORDER, MksFit
+from armdrive.controllers.mks_resting import Hindrance
 from armdrive.controllers.mks_talk import TRIES, Script
 from armdrive.controllers.requests import Alert, AlertKind, Denied, Done
 from firmware_protocol.errors import RemoteProtocolError
@@ -42,7 +43,7 @@ UNTOLD = (1, 0, 4)
 """What is taken for the firmware of a drive that tells neither its version nor a setting."""
 
 
-class MksContact(MksResting):
+class MksContact(MksFit):
     """The way to drives that stand, hear and hold."""
 
     contacted = False
@@ -52,11 +53,11 @@ class MksContact(MksResting):
 
     def contact(self) -> Hindrance:
         """Find every drive and wait until all stand; return what stands against it."""
-        began_s = self.now_s
+        began_s, self.last_said = self.now_s, "READ ENCODER"
         self.extra.clear()
         for _ in range(TRIES):
             if missing := (yield from self.look()):
-                return self.absence(missing, began_s)
+                return (yield from self.absent_or_shared(missing, began_s))
         yield from self.pause(self.now_s + self.settings.answer_s)  # the answers of a second drive
         if words := self.shared_words():
             return Denied(words, moved=False)
@@ -159,6 +160,8 @@ class MksContact(MksResting):
             return hindrance
         if stalled := (yield from self.stalled(self.nodes)):
             return Denied(f"{self.stall_words(stalled[0])}; `reset` clears that", moved=False)
+        if unfit := (yield from self.unfit_words()):
+            return Denied(unfit, moved=False)
         if Ability.SYNCHRONOUS_START in self.able:
             yield from self.ask(dict.fromkeys(self.nodes, ArmSynchronous(on=False)))
         refused = yield from self.command(Enable(on=True), "ENABLE")
@@ -194,11 +197,13 @@ class MksContact(MksResting):
         began_s = self.now_s
         found = yield from self.ask(dict.fromkeys(self.nodes, message), text=text)
         if missing := [node for node in self.nodes if node not in found]:
-            return self.absence(missing, began_s)
+            unheard = yield from self.unheard_words(missing)
+            return Denied(unheard, moved=False) if unheard else self.absence(missing, began_s)
         for node, heard in found.items():
             if not isinstance(heard, Taken):
                 why = yield from self.mode_words(node)
-                return Denied(why or f"{self.drive(node)} refused {text}", moved=False)
+                refused = f"{self.drive(node)} refused {text}: {NO_SUCH_ORDER}"
+                return Denied(why or refused, moved=False)
         return None
 
     # -- faults -------------------------------------------------------------------------------
