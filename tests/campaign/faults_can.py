@@ -44,7 +44,9 @@ def _alone(stage: Stage) -> str:
 
 
 def _mute_drive(stage: Stage) -> str:
-    return ask(stage, f"drive-mute {motor(stage)} --for {stage.draw.choice((0.1, 0.6, 4.0))}")
+    number, for_s = motor(stage), stage.draw.choice((0.1, 0.6, 4.0))
+    stage.mute_until_s[number - 1] = stage.now_s + for_s
+    return ask(stage, f"drive-mute {number} --for {for_s}")
 
 
 def _dead_drive(stage: Stage) -> str:

@@ -6,7 +6,7 @@ Nothing here asks a register or the driver; what breaks a promise is noted in `W
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -15,6 +15,8 @@ from armdrive.sim.world import World
 from kinematics import Joints, Motors
 from kinematics.guards import GuardedArm
 from tests.conformance.seen import ON_THE_STEP, Point
+
+from .freed import Freed
 
 NOISE_S = 0.03
 """What lies between an event and the next look at it."""
@@ -52,6 +54,7 @@ class WatchedWorld(World):
         before = self._motors
         failing = {i for i, one in enumerate(steps) if one and self.fails(i)}
         if failing and self.watch is not None:
+            self.watch.freed.blocked(failing, time_s)
             self.watch.slipped(failing)  # before the way is judged that the others make without it
         super().drive(steps, time_s)
         if self.watch is not None:
@@ -69,7 +72,8 @@ class WatchedWorld(World):
         before = self._motors
         super()._shift(steps, time_s)
         if self.watch is not None and self._motors != before:
-            self.watch.moved(time_s)
+            pairs = zip(before, self._motors, strict=True)
+            self.watch.moved(time_s, {i for i, (a, b) in enumerate(pairs) if a != b})
 
 
 class Unled(Protocol):
@@ -138,6 +142,8 @@ class Watch:
         """Until when a restart is told that left the registers as they were, at zero."""
         self.unled: Unled | None = None
         """What is excused of a drive that obeys no more."""
+        self.freed = Freed()
+        """What is excused of a shaft that was blocked while nobody heard its drive."""
         self._guarded = guarded
         self._step_mm = step_mm
         self._command: Command | None = None
@@ -215,14 +221,16 @@ class Watch:
         if not innocent and self._blocked():
             self._break(f"a joint was driven into its mechanical stop: {self.world.joints}")
 
-    def moved(self, time_s: float) -> None:
-        """Weigh a motion of the physical arm."""
+    def moved(self, time_s: float, motors: Collection[int]) -> None:
+        """Weigh a motion of the physical arm, for which these motors have turned."""
         if self.world.sagging:
             self.sagged = True
             return
         if self.world.by_person:
             self._disturbed = True  # the present command does not know of it
         if self.world.by_person or self.stray:
+            return
+        if self.freed.excuses(motors, time_s):
             return
         if self.sagged and not self.world.energised:
             return  # what still holds does so against what does not

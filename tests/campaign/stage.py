@@ -128,7 +128,11 @@ class Stage:
         near = max(getattr(device, name, 0) for name in ("rest_counts", "rest_window"))
         near = max(ON_THE_STEP, near)
         self.unheard_until_s = -math.inf
+        self.mute_until_s: dict[int, float] = {}
+        """Until when drives say nothing, by their motors, counted from 0."""
         self.watch = Watch(self.world, guarded, self._step_mm() * near, near)
+        if isinstance(self.twin.device, DrivesOnBus):  # others catch nothing up
+            self.watch.freed.hears = self._hears
 
     @property
     def config_abilities(self) -> Abilities:
@@ -205,6 +209,12 @@ class Stage:
         alive = self.arm is not None and not self.pace.dead
         there = alive and self.arm.core.state is not State.DISCONNECTED
         return there and self.config.connection.dialect in GREETING
+
+    def _hears(self, motor: int, time_s: float) -> bool:
+        """Tell whether a program is there, and hears a motor's drive."""
+        alive = self.arm is not None and not self.pace.dead
+        there = alive and self.arm.core.state is not State.DISCONNECTED
+        return there and time_s >= self.mute_until_s.get(motor, -math.inf)
 
     @property
     def looks(self) -> bool:

@@ -1,0 +1,71 @@
+"""The shaft of a CiA 402 drive is blocked as it is stopped, and comes free: it stays there."""
+
+from __future__ import annotations
+
+import pytest
+from cia402_rig import Rig, steps
+
+from armdrive.controllers.requests import (
+    ClearFault,
+    Denied,
+    Done,
+    Halted,
+    MoveAlong,
+    MoveBy,
+    SwitchOn,
+)
+
+LINE = tuple(MoveBy(steps(1000, -500), 20_000.0) for _ in range(20))
+BLOCKED_S = 0.05
+"""Its set-point is ahead of it by then, and not yet by what drives fail for."""
+
+
+def blocked(*, mute: bool) -> Rig:
+    """Stop a motion in which the first shaft is blocked, and its drive not heard perhaps."""
+    rig = Rig().ready()
+    rig.begin(MoveAlong(iter(LINE), 0.3))
+    rig.run(0.3)
+    rig.twin.world.stalled.add(0)
+    rig.run(BLOCKED_S)
+    rig.device.mute_drive(0, mute)
+    rig.stop()
+    reply = rig.finish()
+    assert isinstance(reply, Denied if mute else Halted)
+    return rig
+
+
+def comes_free(rig: Rig) -> None:
+    """See that nothing turns when the shaft can."""
+    stood = rig.positions
+    rig.twin.world.stalled.clear()
+    rig.run(1.0)
+    assert rig.positions == stood
+
+
+def test_it_is_held_where_it_is_when_it_is_heard():
+    comes_free(blocked(mute=False))
+
+
+@pytest.mark.parametrize("request_", [ClearFault(), SwitchOn()], ids=["reset", "enable"])
+def test_it_is_held_where_it_is_as_soon_as_it_is_heard_again(request_):
+    rig = blocked(mute=True)
+    assert rig.node(1).point.end != rig.node(1).shaft
+    rig.device.mute_drive(0, False)
+    assert rig.do(request_) == Done()
+    comes_free(rig)
+
+
+def test_nothing_is_told_that_would_turn_a_drive_that_is_not_heard_back():
+    """What it was heard at last is behind a shaft that has gone on."""
+    rig = Rig().ready()
+    rig.begin(MoveAlong(iter(LINE), 0.3))
+    rig.run(0.3)
+    rig.device.mute_drive(0, True)
+    rig.stop()
+    reply, farthest = None, rig.positions[0]
+    while reply is None:
+        rig.run(0.005)
+        assert rig.positions[0] >= farthest
+        farthest, reply = rig.positions[0], rig.reply()
+    rig.run(1.0)
+    assert rig.positions[0] == farthest

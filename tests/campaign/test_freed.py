@@ -1,0 +1,72 @@
+"""The excuse of a shaft that comes free while its drive says nothing: of it alone, and at once."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+
+from kinematics import Motors
+
+from .freed import CATCHES_UP_S, Freed
+from .mission import run_mission
+from .outcome import Outcome
+from .physical import Bound
+from .run import story
+from .stage import Stage
+
+FINGERS, BASE = 5, 0
+STOPPED_S, BLOCKED_S = 1.0, 3.0
+
+
+def stood(hears) -> Stage:
+    """Return an arm that was stopped, and one of whose motors is blocked long after that."""
+    stage = Stage("cia402", random.Random(1), 0)
+    stage.watch.freed.hears = hears
+    stage.watch.promise(Bound("stop", STOPPED_S, stage.world.tip, 0.2, 20.0))
+    stage.world.stalled.add(FINGERS)
+    stage.world.drive(only(FINGERS), BLOCKED_S)
+    stage.world.stalled.clear()
+    assert not stage.watch.broken
+    return stage
+
+
+def only(motor: int, count: int = 80) -> Motors:
+    return Motors(count if each == motor else 0 for each in range(6))
+
+
+def unheard(motor: int, _time_s: float) -> bool:
+    return motor != FINGERS
+
+
+def test_the_shaft_of_a_drive_that_is_not_heard_goes_to_its_set_point():
+    stage = stood(unheard)
+    stage.world.drive(only(FINGERS), BLOCKED_S + 0.01)
+    assert not stage.watch.broken
+
+
+@pytest.mark.parametrize(("motor", "after_s"), [(BASE, 0.01), (FINGERS, CATCHES_UP_S + 0.01)])
+def test_no_other_motor_may_nor_may_it_later(motor, after_s):
+    stage = stood(unheard)
+    stage.world.drive(only(motor), BLOCKED_S + after_s)
+    assert any("stop: it moved" in each for each in stage.watch.broken)
+
+
+def test_the_shaft_of_a_drive_that_is_heard_stays():
+    stage = stood(lambda _motor, _time_s: True)
+    stage.world.drive(only(FINGERS), BLOCKED_S + 0.01)
+    assert any("stop: it moved" in each for each in stage.watch.broken)
+
+
+def test_motors_that_are_not_blocked_are_not_excused():
+    freed = Freed(hears=lambda _motor, _time_s: False)
+    assert not freed.excuses({FINGERS}, 0.0)
+    freed.blocked({FINGERS}, 1.0)
+    assert freed.excuses({FINGERS}, 1.0)
+    assert not freed.excuses({FINGERS, BASE}, 1.0)
+
+
+def test_a_jog_is_released_while_a_blocked_drive_is_mute():
+    """A seed that was drawn: the shaft came free 0.6 s after the release."""
+    result = run_mission("cia402", 19501081)
+    assert result.outcome is not Outcome.VIOLATION, story(result)
