@@ -8,9 +8,10 @@ from armdrive.controllers.cia402_bus import Heard
 from armdrive.controllers.cia402_current import Cia402Current
 from armdrive.controllers.cia402_cycle import ENABLE, Script
 from armdrive.controllers.cia402_drive import Drive
+from armdrive.controllers.cia402_objects import Read
 from armdrive.controllers.cia402_states import Hindrance
 from armdrive.controllers.requests import Alert, AlertKind, Denied, Done, Halted, Silence
-from firmware_protocol.canopen import OperationMode
+from firmware_protocol.canopen import STATUSWORD, OperationMode, Statusword
 
 FRESH_S = 0.3
 """What a drive said so long ago is still true of one that stands."""
@@ -125,13 +126,21 @@ class Cia402Ending(Cia402Current):
         return self.now_s - self.beats.said_s >= most_s
 
     def _look_anew(self) -> Generator[float, Heard | None, Collection[Drive]]:
-        """Hear what drives said meanwhile, then have each tell what it is, until one is in trouble.
+        """Hear what drives said meanwhile, then ask each what it is, until one is in trouble.
 
         An order that lay in this computer may have had them go on again: it shows for one turn that
-        they had stopped.
+        they had stopped. One that they have, and that waits for a SYNC, would do the same: so none
+        is said before it is known what they are.
         """
         yield from self.wait(self.now_s + self.cycle_s, self._is_troubled)
-        return () if self._is_troubled() else (yield from self.look())
+        if self._is_troubled():
+            return ()
+        asked = {drive.node: (Read(STATUSWORD),) for drive in self.drives}
+        lanes = yield from self.transfer(asked, tries=2)
+        for lane in lanes.values():
+            if STATUSWORD in lane.values:
+                lane.drive.word = Statusword(lane.values[STATUSWORD])
+        return tuple(lane.drive for lane in lanes.values() if STATUSWORD not in lane.values)
 
     def _is_troubled(self) -> bool:
         return any(self.trouble(drive, moving=True) for drive in self.drives)

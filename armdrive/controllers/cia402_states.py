@@ -28,6 +28,9 @@ STAND_TURNS = 3
 BRAKING_S = 1.0
 """So much longer than its ramp a drive may take to stand."""
 
+_TO_BE_STOPPED = (None, DriveState.ENABLED, DriveState.QUICK_STOP)
+"""One that has stopped by itself, too: what it was told before, and waits for a SYNC, is void."""
+
 Unmoved = Generator[float, Heard | None, tuple[Drive, ...]]
 Hindrance = Generator[float, Heard | None, Silence | Denied | None]
 
@@ -103,7 +106,7 @@ class Cia402States(Cia402Cycle):
         mute: tuple[Drive, ...] = ()
         while left and self.now_s < given_up_s:
             for drive in self.drives:
-                if drive.node in left and drive.state in (None, DriveState.ENABLED):
+                if drive.node in left and drive.state in _TO_BE_STOPPED:
                     self.command(drive, STOP, self._mode_of(drive))
             self.last_said = "QUICK STOP"
             yield from self.turn()

@@ -30,6 +30,7 @@ from firmware_protocol.canopen import (
     Heartbeat,
     NodeState,
     Service,
+    Sync,
 )
 from firmware_protocol.frames import pack
 
@@ -257,6 +258,35 @@ def test_targets_that_lay_in_the_computer_while_drives_stopped_do_not_have_the_m
     rig.run(0.5)
     way = rig.positions - there
     assert way.largest <= 20_000 * rig.controller.stopping(0.3).asked_motion_s  # of what lay there
+
+
+@pytest.mark.parametrize("habit", ["hold", "extrapolate"])
+@pytest.mark.parametrize("strategy", ["cyclic", "profile"])
+def test_targets_that_drives_were_given_before_they_stopped_and_no_sync_behind_move_nothing(
+    monkeypatch, strategy, habit
+):
+    """Suspended between the two: the next SYNC would have drives act on what waits for it."""
+    rig = Rig({"strategy": strategy}, hold_after_loss=habit).ready()
+    way = MoveBy(steps(60_000, -30_000), 20_000.0)
+    rig.begin(way if strategy == "profile" else MoveAlong(iter([way]), 10.0))
+    rig.run(0.5)
+    write, sync = rig.link.write, pack(Sync().frame)
+    with monkeypatch.context() as cut_short:
+        said: list[bytes] = []
+        cut_short.setattr(
+            rig.link,
+            "write",
+            lambda data, now_s: (said.append(data), write(data.replace(sync, b""), now_s)),
+        )
+        while not any(sync in data for data in said):
+            rig.run(0.001)
+    rig.dead = True
+    rig.run(0.5)
+    there, rig.dead = rig.positions, False
+    assert rig.states() == {DriveState.QUICK_STOP}
+    assert "stopped by itself, and holds" in rig.finish().reason
+    rig.run(0.5)
+    assert rig.positions == there
 
 
 def test_heartbeats_that_just_suffice_hold_nothing_up():
