@@ -52,6 +52,8 @@ class Writer:
         self._frames: deque[tuple[Frame, float]] = deque()  # each with when it was written
         self._work = threading.Condition()
         self._began_s: float | None = None
+        self._written_s = -math.inf
+        """When the frame was written that is being sent."""
         self._looked_s = -math.inf
         self._stuck_s = 0.0
         """For how long a frame has been on its way while this program was awake to see it."""
@@ -105,7 +107,7 @@ class Writer:
                 frame = self._next()
                 self._began_s = None if frame is None else self._clock()
             if frame is not None:
-                self._send(_message(frame))
+                self._send(_message(frame), self._written_s)
                 self._sent()
             self._mind_refusals()
         with self._work:
@@ -116,6 +118,7 @@ class Writer:
         while self._frames:
             frame, written_s = self._frames.popleft()
             if self._clock() - written_s <= FRESH_S:
+                self._written_s = written_s
                 return frame
             self._watch.count(forgotten=1)
             self._work.notify_all()
@@ -126,8 +129,11 @@ class Writer:
             self._began_s = None
             self._work.notify_all()
 
-    def _send(self, message: can.Message) -> None:
+    def _send(self, message: can.Message, written_s: float) -> None:
         began_s = last_s = self._clock()
+        if began_s - written_s > FRESH_S:  # suspended since it was taken for worth saying
+            self._watch.count(forgotten=1)
+            return
         waited_s = 0.0
         while not self._watch.ended.is_set():
             try:

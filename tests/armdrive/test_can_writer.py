@@ -11,7 +11,7 @@ import can
 import pytest
 from can_bench import LONG_S, FailingBus, until_lost
 
-from armdrive.transports import can_reader, can_writer
+from armdrive.transports import can_reader, can_watch, can_writer
 from armdrive.transports.can_health import BusState, of_error_frame, of_status
 from armdrive.transports.can_link import CanLink
 from firmware_protocol.frames import Frame, pack
@@ -81,6 +81,27 @@ class TestWriter:
         bus.stuck.clear()
         link.write(pack(Frame(1)) * (2 * can_writer.MOST_FRAMES), 0.0)
         assert "frames wait to be sent" in until_lost(link)
+
+    def test_a_frame_in_hand_while_the_program_was_suspended_is_forgotten(self, monkeypatch):
+        bus, now_s = FailingBus(), [0.0]
+        watch = can_watch.Watch(lambda: now_s[0], lambda: None)
+        message = can_writer._message
+
+        def suspended(frame):
+            now_s[0] += 0.5 if frame.can_id == 1 else 0.0
+            return message(frame)
+
+        monkeypatch.setattr(can_writer, "_message", suspended)
+        writer = can_writer.Writer(bus, watch, lambda: now_s[0])
+        writer.put([Frame(1)])
+        writer.drain(LONG_S)
+        writer.put([Frame(2)])
+        writer.drain(LONG_S)
+        watch.ended.set()
+        writer.join(LONG_S)
+        bus.shutdown()
+        assert [each.arbitration_id for each in bus.sent] == [2]
+        assert watch.health.forgotten == 1
 
     def test_nothing_is_sent_periodically_by_anybody_else(self, failing, monkeypatch):
         def periodic(*args, **kwargs):
