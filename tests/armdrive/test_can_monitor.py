@@ -154,7 +154,8 @@ def test_the_frames_of_a_held_arm_are_told_by_its_holder(call, bus):
     assert "this is what it sends and hears" in view
     assert "read encoder" in told
     views = lines.json_lines
-    assert [each["kind"] for each in views] == ["request", "answer"] * 2
+    kinds = [each["kind"] for each in views]
+    assert kinds in (["request", "answer"] * 2, ["answer", "request"] * 2)  # it may come between
     assert {each["id"] for each in views} == {3}
     assert {each["check"] for each in views} == {"right"}
     assert views[0]["time_s"] < 2.0
