@@ -229,10 +229,7 @@ class Engine:
                 self._resume(event)
 
     def _no_answer(self, silence: Silence) -> NoAnswer:
-        return NoAnswer(
-            f"{silence} on {self.link.description}. Check that the arm is switched on and its "
-            "cable plugged in, then reset"
-        )
+        return NoAnswer(f"{silence} on {self.link.description}. {silence.look_at}, then reset")
 
     def _run(self) -> None:
         """Let flows take steps until the present one waits for something that is not there yet."""

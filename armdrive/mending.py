@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from armdrive.dialects import dialect
 from armdrive.errors import ArmError, LinkLost
+from armdrive.flows.asking import without_reset
 from armdrive.flows.resuming import resume
 from armdrive.transports.absent import AbsentLink
 
@@ -186,8 +187,8 @@ class Mender:
         except ArmError as error:
             self._failed(error, self._wire.now_s)
             raise LinkLost(
-                f"the wire is back, but not the arm: {_why(error)}. Nothing moves; look for it "
-                "again"
+                f"the wire is back, but not the arm: {without_reset(error)}. Nothing moves; look for "
+                "it again"
             ) from None
         self.tries += 1
         self._lost_link = ""
@@ -198,14 +199,9 @@ class Mender:
         self.tries += 1
         self._failures += 1
         self.trouble = error
-        self._wire.core.notify(f"looked for the wire in vain: {_why(error)}", error)
+        self._wire.core.notify(f"looked for the wire in vain: {without_reset(error)}", error)
         if self._rewiring.automatic:
             self._due_s = now_s + self._pause_s()
 
     def _pause_s(self) -> float:
         return PAUSES_S[min(self._failures, len(PAUSES_S) - 1)]
-
-
-def _why(error: ArmError) -> str:
-    """Return what an error says, without the reset that there is no arm for yet."""
-    return str(error).rstrip(".").removesuffix(", then reset")

@@ -13,6 +13,12 @@ from armdrive.transports.can_address import is_can
 if TYPE_CHECKING:
     from armdrive.armfile import ArmConfig
 
+ALL_SILENT = (
+    "Check that the drives have power, that the bus's cable sits and has a resistor of 120 ohm at "
+    "each of its two ends, and that ids and bit rate are those of the arm file"
+)
+"""What a person does about a bus on which no drive answers."""
+
 
 @dataclass(frozen=True, slots=True)
 class BusMotors:

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from armdrive.controllers import cia402_setup as setup
 from armdrive.controllers.cia402_cycle import STOP
 from armdrive.controllers.cia402_drive import Drive
+from armdrive.controllers.cia402_hearing import SERIAL_NUMBER
 from armdrive.controllers.cia402_objects import TRIES, Lane, Read, refusal_words
 from armdrive.controllers.cia402_states import Cia402States, Hindrance
 from armdrive.controllers.requests import Denied, Oddity
@@ -51,9 +52,12 @@ class Cia402Contact(Cia402States):
 
     def contact(self) -> Hindrance:
         """Find every drive, set it up and have it tell where it is; return what hinders that."""
+        self.shared.clear()
         hindrance = yield from self._recognise()
         if hindrance is None:
             hindrance = yield from self._calm_down()
+        if hindrance is None and (shared := self.shared_words()):
+            hindrance = Denied(shared, moved=False)
         if hindrance is None:
             hindrance = yield from self._set_up()
         if hindrance is None:
@@ -71,9 +75,15 @@ class Cia402Contact(Cia402States):
         began_s = self.now_s
         self.last_said = "SDO 1000"
         lanes = yield from self.everywhere(
-            Read(DEVICE_TYPE), Read(SUPPORTED_MODES), Read(PRODUCER_HEARTBEAT_MS)
+            Read(SERIAL_NUMBER),
+            Read(DEVICE_TYPE),
+            Read(SUPPORTED_MODES),
+            Read(PRODUCER_HEARTBEAT_MS),
         )
         if (missing := self.missing(lanes, began_s)) is not None:
+            shared = self.shared_words()  # it may have the number of another
+            if shared and isinstance(missing, Denied):
+                return Denied(f"{missing.reason}. And {shared}", moved=False)
             return missing
         if self.rival_s > self.now_s - BEAT_LATE * self.settings.heartbeat_ms / 1000.0:
             return Denied(
@@ -82,6 +92,9 @@ class Cia402Contact(Cia402States):
                 moved=False,
             )
         for lane in lanes.values():
+            if DEVICE_TYPE in lane.refused:
+                remedy = ". So it is no CANopen device: check the ids of the arm file"
+                return Denied(refusal_words(lane, DEVICE_TYPE, remedy), moved=False)
             profile = lane.values.get(DEVICE_TYPE, 0) & 0xFFFF
             if profile != PROFILE_NUMBER:
                 return Denied(
@@ -199,6 +212,8 @@ class Cia402Contact(Cia402States):
 
 
 _PROFILE_OBJECTS = 0x6000
+PROFILE_DOES = '. With strategy = "profile" it is not needed'
+NEEDED = ". Nothing is driven without it: newer firmware of the drive may have it"
 
 
 def _of_safety(node: int, quick_slope: float) -> tuple[Write, ...]:
@@ -213,7 +228,7 @@ def refused_of(lanes: Mapping[int, Lane]) -> Denied | None:
     for lane in lanes.values():
         for place in lane.refused:
             cyclic = place in (setup.PERIOD, setup.PERIOD_UNIT)
-            remedy = '. With strategy = "profile" it is not needed' if cyclic else ""
+            remedy = PROFILE_DOES if cyclic else NEEDED
             return Denied(refusal_words(lane, place, remedy), moved=False)
     return None
 

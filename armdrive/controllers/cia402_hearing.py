@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Generator, Iterable, Mapping
 
 from armdrive.abilities import Abilities
+from armdrive.controllers.bus_motors import ALL_SILENT
 from armdrive.controllers.cia402_beats import Beats
 from armdrive.controllers.cia402_bus import Answered, Cia402Bus, Foreign, Heard, Told
 from armdrive.controllers.cia402_drive import Drive
@@ -20,11 +21,15 @@ from firmware_protocol.canopen import (
     GarbledResponse,
     Heartbeat,
     NodeState,
+    Place,
     SdoEvent,
+    StrayResponse,
     Uploaded,
 )
+from firmware_protocol.canopen.sdo_messages import Upload
 from kinematics.spaces import Motors
 
+SERIAL_NUMBER = Place(0x1018, 4)
 FAULTS = (DriveState.FAULT, DriveState.FAULT_REACTION)
 Waiting = Generator[float, Heard | None, None]
 
@@ -32,6 +37,7 @@ Waiting = Generator[float, Heard | None, None]
 class Cia402Hearing(Scripted[Heard]):
     """Knows what each drive said last; its scripts look at that instead of at messages."""
 
+    look_at = ALL_SILENT
     contacted = False
     configured = False
     """Whether the drives have been set up before; one that forgot that has begun anew."""
@@ -52,6 +58,9 @@ class Cia402Hearing(Scripted[Heard]):
         self._by_node: Mapping[int, Drive] = {drive.node: drive for drive in self.drives}
         self.answers: dict[int, SdoEvent] = {}
         """What has come of the transfer with each node, until it is fetched."""
+        self.shared: set[int] = set()
+        """The node numbers by which two drives have answered: two serial numbers."""
+        self._serials: dict[int, bytes] = {}
         self.rival_s = -math.inf
         """When somebody else was heard to beat with this program's number."""
 
@@ -64,7 +73,10 @@ class Cia402Hearing(Scripted[Heard]):
 
     def registers(self) -> Registers:
         """Return where the drives were seen last; one within reach of its place is there."""
-        return Registers(Motors(drive.count(self.settings.rest_window) for drive in self.drives))
+        counts = Motors(drive.count(self.settings.rest_window) for drive in self.drives)
+        told = {drive.holds for drive in self.drives if drive.state is not None}
+        alike = len(told) == 1 and all(drive.state is not None for drive in self.drives)
+        return Registers(counts, held=told.pop() if alike else None)
 
     # -- what the engine calls ----------------------------------------------------------------
 
@@ -108,6 +120,11 @@ class Cia402Hearing(Scripted[Heard]):
                 drive.tell(heard, self.now_s)
             case Answered(node, Uploaded() | Downloaded() | Aborted() as event):
                 self.answers[node] = event
+                if isinstance(event, Uploaded) and event.place == SERIAL_NUMBER:
+                    self._serials[node] = event.data
+            case Answered(node, StrayResponse(Upload(place, content))) if place == SERIAL_NUMBER:
+                if self._serials.get(node, content.data) != content.data:  # not what comes twice
+                    self.shared.add(node)
             case Answered(node, GarbledResponse(frame, reason)):
                 self.tell(Oddity(f"node {node} answered {frame}, which is no answer: {reason}"))
             case Heartbeat(node) if node == self.settings.master_id:

@@ -30,6 +30,9 @@ PATIENT_S = 0.25
 """How much longer than any other the last answer to that is waited for."""
 
 
+_MAPPINGS = (*range(0x1600, 0x1800), *range(0x1A00, 0x1C00))
+
+
 @dataclass(frozen=True, slots=True)
 class Read:
     """An object to be read."""
@@ -159,13 +162,33 @@ class Cia402Objects(Cia402Pulse):
             "file (`armdrive doctor --can`)"
         )
 
+    def shared_words(self) -> str:
+        """Say which node numbers two drives have; empty where none."""
+        if not self.shared:
+            return ""
+        named = ", ".join(map(str, sorted(self.shared)))
+        return (
+            f"more than one drive answers to the node number {named}: give each one of its own, by "
+            "its switches or its maker's program"
+        )
+
 
 def refusal_words(lane: Lane, place: Place, remedy: str = "") -> str:
     """Say that a drive refused an object, which, and why."""
     entry = STANDARD.find(place)
-    name = f" ({entry.name.lower()})" if entry is not None else ""
+    name = f" ({entry.name.lower()})" if entry is not None else _mapped_words(lane, place)
     why = abort_words(lane.refused[place])
     return f"{lane.drive} refused object {place}{name}: {why}{remedy}"
+
+
+def _mapped_words(lane: Lane, place: Place) -> str:
+    """Say what an entry of a PDO's mapping should carry; empty where the object is none."""
+    for job in lane.jobs:
+        if isinstance(job, Write) and job.place == place and place.index in _MAPPINGS and place.sub:
+            mapped = STANDARD.find(Place(job.value >> 16, job.value >> 8 & 0xFF))
+            if mapped is not None:
+                return f" (PDO with {mapped.place}, {mapped.name.lower()})"
+    return ""
 
 
 def value_of(place: Place, data: bytes, *, exact: bool = True) -> int:

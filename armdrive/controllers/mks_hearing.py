@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from armdrive.abilities import Abilities
+from armdrive.controllers.bus_motors import ALL_SILENT
 from armdrive.controllers.mks_drive import Drive
 from armdrive.controllers.mks_owed import Owed
 from armdrive.controllers.mks_settings import MksSettings
@@ -28,6 +29,7 @@ from firmware_protocol.mks import (
     Overrun,
     Started,
     Status,
+    Stop,
     StoredForStart,
     Stray,
 )
@@ -40,6 +42,8 @@ REFUSED = 2
 
 class MksHearing(Scripted[Event]):
     """Knows where the drives were seen, and when each was heard."""
+
+    look_at = ALL_SILENT
 
     def __init__(self, abilities: Abilities, settings: MksSettings, names: Iterable[str]) -> None:
         self._host = Host(settings.ids)
@@ -124,7 +128,7 @@ def _counts(heard: Event, *, obedient: bool) -> bool:
     match heard:
         case Answered(_, _, EncoderRead()) | Stray(_, EncoderRead()):
             return True
-        case Started(_, MoveAbsoluteAxis()) | StoredForStart(_, MoveAbsoluteAxis()):
+        case Started(_, MoveAbsoluteAxis() | Stop()) | StoredForStart(_, MoveAbsoluteAxis()):
             return obedient
         case Stray(_, Status(Code.ABSOLUTE_AXIS, Outcome.STARTED)):
             return obedient

@@ -120,6 +120,8 @@ Request = (
 
 # -- what is answered ---------------------------------------------------------------------------
 
+SWITCHED_ON = "Check that the arm is switched on and its cable plugged in"
+
 
 @dataclass(frozen=True, slots=True)
 class Done:
@@ -176,10 +178,11 @@ class Denied:
 
 @dataclass(frozen=True, slots=True)
 class Silence:
-    """No answer, and none is waited for any longer."""
+    """No answer, and none is waited for any longer. `look_at` is what a person does about it."""
 
     to: str
     waited_s: float
+    look_at: str = field(default=SWITCHED_ON, compare=False, repr=False)
 
     def __str__(self) -> str:
         return f"no answer to `{self.to}` within {self.waited_s:.1f} s"
@@ -187,12 +190,16 @@ class Silence:
 
 @dataclass(frozen=True, slots=True)
 class Registers:
-    """The controller's position counts, in its own origin, and its input bits."""
+    """The controller's position counts, in its own origin, and its input bits.
+
+    `held` says whether all motors have current, or none has; None where it does not tell.
+    """
 
     positions: Motors
     inputs: int = 0
     gripping: bool = False
     key: str = "NONE"
+    held: bool | None = None
 
     def __str__(self) -> str:
         pressed = f", key {self.key}" if self.key != NO_KEY else ""

@@ -14,7 +14,7 @@ from typing import Generic, Protocol, TypeVar
 
 from armdrive.abilities import Abilities
 from armdrive.controllers.controller import Stopping
-from armdrive.controllers.requests import Denied, Event, Reply, Request, Silence
+from armdrive.controllers.requests import SWITCHED_ON, Denied, Event, Reply, Request, Silence
 from armdrive.errors import ArmError, WrongState
 from kinematics.spaces import Motors
 
@@ -45,6 +45,9 @@ class Scripted(ABC, Generic[H]):
     In a script: `say` puts bytes on the wire, `tell` an event to the engine; `now_s` is the time,
     `stop_asked` and `stop_hard` whether somebody wants the motion to end.
     """
+
+    look_at = SWITCHED_ON
+    """What a person does about a device that does not answer."""
 
     def __init__(self, abilities: Abilities, codec: Codec[H]) -> None:
         self.abilities = abilities
@@ -116,7 +119,7 @@ class Scripted(ABC, Generic[H]):
 
     def silence(self, since_s: float) -> Silence:
         """Return the reply that says that nothing answered."""
-        return Silence(self.last_said, self.now_s - since_s)
+        return Silence(self.last_said, self.now_s - since_s, self.look_at)
 
     # -- what the engine calls ----------------------------------------------------------------
 

@@ -6,7 +6,7 @@ import contextlib
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from armdrive.errors import DeviceFault
+from armdrive.errors import DeviceFault, LinkLost
 from armdrive.transports.can_address import PREFIX, is_can
 
 if TYPE_CHECKING:
@@ -61,12 +61,19 @@ class Ears:
 
 @contextlib.contextmanager
 def overheard(link: Link, wire: Connection) -> Iterator[Ears]:
-    """Give a link to connect over; a `DeviceFault` on the way out tells what was heard instead."""
+    """Give a link to connect over; a `DeviceFault` on the way out tells what was heard instead.
+
+    A bus that was lost at once is one on which nobody acknowledges: who is there can be found out.
+    """
     ears = Ears(link)
     try:
         yield ears
     except DeviceFault as fault:
         raise explained(fault, bytes(ears.heard), wire) from None
+    except LinkLost as lost:
+        if not is_can(wire.port):
+            raise
+        raise LinkLost(f"{str(lost).rstrip('.')}. {_doctor(wire.port)}") from None
     finally:
         ears.remembers = False
         ears.heard.clear()

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from armdrive.controllers.requests import Denied, ReadPosition, Registers, Reply, Request
 from armdrive.core import Core
-from armdrive.errors import DeviceFault, NoAnswer, PendantStop, PositionMismatch, Stopped
+from armdrive.errors import ArmError, DeviceFault, NoAnswer, PendantStop, PositionMismatch, Stopped
 from armdrive.flow import Ask, Flow, Until
 from armdrive.status import Current, Trust
 from armdrive.trust import Evidence
@@ -155,6 +155,11 @@ class Asking:
         """Latch error-stop, and return the error, to be raised."""
         self.core.fault(error)
         return error
+
+
+def without_reset(error: ArmError) -> str:
+    """Return what an error says, without the reset that there is no arm for yet."""
+    return str(error).rstrip(".").removesuffix(", then reset")
 
 
 def weigh_difference(wire: Asking, difference: Motors) -> None:

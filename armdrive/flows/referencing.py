@@ -18,9 +18,9 @@ from armdrive.controllers.requests import (
     Registers,
     SwitchOn,
 )
-from armdrive.errors import DeviceFault, LinkLost, NotReferenced, StateFileError
+from armdrive.errors import DeviceFault, LinkLost, NoAnswer, NotReferenced, StateFileError
 from armdrive.flow import Flow
-from armdrive.flows.asking import weigh_difference
+from armdrive.flows.asking import weigh_difference, without_reset
 from armdrive.flows.comparing import compare_again, compare_settings
 from armdrive.flows.remembering import be_remembered, leave_standstill
 from armdrive.states import Event, after
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 def connect(wire: Wire) -> Flow[None]:
     """Find the controller, take up its record, and end in stand-still. Moves nothing."""
     core = wire.core
-    registers = yield from wire.ask_registers()
+    registers = yield from _find(wire)
     switched = core.controller.abilities.current is Switching.BOTH
     core.happen(Event.OPENED_SWITCHED if switched else Event.OPENED_HELD)
     _take_up_record(wire, registers)
@@ -46,6 +46,14 @@ def connect(wire: Wire) -> Flow[None]:
     if core.belief.trust is Trust.SUSPECT:
         core.remember()  # else registers that come back by chance would be believed once more
     core.still_since_s = wire.now_s
+
+
+def _find(wire: Wire) -> Flow[Registers]:
+    """Ask for the registers of an arm that nobody has seen yet, and that cannot be reset."""
+    try:
+        return (yield from wire.ask_registers())
+    except NoAnswer as error:
+        raise NoAnswer(f"{without_reset(error)}, then connect again") from None
 
 
 def _take_up_record(wire: Wire, registers: Registers) -> None:
