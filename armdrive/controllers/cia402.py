@@ -6,6 +6,7 @@ Position is what the drives' encoders tell. Sources: CiA 301 (CANopen) and CiA 4
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -51,6 +52,9 @@ SEEN_TURNS = 8
 
 class Cia402Controller(Cia402Comparing):
     """The drives of one arm, seen from the driver."""
+
+    _began_s = -math.inf
+    """When the present request was taken up."""
 
     def __init__(self, abilities: Abilities, config: ArmConfig) -> None:
         settings: Cia402Settings = config.device
@@ -126,7 +130,17 @@ class Cia402Controller(Cia402Comparing):
         """Take up a request; nothing that was asked before is waited for any more."""
         if not self.busy:
             self.give_up()
+        self._began_s = now_s
         super().begin(request, now_s)
+
+    def stop(self, *, hard: bool) -> None:
+        """Have the script know of a stop; a target that was not said yet never is.
+
+        To a drive that has stopped by itself meanwhile it is an order to go on.
+        """
+        if self.busy and not self.stop_asked and self.now_s > self._began_s:
+            self._out.clear()
+        super().stop(hard=hard)
 
     # -- numbers ------------------------------------------------------------------------------
 

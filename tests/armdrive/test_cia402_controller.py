@@ -289,6 +289,23 @@ def test_targets_that_drives_were_given_before_they_stopped_and_no_sync_behind_m
     assert rig.positions == there
 
 
+def test_targets_that_were_worked_out_and_not_said_are_dropped_by_a_stop():
+    """Suspended as it hears: what is thought out with that was not said, and is not on waking."""
+    rig = Rig().ready()
+    rig.begin(MoveAlong(iter([MoveBy(steps(60_000, -30_000), 20_000.0)]), 10.0))
+    rig.run(0.5)
+    due_s = rig.controller.next_s()
+    rig.controller.receive(pack(Heartbeat(1, NodeState.OPERATIONAL).frame), due_s)
+    assert rig.controller.next_s() == due_s  # there is something to be said
+    rig.dead = True
+    rig.run(1.2)
+    there, rig.dead = rig.positions, False
+    rig.stop()
+    assert rig.finish() == Halted()
+    rig.run(0.5)
+    assert rig.positions == there
+
+
 def test_heartbeats_that_just_suffice_hold_nothing_up():
     rig = Rig({"heartbeat_ms": 100, "beat_ms": 50}).ready()
     rig.begin(MoveAlong(iter([MoveBy(steps(20_000), 20_000.0)]), 10.0))
