@@ -19,14 +19,19 @@ def counts_anew(drive: Drive, reach: int, now_s: float) -> bool:
     since than it may have run from zero.
     """
     seen = drive.seen or 0
-    if drive.leap.leapt and abs(seen) <= reach + (now_s - drive.leap.since_s) * drive.fastest:
+    if drive.leap.leapt and abs(seen) <= reach + _ran_since(drive, drive.leap.since_s, now_s):
         return True
     if abs(seen) <= reach and not drive.passes(0, reach):
         return True
     if not drive.moving and _counts_within_its_turn(drive.target, seen, reach):
         return True
-    gone_s = max(now_s - drive.gap.gone_s, 0.0)
-    return drive.moving and bool(gone_s) and abs(seen) <= reach + gone_s * drive.fastest
+    gone_s = drive.gap.gone_s
+    return drive.moving and gone_s < now_s and abs(seen) <= reach + _ran_since(drive, gone_s, now_s)
+
+
+def _ran_since(drive: Drive, since_s: float, now_s: float) -> float:
+    """Return how far a drive may have run since then, as fast as any of its orders let it."""
+    return (now_s - since_s) * max(drive.fastest, drive.speeds.fastest_since(since_s))
 
 
 def _counts_within_its_turn(target: int, seen: int, reach: int) -> bool:

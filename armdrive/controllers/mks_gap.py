@@ -16,6 +16,8 @@ TICK_S = 0.01
 heard, is followed by others so soon: what tells lost frames from a drive that has no power."""
 MISSED = 3
 """Whoever has missed so many more in a row, while another drive answered, may have been gone."""
+ALONE_S = 0.15
+"""One that brakes and is silent for so long may have been gone, though nobody else is heard."""
 LATE_S = 0.12
 """An answer that has not come so long after its drive was heard again will not come."""
 
@@ -33,6 +35,8 @@ class Gap:
     """How many orders and questions more than answers there have been."""
     since_s: float = math.inf
     """When it was told what it answers first; infinity where it has nothing to answer."""
+    alone: bool = False
+    """Whether it brakes, so that others may have nothing to say meanwhile."""
     _before: int = 0
     _last_s: float = -math.inf
     _maybe_s: float = math.inf
@@ -76,7 +80,8 @@ class Gap:
     def heard(self, now_s: float, *, counts: bool) -> None:
         """Take note that it says something; what `counts` is the answer to something that did."""
         self.outstanding -= counts
-        if self.missed >= MISSED and not self.pending:
+        silent = self.alone and now_s >= self.since_s + ALONE_S
+        if (silent or self.missed >= MISSED) and not self.pending:
             self._maybe_s, self._maybe_owed, self._back_s = self.since_s, self._before, now_s
         if self.pending and self.outstanding <= self._maybe_owed:
             self._maybe_s = math.inf  # it has answered all: it was there
@@ -85,4 +90,4 @@ class Gap:
     def forget(self) -> None:
         """Doubt it no more, and wait for nothing."""
         self.doubted_s = self.since_s = self._maybe_s = math.inf
-        self.missed = 0
+        self.missed, self.alone = 0, False

@@ -59,7 +59,8 @@ class MksInsisting(MksEasing):
 
     def _insist(self, nodes: Collection[int], hard: bool) -> None:
         self._say_stop(nodes, hard)
-        for node in nodes:
+        witness = tuple(node for node in self.nodes if node not in nodes)[:1]
+        for node in (*nodes, *witness):  # who is gone is told from a bus that loses frames
             self.put(node, ReadState())
 
     def _say_stop(self, nodes: Collection[int], hard: bool) -> None:

@@ -105,6 +105,8 @@ class MksStopping(MksInsisting):
         insists = math.isfinite(again_s)
         deaf = set(nodes) if insists else set[int]()
         self._mute.clear()
+        for node in nodes:
+            self.drive(node).gap.alone = True  # those that stand are not asked
         while left and self.now_s < given_up_s:
             asked_s = self.now_s
             if self.stop_hard and not hard:

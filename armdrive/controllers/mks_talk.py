@@ -21,6 +21,7 @@ from firmware_protocol.mks import (
     ReadEncoder,
     ReadSetting,
     Started,
+    Stop,
     StoredForStart,
 )
 from firmware_protocol.mks import Request as Message
@@ -62,7 +63,7 @@ class MksTalk(MksHearing):
         gap = self.drive(node).gap
         if gap.obedient or not isinstance(message, Motion):
             others = (each.answered_s for each in self.drives if each.node != node)
-            counts = isinstance(message, ReadEncoder | MoveAbsoluteAxis)
+            counts = isinstance(message, ReadEncoder | MoveAbsoluteAxis | Stop)
             gap.asked(self.now_s, max(others, default=0.0), counts=counts)
 
     def ask(

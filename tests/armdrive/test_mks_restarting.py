@@ -7,9 +7,10 @@ import random
 import pytest
 from mks_bench import MksBench
 from test_mks_controller_late import stand_still
-from test_mks_controller_motion import BURSTS, along, straight
+from test_mks_controller_motion import BURSTS, along, segments, straight
+from test_mks_holdups import hold_up
 
-from armdrive.controllers.requests import AlertKind, Denied, Done, MoveBy
+from armdrive.controllers.requests import AlertKind, Denied, Done, Halted, MoveBy
 from firmware_protocol.mks import Code
 from kinematics import Motors
 
@@ -109,3 +110,74 @@ def test_drives_that_all_began_anew_in_a_burst_are_not_sent_the_whole_way_again(
     assert isinstance(bench.do(burst), Denied)
     sent = [order for at_s, order in bench.node(1).orders if at_s > 0.0]
     assert len(sent) == 1
+
+
+@pytest.mark.parametrize("after_s", [0.16, 0.19, 0.22, 0.25])
+@pytest.mark.parametrize("slow", [60, 150])
+@pytest.mark.parametrize("start", [0, -900])
+def test_one_that_began_anew_while_it_was_fast_is_found_though_it_is_slow_since(
+    start, slow, after_s
+):
+    bench = MksBench(starts=(start, 0, 0, 0, 0, 0)).ready()
+    fast, later = (700, 300, 0, 0, 0, 0), (slow, slow, 0, 0, 0, 0)
+    begins_anew(bench, 1, after_s)
+    began_s = bench.now_s
+    bench.loses = lambda frame, host: (  # it is not looked at until it is slow
+        not host and frame.data[0] == Code.ENCODER and 0.3 < bench.now_s - began_s < 0.68
+    )
+    assert isinstance(bench.do(along(segments(*([fast] * 5 + [later] * 8)))), Denied)
+    (alert,) = bench.alerts()
+    assert alert.kind is AlertKind.RESTARTED
+    assert "drive 1 (base)" in alert.text
+
+
+@pytest.mark.parametrize("dead_s", [0.1, 0.5])
+@pytest.mark.parametrize("stop_s", [0.0, 0.02])
+@pytest.mark.parametrize("start", [4, -450])
+@pytest.mark.parametrize("hard", [False, True])
+def test_one_that_moves_alone_and_begins_anew_around_a_stop_is_found(hard, start, stop_s, dead_s):
+    bench = MksBench(starts=(start, 0, 0, 0, 0, 0)).ready()
+    begins_anew(bench, 1, 0.11, dead_s)
+    bench.begin(along(straight(20, (300, 0, 0, 0, 0, 0))))
+    bench.run(0.11 + stop_s)
+    bench.controller.stop(hard=hard)
+    assert isinstance(bench.finish(), Halted)
+    (alert,) = bench.alerts()
+    assert alert.kind is AlertKind.RESTARTED
+    assert "drive 1 (base)" in alert.text
+
+
+@pytest.mark.parametrize("stop_s", [0.0, 0.02])
+def test_drives_that_all_began_anew_as_they_were_stopped_are_found(stop_s):
+    bench = MksBench(starts=(4, -450, 0, 0, 0, 0)).ready()
+    for number in range(1, 7):
+        begins_anew(bench, number, 0.2 + number * 1e-6, 0.3)
+    bench.begin(along(straight(20, (300, 300, 0, 0, 0, 0))))
+    bench.run(0.2 + stop_s)
+    bench.controller.stop(hard=False)
+    assert isinstance(bench.finish(), Halted)
+    assert {alert.kind for alert in bench.alerts()} == {AlertKind.RESTARTED}
+    assert len(bench.alerts()) == 2
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_lost_frames_behind_a_stop_are_no_drive_that_began_anew(seed):
+    bench = MksBench(starts=(-300, 0, 0, 0, 0, 0)).ready()
+    dice = random.Random(seed)
+    bench.loses = lambda _frame, _host: dice.random() < 0.1
+    bench.begin(along(straight(20, (300, 0, 0, 0, 0, 0))))
+    bench.run(0.11)
+    bench.controller.stop(hard=False)
+    assert isinstance(bench.finish(), Halted)
+    assert not bench.alerts()
+
+
+@pytest.mark.parametrize("for_s", [0.05, 0.1, 0.3])
+def test_a_bus_that_stands_still_behind_a_stop_near_zero_blames_no_drive(for_s):
+    bench = MksBench(starts=(-300, 0, 0, 0, 0, 0)).ready()
+    bench.begin(along(straight(20, (300, 0, 0, 0, 0, 0))))
+    bench.run(0.11)
+    bench.controller.stop(hard=False)
+    hold_up(bench, for_s)
+    assert isinstance(bench.finish(), Halted)
+    assert not bench.alerts()
