@@ -24,7 +24,7 @@ class Evidence(Enum):
     DECLARED = "the posture was declared by the caller"
     CONFIRMED = "the operator confirmed the recorded posture"
     RECORD_MATCHES = "recorded by an earlier program, and the registers still agree"
-    RECORD_DIFFERS = "the registers differ from the recorded ones: moved by pendant, or power lost"
+    RECORD_DIFFERS = "the registers differ from the recorded ones: it was moved, or lost its power"
     LINK_BACK = "the wire was lost and is back, and the registers still agree"
     ENDED_IN_MOTION = "the last program ended in mid-motion"
     RECORD_UNUSABLE = "the recorded position cannot be used"
@@ -41,7 +41,7 @@ class Evidence(Enum):
     SWITCHED_OFF = "the controller switched the motors off, and the arm can sag"
     CURRENT_DROPPED = "the motor current was switched off, and the arm can sag"
     LOST_IN_MOTION = "the wire was lost while the arm moved"
-    MOVED_BY_OTHERS = "the registers changed while nothing was moved from here: the pendant, say"
+    MOVED_BY_OTHERS = "the registers changed with no motion from here: by hand, or by a pendant"
     RESTARTED = "the controller announced that it was restarted"
     CONTROLLER_RESTARTED = "the registers fell to zero: the controller was reset or lost its power"
 

@@ -131,7 +131,9 @@ class Whereabouts:
         self.coordinates = self.coordinates_of(registers.positions)
 
     def sense(self, registers: Registers) -> None:
-        """Take the inputs; an arm without a grip switch never tells whether it grips."""
+        """Take the inputs and the current; without a grip switch nothing tells whether it grips."""
+        if registers.held is not None:
+            self.current = Current.HELD if registers.held else Current.OFF
         self.inputs = registers.inputs
         self.sensed += 1
         if self.controller.abilities.grip_switch:

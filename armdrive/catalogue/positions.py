@@ -109,7 +109,7 @@ POSITIONS = (
     ),
     Entry(
         "E717", "MOVED_BY_OTHERS", "somebody else moved the arm",
-        "The registers changed while nothing was sent from here: the pendant, say.",
+        "The registers changed while nothing was sent from here: a pendant or a hand, say.",
         "The arm stands where the others left it, its position is suspect. " + NO_PLANNING,
         "Look at the arm, then home it, or confirm where it stands.",
     ),

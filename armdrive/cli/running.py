@@ -16,6 +16,7 @@ from typing import NoReturn, Protocol, cast
 
 from armdrive.catalogue import error_view, tagged
 from armdrive.cli import COMMANDS
+from armdrive.cli.naming import with_arm
 from armdrive.errors import ArmError
 from kinematics.errors import BadNumber, KinematicsError, UnknownPreset, UnknownSystem
 
@@ -92,7 +93,7 @@ def _say(options: argparse.Namespace, error: BaseException, code: int) -> int:
     if getattr(options, "json", False):
         sys.stderr.write(f"{json.dumps(error_view(error))}\n")
     else:
-        sys.stderr.write(f"armdrive: {tagged(error)}\n")
+        sys.stderr.write(f"armdrive: {with_arm(tagged(error), options)}\n")
     return code
 
 

@@ -199,7 +199,7 @@ class Registers:
     inputs: int = 0
     gripping: bool = False
     key: str = "NONE"
-    held: bool | None = None
+    held: bool | None = field(default=None, compare=False)
 
     def __str__(self) -> str:
         pressed = f", key {self.key}" if self.key != NO_KEY else ""

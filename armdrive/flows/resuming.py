@@ -37,9 +37,9 @@ def resume(wire: Wire, lost_s: float, lost_link: str) -> Flow[None]:
     registers = yield from wire.ask_registers()
     core.cut_off_s = 0.0
     was = core.before_loss
-    _weigh(core, registers, wire.now_s)
     if was is not State.DISABLED or core.current is not Current.OFF:
         core.current = Current.UNKNOWN
+    _weigh(core, registers, wire.now_s)
     core.outputs = None
     core.happen(Event.OPENED_SWITCHED if was is State.DISABLED else Event.OPENED_HELD)
     core.notice = ""

@@ -1,0 +1,45 @@
+"""The motor current as an arm's drives tell it: at contact, as asked for, in doubt."""
+
+from __future__ import annotations
+
+from cia402_rig import Rig
+
+from armdrive import Arm
+from armdrive.connecting import connect_simulated, simulated_config
+from armdrive.controllers.requests import ReadPosition
+from armdrive.sim.twin import make_twin
+from armdrive.status import Current, State
+
+
+def connected() -> Arm:
+    config = simulated_config("cia402")
+    return connect_simulated(config, twin=make_twin(config))
+
+
+def test_drives_that_are_found_switched_off_are_told_as_off():
+    arm = connected()
+    assert arm.status.state is State.DISABLED
+    assert arm.status.current is Current.OFF
+
+
+def test_drives_that_hold_are_told_as_held_whoever_switched_them_on():
+    rig = Rig()
+    assert rig.do(ReadPosition()).held is False
+    assert rig.ready().do(ReadPosition()).held is True
+
+
+def test_the_current_follows_what_is_asked_for():
+    arm = connected()
+    arm.enable()
+    assert arm.status.current is Current.HELD
+    arm.disable()
+    assert arm.status.current is Current.OFF
+
+
+def test_of_drives_that_differ_it_is_not_said_that_they_hold():
+    arm = connected()
+    arm.enable()
+    arm.twin.faults.add("drive-fault", "2", "4310")
+    arm.sleep(1.0)
+    assert arm.status.state is State.ERROR_STOP
+    assert arm.status.current is not Current.HELD
