@@ -70,7 +70,7 @@ class Cia402Contact(Cia402States):
         self.contacted = self.configured = True
         return None
 
-    def _recognise(self) -> Hindrance:
+    def _recognise(self, *, again: bool = True) -> Hindrance:
         """Ask every drive what it is."""
         began_s = self.now_s
         self.last_said = "SDO 1000"
@@ -81,9 +81,11 @@ class Cia402Contact(Cia402States):
             Read(PRODUCER_HEARTBEAT_MS),
         )
         if (missing := self.missing(lanes, began_s)) is not None:
-            shared = self.shared_words()  # it may have the number of another
-            if shared and isinstance(missing, Denied):
-                return Denied(f"{missing.reason}. And {shared}", moved=False)
+            if isinstance(missing, Denied):
+                if again and (yield from self.awoken(lanes)):
+                    return (yield from self._recognise(again=False))
+                if shared := self.shared_words():  # it may have the number of another
+                    return Denied(f"{missing.reason}. And {shared}", moved=False)
             return missing
         if self.rival_s > self.now_s - BEAT_LATE * self.settings.heartbeat_ms / 1000.0:
             return Denied(

@@ -8,6 +8,7 @@ from armdrive.controllers.cia402_bus import Heard
 from armdrive.controllers.cia402_current import Cia402Current
 from armdrive.controllers.cia402_cycle import ENABLE, Script
 from armdrive.controllers.cia402_drive import Drive
+from armdrive.controllers.cia402_hearing import away_words
 from armdrive.controllers.cia402_objects import Read
 from armdrive.controllers.cia402_states import Hindrance
 from armdrive.controllers.requests import Alert, AlertKind, Denied, Done, Halted, Silence
@@ -169,6 +170,8 @@ class Cia402Ending(Cia402Current):
         unstopped = yield from self.halt()
         if isinstance(unstopped, Silence):
             return unstopped
+        if away := next(filter(None, map(away_words, mute)), ""):
+            return Denied(away, silent=True)
         named = ", ".join(map(str, mute))
         words = f"{named} said nothing for a while: look at the bus's wiring and its load"
         silent = isinstance(unstopped, Denied) and unstopped.silent

@@ -175,9 +175,8 @@ class Cia402Hearing(Scripted[Heard]):
     def trouble(self, drive: Drive, *, moving: bool = False) -> Alert | None:
         """Return what is wrong with a drive; one that holds in a quick stop is fine at rest."""
         if drive.booted:
-            return Alert(AlertKind.RESTARTED, f"{drive} was reset, or lost its power for a moment")
-        if drive.network not in (None, NodeState.OPERATIONAL) and self.contacted:
-            words = f"{drive} was ordered to be {_network_words(drive.network)} by somebody else"
+            return Alert(AlertKind.RESTARTED, away_words(drive))
+        if self.contacted and (words := away_words(drive)):
             return Alert(AlertKind.ALARM, words)
         if not self.on or drive.word is None or drive.state is DriveState.ENABLED:
             return None
@@ -196,5 +195,11 @@ class Cia402Hearing(Scripted[Heard]):
         return f"{drive} is in fault and has switched its motor off{why}"
 
 
-def _network_words(state: NodeState | None) -> str:
-    return "nothing" if state is None else state.name.lower().replace("_", "-")
+def away_words(drive: Drive) -> str:
+    """Say why a drive takes no part any more, as far as it has said so itself."""
+    if drive.booted:
+        return f"{drive} was reset, or lost its power for a moment"
+    if drive.network is None or drive.network is NodeState.OPERATIONAL:
+        return ""
+    state = drive.network.name.lower().replace("_", "-")
+    return f"{drive} was ordered to be {state} by somebody else"

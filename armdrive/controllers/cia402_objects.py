@@ -15,9 +15,12 @@ from armdrive.controllers.cia402_drive import Drive
 from armdrive.controllers.cia402_pulse import Cia402Pulse
 from armdrive.controllers.requests import Denied, Silence
 from firmware_protocol.canopen import (
+    DEVICE_TYPE,
     STANDARD,
     Aborted,
     DataType,
+    Nmt,
+    NmtCommand,
     Place,
     Uploaded,
     Write,
@@ -134,6 +137,17 @@ class Cia402Objects(Cia402Pulse):
         lane.done, lane.tries = lane.done + 1, 0
         if job.place in lane.refused and isinstance(job, Write) and not lane.lenient:
             lane.done = len(lane.jobs)  # what comes behind a write builds upon it
+
+    def awoken(self, lanes: Mapping[int, Lane]) -> Generator[float, Heard | None, bool]:
+        """Have nodes that did not answer be pre-operational; tell whether one answers now.
+
+        One that somebody has stopped does not, and says no more than its heartbeat.
+        """
+        mute = [node for node, lane in lanes.items() if lane.mute]
+        for node in mute:
+            self.say(self.bus.order(Nmt(NmtCommand.PRE_OPERATIONAL, node)))
+        asked = dict.fromkeys(mute, (Read(DEVICE_TYPE),))
+        return not all(each.mute for each in (yield from self.transfer(asked, tries=1)).values())
 
     # -- words --------------------------------------------------------------------------------
 

@@ -10,7 +10,7 @@ import pytest
 
 from armdrive import Arm
 from armdrive.connecting import find
-from armdrive.errors import ArmError, LinkError, PortUnavailable
+from armdrive.errors import ArmError, PortUnavailable
 from armdrive.status import State, Trust
 from armdrive.transports import url
 from armdrive.wiring import Wiring
@@ -43,19 +43,6 @@ def test_only_the_ids_of_the_arm_are_listened_to(port, heard, monkeypatch):
 def test_a_bus_that_this_computer_does_not_have_is_refused_in_words():
     with pytest.raises(PortUnavailable):
         Arm.connect("can:socketcan:can99", dialect="mks")
-
-
-@needs_pty
-def test_a_bus_of_another_bit_rate_is_silence_and_the_right_one_works(tmp_path):
-    path = tmp_path / "can0"
-    with SimProcess(path, "mks", "--set", "bitrate=250000") as bus:
-        with pytest.raises(ArmError) as wrong:
-            Arm.connect(f"can:slcan:{path}?bitrate=500000", dialect="mks")
-        assert "Traceback" not in str(wrong.value)
-        assert "armdrive doctor --can" in str(wrong.value) or isinstance(wrong.value, LinkError)
-        with Arm.connect(f"can:slcan:{path}?bitrate=250000", dialect="mks") as arm:
-            assert arm.status.state is State.STANDBY
-        assert not bus.state()["moving"]
 
 
 def looked_at(arm, times):

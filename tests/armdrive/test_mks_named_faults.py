@@ -12,10 +12,10 @@ import time
 from pathlib import Path
 
 import pytest
+from can_fault_bench import brought_back, fails_in_motion
 from test_mks_arm import mks_arm, ready
 
 from armdrive import Arm
-from armdrive.errors import ArmError
 from armdrive.intents import Jog
 from armdrive.status import State, Trust
 from kinematics import Joints
@@ -25,11 +25,8 @@ from sim_process import SimProcess
 
 needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 
-GOAL = {"base_deg": 40, "shoulder_deg": 60, "elbow_deg": -50}
-AFTER_S = 0.6
 FOUND_S = 0.6
 """A single drive that is missing is found so late; the others stop then."""
-LOOK_S = 0.01
 ENDED = (State.ERROR_STOP, State.DISCONNECTED)
 
 LOST, FAULT, SILENT = "E407", "E501", "E502"
@@ -46,38 +43,6 @@ ROWS = {
     "all drives lose their power": ("brown-out", "power|answer|reset", FAULT),
     "all drives are reset": ("reset", "power|reset", FAULT),
 }
-
-
-def fails_in_motion(arm, fault, goal=GOAL):
-    """Have a fault come in a motion; return its error's words, and how long it moved on."""
-    began_s = arm.pace.now_s() + AFTER_S
-    arm.twin.device.at(began_s, lambda: arm.twin.faults.add(*fault.split()))
-    handle = arm.move_j(wait=False, **goal)
-    arm.sleep(AFTER_S)
-    stood, moved_s = arm.twin.world.motors, 0.0
-    while arm.pace.now_s() < began_s + 4.0:
-        arm.sleep(LOOK_S)
-        arm.twin.link.line.advance(arm.pace.now_s())  # drives live on behind a pulled cable
-        if (now := arm.twin.world.motors) != stood:
-            stood, moved_s = now, arm.pace.now_s() - began_s
-    with pytest.raises(ArmError) as failed:
-        handle.wait()
-    return str(failed.value), moved_s
-
-
-def brought_back(arm, stood=None):
-    """End the faults, and do what a person does, in the same program; nothing moves unasked."""
-    arm.twin.faults.end()
-    arm.sleep(0.5)
-    if arm.status.state is State.DISCONNECTED:
-        arm.reconnect()
-    arm.reset()
-    arm.enable()
-    world = arm.twin.world
-    assert stood is None or (world.motors - stood).largest <= 8
-    arm.declare_posture(world.joints, opening_mm=world.opening_mm)
-    arm.move_j(base_deg=5)
-    assert (arm.twin.world.motors - arm.status.acknowledged).largest <= 8
 
 
 @pytest.mark.parametrize("settings", [{}, {"segment_s": 0.0}], ids=["steered", "bursts"])

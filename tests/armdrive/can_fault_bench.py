@@ -1,0 +1,169 @@
+"""Arms on drives of either kind that are given faults: what is sent, how they stand, the way back.
+
+Two tables of faults go by this: those that are met at connecting, and those that come in motion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import pytest
+
+from armdrive import Arm
+from armdrive.clock import SimulatedClock
+from armdrive.connecting import connect_simulated, simulated_config
+from armdrive.errors import ArmError, DeviceFault
+from armdrive.sim.twin import Twin, make_twin
+from armdrive.status import State
+from firmware_protocol.canopen import CONTROLWORD, MODE, TARGET_POSITION, Service, service_of
+from firmware_protocol.frames import Frame, Unpacker
+from firmware_protocol.mks import Enable, GoSynchronous, Home, Motion, decode_request
+from kinematics import Joints
+
+START = Joints.of(0.0, 40.0, -80.0, -40.0, 0.0)
+NEAR = 8
+"""So many counts a drive may be beside its place, and hold."""
+SETTLED_S = 1.0
+"""Longer than a drive begins, or an arm sags."""
+GOAL = {"base_deg": 40, "shoulder_deg": 60, "elbow_deg": -50}
+LOOK_S = 0.01
+BOOTED_S = 0.5
+_ENABLES = 0x03
+"""Of a controlword: switched on, with voltage."""
+_COMMANDS = frozenset(place.index for place in (CONTROLWORD, MODE, TARGET_POSITION))
+
+
+def stirs_mks(frame: Frame) -> bool:
+    """Tell whether a frame switches a motor on or moves it."""
+    request = decode_request(frame)
+    return isinstance(request, Motion | GoSynchronous | Home) or request == Enable(on=True)
+
+
+def stirs_cia402(frame: Frame) -> bool:
+    """Tell whether a frame switches a motor on or moves it: by PDO, or by writing an object."""
+    service = (service_of(frame.can_id) or (None,))[0]
+    if service is Service.RPDO1:
+        return frame.data[0] & _ENABLES == _ENABLES
+    writes = service is Service.SDO_REQUEST and frame.data[0] >> 5 == 1
+    return writes and int.from_bytes(frame.data[1:3], "little") in _COMMANDS
+
+
+STIRS = {"mks": stirs_mks, "cia402": stirs_cia402}
+
+
+@dataclass
+class Bus:
+    """The twin of an arm that stands in the air, its clock, and what the host sends it."""
+
+    dialect: str
+    options: dict = field(default_factory=dict)
+    settings: dict = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        config = simulated_config(self.dialect)
+        self.config = replace(config, device=replace(config.device, **self.settings))
+        self.clock = SimulatedClock()
+        self.sent: list[Frame] = []
+        self.tried = False
+        self.find(make_twin(self.config, **self.options))
+        self.twin.device.bring_to(START, 20.0)
+
+    def find(self, twin: Twin) -> None:
+        """Have other drives turn the arm."""
+        self.twin, unpacker, send = twin, Unpacker(), twin.link.line.send
+
+        def told(data: bytes, now_s: float) -> None:
+            self.sent += unpacker.feed(data)
+            send(data, now_s)
+
+        twin.link.line.send = told
+
+    @property
+    def motors(self):
+        """Where the motors are."""
+        return self.twin.world.motors
+
+    @property
+    def stirred(self) -> list[Frame]:
+        """What was sent that switches a motor on, or moves it."""
+        return [frame for frame in self.sent if STIRS[self.dialect](frame)]
+
+    def fault(self, *words: str) -> None:
+        """Have something be wrong, and let it come to rest, while nobody is connected."""
+        for each in words:
+            self.twin.faults.add(*each.split())
+        self.settle()
+
+    def settle(self) -> None:
+        """Let time pass for drives to which nobody is connected."""
+        self.clock.now_s += SETTLED_S
+        self.twin.link.line.advance(self.clock.now_s)
+
+    def connect(self) -> Arm:
+        """Connect, also again behind a failure, as the same program does."""
+        if self.tried:  # which brings an adapter that has left the bus back
+            self.twin.link.reopen()
+        self.tried = True
+        return connect_simulated(self.config, twin=self.twin, pace=self.clock)
+
+    def ready(self) -> Arm:
+        """Connect and have it referenced where it stands."""
+        arm = self.connect()
+        arm.enable()
+        arm.declare_posture(START, opening_mm=20.0)
+        return arm
+
+
+def goes_on(arm: Arm, stood=None) -> None:
+    """Do what a person does with an arm that is mended; nothing moves before it is asked to."""
+    world = arm.twin.world
+    if arm.status.state is State.DISCONNECTED:
+        arm.reconnect()
+    if arm.status.state is State.ERROR_STOP:
+        arm.reset()
+    try:
+        arm.enable()
+    except DeviceFault as error:  # of a drive in fault, which forgets nothing by itself
+        if "`reset` clears that" not in str(error):
+            raise
+        arm.reset()
+        arm.enable()
+    assert arm.status.state is State.STANDBY
+    assert stood is None or (world.motors - stood).largest <= NEAR
+    arm.declare_posture(world.joints, opening_mm=world.opening_mm)
+    before = world.motors
+    arm.move_j(base_deg=2)
+    assert world.motors != before
+    assert (world.motors - arm.status.acknowledged).largest <= NEAR
+
+
+def fails_in_motion(
+    arm: Arm,
+    fault: str | Callable[[], object],
+    goal=GOAL,
+    after_s: float = 0.6,
+    watched_s: float = 4.0,
+) -> tuple[str, float]:
+    """Have a fault come in a motion; return its error's words, and how long it moved on."""
+    began_s = arm.pace.now_s() + after_s
+    begin = (lambda: arm.twin.faults.add(*fault.split())) if isinstance(fault, str) else fault
+    arm.twin.device.at(began_s, begin)
+    handle = arm.move_j(wait=False, **goal)
+    arm.sleep(after_s)
+    stood, moved_s = arm.twin.world.motors, 0.0
+    while arm.pace.now_s() < began_s + watched_s:
+        arm.sleep(LOOK_S)
+        arm.twin.link.line.advance(arm.pace.now_s())  # drives live on behind a pulled cable
+        if (now := arm.twin.world.motors) != stood:
+            stood, moved_s = now, arm.pace.now_s() - began_s
+    with pytest.raises(ArmError) as failed:
+        handle.wait()
+    return str(failed.value), moved_s
+
+
+def brought_back(arm: Arm, stood=None) -> None:
+    """End the faults, and do what a person does, in the same program; nothing moves unasked."""
+    arm.twin.faults.end()
+    arm.sleep(BOOTED_S)
+    goes_on(arm, stood)
