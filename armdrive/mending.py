@@ -187,8 +187,8 @@ class Mender:
         except ArmError as error:
             self._failed(error, self._wire.now_s)
             raise LinkLost(
-                f"the wire is back, but not the arm: {without_reset(error)}. Nothing moves; look for "
-                "it again"
+                f"the wire is back, but not the arm: {without_reset(error)}. Nothing moves; look "
+                "for it again"
             ) from None
         self.tries += 1
         self._lost_link = ""
