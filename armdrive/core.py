@@ -127,8 +127,10 @@ class Core(Whereabouts, Remarks):
             raise Refused(
                 f"the numbers of the {self.config.model.title} are a template that nobody has "
                 "verified, so that a Cartesian goal would lead somewhere else: measure the arm and "
-                "give every key of [lengths] and [steps_per_turn] in its arm file, or say verified "
-                "= true in its model file. Joints can be moved as they are"
+                "give every key of [lengths] and [steps_per_turn] in its arm file as measured "
+                "(`armdrive config show NAME --toml` prints the template's, which do not count "
+                "unchanged), or say verified = true in its model file. Joints can be moved as they "
+                "are"
             )
 
     def require_settings(self) -> None:

@@ -145,7 +145,9 @@ def remarks_on(config: ArmConfig) -> Iterator[str]:
     if not config.model.verified:
         yield (
             "its numbers are a template: Cartesian motion is refused until every key of [lengths] "
-            "and [steps_per_turn] is given, or, of a link table, verified = true in its model file"
+            "and [steps_per_turn] is given as measured (`armdrive config show NAME --toml` prints "
+            "the template's, which do not count unchanged), or, of a link table, verified = true "
+            "in its model file"
         )
     if config.homing is None and config.model.reference is None:
         yield "no homing and no reference posture: a position is taken by declare_posture() alone"
