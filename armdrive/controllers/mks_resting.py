@@ -40,7 +40,9 @@ class MksResting(MksStopping):
         pushing = yield from self.ease(self.nodes)
         if not pushing:
             return None
-        for node, off in pushing.items():
-            self.tell(Oddity(self.pressing_words(self.drive(node), off)))
         yield from self.eased(pushing, self.now_s + EASED_S)
+        for node, off in pushing.items():
+            if why := (yield from self.mode_words(node)):  # it does not hear, and pushes on
+                return Denied(why, moved=False)
+            self.tell(Oddity(self.pressing_words(self.drive(node), off)))
         return (yield from self.take_up())

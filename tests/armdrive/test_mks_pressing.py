@@ -18,7 +18,14 @@ from armdrive.controllers.requests import (
 )
 from armdrive.errors import ArmError
 from armdrive.status import State, Trust
-from firmware_protocol.mks import MoveAbsoluteAxis, ReadAngleError, decode_request
+from firmware_protocol.mks import (
+    Code,
+    Mode,
+    MoveAbsoluteAxis,
+    ReadAngleError,
+    SetMode,
+    decode_request,
+)
 
 
 def stopped_while_blocked(motor, *, after_s, hard=False, **settings):
@@ -211,3 +218,15 @@ def test_drives_without_current_are_told_no_motion_by_a_reset():
     press(bench, 2, 700)
     bench.do(ClearFault())
     assert not eased(bench, 2, 0.0)
+
+
+def test_a_reset_fails_where_a_drive_that_pushes_is_in_a_mode_that_cannot_be_told_to_stay():
+    bench = MksBench(starts=(50_000,) * 6).ready()
+    press(bench, 2, 700)
+    bench.node(2).settings[Code.MODE] = SetMode(Mode.PULSE_FOC)
+    reply = bench.do(ClearFault())
+    assert isinstance(reply, Denied)
+    assert "drive 2 (shoulder) is in mode 2" in reply.reason
+    assert not reply.moved
+    bench.node(2).settings[Code.MODE] = SetMode(Mode.BUS_FOC)
+    assert str(bench.do(ClearFault())) == "done"
