@@ -14,6 +14,8 @@ from armdrive.controllers.cia402_states import Hindrance
 from armdrive.controllers.requests import Alert, AlertKind, Denied, Done, Halted, Silence
 from firmware_protocol.canopen import STATUSWORD, OperationMode, Statusword
 
+UNHEARD_TURNS = 5
+"""Where all have told nothing for so many turns, they may not hear what they are told, either."""
 FRESH_S = 0.3
 """What a drive said so long ago is still true of one that stands."""
 MODE_TURNS = 50
@@ -121,10 +123,15 @@ class Cia402Ending(Cia402Current):
     def _was_away(self) -> bool:
         """Whether drives may have missed this program's heartbeat, and stopped by themselves.
 
-        Whatever they are told then, they take for an order to go on from there.
+        Whatever they are told then, they take for an order to go on from there: with a leap to
+        where the others, or the targets, are by now.
         """
         most_s = (self.settings.heartbeat_ms - self.settings.beat_ms / 2.0) / 1000.0
-        return self.now_s - self.beats.said_s >= most_s
+        if self.now_s - self.beats.said_s >= most_s:
+            return True
+        unheard = [drive for drive in self.drives if drive.missed > UNHEARD_TURNS]
+        since_s = self.now_s - most_s + self.beats.period_s  # the last beat may be as old as that
+        return len(unheard) == len(self.drives) or any(each.told_s <= since_s for each in unheard)
 
     def _look_anew(self) -> Generator[float, Heard | None, Collection[Drive]]:
         """Hear what drives said meanwhile, then ask each what it is, until one is in trouble.

@@ -20,6 +20,7 @@ from armdrive.controllers.requests import (
     MoveBy,
     ReadPosition,
     ReadSettings,
+    Silence,
 )
 from armdrive.controllers.settings import Settings
 from firmware_protocol.canopen import DriveState, OperationMode, Service
@@ -116,6 +117,26 @@ def test_a_drive_that_is_not_heard_for_a_moment_is_waited_for_on_the_way():
     assert rig.positions == before + steps(12_000, -6000)
     assert max(map(abs, differences(rig.targets(1, began_s)))) <= 20_000 * PERIOD_S + 1
     assert rig.controller.underruns
+
+
+@pytest.mark.parametrize("fault", ["alone", "mute"])
+@pytest.mark.parametrize("lasts_s", [0.04, 0.08, 0.12, 0.15, 0.18, 0.25])
+def test_drives_that_were_out_of_reach_for_a_moment_do_not_leap_far(fault, lasts_s):
+    """At most over what they were told, and did not hear, until that was noticed."""
+    rig = Rig().ready()
+    rig.begin(MoveAlong(iter(LINE * 4), 1.0))
+    rig.run(0.233)
+    there, ways = rig.positions, []
+    rig.twin.faults.add(fault)
+    rig.at_s[rig.now_s + lasts_s] = rig.twin.faults.end
+    for _ in range(60):
+        rig.run(PERIOD_S)
+        ways.append((rig.positions - there).largest)
+        there = rig.positions
+    assert max(ways) <= 20_000 * PERIOD_S * (5 if fault == "alone" else 1.5)
+    if lasts_s > 0.12:
+        assert isinstance(rig.reply(), Denied | Silence)
+        assert sum(ways[12:]) == 0
 
 
 def test_a_stop_is_a_quick_stop_and_the_drives_hold_and_obey_again():

@@ -35,7 +35,7 @@ ROWS = {
     "a node gets another mode": ("drive-mode 3 3", f"{ELBOW} .*mode", FAULT),
     "a node gets the number of another": ("drive-id 3 2", "drive [23]", FAULT),
     "all lose their power": ("brown-out", "power|reset", RESTARTED),
-    "all are reset": ("reset", "power|reset", RESTARTED),
+    "all are reset": ("reset", "power|reset", FAULT),
     "a node is made pre-operational": (
         NmtCommand.PRE_OPERATIONAL, f"{ELBOW} was ordered to be pre-operational by som", FAULT),
     "a node is stopped": (NmtCommand.STOP, f"{ELBOW} was ordered to be stopped by somebody", FAULT),
