@@ -16,6 +16,7 @@ from kinematics import Motors
 from .asking import DEVICE, HOST, Fault, ask, motor
 from .faults_can import ON_A_BUS
 from .stage import STATE, Stage
+from .unled import half_told
 from .untold import fail_power, seen_by_s
 
 
@@ -127,7 +128,14 @@ def _kill(stage: Stage) -> str:
 def _kill_at_write(stage: Stage) -> str:
     stage.link.ends_in = stage.draw.randint(0, 6)
     stage.link.share = stage.draw.random()
+    stage.link.torn = lambda: _tear(stage)
     return f"killed at write {stage.link.ends_in}, {stage.link.share:.0%} of it sent"
+
+
+def _tear(stage: Stage) -> None:
+    """Hear that some drives have been given their orders, and others will never be."""
+    if (excuse := half_told(stage)) is not None:
+        stage.watch.unled = excuse
 
 
 def _kill_at_disk(stage: Stage) -> str:

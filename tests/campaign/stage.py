@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import random
+from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -71,6 +72,8 @@ class Deadly(MemoryLink):
     ends_in: int | None = None
     """Messages until the program is killed; None for never."""
     share = 0.5
+    torn: Callable[[], None] = staticmethod(lambda: None)
+    """Called as the program dies in the middle of a message."""
 
     def write(self, data: bytes, now_s: float) -> None:
         """Send bytes, or a part of them as the last thing."""
@@ -80,6 +83,7 @@ class Deadly(MemoryLink):
                 self.ends_in -= 1
                 if self.ends_in < 0:
                     super().write(data[: int(len(data) * self.share)], now_s)
+                    self.torn()
                     self.owner.die()
                     self.owner.live()
         super().write(data, now_s)

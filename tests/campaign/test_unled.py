@@ -6,7 +6,7 @@ import random
 
 from .physical import Command
 from .stage import Stage
-from .unled import Unled, unled
+from .unled import Unled, half_told, unled
 
 KNOWN_S = 0.1
 
@@ -49,3 +49,13 @@ def test_a_joint_may_go_no_farther_than_it_came_meanwhile():
     ):
         world._shift(at_roll(past_rad) - world.motors, time_s)
         assert len(watch.broken) == broken, watch.broken
+
+
+def test_a_program_that_dies_between_the_orders_of_drives_is_excused_for_as_long_as_announced():
+    stage = Stage("mks", random.Random(1), 0)
+    assert half_told(stage) is None  # nobody drives it
+    stage.connect(allow_restored=False, automatic=False, recorded=False)
+    excuse = half_told(stage)
+    assert excuse.joints == {"elbow", "wrist_pitch", "wrist_roll"}
+    assert excuse.known_s == stage.arm.status.silent_time_s
+    assert half_told(Stage("grbl", random.Random(1), 0)) is None

@@ -2,7 +2,8 @@
 
 A drive in another mode stands, and says so to the next order that it is given. Until then the
 others go on, and a joint that two motors turn together may leave the way, and its limit. What is
-excused is that way alone: of the joints which that motor turns, until all could be at rest.
+excused is that way alone: of the joints which that motor turns, until all could be at rest. The
+same holds where a program dies between the orders that it gives to one drive after the other.
 """
 
 from __future__ import annotations
@@ -57,6 +58,20 @@ def unled(stage: Stage, motor: int, for_s: float) -> Unled:
     rows = zip(stage.world.joints.names, stage.world.body.transmission.inverse, strict=False)
     turned = frozenset(name for name, row in rows if row[motor])
     return Unled(turned, stage.now_s + for_s, _known_s(stage))
+
+
+def half_told(stage: Stage) -> Unled | None:
+    """Return the excuse of drives of which some were given their orders as the program died.
+
+    Each is ordered by a frame of its own, and goes to the end of its order: a joint that several
+    turn is where it should be once all have theirs. None where one frame has all of them act.
+    """
+    if not isinstance(stage.config.device, MksSettings) or stage.arm is None:
+        return None
+    rows = zip(stage.world.joints.names, stage.world.body.transmission.inverse, strict=False)
+    shared = frozenset(name for name, row in rows if sum(map(bool, row)) > 1)
+    ends_s = stage.arm.status.silent_time_s
+    return Unled(shared, stage.now_s + ends_s, ends_s)
 
 
 def _known_s(stage: Stage) -> float:
