@@ -72,11 +72,15 @@ class Cia402Hearing(Scripted[Heard]):
             yield until_s
 
     def registers(self) -> Registers:
-        """Return where the drives were seen last; one within reach of its place is there."""
+        """Return where the drives were seen last; one within reach of its place is there.
+
+        Drives that hold, but not for this program, are not told as held: it has to enable them.
+        """
         counts = Motors(drive.count(self.settings.rest_window) for drive in self.drives)
         told = {drive.holds for drive in self.drives if drive.state is not None}
         alike = len(told) == 1 and all(drive.state is not None for drive in self.drives)
-        return Registers(counts, held=told.pop() if alike else None)
+        held = told.pop() if alike else None
+        return Registers(counts, held=None if held and not self.on else held)
 
     # -- what the engine calls ----------------------------------------------------------------
 
