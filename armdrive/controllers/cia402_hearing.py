@@ -77,9 +77,8 @@ class Cia402Hearing(Scripted[Heard]):
         Drives that hold, but not for this program, are not told as held: it has to enable them.
         """
         counts = Motors(drive.count(self.settings.rest_window) for drive in self.drives)
-        told = {drive.holds for drive in self.drives if drive.state is not None}
-        alike = len(told) == 1 and all(drive.state is not None for drive in self.drives)
-        held = told.pop() if alike else None
+        told = {None if drive.state is None else drive.holds for drive in self.drives}
+        held = told.pop() if len(told) == 1 else None
         return Registers(counts, held=None if held and not self.on else held)
 
     # -- what the engine calls ----------------------------------------------------------------

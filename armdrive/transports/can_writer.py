@@ -52,8 +52,6 @@ class Writer:
         self._frames: deque[tuple[Frame, float]] = deque()  # each with when it was written
         self._work = threading.Condition()
         self._began_s: float | None = None
-        self._written_s = -math.inf
-        """When the frame was written that is being sent."""
         self._looked_s = -math.inf
         self._stuck_s = 0.0
         """For how long a frame has been on its way while this program was awake to see it."""
@@ -104,34 +102,25 @@ class Writer:
             with self._work:
                 if not self._frames:
                     self._work.wait(LOOK_S)
-                frame = self._next()
-                self._began_s = None if frame is None else self._clock()
-            if frame is not None:
-                self._send(_message(frame), self._written_s)
+                taken = self._frames.popleft() if self._frames else None
+                self._began_s = None if taken is None else self._clock()
+            if taken is not None:
+                self._send(*taken)
                 self._sent()
             self._mind_refusals()
         with self._work:
             self._frames.clear()
-
-    def _next(self) -> Frame | None:
-        """Take the next frame that is still worth saying."""
-        while self._frames:
-            frame, written_s = self._frames.popleft()
-            if self._clock() - written_s <= FRESH_S:
-                self._written_s = written_s
-                return frame
-            self._watch.count(forgotten=1)
-            self._work.notify_all()
-        return None
 
     def _sent(self) -> None:
         with self._work:
             self._began_s = None
             self._work.notify_all()
 
-    def _send(self, message: can.Message, written_s: float) -> None:
+    def _send(self, frame: Frame, written_s: float) -> None:
+        """Send a frame that is still worth saying: it may have waited, or lain in our hand."""
+        message = _message(frame)
         began_s = last_s = self._clock()
-        if began_s - written_s > FRESH_S:  # suspended since it was taken for worth saying
+        if began_s - written_s > FRESH_S:
             self._watch.count(forgotten=1)
             return
         waited_s = 0.0
