@@ -5,6 +5,7 @@ Two tables of faults go by this: those that are met at connecting, and those tha
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
@@ -15,7 +16,7 @@ from armdrive.clock import SimulatedClock
 from armdrive.connecting import connect_simulated, simulated_config
 from armdrive.errors import ArmError, DeviceFault
 from armdrive.sim.twin import Twin, make_twin
-from armdrive.status import State
+from armdrive.status import State, Trust
 from firmware_protocol.canopen import CONTROLWORD, MODE, TARGET_POSITION, Service, service_of
 from firmware_protocol.frames import Frame, Unpacker
 from firmware_protocol.mks import Enable, GoSynchronous, Home, Motion, decode_request
@@ -26,6 +27,9 @@ NEAR = 8
 """So many counts a drive may be beside its place, and hold."""
 SETTLED_S = 1.0
 """Longer than a drive begins, or an arm sags."""
+FOUND_S = 0.6
+"""A single drive that is missing is found so late; the others stop then."""
+ENDED = (State.ERROR_STOP, State.DISCONNECTED)
 GOAL = {"base_deg": 40, "shoulder_deg": 60, "elbow_deg": -50}
 LOOK_S = 0.01
 BOOTED_S = 0.5
@@ -160,6 +164,19 @@ def fails_in_motion(
     with pytest.raises(ArmError) as failed:
         handle.wait()
     return str(failed.value), moved_s
+
+
+def is_told_and_stands(arm: Arm, words: str, code: str, fault, **times: float) -> None:
+    """Have a fault come in a motion; check what is said of it, and that the arm stands in time."""
+    bound_s = arm.status.silent_time_s
+    said, moved_s = fails_in_motion(arm, fault, **times)
+    assert re.search(words, said), said
+    assert "garbled" not in said
+    assert moved_s <= bound_s + FOUND_S
+    assert arm.status.trust is Trust.SUSPECT
+    assert arm.status.state in ENDED
+    assert arm.status.error_code == code
+    assert re.search(words, arm.status.error), arm.status.error
 
 
 def brought_back(arm: Arm, stood=None) -> None:

@@ -6,20 +6,14 @@ moves again.
 
 from __future__ import annotations
 
-import re
-
 import pytest
-from can_fault_bench import Bus, brought_back, fails_in_motion
+from can_fault_bench import Bus, brought_back, is_told_and_stands
 
-from armdrive.status import State, Trust
 from firmware_protocol.canopen import Nmt, NmtCommand
 from firmware_protocol.frames import pack
 
-FOUND_S = 0.6
-"""A single drive that is missing is found so late; the others stop then."""
 AFTER_S = 0.3
 WATCHED_S = 1.2
-ENDED = (State.ERROR_STOP, State.DISCONNECTED)
 LOST, FAULT, SILENT, RESTARTED = "E407", "E501", "E502", "E718"
 ELBOW = r"drive 3 \(elbow\)"
 ROWS = {
@@ -63,14 +57,6 @@ def test_it_is_said_the_arm_stands_and_it_is_mended_in_the_same_program(name, st
     fault, words, code = ROWS[name]
     bus = Bus("cia402", settings={"strategy": strategy})
     arm = bus.ready()
-    bound_s = arm.status.silent_time_s
     begin = ordered(bus, fault) if isinstance(fault, NmtCommand) else fault
-    said, moved_s = fails_in_motion(arm, begin, after_s=AFTER_S, watched_s=WATCHED_S)
-    assert re.search(words, said), said
-    assert "garbled" not in said
-    assert moved_s <= bound_s + FOUND_S
-    assert arm.status.trust is Trust.SUSPECT
-    assert arm.status.state in ENDED
-    assert arm.status.error_code == code
-    assert re.search(words, arm.status.error), arm.status.error
+    is_told_and_stands(arm, words, code, begin, after_s=AFTER_S, watched_s=WATCHED_S)
     brought_back(arm, bus.motors)

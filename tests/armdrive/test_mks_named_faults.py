@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 
 import pytest
-from can_fault_bench import brought_back, fails_in_motion
+from can_fault_bench import ENDED, brought_back, fails_in_motion, is_told_and_stands
 from test_mks_arm import mks_arm, ready
 
 from armdrive import Arm
@@ -24,10 +24,6 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 from sim_process import SimProcess
 
 needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
-
-FOUND_S = 0.6
-"""A single drive that is missing is found so late; the others stop then."""
-ENDED = (State.ERROR_STOP, State.DISCONNECTED)
 
 LOST, FAULT, SILENT = "E407", "E501", "E502"
 ROWS = {
@@ -50,17 +46,8 @@ ROWS = {
 def test_it_is_said_the_arm_stands_and_it_is_mended_in_the_same_program(name, settings):
     fault, words, code = ROWS[name]
     arm = ready(**settings)
-    bound_s = arm.status.silent_time_s
-    said, moved_s = fails_in_motion(arm, fault)
-    assert re.search(words, said), said
-    assert "garbled" not in said
-    assert moved_s <= bound_s + FOUND_S
-    assert arm.status.trust is Trust.SUSPECT
-    assert arm.status.state in ENDED
-    assert arm.status.error_code == code
-    assert re.search(words, arm.status.error), arm.status.error
-    stood = arm.twin.world.motors
-    brought_back(arm, stood)
+    is_told_and_stands(arm, words, code, fault)
+    brought_back(arm, arm.twin.world.motors)
 
 
 @pytest.mark.parametrize("fault", ["brown-out", "reset"])
