@@ -16,6 +16,7 @@ from armdrive.controllers.grbl_compare import Comparison, idle_key
 from armdrive.controllers.grbl_contact import GrblContact
 from armdrive.controllers.grbl_motion import GrblMotion
 from armdrive.controllers.grbl_plan import Way, trapezoid_s
+from armdrive.controllers.grbl_segments import SLOWEST_HZ
 from armdrive.controllers.grbl_settings import GrblSettings
 from armdrive.controllers.grbl_stops import AGAIN_S, HELD
 from armdrive.controllers.grbl_talk import Answering, refusal
@@ -63,7 +64,6 @@ KILLED_S = 0.3
 """A board that is reset in motion keeps its motors for $1, 255 ms, and lets go of them then."""
 TRIES = 3
 """How often the settings are read, where what came was incomplete."""
-SLOWEST_HZ = 0.01
 TOLD = {"M3", "flood", "mist"}
 """The outputs of which a status report says that they are on (gnea/grbl grbl/report.c)."""
 EEPROM_S = 2.0
@@ -215,7 +215,7 @@ class GrblController(GrblMotion, GrblContact):
     # -- numbers ------------------------------------------------------------------------------
 
     def usable_rate_hz(self, rate_hz: float) -> float:
-        """Return the rate itself: any feed can be asked for, up to that of the fastest axis."""
+        """Return the rate itself, within what the board can do without pauses between steps."""
         return max(min(rate_hz, max(self.limits.rates_hz())), SLOWEST_HZ)
 
     def duration_s(self, steps: float, rate_hz: float) -> float:
@@ -226,17 +226,17 @@ class GrblController(GrblMotion, GrblContact):
         return trapezoid_s(Way(max(steps, 1e-6), (1.0,), slowest, least), 0.0, 0.0)
 
     def stopping(self, burst_s: float) -> Stopping:
-        """Return a ramp and what passes before it; without a host, what was sent ahead as well.
+        """Bound what the board still drives; without a host, what was sent ahead as well.
 
-        A byte that is lost on the wire, and has to be said again, is reckoned with.
+        The bound allows for one lost byte, which is sent again after `AGAIN_S`.
         """
         wire_s = LATENCY_S + LONGEST_LINE * self.byte_s
-        begun_s = wire_s + AGAIN_S + self.reaction_s
+        heard_s = wire_s + AGAIN_S
         return Stopping(
-            max(begun_s + self.ramp_s + CONFIRMED_S, wire_s + AGAIN_S + KILLED_S),
-            begun_s + self.ramp_s / 2.0,
-            burst_s + self.ramp_s + wire_s,
-            burst_s + wire_s,
+            heard_s + max(self.slowest_stop_s + CONFIRMED_S, KILLED_S),
+            heard_s + self.held_full_speed_s + self.ramp_s / 2.0,
+            burst_s + wire_s + self.slowest_stop_s,
+            burst_s + wire_s + self.held_full_speed_s,
         )
 
 

@@ -46,7 +46,9 @@ class GrblContact(GrblStopping):
             return self.silence(began_s)
         if not (yield from self._calm_down()):
             return self.silence(began_s)
-        yield from self.spoil()  # a reset may have been lost, or not been made
+        # a reset may have been lost, or not been made
+        if not (yield from self.spoil()) and not (yield from self.soft_reset()):
+            return self.silence(began_s)
         yield from self._recognise()
         yield from self.look(self.settings.answer_s)  # which counts its axes, where they are untold
         if self.lacking:
@@ -128,7 +130,9 @@ class GrblContact(GrblStopping):
         heard = yield from self.look(self.settings.answer_s)
         if heard and self.state in TURNING:
             yield from self.hold()
-        elif (not heard or self.state in DEAF) and not (yield from self.soft_reset()):
+        elif heard and self.state not in DEAF and (yield from self.spoil()):
+            pass  # it reads lines
+        elif not (yield from self.soft_reset()):
             return self.silence(began_s)
         yield from self.look(self.settings.answer_s)
         if self.state is State.ALARM:

@@ -11,7 +11,8 @@ from armdrive.abilities import Abilities
 from armdrive.controllers.grbl_axes import PINS, Axes
 from armdrive.controllers.grbl_greeting import Greeting
 from armdrive.controllers.grbl_polls import Polls
-from armdrive.controllers.grbl_settings import REACTIONS_S, GrblSettings
+from armdrive.controllers.grbl_segments import SEGMENTS, SegmentBuffer, segments_of
+from armdrive.controllers.grbl_settings import GrblSettings
 from armdrive.controllers.requests import (
     Alert,
     AlertKind,
@@ -78,6 +79,7 @@ class GrblHearing(Scripted[HostEvent]):
         self.modes_set = False
         self.aborted = False
         self.blocks = settings.max_segments
+        self._planner_blocks: int | None = None
         self.lacking = ""
         self.garbled = 0
         self.polls = Polls()
@@ -203,6 +205,7 @@ class GrblHearing(Scripted[HostEvent]):
             )
 
     def _learn_build(self, build: BuildInfo) -> None:
+        self._planner_blocks = build.blocks
         if build.blocks:
             self.blocks = min(self.settings.max_segments, build.blocks)
         ring = build.rx_bytes or 0  # a damaged number may leave no room for a line, for ever
@@ -214,11 +217,13 @@ class GrblHearing(Scripted[HostEvent]):
         return self._host.dialect.variant
 
     @property
-    def reaction_s(self) -> float:
-        """How long the board takes before it begins to brake; as the slowest, till it is known."""
-        if self.settings.reaction_s is not None:
-            return self.settings.reaction_s
-        return REACTIONS_S[self.variant] if self.recognised else max(REACTIONS_S.values())
+    def segments(self) -> SegmentBuffer:
+        """The board's segment buffer; as the largest of all, until the firmware is known."""
+        if self.settings.segments is not None:
+            return SegmentBuffer(self.settings.segments)
+        if not self.recognised:
+            return SegmentBuffer(max(SEGMENTS.values()))
+        return SegmentBuffer(segments_of(self.variant, self._planner_blocks))
 
     def alarm_words(self) -> str:
         """Say what the board's alarm is, and what to do."""

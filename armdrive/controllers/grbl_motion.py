@@ -12,6 +12,7 @@ from armdrive.abilities import Abilities
 from armdrive.controllers.grbl_axes import Axes, feed
 from armdrive.controllers.grbl_plan import Limits, Way, way
 from armdrive.controllers.grbl_road import Road, Trip
+from armdrive.controllers.grbl_segments import SLOWEST_HZ
 from armdrive.controllers.grbl_settings import GrblSettings
 from armdrive.controllers.grbl_stops import HELD, GrblStopping
 from armdrive.controllers.grbl_talk import LATE_REPORT_S, Answering, refusal
@@ -44,7 +45,7 @@ STALLED_S = 2.0
 """A motion that does not go on for so long, beyond what it should take, is given up."""
 FEW_STEPS = 2
 """A line of no more of them is single steps: the arm stands between those anyway."""
-SLOWEST = 12.0
+OVERRIDDEN = 12.0
 """The lowest feed override makes a motion ten times longer."""
 
 
@@ -56,12 +57,32 @@ class GrblMotion(GrblStopping):
         self.limits: Limits = axes.expected(settings)
 
     @property
+    def _fastest(self) -> list[tuple[float, float]]:
+        """Each motor's fastest rate on this arm, and its acceleration: steps/s and steps/s^2."""
+        limits = self.limits
+        each = zip(limits.rates_hz(), self.axes.most_hz, strict=True)
+        slopes = zip(limits.accelerations, limits.steps_per_unit, strict=True)
+        return [(min(pair), slope * per) for pair, (slope, per) in zip(each, slopes, strict=True)]
+
+    @property
     def ramp_s(self) -> float:
         """How long the slowest motor brakes from the fastest that this arm drives it."""
-        rates = zip(self.limits.rates, self.axes.most_hz, self.limits.steps_per_unit, strict=True)
-        fastest = [min(rate, most / per) for rate, most, per in rates]
+        return max(rate_hz / slope for rate_hz, slope in self._fastest)
+
+    @property
+    def slowest_stop_s(self) -> float:
+        """How long a board takes at most from a hold that it has heard to the last step.
+
+        It drives what its segment buffer holds, brakes, and makes the step that it has begun.
+        """
+        return self.segments.longest_s + self.ramp_s + 1.0 / SLOWEST_HZ
+
+    @property
+    def held_full_speed_s(self) -> float:
+        """How long a motor at full speed takes for the steps that the segment buffer can hold."""
         return max(
-            rate / slope for rate, slope in zip(fastest, self.limits.accelerations, strict=True)
+            (self.segments.most_steps(fastest_hz) + 1.0) / fastest_hz
+            for fastest_hz, _ in self._fastest
         )
 
     def drive(self, request: MoveAlong) -> Answering:
@@ -70,17 +91,19 @@ class GrblMotion(GrblStopping):
         if hindrance is not None:
             return hindrance
         start = self.position or self.registers().positions
-        road = Road(start, self.limits, self.settings.corridor_steps)
+        road = Road(start, self.limits, self.settings.corridor_steps, self.segments)
         trip = Trip(request.segments, road, request.ahead_s, request.jog)
         trip.changed_s = self.now_s
-        self.brake_s = 2.0 * self.ramp_s + self.reaction_s
+        self.brake_s = self.slowest_stop_s + self.ramp_s
         while True:
             if self.stop_asked or request.let_go():
                 return (yield from self._halt(trip))
-            if not request.held_back():
+            if request.held_back():
+                trip.waits = True
+                if trip.road.empty:
+                    return Done(unsent=int(trip.drawn is not None))
+            else:
                 self._send(trip)
-            elif trip.road.empty:
-                return Done(unsent=int(trip.drawn is not None))
             if trip.finished:
                 return Done()
             self._poll(trip)
@@ -102,8 +125,8 @@ class GrblMotion(GrblStopping):
         if trip.drawn is None:
             return
         lasts_s = trip.drawn.duration_s
-        # a few steps that shall take long are made within the time ahead, and then waited for
-        driven_s = min(lasts_s, trip.ahead_s / 2.0)
+        # what is slower than the board's slowest rate is driven at that rate, and waited for
+        driven_s = min(lasts_s, trip.drawn.steps.largest / SLOWEST_HZ)
         ahead = way(trip.drawn.steps, driven_s, self.limits)
         if not trip.road.fits(ahead, trip.ahead_s, self.ramp_s):
             return
@@ -114,15 +137,13 @@ class GrblMotion(GrblStopping):
         trip.road.send(trip.drawn.steps, ahead, self.now_s)
         trip.guess_s, trip.steps, trip.drawn = driven_s, trip.drawn.steps.largest, None
         trip.changed_s = self.now_s
-        if lasts_s > driven_s:
-            trip.not_before_s = self.now_s + lasts_s - driven_s
+        trip.waits = lasts_s > driven_s
+        if trip.waits:
+            trip.not_before_s = max(trip.not_before_s, self.now_s) + lasts_s
 
     def _has_room(self, trip: Trip) -> bool:
         """Tell whether one more segment like the last would fit: it is drawn no earlier."""
-        if trip.waits_for_ok:
-            return False
-        left_s = sum(each.nominal_s for each in trip.road.rest())
-        return trip.road.empty or left_s + trip.guess_s <= trip.ahead_s + 1e-6
+        return not trip.waits_for_ok and trip.road.has_room(trip.guess_s, trip.ahead_s)
 
     def _may_say(self, trip: Trip, line: Line) -> bool:
         if trip.waits_for_ok:
@@ -181,7 +202,7 @@ class GrblMotion(GrblStopping):
         left = trip.road.waiting, trip.road.start
         idle = self.state is State.IDLE and self.planner_empty()
         on_it = trip.road.report(position, idle=idle, planned=self.planner_holds())
-        self._note_standing(trip, idle)
+        self._note_dry(trip, idle)
         if left != (trip.road.waiting, trip.road.start):
             trip.changed_s = self.now_s
         trip.off = 0 if on_it else trip.off + 1
@@ -189,15 +210,20 @@ class GrblMotion(GrblStopping):
             trip.polled_s = -math.inf  # a report has no check bytes either: look again, at once
         return self._astray(trip) if trip.off > 1 else None
 
-    def _note_standing(self, trip: Trip, idle: bool) -> None:
-        """Count a standstill in mid-motion; between single steps an arm stands anyway."""
-        stands = idle and trip.road.oks > 1 and trip.steps > FEW_STEPS
-        if stands and not trip.stood:
-            if trip.road.empty:
-                trip.starved = True  # whether more was to come, the next draw will tell
+    def _note_dry(self, trip: Trip, idle: bool) -> None:
+        """Count a planner that runs empty in mid-motion: the motors slow down to a stand-still.
+
+        Between single steps, and where the driver waits between lines, they stand anyway.
+        """
+        planned = self.planner_holds()
+        empty = idle if planned is None else planned == 0
+        dry = empty and trip.road.oks > 1 and trip.steps > FEW_STEPS and not trip.waits
+        if dry and not trip.dry:
+            if trip.road.unanswered:
+                self.underruns += 1  # the next line is on the wire still
             else:
-                self.underruns += 1  # it is on the wire still
-        trip.stood = stands
+                trip.starved = True  # whether more was to come, the next draw will tell
+        trip.dry = dry
 
     def _astray(self, trip: Trip) -> Reply:
         text = (
@@ -218,7 +244,7 @@ class GrblMotion(GrblStopping):
                 road.report(self.position, idle=True)
             elif standing or not road.oks:
                 return Denied("the board answered a line with nothing: it was lost on the wire")
-        patience_s = STALLED_S + SLOWEST * road.expected_s()
+        patience_s = STALLED_S + OVERRIDDEN * road.expected_s()
         waited_s = self.now_s - max(trip.changed_s, trip.not_before_s)
         if (not road.empty or trip.drawn is not None) and waited_s >= patience_s:
             return Denied("the motion does not go on: look at the arm and at the board")

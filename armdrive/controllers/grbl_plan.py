@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 from kinematics.spaces import Motors
@@ -41,12 +41,16 @@ class Limits:
 
 @dataclass(frozen=True, slots=True)
 class Way:
-    """One line: its length, its direction, and the speed and acceleration it is driven with."""
+    """One line: its length, its direction, and the speed and acceleration it is driven with.
+
+    `rate_hz` is that speed in steps a second of the busiest motor.
+    """
 
     length: float
     unit: tuple[float, ...]
     speed: float
     acceleration: float
+    rate_hz: float = math.inf
 
     @property
     def nominal_s(self) -> float:
@@ -55,8 +59,7 @@ class Way:
 
     def rest(self, share: float) -> Way:
         """Return what is left of it when a share has been driven."""
-        left = max(self.length * (1.0 - share), self.length * STRAIGHT)
-        return Way(left, self.unit, self.speed, self.acceleration)
+        return replace(self, length=self.length * max(1.0 - share, STRAIGHT))
 
 
 def way(steps: Motors, duration_s: float, limits: Limits) -> Way:
@@ -65,7 +68,8 @@ def way(steps: Motors, duration_s: float, limits: Limits) -> Way:
     length = math.hypot(*parts)
     unit = tuple(part / length for part in parts)
     speed = min(length / max(duration_s, 1e-9), limits.along(unit, limits.rates))
-    return Way(length, unit, speed, limits.along(unit, limits.accelerations))
+    rate_hz = speed / length * steps.largest
+    return Way(length, unit, speed, limits.along(unit, limits.accelerations), rate_hz)
 
 
 def corner_speed(one: Way, other: Way, limits: Limits) -> float:

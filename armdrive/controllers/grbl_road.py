@@ -1,8 +1,8 @@
 """The lines of one motion that have been sent: which are done, where the arm is.
 
-Nothing but a report says that a line was driven. A block leaves the board's planner up to 60 ms
-before its last step, so that the reported position has the last word: a line is behind us when the
-position lies on a later one.
+Nothing but a report says that a line was driven. A block leaves the board's planner as soon as its
+last segment is computed, so that the reported position has the last word: a line is behind us when
+the position lies on a later one, or when the board is Idle with an empty planner.
 """
 
 from __future__ import annotations
@@ -13,11 +13,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from armdrive.controllers.grbl_plan import Limits, Way, planned_s
+from armdrive.controllers.grbl_segments import SegmentBuffer
 from armdrive.controllers.requests import MoveBy
 from kinematics.spaces import Motors
 
-LATE_S = 0.2
-"""A position so far behind the planner belongs to a way that went wrong: back along itself, say."""
+REPORT_S = 0.15
+"""A report may be this old. A position that is farther behind the planner than the segment buffer
+and such a report explain belongs to a way that went wrong: back along itself, say."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,12 +44,15 @@ class Line:
 class Road:
     """The lines under way. `unanswered` counts the last of them, which have had no ok."""
 
-    def __init__(self, start: Motors, limits: Limits, tolerance: float) -> None:
+    def __init__(
+        self, start: Motors, limits: Limits, tolerance: float, segments: SegmentBuffer
+    ) -> None:
         self.start = self.end = start
         self.unanswered = 0
         self.oks = 0
         self._limits = limits
         self._tolerance = tolerance
+        self._segments = segments
         self._lines: deque[Line] = deque()
         self._share = 0.0
 
@@ -89,17 +94,27 @@ class Road:
         return ways if more is None else [*ways, more]
 
     def fits(self, more: Way, ahead_s: float, ramp_s: float) -> bool:
-        """Tell whether one way more leaves no more than so much time to drive.
+        """Tell whether one way more leaves the planner no more than so much time to drive.
 
-        Ramps come on top: lines are driven from wherever they are to a stand-still.
+        What the segment buffer holds comes on top, since the planner does not have it any more,
+        and so do ramps: lines are driven from wherever they are to a stand-still.
         """
         ways = self.rest(more)
         if len(ways) == 1:
             return True
+        ahead_s += self._segments.holds_s(ways)
         nominal_s = sum(each.nominal_s for each in ways)
         return (
             nominal_s <= ahead_s + 1e-6 and planned_s(ways, self._limits) <= ahead_s + ramp_s + 1e-6
         )
+
+    def has_room(self, guess_s: float, ahead_s: float) -> bool:
+        """Tell whether a line of such a duration would fit behind those under way."""
+        ways = self.rest()
+        if not ways:
+            return True
+        ahead_s += self._segments.holds_s(ways)
+        return sum(each.nominal_s for each in ways) + guess_s <= ahead_s + 1e-6
 
     def expected_s(self) -> float:
         """Return how long the rest should take."""
@@ -122,19 +137,21 @@ class Road:
         for index, line in enumerate(self._lines):
             share = line.share_at(position, self._tolerance)
             if share is not None:
-                late_s = self._late_s(position, index, share, planned)
+                late = self._too_late(position, index, share, planned)
                 self._drop(index)
                 self._share = share
-                return late_s <= LATE_S
+                return not late
         return False
 
-    def _late_s(self, position: Motors, index: int, share: float, planned: int | None) -> float:
-        """Return how far a position lies behind the lines that have left the planner."""
-        done = 0 if planned is None else len(self._lines) - self.unanswered - planned
-        behind = list(self._lines)[index : max(done, 0)]
-        if not behind or (behind[-1].end - position).largest <= self._tolerance:
-            return 0.0
-        return sum(line.way.nominal_s for line in behind) - share * behind[0].way.nominal_s
+    def _too_late(self, position: Motors, index: int, share: float, planned: int | None) -> bool:
+        """Tell whether a position lies farther behind the planner than its segments explain."""
+        computed = 0 if planned is None else len(self._lines) - self.unanswered - planned
+        lines = list(self._lines)[index : max(computed, 0)]
+        if not lines or (lines[-1].end - position).largest <= self._tolerance:
+            return False
+        ways = [lines[0].way.rest(share), *(line.way for line in lines[1:])]
+        late_s = sum(each.nominal_s for each in ways)
+        return late_s > self._segments.holds_s(ways) + REPORT_S
 
     def _drop(self, count: int) -> None:
         for _ in range(count):
@@ -145,7 +162,11 @@ class Road:
 
 @dataclass(slots=True)
 class Trip:
-    """One motion under way: where its lines come from, and what is known of those sent."""
+    """One motion under way: where its lines come from, and what is known of those sent.
+
+    No line is sent before `not_before_s`. `waits` is true while the driver lets motors stand: in a
+    pause, and behind a line that was to be slower than the board's slowest rate.
+    """
 
     segments: Iterator[MoveBy]
     road: Road
@@ -154,12 +175,13 @@ class Trip:
     drawn: MoveBy | None = None
     exhausted: bool = False
     not_before_s: float = -math.inf
+    waits: bool = False
     polled_s: float = -math.inf
     awaiting: bool = False
     changed_s: float = 0.0
     off: int = 0
     steps: int = 0
-    stood: bool = False
+    dry: bool = False
     starved: bool = False
     guess_s: float = 0.0
 

@@ -3,26 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from types import MappingProxyType
 
 from armdrive.errors import ArmFileError
 from armdrive.sections import within
-from firmware_protocol.grbl import AXIS_LETTERS, Variant
+from firmware_protocol.grbl import AXIS_LETTERS
 
 UNITS = ("steps", "degrees")
 SERVOS = re.compile(r"M3|M6[78]E[0-9]{1,2}")
 OUTPUTS = re.compile(r"flood|mist|P[0-9]{1,2}")
-
-REACTIONS_S: Mapping[Variant, float] = MappingProxyType(
-    {Variant.GRBL: 0.06, Variant.GRBLHAL: 0.11, Variant.FLUIDNC: 0.13}
-)
-"""How long a firmware takes before it begins to brake: the motion that it has worked out already.
-
-Six segments of 10 ms (gnea/grbl grbl/stepper.h), ten (grblHAL/core stepper.h), twelve (FluidNC,
-`stepping/segments`), and for the newer two what a slower loop takes.
-"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,9 +32,9 @@ class GrblSettings:
 
     Times: a report is asked for every `poll_s` in motion, and a board that gives none for `mute_s`
     is mute; an answer is waited for `answer_s`, a board that was reset by opening its port
-    `boot_s`, homing `homing_s`. `reaction_s` is how long
-    the board takes before it begins to brake; left out, as its firmware does (`REACTIONS_S`). A
-    motor may be `corridor_steps` off the path sent.
+    `boot_s`, homing `homing_s`. `segments` is how many segments of motion
+    the board computes ahead; left out, as its firmware does (`grbl_segments`). A motor may be
+    `corridor_steps` off the path sent.
     """
 
     axes: str = "XYZABC"
@@ -72,7 +61,7 @@ class GrblSettings:
     answer_s: float = 1.0
     boot_s: float = 4.0
     homing_s: float = 120.0
-    reaction_s: float | None = None
+    segments: int | None = None
 
     def __post_init__(self) -> None:
         letters = self.axes
@@ -110,5 +99,5 @@ _BOUNDS = {
     "answer_s": (0.2, 30.0),
     "boot_s": (0.5, 30.0),
     "homing_s": (1.0, 290.0),
-    "reaction_s": (0.0, 1.0),
+    "segments": (1, 100),
 }

@@ -46,7 +46,7 @@ class Wire(Asking):
 
     def __init__(self, engine: Engine, core: Core) -> None:
         super().__init__(engine, core)
-        self.straying_mm = 0.0
+        self.straying_mm = self.slow_s = self.total_s = 0.0
 
     def look_before_motion(self) -> Flow[None]:
         """Look, unless that was done a moment ago, while the mark of motion is being written.
@@ -138,6 +138,7 @@ class Wire(Asking):
             core.lost_in_motion(self.now_s)
             raise
         self.straying_mm = max(self.straying_mm, course.straying_mm)
+        self.slow_s, self.total_s = self.slow_s + course.slow_s, self.total_s + course.total_s
         if isinstance(reply, Halted | Interrupted):
             yield from self._ended(reply, course.passes)
             return False

@@ -77,7 +77,8 @@ def follow(wire: Wire, plan: Plan) -> Flow[Moved]:
         core.still_since_s = wire.now_s
     if wire.stopping and core.coordinates != plan.end:
         raise wire.stopped("the motion was stopped before its goal")
-    return replace(report(wire, plan.end, began_s, bursts_before), note=plan.note)
+    moved = report(wire, plan.end, began_s, bursts_before)
+    return replace(moved, note="; ".join(filter(None, (plan.note, moved.note))))
 
 
 def begin(wire: Wire) -> None:
@@ -85,7 +86,7 @@ def begin(wire: Wire) -> None:
     if wire.stopping:
         raise wire.stopped("the motion was stopped before it began")
     wire.core.happen(Event.MOVE)
-    wire.straying_mm = 0.0
+    wire.straying_mm = wire.slow_s = wire.total_s = 0.0
 
 
 def report(wire: Wire, goal: Coordinates, began_s: float, requests_before: int) -> Moved:
@@ -100,6 +101,17 @@ def report(wire: Wire, goal: Coordinates, began_s: float, requests_before: int) 
         wire.now_s - began_s,
         wire.engine.requests_sent - requests_before,
         wire.straying_mm,
+        _slow_note(wire),
+    )
+
+
+def _slow_note(wire: Wire) -> str:
+    """Say so where most of a queued motion was too slow for a device to drive without pauses."""
+    if wire.slow_s <= wire.total_s / 2.0:
+        return ""
+    slowest_hz = wire.core.controller.usable_rate_hz(0.0)
+    return (
+        f"driven with pauses: this controller turns a motor no slower than {slowest_hz:.1f} steps/s"
     )
 
 

@@ -34,14 +34,17 @@ Way = tuple["Coordinates", float]
 class Course:
     """The segments of one motion: absolute targets, rounded once, and what was drawn of them.
 
-    `left` is the rest of a way that was begun and, for a pause, not sent to its end.
+    `left` is the rest of a way that was begun and, for a pause, not sent to its end. Of `total_s`
+    of motion, `slow_s` is slower than the device can turn its motors without pauses.
     """
 
     def __init__(self, core: Core, ways: Iterator[Way]) -> None:
         self.end: Coordinates | None = core.coordinates
         self.left: Way | None = None
         self.straying_mm = 0.0
+        self.slow_s = self.total_s = 0.0
         self._core = core
+        self._slowest_hz = core.controller.usable_rate_hz(0.0)
         self._ways = ways
         self._low = self._high = self._at = core.acknowledged
         self._before = core.commanded
@@ -75,6 +78,8 @@ class Course:
             beside_mm = straying_mm(core.config, here, lags(steps, found[0].steps))
             self.straying_mm = max(self.straying_mm, beside_mm)
         for index, piece in enumerate(found):
+            self.total_s += piece.duration_s
+            self.slow_s += piece.duration_s if piece.rate_hz < self._slowest_hz else 0.0
             self._before, self._pending = core.commanded, found[index:]
             core.sends(piece.steps)
             yield piece

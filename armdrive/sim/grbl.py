@@ -56,8 +56,7 @@ class SimGrbl(SimBase):
         switches: Switches,
         baud: int | None,
     ) -> None:
-        axes, ahead_s = len(build.axes), build.firmware.ahead_s
-        drive = BoardDrive(world, axes, build.order, settings.limits(), ahead_s)
+        drive = BoardDrive(world, build, settings.limits())
         super().__init__(world, drive, baud)
         self.build = build
         self.board = Board(

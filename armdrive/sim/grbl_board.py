@@ -6,7 +6,8 @@ for "when something has happened". Real-time commands are picked out of the stre
 
     booting   nothing is read; what arrives is lost when the board has started
     critical  a limit alarm: nothing but a reset is heard
-    blocked   in Hold, Door and Sleep, and while a jog is cancelled: lines stay in the ring
+    blocked   in Hold, Door and Sleep, while a jog is cancelled, and hung: lines stay in the ring
+    hung      Idle, after a jog cancel that came as the jog ended: a resume or a reset frees it
     else      the line at work goes on, or the next one is taken out of the ring
 
 Sources: gnea/grbl grbl/protocol.c, serial.c, motion_control.c and stepper.c (st_go_idle).
@@ -66,7 +67,7 @@ class Board:
         self.switches = switches
         self.coast = build.coast
         self.codec = Device(firmware.dialect(build.axes))
-        self.parser = Parser(build.axes)
+        self.parser = Parser(build.axes, firmware.unknown)
         self.outputs = Outputs()
         self.outputs_changed = outputs_changed
         self.reporter = Reporter(baud)
@@ -76,6 +77,8 @@ class Board:
         self.now_s = 0.0
         self.state = State.IDLE
         self.stands = self.cancelling = self.leaving = self.critical = False
+        self.hangs = self.hung = False
+        self.afterwards: Callable[[], None] | None = None
         self.overrides, self.cancels = [100, 100, 100], 0
         self.deaf_until_s = -math.inf
         self.idle_off_s = math.inf
@@ -93,7 +96,7 @@ class Board:
     @property
     def blocked(self) -> bool:
         """Whether the main loop goes on with no line."""
-        held = self.state in _BLOCKING or self.cancelling
+        held = self.state in _BLOCKING or self.cancelling or self.hung
         return held or self.boot.active or self.critical
 
     @property
@@ -168,6 +171,9 @@ class Board:
             answer = self._line.step()
             if answer is not None and self.codec.unanswered:
                 self.say(answer[0])
+                then, self.afterwards = self.afterwards, None
+                if then is not None:
+                    then()
             elif answer is None and self._line.until_s > self.now_s:
                 break
         self.limits.plan(self)
@@ -225,6 +231,8 @@ class Board:
             self.stands = True
         elif self.state in (State.RUN, State.JOG):
             self.state = State.IDLE
+        if self.hangs:
+            self.hangs, self.hung = False, self.state is State.IDLE
 
     # Starting anew.
 
@@ -233,6 +241,8 @@ class Board:
         self._line.end()
         self.boot.end()
         self.critical = self.stands = self.cancelling = self.leaving = False
+        self.hangs = self.hung = False
+        self.afterwards = None
         self.state = State.IDLE
         self.deaf_until_s, self.idle_off_s = -math.inf, math.inf
         self.codec.discard()

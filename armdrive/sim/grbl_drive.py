@@ -10,6 +10,7 @@ import math
 from collections.abc import Sequence
 
 from armdrive.sim.drive import Drive
+from armdrive.sim.grbl_build import Build
 from armdrive.sim.path_line import PathLimits
 from armdrive.sim.path_rack import PathRack
 from armdrive.sim.world import World
@@ -17,20 +18,15 @@ from kinematics.spaces import Motors
 
 
 class BoardDrive(Drive[PathRack]):
-    """A path in the space of the axes; `order` gives the axis of each motor.
+    """A path in the space of the board's axes; the build gives the axis of each motor."""
 
-    `ahead_s` of the motion is worked out beforehand and no longer changed.
-    """
-
-    def __init__(
-        self, world: World, axes: int, order: Sequence[int], limits: PathLimits, ahead_s: float
-    ) -> None:
-        super().__init__(world, PathRack((0,) * axes, limits))
-        self._ahead_s = ahead_s
+    def __init__(self, world: World, build: Build, limits: PathLimits) -> None:
+        axes, firmware = len(build.axes), build.firmware
+        rack = PathRack((0,) * axes, limits, firmware.segments, firmware.slowest_hz)
+        super().__init__(world, rack)
         self._followed_s = math.nan
-        self._brake_s = math.inf
         self._axes = axes
-        self._order = tuple(order)
+        self._order = tuple(build.order)
 
     @property
     def registers(self) -> Motors:
@@ -81,41 +77,35 @@ class BoardDrive(Drive[PathRack]):
 
     @property
     def next_s(self) -> float:
-        """When a line ends, or braking begins; infinity while neither is to come."""
-        return min(self._brake_s, self.rack.next_line_s)
+        """When a line ends; infinity while none is under way."""
+        return self.rack.next_line_s
 
     def live(self, now_s: float) -> bool:
         """Do what is due; True where the motors have come to a stand."""
         if self.rack.next_line_s <= now_s:
             self.settle(now_s)
-            if not self.moving:
-                self._brake_s = math.inf
-                return True
-        if self._brake_s <= now_s:
-            self._brake_s = math.inf
-            self.follow(now_s)
-            self.rack.hold(now_s)
+            return not self.moving
         return False
 
     def brake(self, now_s: float) -> None:
-        """Slow down along the path to a stand-still, as soon as that can still be worked out."""
-        self._brake_s = now_s + self._ahead_s
+        """Slow down along the path to a stand-still, behind the segments that are computed."""
+        self.follow(now_s)
+        self.rack.hold(now_s)
 
     def queued(self, now_s: float) -> int:
-        """Return how many lines wait: one that is worked out to its end does no longer."""
-        return self.rack.waiting - self.rack.ending_by(now_s + self._ahead_s)
+        """Return how many lines wait: one whose last segment is computed does no longer."""
+        return self.rack.waiting - self.rack.ending_by(self.rack.computed_s(now_s))
 
-    def stop(self, now_s: float) -> None:
-        """End the motion dead where it is now."""
-        self._brake_s = math.inf
-        super().stop(now_s)
+    def speed(self, now_s: float) -> float:
+        """Return the speed of the segment that was computed last, in units a second."""
+        return self.rack.speed(self.rack.computed_s(now_s))
 
     def kill(self, now_s: float, coast: float) -> None:
         """Stop dead, all lines lost; the arm runs on for a share of the ramp that is not made."""
         self.follow(now_s)
         here = there = Motors(self.rack.positions(now_s))
         if self.moving:
-            self.rack.hold(now_s)
+            self.rack.hold(now_s, dead=True)
             if self.moving:
                 there = Motors(self.rack.positions(self.done_s))
         self.stop(now_s)

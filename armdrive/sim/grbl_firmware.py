@@ -7,7 +7,7 @@ boards were measured on the real firmware in a processor simulator, those of the
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import Enum
 from types import MappingProxyType
 
@@ -40,9 +40,12 @@ class Firmware:
     """One firmware on its usual board.
 
     `ring_bytes` is what the receive ring holds, `blocks` how many lines the planner queues.
-    Of the motion `ahead_s` is worked out already and no longer changed: a hold begins to brake so
-    much later, and a line leaves the planner so much before its end (gnea/grbl grbl/stepper.h: six
-    segments of 10 ms; grblHAL ten, FluidNC twelve).
+    Of the motion, `segments` are computed already and no longer changed: a hold begins to brake
+    behind them, and a line leaves the planner as soon as its last segment is computed. No motor
+    turns slower than `slowest_hz`. Seen on both 8-bit boards in a processor simulator: from a hold
+    to the last step 0.43 s (Mega) and 0.24 s (328p) at 31 steps/s, 0.27 and 0.15 s at 50; 40 steps
+    at 5, 10, 20 and 30 steps/s in 1.278 s each. The figures of grblHAL and FluidNC are guesses from
+    their sources.
 
     A line takes `parse_s`, and `plan_s` more where it is a motion. A change of settings takes
     `eeprom_s`, in which bytes that arrive are lost where it is `deaf_in_eeprom`. An alarm is
@@ -50,8 +53,13 @@ class Firmware:
     `start_s`; what becomes of the motors meanwhile says `killed`. From a reset of the board itself
     it takes `boot_s`, without current.
     `mute_in_critical`: after a limit alarm `?` is not answered until the reset.
-    `silent_in_homing`: nor during homing. `cancel_clears_ring`: a jog cancel does. `tells_axes`:
-    `$I` names the axes (fra589/grbl-Mega-5X grbl/report.c; grblHAL).
+    `silent_in_homing`: nor during homing. `cancel_clears_ring`: a jog cancel does (grblHAL; seen on
+    the Mega: five of eight lines were answered). A jog cancel that comes within `cancel_hangs_s` of
+    a jog's end is carried out in Idle, where it stops the reading of lines: repeated every 20 ms,
+    it hung 3 of 259 jogs of a Mega and 2 of 264 of a 328p. `tells_axes`: `$I` names the axes
+    (fra589/grbl-Mega-5X grbl/report.c; grblHAL). `unknown` are words that the build refuses with
+    error 20, `letters` its options in `$I`, behind which it `tells_flags`: seen on both 8-bit
+    boards. `factory` are settings that differ from those of gnea/grbl.
     """
 
     name: str
@@ -60,9 +68,11 @@ class Firmware:
     blocks: int
     max_line: int
     outputs: bool
+    unknown: frozenset[str]
     letters_to_home: int
     crlf_answers_twice: bool
-    ahead_s: float
+    segments: int
+    slowest_hz: float
     parse_s: float
     plan_s: float
     eeprom_s: float
@@ -74,9 +84,13 @@ class Firmware:
     mute_in_critical: bool
     silent_in_homing: bool
     cancel_clears_ring: bool
+    cancel_hangs_s: float
     tells_axes: bool
     version: str
     build: str
+    letters: str
+    tells_flags: bool = False
+    factory: Mapping[int, float] = field(default_factory=dict)
 
     def dialect(self, axes: str) -> Dialect:
         """Return what lines a build with these axes reads."""
@@ -110,10 +124,10 @@ class Firmware:
     def info(self, axes: str, note: str) -> tuple[Info, ...]:
         """Return what `$I` answers; FluidNC says nothing of its ring."""
         if self.variant is Variant.FLUIDNC:
-            return Version(f"{self.version} FluidNC {self.build}", note), BuildInfo("PHS")
+            return Version(f"{self.version} FluidNC {self.build}", note), BuildInfo(self.letters)
         head = (
             Version(f"{self.version}.{self.build}", note),
-            BuildInfo("VNM" if self.outputs else "V", self.blocks, self.ring_bytes),
+            BuildInfo(self.letters, self.blocks, self.ring_bytes, ("0",) * self.tells_flags),
         )
         told = AxesInfo(len(axes), axes)
         if self.grblhal:
@@ -128,11 +142,13 @@ _GRBL = Firmware(
     blocks=15,
     max_line=79,
     outputs=False,
+    unknown=frozenset(("M7",)),
     letters_to_home=0,
     crlf_answers_twice=True,
-    ahead_s=0.05,
+    segments=5,
+    slowest_hz=16e6 / (8 * 65535),
     parse_s=0.35e-3,
-    plan_s=3.75e-3,
+    plan_s=0.85e-3,
     eeprom_s=17e-3,
     deaf_in_eeprom=True,
     killed=Killed.LATE,
@@ -142,9 +158,11 @@ _GRBL = Firmware(
     mute_in_critical=True,
     silent_in_homing=True,
     cancel_clears_ring=False,
+    cancel_hangs_s=0.23e-3,
     tells_axes=False,
     version="1.1h",
-    build="20190825",
+    build="20190830",
+    letters="V",
 )
 
 _MEGA_5X = replace(
@@ -152,11 +170,17 @@ _MEGA_5X = replace(
     name="mega5x",
     ring_bytes=255,
     blocks=35,
-    outputs=True,
+    max_line=255,
+    segments=9,
+    unknown=frozenset(),
     letters_to_home=1,
+    cancel_clears_ring=True,
     tells_axes=True,
-    version="1.1m",
-    build="20210506",
+    version="1.1q",
+    build="20210103",
+    letters="VNMGH",
+    tells_flags=True,
+    factory=MappingProxyType({30: 12000.0, 31: 550.0}),
 )
 
 _GRBLHAL = Firmware(
@@ -166,9 +190,11 @@ _GRBLHAL = Firmware(
     blocks=35,
     max_line=256,
     outputs=True,
+    unknown=frozenset(),
     letters_to_home=9,
     crlf_answers_twice=False,
-    ahead_s=0.09,
+    segments=10,
+    slowest_hz=0.0,
     parse_s=0.05e-3,
     plan_s=0.1e-3,
     eeprom_s=5e-3,
@@ -180,9 +206,11 @@ _GRBLHAL = Firmware(
     mute_in_critical=False,
     silent_in_homing=False,
     cancel_clears_ring=True,
+    cancel_hangs_s=0.0,
     tells_axes=True,
     version="1.1f",
     build="20240527",
+    letters="VNM",
 )
 
 _FLUIDNC = Firmware(
@@ -192,9 +220,11 @@ _FLUIDNC = Firmware(
     blocks=15,
     max_line=255,
     outputs=True,
+    unknown=frozenset(),
     letters_to_home=1,
     crlf_answers_twice=False,
-    ahead_s=0.11,
+    segments=12,
+    slowest_hz=0.0,
     parse_s=0.1e-3,
     plan_s=0.2e-3,
     eeprom_s=5e-3,
@@ -206,9 +236,11 @@ _FLUIDNC = Firmware(
     mute_in_critical=False,
     silent_in_homing=False,
     cancel_clears_ring=False,
+    cancel_hangs_s=0.0,
     tells_axes=False,
     version="3.7",
     build="v3.7.8",
+    letters="PHS",
 )
 
 FIRMWARES: Mapping[str, Firmware] = MappingProxyType(

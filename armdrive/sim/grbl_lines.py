@@ -12,7 +12,7 @@ from armdrive.sim.grbl_board import Board
 from armdrive.sim.grbl_parser import Way, Work
 from armdrive.sim.grbl_paths import named_path, run_path
 from armdrive.sim.grbl_script import Script
-from armdrive.sim.grbl_settings import MOST_SPEED, SOFT_LIMITS, TRAVEL
+from armdrive.sim.grbl_settings import LEAST_SPEED, MOST_SPEED, SOFT_LIMITS, TRAVEL
 from armdrive.sim.grbl_system import run_system
 from armdrive.sim.grbl_waits import until_room, until_still, write_eeprom
 from firmware_protocol.grbl import (
@@ -113,11 +113,14 @@ def _serve(board: Board, work: Work) -> Generator[float, None, None]:
     if work.waits:
         yield from until_still(board)
     if work.spindle:
-        board.outputs.spin(work.after, board.settings[MOST_SPEED])
+        least, most = board.settings[LEAST_SPEED], board.settings[MOST_SPEED]
+        board.outputs.spin(work.after, least, most)
     if work.coolant:
         board.outputs.cool(work.after.coolant)
     if work.output:
         board.outputs.put(*work.output)
+    if work.spindle or work.coolant:
+        board.reporter.overrides_changed()
     if work.spindle or work.coolant or work.output:
         board.outputs_changed()
     if work.dwell_s is not None:

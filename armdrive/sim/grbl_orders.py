@@ -45,7 +45,8 @@ def hold(board: Board) -> None:
 
 
 def resume(board: Board) -> None:
-    """Go on from a pause that is complete; before that it is not heard."""
+    """Go on from a pause that is complete, not before; a board that hangs reads lines again."""
+    board.hung = False
     if board.state in (State.HOLD, State.DOOR) and board.stands:
         board.stands = False
         board.state = State.IDLE
@@ -94,6 +95,8 @@ def switched_on(board: Board, wait_s: float) -> Boot:
 
 
 def _started_anew(board: Board, code: int) -> Boot:
+    if board.state is State.SLEEP and board.firmware.killed is Killed.LATE:
+        yield board.now_s + board.settings[IDLE_MS] / 1000  # seen: 0.26 s at $1=255
     if code:
         if code == _ABORTED and board.firmware.killed is Killed.LATE:
             yield board.now_s + board.settings[IDLE_MS] / 1000
@@ -122,6 +125,7 @@ def _start(board: Board) -> None:
     locked = board.state in (State.ALARM, State.SLEEP)
     board.state = State.ALARM if locked else State.IDLE
     board.critical = board.stands = board.cancelling = board.leaving = False
+    board.hangs = board.hung = False
     board.overrides[:] = 100, 100, 100
     board.ring.clear()
     board.codec.discard()
@@ -152,9 +156,13 @@ def _cancel(board: Board) -> None:
 
 
 def _jog_cancel(board: Board) -> None:
+    if board.state is not State.JOG:
+        return
     if board.firmware.cancel_clears_ring:
         board.ring.clear()
-    if board.state is State.JOG:
+    if board.drive.done_s - board.now_s < board.firmware.cancel_hangs_s:
+        board.hangs = True
+    else:
         _cancel(board)
 
 
@@ -167,6 +175,7 @@ def _stop(board: Board) -> None:
 
 def _door(board: Board) -> None:
     board.say(Feedback("Check Door"))
+    board.reporter.overrides_changed()
     hold(board)
     if board.state is State.HOLD:
         board.state = State.DOOR

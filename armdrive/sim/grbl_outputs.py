@@ -36,10 +36,11 @@ class Outputs:
     digital: dict[int, bool] = field(default_factory=dict)
     analog: dict[int, float] = field(default_factory=dict)
 
-    def spin(self, modal: Modal, most_speed: float) -> None:
-        """Have the spindle as the modes say, no faster than `$30` allows."""
+    def spin(self, modal: Modal, least_speed: float, most_speed: float) -> None:
+        """Have the spindle as the modes say, as slow and as fast as `$31` and `$30` allow."""
         self.spindle = modal.spindle
-        self.speed = min(modal.speed, most_speed) if modal.spindle != "M5" else 0.0
+        turns = modal.spindle != "M5" and modal.speed > 0.0
+        self.speed = min(max(modal.speed, least_speed), most_speed) if turns else 0.0
 
     def cool(self, word: str) -> None:
         """Switch coolant: M7 and M8 add to one another, M9 ends both."""

@@ -65,8 +65,9 @@ class Work:
 class Parser:
     """Modes, work offsets and the position up to which lines have been read."""
 
-    def __init__(self, axes: str) -> None:
+    def __init__(self, axes: str, unknown: frozenset[str] = frozenset()) -> None:
         self.axes = axes
+        self._unknown = unknown
         self.zero: Place = (0.0,) * len(axes)
         self.stored: dict[str, Place] = dict.fromkeys(STORED, self.zero)
         self.restart(self.zero)
@@ -85,6 +86,10 @@ class Parser:
     def work(self, block: Block) -> Work:
         """Return what a line wants; raises `GcodeError`."""
         names = set(block.commands.values())
+        if "G53" in names and names & {"G2", "G3"}:
+            raise GcodeError(30)
+        if names & self._unknown:
+            raise GcodeError(20)
         if any(name.split(".")[0] in _NOT_BUILT for name in names):
             raise GcodeError(20, "not built in this simulation")
         modes = self.modal.during(block)

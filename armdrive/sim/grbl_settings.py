@@ -13,7 +13,8 @@ from armdrive.sim.path_line import PathLimits
 IDLE_MS, REPORT, JUNCTION = 1, 10, 11
 SOFT_LIMITS, HARD_LIMITS, HOMING, HOMING_DIRECTIONS = 20, 21, 22, 23
 HOMING_FEED, HOMING_SEEK, DEBOUNCE_MS, PULL_OFF = 24, 25, 26, 27
-MOST_SPEED = 30
+INCHES = 13
+MOST_SPEED, LEAST_SPEED = 30, 31
 STEPS, RATE, ACCELERATION, TRAVEL = 100, 110, 120, 130
 ALWAYS_ON_MS = 255
 """The step idle delay that leaves the motors on."""
@@ -37,9 +38,12 @@ def factory_values(axes: int) -> dict[int, float]:
 class Settings:
     """The values by their numbers; `values` is what a start finds."""
 
-    def __init__(self, axes: int, values: Mapping[int, float]) -> None:
+    def __init__(
+        self, axes: int, values: Mapping[int, float], factory: Mapping[int, float] | None = None
+    ) -> None:
         self.axes = axes
-        self.values = factory_values(axes)
+        self.factory = {**factory_values(axes), **(factory or {})}
+        self.values = dict(self.factory)
         self.values.update({number: v for number, v in values.items() if number in self.values})
 
     def __getitem__(self, number: int) -> float:

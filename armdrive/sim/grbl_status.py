@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from armdrive.sim.grbl_settings import REPORT
+from armdrive.sim.grbl_settings import INCHES, REPORT
 from firmware_protocol.grbl import State, StatusReport
 
 if TYPE_CHECKING:
@@ -22,6 +22,7 @@ _BUSY = (State.HOME, State.RUN, State.HOLD, State.JOG, State.DOOR)
 _WCO_BUSY, _OV_BUSY, _IDLE = 30, 20, 10
 _MPOS, _BUFFERS = 1, 2
 _MINUTE_S = 60.0
+MM_PER_INCH = 25.4
 
 
 class Reporter:
@@ -59,8 +60,9 @@ class Reporter:
     def report(self, board: Board) -> StatusReport:
         """Return the report of this moment."""
         self.asked = False
-        position = board.drive.units_of(board.drive.counts)
-        offset = board.parser.offset
+        per_unit = 1.0 / MM_PER_INCH if board.settings.on(INCHES) else 1.0
+        position = tuple(at * per_unit for at in board.drive.units_of(board.drive.counts))
+        offset = tuple(at * per_unit for at in board.parser.offset)
         mask = int(board.settings[REPORT])
         work = tuple(a - b for a, b in zip(position, offset, strict=True))
         told = bool(mask & _BUFFERS)
@@ -72,7 +74,7 @@ class Reporter:
             None if mask & _MPOS else work,
             board.firmware.blocks - board.drive.queued(board.now_s) if told else None,
             board.ring.free if told else None,
-            feed=float(round(board.drive.rack.speed(board.now_s) * _MINUTE_S)),
+            feed=float(round(board.drive.speed(board.now_s) * _MINUTE_S * per_unit)),
             speed=board.outputs.speed,
             pins=_pins(board),
             work_offset=offset if wco else None,

@@ -11,7 +11,7 @@ from armdrive.sim.grbl_board import Board
 from armdrive.sim.grbl_homing import home
 from armdrive.sim.grbl_parser import STORED
 from armdrive.sim.grbl_paths import FIRST_TOLD
-from armdrive.sim.grbl_settings import ALWAYS_ON_MS, HOMING, factory_values
+from armdrive.sim.grbl_settings import ALWAYS_ON_MS, HOMING
 from armdrive.sim.grbl_waits import write_eeprom
 from firmware_protocol.grbl import (
     Block,
@@ -119,11 +119,16 @@ def _check(board: Board, _: CheckMode) -> Steps:
 
 
 def _sleep(board: Board, _: Sleep) -> Steps:
-    board.say(Feedback("Sleeping"))
-    board.outputs.off()
-    board.outputs_changed()
-    board.state, board.stands = State.SLEEP, True
-    board.idle_off_s = board.now_s + ALWAYS_ON_MS / 1000
+    """Fall asleep, once the line is answered: seen on both 8-bit boards."""
+
+    def fall_asleep() -> None:
+        board.say(Feedback("Sleeping"))
+        board.outputs.off()
+        board.outputs_changed()
+        board.state, board.stands = State.SLEEP, True
+        board.idle_off_s = board.now_s + ALWAYS_ON_MS / 1000
+
+    board.afterwards = fall_asleep
     yield from ()
     return 0
 
@@ -169,7 +174,7 @@ def _store_note(board: Board, command: StoreBuildInfo) -> Steps:
 
 def _restore(board: Board, command: Restore) -> Steps:
     if command.what in "$*":
-        board.settings.values.update(factory_values(len(board.axes)))
+        board.settings.values.update(board.settings.factory)
     if command.what in "#*":
         board.parser.stored = dict.fromkeys(STORED, board.parser.zero)
     if command.what == "*":

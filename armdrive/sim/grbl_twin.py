@@ -50,7 +50,7 @@ def _make(config: ArmConfig, world: World, options: Options) -> SimGrbl:
         coast,
         options.flag("resets_on_open"),
     )
-    settings = Settings(len(axes), {} if options.flag("factory") else values)
+    settings = Settings(len(axes), {} if options.flag("factory") else values, firmware.factory)
     return SimGrbl(world, build, settings, wired, config.connection.baud)
 
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Generator
 
 from armdrive.sim.grbl_board import Board
+from armdrive.sim.path_rack import SEGMENT_S
 from firmware_protocol.grbl import State
 
 Waits = Generator[float, None, None]
@@ -19,10 +20,10 @@ def until_still(board: Board) -> Waits:
 
 
 def until_room(board: Board) -> Waits:
-    """Wait until the planner takes one more line."""
+    """Wait until the planner takes one more line: one leaves it with its last segment."""
     while board.full:
         board.autostart()
-        yield math.inf
+        yield board.now_s + SEGMENT_S
 
 
 def write_eeprom(board: Board) -> Waits:

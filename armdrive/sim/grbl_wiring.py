@@ -28,6 +28,8 @@ from armdrive.sim.grbl_settings import (
     HOMING_SEEK,
     IDLE_MS,
     JUNCTION,
+    LEAST_SPEED,
+    MOST_SPEED,
     PULL_OFF,
     RATE,
     REPORT,
@@ -102,6 +104,8 @@ def well_set_up(config: ArmConfig, letters: str, axes: str) -> dict[int, float]:
     values[HOMING_SEEK] = _up(slowest * SEEK_SHARE)
     values[HOMING_FEED] = _up(slowest * FEED_SHARE)
     values[PULL_OFF] = _up(min(travels) * PULL_OFF_SHARE)
+    if config.gripper.kind == "servo" and getattr(device, "servo", "M3") == "M3":
+        values[LEAST_SPEED], values[MOST_SPEED] = 0.0, _widest(device)
     check_settings(values, letters, axes)
     return values
 
@@ -209,6 +213,10 @@ def _highest(config: ArmConfig, motor: int) -> int:
         for share, (low, high) in zip(row, _ranges(config), strict=False)
     )
     return math.ceil(sum(ends) + offset)
+
+
+def _widest(device: Any) -> float:
+    return max(float(getattr(device, "servo_closed", 0.0)), getattr(device, "servo_open", 1000.0))
 
 
 def _up(value: float) -> float:

@@ -35,7 +35,10 @@ class PathLimits:
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A line by its steps; `rate` is what was asked for, and `most` what the axes allow."""
+    """A line by its steps; `rate` is what was asked for, and `most` what the axes allow.
+
+    A motor that turns at all makes the line at no less than the speed `least`.
+    """
 
     deltas: tuple[int, ...]
     length: float
@@ -45,6 +48,12 @@ class Line:
     rate: float
     rapid: bool
     tag: Any
+    least: float = 0.0
+
+    @property
+    def step(self) -> float:
+        """The length of one step of its busiest motor."""
+        return self.length / max(map(abs, self.deltas))
 
     def nominal(self, scale: tuple[float, float]) -> float:
         """Return the speed of its middle; `scale` is the override of feeds and of rapids."""
@@ -61,9 +70,18 @@ class Line:
 
 
 def line(
-    deltas: Sequence[int], limits: PathLimits, rate: float, *, rapid: bool = False, tag: Any = None
+    deltas: Sequence[int],
+    limits: PathLimits,
+    rate: float,
+    slowest_hz: float = 0.0,
+    *,
+    rapid: bool = False,
+    tag: Any = None,
 ) -> Line | None:
-    """Make a line of some steps at a rate in units a second; None where there is no way to go."""
+    """Make a line of some steps at a rate in units a second; None where there is no way to go.
+
+    Its busiest motor turns no slower than `slowest_hz` steps a second.
+    """
     way = [count / per for count, per in zip(deltas, limits.steps_per_unit, strict=True)]
     length = math.hypot(*way)
     if not length:
@@ -71,7 +89,8 @@ def line(
     unit = tuple(part / length for part in way)
     slope = limits.along(unit, limits.acceleration)
     most = limits.along(unit, limits.most_rate)
-    return Line(tuple(deltas), length, unit, slope, most, rate, rapid, tag)
+    least = slowest_hz * length / max(map(abs, deltas))
+    return Line(tuple(deltas), length, unit, slope, most, rate, rapid, tag, least)
 
 
 def corner_speed(one: Line, other: Line, limits: PathLimits) -> float:

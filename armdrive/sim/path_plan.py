@@ -7,11 +7,15 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 from armdrive.sim.path_line import Line, PathLimits, corner_speed
 from armdrive.sim.profile import Piece
+
+Part: TypeAlias = tuple[float, float, float]
+"""Speed, acceleration and duration of a part of a line."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +45,7 @@ def planned(
         leave = min(entries[number + 1], math.sqrt(speed**2 + room))
         leave = max(leave, math.sqrt(max(speed**2 - room, 0.0)))
         shape = _shape(speed, one.nominal(scale), leave, one.acceleration, far)
-        now_s = _lay(stretches, number, first, shape, now_s)
+        now_s = _lay(stretches, number, first, _floored(shape, one.least), now_s)
         speed = leave
     return stretches
 
@@ -55,7 +59,8 @@ def braked(lines: Sequence[Line], along: float, speed: float, now_s: float) -> l
         square = speed**2 - 2 * slope * (one.length - first)
         leave = math.sqrt(max(square, 0.0))
         ramp = (speed, -slope, (speed - leave) / slope)
-        now_s = _lay(stretches, number, first, [ramp], now_s, last=square >= 0.0)
+        shape = _floored([ramp], one.least)
+        now_s = _lay(stretches, number, first, shape, now_s, last=square >= 0.0)
         if square <= 0.0:
             break
         speed = leave
@@ -76,9 +81,7 @@ def _entries(lines: Sequence[Line], limits: PathLimits, scale: tuple[float, floa
     return entries
 
 
-def _shape(
-    enter: float, nominal: float, leave: float, slope: float, far: float
-) -> Iterator[tuple[float, float, float]]:
+def _shape(enter: float, nominal: float, leave: float, slope: float, far: float) -> Iterator[Part]:
     """Yield speed, acceleration and duration of each part: towards the nominal speed, on, out."""
     peak = math.sqrt(slope * far + (enter**2 + leave**2) / 2)
     middle = max(min(nominal, peak), leave)
@@ -92,11 +95,27 @@ def _shape(
     yield middle, -slope, (middle - leave) / slope
 
 
+def _floored(shape: Iterable[Part], least: float) -> Iterator[Part]:
+    """Yield the same ways, with no speed below the least: what is slower takes less time."""
+    for speed, slope, duration_s in shape:
+        end = speed + slope * duration_s
+        below_s = duration_s if max(speed, end) <= least else 0.0
+        if slope and min(speed, end) < least < max(speed, end):
+            below_s = (least - min(speed, end)) / abs(slope)
+        if not below_s or not least:
+            yield speed, slope, duration_s
+            continue
+        slower = min(speed, end), min(max(speed, end), least)
+        crawl = least, 0.0, below_s * sum(slower) / 2.0 / least
+        rest = max(speed, least), slope, duration_s - below_s
+        yield from (crawl, rest) if slope > 0.0 else (rest, crawl)
+
+
 def _lay(
     stretches: list[Stretch],
     number: int,
     along: float,
-    shape: Iterator[tuple[float, float, float]] | list[tuple[float, float, float]],
+    shape: Iterable[Part],
     now_s: float,
     *,
     last: bool = True,

@@ -2,8 +2,9 @@
 
 Known at every moment without ticking: the path's length is quadratic in time, piece by piece, and
 each motor stands at the step that is nearest to the path. Lines may be queued while others run,
-the motion can be held and resumed, and its speed overridden; each of these plans anew from where
-the path is at that moment, and at the speed that it has.
+the motion can be held and resumed, and its speed overridden. Each of these plans anew, but for the
+segments that are computed already: they are driven as they are (gnea/grbl grbl/stepper.c,
+st_prep_buffer).
 """
 
 from __future__ import annotations
@@ -12,22 +13,41 @@ import math
 from bisect import bisect_right
 from collections import deque
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 from armdrive.sim.path_line import Line, PathLimits, line
 from armdrive.sim.path_plan import Stretch, braked, planned
 from kinematics.spaces import Motors
 
+SEGMENT_S = 0.01
+STEPS_A_SEGMENT = 1.25
+"""A segment lasts as many times 10 ms as its busiest motor takes for so many steps, or to the end
+of its line."""
+
 
 class PathRack:
-    """The lines under way. A device that bounds their number looks at `waiting`."""
+    """The lines under way. A device that bounds their number looks at `waiting`.
 
-    def __init__(self, counts: Sequence[int], limits: PathLimits) -> None:
+    `segments` is how many segments of the motion are computed ahead of the motors, and
+    `slowest_hz` the slowest rate, in steps a second, of the motor that makes most steps.
+    """
+
+    def __init__(
+        self,
+        counts: Sequence[int],
+        limits: PathLimits,
+        segments: int = 0,
+        slowest_hz: float = 0.0,
+    ) -> None:
         self.limits = limits
+        self._slowest_hz = slowest_hz
+        self._segments = segments
         self._base = Motors(counts)
         self._lines: deque[Line] = deque()
         self._stretches: list[Stretch] = []
         self._next_line_s = math.inf
+        self._computed = math.nan, math.nan
         self._along = 0.0
         self._held = False
         self._scale = (1.0, 1.0)
@@ -79,31 +99,55 @@ class PathRack:
 
         A `rapid` one goes as fast as the axes allow.
         """
-        added = line(deltas, self.limits, rate, rapid=rapid, tag=tag)
+        added = line(deltas, self.limits, rate, self._slowest_hz, rapid=rapid, tag=tag)
         if added is None:
             return False
-        speed = self._cut(now_s)
+        computed_s = self.computed_s(now_s)
         self._lines.append(added)
-        self._plan(speed, now_s)
+        self._replan(now_s, computed_s)
         return True
 
-    def hold(self, now_s: float) -> None:
-        """Slow down to a stand-still along the path; the lines stay."""
-        speed = self._cut(now_s)
+    def hold(self, now_s: float, *, dead: bool = False) -> None:
+        """Slow down to a stand-still along the path; the lines stay.
+
+        `dead` gives up the segments that are computed already.
+        """
         self._held = True
-        self._plan(speed, now_s)
+        self._replan(now_s, now_s if dead else self.computed_s(now_s))
 
     def resume(self, now_s: float) -> None:
         """Go on along the path."""
-        speed = self._cut(now_s)
         self._held = False
-        self._plan(speed, now_s)
+        self._replan(now_s, self.computed_s(now_s))
 
     def override(self, feed: float, rapid: float, now_s: float) -> None:
         """Scale the speeds of feeds and of rapids from now on; 1 is as asked."""
-        speed = self._cut(now_s)
         self._scale = (feed, rapid)
-        self._plan(speed, now_s)
+        self._replan(now_s, self.computed_s(now_s))
+
+    def computed_s(self, now_s: float) -> float:
+        """Return up to when the motion is computed; the moment itself while there is none."""
+        if self._computed[0] != now_s:
+            until_s = now_s
+            for _ in range(self._segments if self._stretches else 0):
+                until_s = self._segment_end_s(until_s)
+            self._computed = now_s, until_s
+        return self._computed[1]
+
+    def _segment_end_s(self, start_s: float) -> float:
+        found = self._at(start_s)
+        if found is None:
+            return start_s
+        line_ends = (one for one in self._stretches if one.number == found.number)
+        *_, last = line_ends
+        enough = STEPS_A_SEGMENT * self._lines[found.number].step
+        before, end_s = found.piece.at(start_s), start_s
+        while end_s < last.piece.end_s:
+            end_s = min(end_s + SEGMENT_S, last.piece.end_s)
+            here = self._at(end_s) or last
+            if here.number != found.number or here.piece.at(end_s) - before >= enough:
+                break
+        return end_s
 
     def speed(self, now_s: float) -> float:
         """Return how fast the path is followed, in units a second."""
@@ -178,26 +222,34 @@ class PathRack:
             return one.deltas
         return one.made(found.piece.at(now_s))
 
-    def _cut(self, now_s: float) -> float:
-        """Forget what is behind; return the speed at which the path is followed now."""
+    def _replan(self, now_s: float, from_s: float) -> None:
+        """Plan anew from a moment on; what is under way until then stays."""
         self.settle(now_s)
-        if not self._stretches:
-            return 0.0
-        under_way = self._stretches[0].piece
-        self._along = under_way.at(now_s)
-        return under_way.speed_at(now_s)
-
-    def _plan(self, speed: float, now_s: float) -> None:
-        if not self._held:
-            self._follow_on(
-                planned(self._lines, self._along, speed, now_s, self.limits, self._scale)
+        kept: list[Stretch] = []
+        number, along, speed = 0, self._along, 0.0
+        for each in self._stretches:
+            piece = each.piece
+            if piece.end_s > from_s:
+                before = replace(piece, duration_s=max(from_s - piece.start_s, 0.0))
+                kept.append(Stretch(each.number, before, last=False))
+                number, along, speed = each.number, piece.at(from_s), piece.speed_at(from_s)
+                break
+            kept.append(each)
+            number, along = (
+                (each.number + 1, 0.0) if each.last else (each.number, piece.at(math.inf))
             )
-        elif speed > 0.0:
-            self._follow_on(braked(self._lines, self._along, speed, now_s))
+        from_s = max(from_s, kept[-1].piece.end_s) if kept else now_s
+        lines = list(self._lines)[number:]
+        if not self._held:
+            added = planned(lines, along, speed, from_s, self.limits, self._scale)
         else:
-            self._follow_on([])
+            added = braked(lines, along, speed, from_s) if speed > 0.0 else []
+        later = [Stretch(each.number + number, each.piece, each.last) for each in added]
+        self._follow_on([*kept, *later])
+        self.settle(now_s)
 
     def _follow_on(self, stretches: list[Stretch]) -> None:
         self._stretches = stretches
+        self._computed = math.nan, math.nan
         ends = (each.piece.end_s for each in stretches if each.last)
         self._next_line_s = min(next(ends, math.inf), self.done_s)

@@ -160,11 +160,13 @@ def test_outputs_and_a_servo_come_back_after_a_stop():
         arm.set_outputs(2)
 
 
-@pytest.mark.parametrize("valve", ["flood", "mist", "P0"])
-def test_a_gripper_on_a_valve_opens_and_closes(valve):
+@pytest.mark.parametrize(
+    ("valve", "firmware"), [("flood", "mega5x"), ("mist", "mega5x"), ("P0", "grblhal")]
+)
+def test_a_gripper_on_a_valve_opens_and_closes(valve, firmware):
     other = "flood" if valve == "mist" else "mist"
     device = {"outputs": (other, valve), "gripper_output": 1}
-    arm = ready(config(gripper="output", device=device))
+    arm = ready(config(gripper="output", device=device), firmware=firmware)
     arm.gripper.open(76.0)
     assert arm.twin.world.opening_mm == pytest.approx(76.0, abs=1.0)
     arm.gripper.close(0.0)

@@ -110,7 +110,8 @@ GRIPPERS = [
 @pytest.mark.parametrize(("kind", "device", "opens"), GRIPPERS)
 def test_contact_does_not_let_go_of_what_a_gripper_on_an_output_holds(kind, device, opens, half):
     said = [opens + "\n", half]
-    arm, before = left(config(gripper=kind, device=device), said)
+    firmware = "grblhal" if opens.startswith("M6") else "mega5x"
+    arm, before = left(config(gripper=kind, device=device), said, firmware=firmware)
     arm.sleep(3.0)
     assert now(arm) == before
     assert before[1] == pytest.approx(76.0, abs=1.0)
@@ -153,34 +154,29 @@ def test_one_false_report_of_outputs_that_are_off_lets_go_of_nothing():
 # How soon the board brakes.
 
 
-def reaction_s(arm):
-    """How much of the announced stop is due to the board's own delay."""
-    controller = arm.core.controller
-    at_once = replace(controller.settings, reaction_s=0.0)
-    told, controller.settings = controller.settings, at_once
-    rest_s = controller.stopping(0.1).asked_motion_s
-    controller.settings = told
-    return controller.stopping(0.1).asked_motion_s - rest_s
+def segments(arm):
+    """How many segments of 10 ms the board may drive before it begins to brake."""
+    return arm.core.controller.segments.segments
 
 
 @pytest.mark.parametrize(
-    ("firmware", "wanted_s"),
-    [("grbl", 0.06), ("mega5x", 0.06), ("grblhal", 0.11), ("fluidnc", 0.13)],
+    ("firmware", "wanted"), [("grbl", 5), ("mega5x", 9), ("grblhal", 10), ("fluidnc", 12)]
 )
-def test_what_a_board_takes_to_begin_to_brake_is_that_of_its_firmware(firmware, wanted_s):
-    assert reaction_s(found(firmware=firmware)) == pytest.approx(wanted_s)
-    told = found(config(device={"reaction_s": 0.2}), firmware=firmware)
-    assert reaction_s(told) == pytest.approx(0.2)
+def test_what_a_board_computes_ahead_is_that_of_its_firmware(firmware, wanted):
+    assert segments(found(firmware=firmware)) == wanted
+    told = found(config(device={"segments": 20}), firmware=firmware)
+    assert segments(told) == 20
+    assert told.status.stop_time_s > found(firmware=firmware).status.stop_time_s
 
 
-@pytest.mark.parametrize(("times", "wanted_s"), [(1, 0.11), (2, 0.11), (99, 0.13)])
-def test_a_firmware_that_is_not_read_without_a_flaw_counts_as_the_slowest(times, wanted_s):
+@pytest.mark.parametrize(("times", "wanted"), [(1, 10), (2, 10), (99, 12)])
+def test_a_firmware_that_is_not_read_without_a_flaw_counts_as_the_slowest(times, wanted):
     made = config()
     twin = make_twin(made, firmware="grblhal")
     link = Disturbed(twin.link)
     link.back.append(rule(rb"\[FIRMWARE", lambda line: line[:4] + b"\x7f" + line[5:], times=times))
     arm = connect_simulated(made, twin=replace(twin, link=link))
-    assert reaction_s(arm) == pytest.approx(wanted_s)
+    assert segments(arm) == wanted
 
 
 # What `$I` tells, disturbed: a line has no check bytes.

@@ -13,6 +13,7 @@ from armdrive.controllers.grbl_axes import Axes, feed
 from armdrive.controllers.grbl_compare import Comparison
 from armdrive.controllers.grbl_plan import Limits, planned_s, way
 from armdrive.controllers.grbl_road import Road
+from armdrive.controllers.grbl_segments import SegmentBuffer
 from armdrive.errors import ArmFileError
 from armdrive.sim.path_line import PathLimits
 from armdrive.sim.path_rack import PathRack
@@ -91,7 +92,7 @@ def test_the_planners_time_is_what_a_planner_takes(lines):
 
 
 def test_a_road_knows_where_on_it_a_position_is():
-    road = Road(ZERO, LIMITS, 2.0)
+    road = Road(ZERO, LIMITS, 2.0, SegmentBuffer(9))
     for index in range(3):
         steps = Motors((100, 10 * index, 0, 0, 0, 0))
         road.send(steps, way(steps, 0.3, LIMITS), 0.0)

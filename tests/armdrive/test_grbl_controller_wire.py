@@ -149,6 +149,7 @@ def test_a_board_in_a_hold_or_asleep_is_woken_by_connecting_and_moves_nothing():
 
     arm = found()
     arm.disable()
+    arm.sleep(1.0)  # it sags
     arm.close()
     before = arm.twin.world.motors
     twin = replace(arm.twin, link=Disturbed(type(arm.twin.link.inner)(arm.twin.device, 115_200)))

@@ -1,0 +1,272 @@
+"""Slow motion on boards that compute segments ahead, as real firmware does.
+
+Figures without a test's own name were seen on grbl-Mega-5X and on gnea/grbl 1.1h in a processor
+simulator.
+"""
+
+import itertools
+import math
+
+import pytest
+from grbl_arm import config, lost, ready, rule, standing_as_said, stands, tip_mm
+from grbl_bench import MACHINE, Bench
+
+from armdrive import Jog, State, Trust
+from armdrive.errors import DeviceFault
+from firmware_protocol.grbl import State as BoardState
+from kinematics import Pose
+
+CANCEL, HOLD, RESUME = b"\x85", b"!", b"~"
+BOARDS = ("mega5x", "grbl")
+STEPS = {**MACHINE, **{100 + axis: 1.0 for axis in range(6)}, 110: 60_000.0, 120: 4000.0}
+"""Units of one step, and a ramp of 0.1 s at 400 steps/s."""
+
+# -- the simulated boards ---------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("firmware", BOARDS)
+@pytest.mark.parametrize("rate_hz", [5, 10, 20, 30])
+def test_no_motor_turns_slower_than_thirty_steps_a_second(firmware, rate_hz):
+    bench = Bench(STEPS, firmware=firmware)
+    bench.put(f"G1X40F{rate_hz * 60}\n")
+    times = []
+    for _ in range(4000):
+        before = bench.x
+        bench.wait(0.001)
+        times += [bench.now_s] * (bench.x != before)
+    assert len(times) == 40
+    assert times[-1] - times[0] == pytest.approx(1.278, rel=0.02)
+
+
+SEEN = [
+    ("mega5x", 31, 0.43, 14),
+    ("mega5x", 50, 0.27, 14),
+    ("mega5x", 100, 0.21, 20),
+    ("mega5x", 400, 0.19, 62),
+    ("grbl", 31, 0.24, 8),
+    ("grbl", 50, 0.15, 8),
+    ("grbl", 100, 0.13, 14),
+    ("grbl", 400, 0.15, 44),
+]
+
+
+@pytest.mark.parametrize("press", [HOLD, CANCEL])
+@pytest.mark.parametrize(("firmware", "rate_hz", "seen_s", "seen_steps"), SEEN)
+def test_a_board_goes_on_for_as_long_as_a_real_one(press, firmware, rate_hz, seen_s, seen_steps):
+    bench = Bench(STEPS, firmware=firmware)
+    jog = "$J=G91" if press == CANCEL else "G91G1"
+    bench.say(f"{jog}X2000F{rate_hz * 60}", 1.5)
+    pressed_s, at, last_s = bench.now_s, bench.x, bench.now_s
+    bench.put(press)
+    for _ in range(800):
+        before = bench.x
+        bench.wait(0.001)
+        last_s = bench.now_s if bench.x != before else last_s
+    assert last_s - pressed_s == pytest.approx(seen_s, abs=0.035)  # a step at the slowest rate
+    assert (bench.x - at) * 10 == pytest.approx(seen_steps, abs=3 + 0.01 * rate_hz)
+
+
+@pytest.mark.parametrize("firmware", BOARDS)
+def test_the_planner_reads_empty_while_motion_is_still_to_come(firmware):
+    bench = Bench(STEPS, firmware=firmware)
+    bench.say("G1X30F1860", 0.75)
+    report = bench.ask()
+    assert (report.state, report.feed) == (BoardState.RUN, 0.0)
+    assert report.free_blocks == bench.board.firmware.blocks
+    assert bench.x * 10 < 26
+
+
+def hung(firmware):
+    """A board that was sent a cancel in the last tenth of a millisecond of its jog."""
+    bench = Bench(STEPS, firmware=firmware)
+    bench.say("$J=G91X20F6000", 0.05)
+    bench.wait(bench.board.drive.done_s - bench.now_s - 1e-4)
+    bench.board.hear(CANCEL, bench.now_s)
+    bench.wait(0.1)
+    return bench
+
+
+@pytest.mark.parametrize("firmware", BOARDS)
+def test_a_cancel_as_the_jog_ends_leaves_a_board_idle_that_reads_no_line(firmware):
+    bench = hung(firmware)
+    assert bench.say("G4P0", 0.5) == []
+    report = bench.ask()
+    assert report.state is BoardState.IDLE
+    assert report.free_bytes == bench.board.firmware.ring_bytes - 5
+    bench.put(RESUME)
+    assert bench.wait(0.1) == ["ok"]
+    assert hung("grblhal").say("G4P0", 0.5) == ["ok"]
+
+
+# -- the driver -------------------------------------------------------------------------------
+
+SPEEDS = (1.0, 0.5, 0.3, 0.1, 0.05, 0.02)
+
+
+def joint(arm, speed):
+    return arm.move_j(base_deg=math.copysign(min(60 * speed, 8), 8), speed=speed)
+
+
+def line(arm, speed):
+    here = arm.pose
+    far = min(200 * speed, 40)
+    return arm.move_l(
+        Pose.of(x_mm=here.x_mm - far, y_mm=far, z_mm=here.z_mm + far / 2, pitch_deg=-75),
+        speed=speed,
+    )
+
+
+def arc(arm, speed):
+    here = arm.pose
+    far = min(200 * speed, 30)
+    via = Pose.of(x_mm=here.x_mm, y_mm=here.y_mm + far, z_mm=here.z_mm + far, pitch_deg=-80)
+    goal = Pose.of(x_mm=here.x_mm, y_mm=here.y_mm + 2 * far, z_mm=here.z_mm, pitch_deg=-80)
+    return arm.move_c(via, goal, speed=speed)
+
+
+@pytest.mark.parametrize("begin", [joint, line, arc])
+@pytest.mark.parametrize(("firmware", "speed"), itertools.product(BOARDS, SPEEDS))
+def test_at_every_speed_a_motion_is_exact_believed_and_never_starves(begin, firmware, speed):
+    arm = ready(firmware=firmware)
+    begin(arm, speed)
+    assert standing_as_said(arm)
+    assert arm.status.trust is Trust.REFERENCED
+    assert arm.status.underruns == 0
+
+
+def test_what_is_too_slow_for_the_board_takes_the_time_asked_for_and_says_so():
+    arm = ready()
+    slow = arm.move_j(base_deg=4, speed=0.02)  # 79 steps at 8.3 a second
+    assert slow.duration_s == pytest.approx(math.radians(4) / (0.37 * 0.02), rel=0.05)
+    assert "no slower than 30.5 steps/s" in slow.note
+    assert "no slower than 30.5 steps/s" in str(slow)
+    assert not arm.move_j(base_deg=8, speed=0.3).note
+
+
+def jogged(arm, speed, for_s):
+    """Jog, renewed as a held key does."""
+    for _ in range(round(for_s / 0.1)):
+        arm.hold(Jog.joint(base=1.0), speed=speed, for_s=0.4)
+        arm.sleep(0.1)
+
+
+@pytest.mark.parametrize("firmware", BOARDS)
+@pytest.mark.parametrize("speed", [0.05, 0.08, 0.13, 0.25, 1.0])
+@pytest.mark.parametrize("jogging", [False, True])
+def test_a_stop_is_no_later_than_announced_at_any_speed(firmware, speed, jogging):
+    arm = ready(firmware=firmware)
+    if jogging:
+        jogged(arm, speed, 1.5)
+    else:
+        arm.move_j(base_deg=80, speed=speed, wait=False)
+        arm.sleep(1.5)
+    status, tip = arm.status, arm.twin.world.tip
+    assert status.state is State.MOVING
+    arm.request_stop()
+    assert stands(arm) - status.time_s <= status.stop_time_s
+    assert tip_mm(arm, tip) <= status.stop_distance_mm
+    assert arm.status.trust is Trust.REFERENCED
+    assert standing_as_said(arm)
+
+
+@pytest.mark.parametrize("firmware", BOARDS)
+def test_the_slowest_board_at_its_slowest_rate_takes_more_than_half_of_the_announced_time(firmware):
+    arm = ready(config(planned_burst_s=1.95), firmware=firmware)
+    arm.move_j(base_deg=80, speed=30.8 / arm.core.controller.limits.rates_hz()[0], wait=False)
+    arm.sleep(2.5)
+    arm.twin.link.to.append(rule(HOLD, lost))
+    status = arm.status
+    arm.request_stop()
+    while arm.status.state is State.MOVING or arm.status.state is State.STOPPING:
+        arm.sleep(0.002)
+    assert status.stop_time_s / 2 <= arm.status.time_s - status.time_s <= status.stop_time_s
+
+
+@pytest.mark.parametrize("firmware", BOARDS)
+@pytest.mark.parametrize("speed", [0.05, 0.08, 0.3, 1.0])
+def test_a_held_jog_is_smooth_and_cancelled_once(firmware, speed):
+    arm = ready(firmware=firmware)
+    for _ in range(3):
+        jogged(arm, speed, 0.9)
+        arm.release()
+        arm.sleep(1.5)
+    assert arm.status.underruns == 0
+    assert arm.twin.link.pressed(CANCEL) <= 3
+    assert standing_as_said(arm)
+    assert arm.status.trust is Trust.REFERENCED
+
+
+def test_a_jog_cancel_that_is_lost_is_followed_by_a_hold():
+    arm = ready()
+    arm.twin.link.to.append(rule(CANCEL, lost))
+    jogged(arm, 0.5, 1.0)
+    status = arm.status
+    arm.release()
+    assert stands(arm) - status.time_s <= status.stop_time_s
+    assert arm.status.state is State.STANDBY
+    assert standing_as_said(arm)
+    assert arm.twin.link.pressed(CANCEL) == 1
+
+
+class Hangs:
+    """Hangs a simulated board as soon as it is Idle after a cancel."""
+
+    def __init__(self, arm):
+        self.board = arm.twin.device.board
+        self.inner = self.board._stood
+        self.board._stood = self
+
+    def __call__(self):
+        cancelling = self.board.cancelling
+        self.inner()
+        self.board.hung |= cancelling
+
+
+@pytest.mark.parametrize("firmware", BOARDS)
+def test_a_board_that_a_cancel_has_hung_is_freed_and_keeps_its_position(firmware):
+    arm = ready(firmware=firmware)
+    Hangs(arm)
+    for way in (1.0, -1.0):
+        arm.hold(Jog.joint(base=way), speed=0.5, for_s=0.5)
+        arm.sleep(0.4)
+        arm.release()
+        arm.sleep(5.0)
+        assert not arm.twin.device.board.hung
+        assert arm.status.state is State.STANDBY
+        assert arm.status.trust is Trust.REFERENCED
+        assert standing_as_said(arm)
+    arm.move_j(base_deg=10)
+    assert standing_as_said(arm)
+
+
+def test_a_board_that_another_program_has_hung_is_freed_before_the_next_motion():
+    arm = ready()
+    arm.twin.device.board.hung = True
+    arm.move_j(base_deg=5)
+    assert standing_as_said(arm)
+    assert arm.status.trust is Trust.REFERENCED
+
+
+def test_one_that_hangs_between_two_motions_moves_nothing_and_a_reset_frees_it():
+    arm = ready()
+    arm.move_j(base_deg=2)
+    before = arm.twin.world.motors
+    arm.twin.device.board.hung = True
+    with pytest.raises(DeviceFault, match="answered a line with nothing"):
+        arm.move_j(base_deg=5)
+    assert arm.twin.world.motors == before
+    assert not arm.twin.device.board.hung
+    arm.reset()
+    arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
+    arm.move_j(base_deg=5)
+    assert standing_as_said(arm)
+
+
+def test_reset_frees_a_board_that_hangs():
+    arm = ready()
+    arm.estop()
+    arm.sleep(2.0)
+    arm.twin.device.board.hung = True
+    arm.reset()
+    assert not arm.twin.device.board.hung
+    assert arm.status.state is State.STANDBY
