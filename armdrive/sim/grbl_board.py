@@ -107,7 +107,8 @@ class Board:
     @property
     def full(self) -> bool:
         """Whether the planner takes no more lines."""
-        return self.drive.queued(self.now_s) >= self.firmware.blocks
+        blocks = self.firmware.blocks
+        return self.drive.rack.waiting >= blocks and self.drive.queued(self.now_s) >= blocks
 
     def say(self, answer: Answer) -> None:
         """Send something."""

@@ -128,26 +128,28 @@ class PathRack:
     def computed_s(self, now_s: float) -> float:
         """Return up to when the motion is computed; the moment itself while there is none."""
         if self._computed[0] != now_s:
-            until_s = now_s
-            for _ in range(self._segments if self._stretches else 0):
-                until_s = self._segment_end_s(until_s)
+            until_s, index = now_s, self._index(now_s)
+            for _ in range(self._segments):
+                until_s, index = self._segment_end(until_s, index)
             self._computed = now_s, until_s
         return self._computed[1]
 
-    def _segment_end_s(self, start_s: float) -> float:
-        found = self._at(start_s)
-        if found is None:
-            return start_s
-        line_ends = (one for one in self._stretches if one.number == found.number)
-        *_, last = line_ends
-        enough = STEPS_A_SEGMENT * self._lines[found.number].step
-        before, end_s = found.piece.at(start_s), start_s
-        while end_s < last.piece.end_s:
-            end_s = min(end_s + SEGMENT_S, last.piece.end_s)
-            here = self._at(end_s) or last
-            if here.number != found.number or here.piece.at(end_s) - before >= enough:
-                break
-        return end_s
+    def _segment_end(self, start_s: float, index: int) -> tuple[float, int]:
+        """Return when a segment ends that begins in a stretch, and the stretch behind it."""
+        if index >= len(self._stretches):
+            return start_s, index
+        under_way = self._stretches[index]
+        enough = STEPS_A_SEGMENT * self._lines[under_way.number].step
+        before, end_s = under_way.piece.at(start_s), start_s
+        while True:
+            end_s += SEGMENT_S
+            while end_s >= under_way.piece.end_s:
+                index += 1
+                if under_way.last or index == len(self._stretches):
+                    return under_way.piece.end_s, index
+                under_way = self._stretches[index]
+            if under_way.piece.at(end_s) - before >= enough:
+                return end_s, index
 
     def speed(self, now_s: float) -> float:
         """Return how fast the path is followed, in units a second."""
@@ -211,9 +213,12 @@ class PathRack:
         self._follow_on([])
         self._along, self._held = 0.0, False
 
+    def _index(self, now_s: float) -> int:
+        return bisect_right(self._stretches, now_s, key=lambda each: each.piece.end_s)
+
     def _at(self, now_s: float) -> Stretch | None:
         """Return the stretch under way; None while standing."""
-        index = bisect_right(self._stretches, now_s, key=lambda each: each.piece.end_s)
+        index = self._index(now_s)
         return self._stretches[index] if index < len(self._stretches) else None
 
     def _made(self, found: Stretch, now_s: float) -> tuple[int, ...]:
