@@ -114,7 +114,7 @@ class Engine:
         busy = self._task is not None and not self._task.routine and alone
         if self._next is not None or busy:
             flow.close()
-            raise WrongState("another call is still at work: wait for its end, or stop the arm")
+            raise WrongState("something else is still at work: wait for its end, or stop the arm")
         task = Task(flow)
         if self._broken is not None:
             task.fail(self._broken)

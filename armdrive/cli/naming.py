@@ -6,7 +6,7 @@ import argparse
 import re
 import shlex
 
-_OF_AN_ARM = ("disable", "enable", "home", "jog", "move", "status", "verify")
+_OF_AN_ARM = ("disable", "enable", "home", "jog", "move", "reset", "status", "verify")
 """The commands that remedies tell to run, and that act on the arm that their options name."""
 
 _COMMAND = re.compile(rf"`armdrive ((?:{'|'.join(_OF_AN_ARM)})(?: --[a-z-]+)*)`")

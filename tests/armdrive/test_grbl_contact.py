@@ -82,6 +82,14 @@ def test_a_locked_board_stays_locked_and_forgets_a_half_line(half):
     assert before[2][0] == 0
 
 
+def test_a_reset_unlocks_a_board_that_was_locked_before():
+    arm, before = left(config(), [], homing=True)
+    arm.reset()
+    assert now(arm) == before
+    assert arm.status.state is State.STANDBY
+    arm.move_motors(1, 0, 0, 0, 0, 0)
+
+
 @pytest.mark.parametrize("firmware", FIRMWARES)
 @pytest.mark.parametrize("half", ["", *HALF_LINES, IN_A_COMMENT])
 def test_no_half_line_is_carried_out_and_position_current_and_state_are_kept(firmware, half):
