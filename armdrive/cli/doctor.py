@@ -220,8 +220,9 @@ def _weigh(
 def compare(config: ArmConfig, report: Report, options: argparse.Namespace) -> None:
     """Connect as every command does, and compare the settings; mend them where that is agreed."""
     from armdrive.connecting import connect_real
-    from armdrive.doctor.findings import ok, problem
+    from armdrive.doctor.findings import note, ok, problem
     from armdrive.doctor.settings import compared, settings_findings
+    from armdrive.setup.limits import limit_remarks
 
     try:
         with closing(connect_real(config)) as arm:  # `with arm` would switch its motors on
@@ -232,6 +233,7 @@ def compare(config: ArmConfig, report: Report, options: argparse.Namespace) -> N
                 settings = compared(arm)
                 report.add([ok(f"{len(lines)} settings were written")])
             report.add(settings_findings(settings))
+            report.add([note(each) for each in limit_remarks(config)])
             report.more["firmware"] = settings.firmware or report.more.get("firmware", "")
     except ArmError as error:
         report.add([problem(f"it was recognised, but did not connect: {error}", "try once more")])

@@ -23,6 +23,8 @@ TRIES = 3
 """How often the board's build is asked for."""
 REPORTS_ALIKE = 2
 """A report has no check bytes: that an output is off is believed when it is told so often."""
+CRITICAL = (1, 2)
+"""After these alarms a board takes no line before a reset; grblHAL goes on to report meanwhile."""
 CALM_S = 1.0
 """A motion that a program before this one left behind is waited for so long."""
 
@@ -126,9 +128,10 @@ class GrblContact(GrblStopping):
         """Leave alarm, hold, sleep or muteness; the board's position is as good as it was."""
         began_s = self.now_s
         heard = yield from self.look(self.settings.answer_s)
+        critical = self.alarm is not None and self.alarm.code in CRITICAL
         if heard and self.state in TURNING:
             yield from self.hold()
-        elif (not heard or self.state in DEAF) and not (yield from self.soft_reset()):
+        elif (not heard or critical or self.state in DEAF) and not (yield from self.soft_reset()):
             return self.silence(began_s)
         yield from self.look(self.settings.answer_s)
         if self.state is State.ALARM:

@@ -50,6 +50,9 @@ class Firmware:
     `start_s`; what becomes of the motors meanwhile says `killed`. From a reset of the board itself
     it takes `boot_s`, without current.
     `mute_in_critical`: after a limit alarm `?` is not answered until the reset.
+    `hard_limits`: with $21=1 a switch that closes is an alarm. The default RAMPS build accepts
+    $21=1, which does nothing: seen on grbl-Mega-5X, default RAMPS build, in an AVR simulator
+    (grbl/cpu_map.h: DISABLE_HW_LIMITS_INTERRUPT). Reports show the pin all the same.
     `silent_in_homing`: nor during homing. `cancel_clears_ring`: a jog cancel does. `tells_axes`:
     `$I` names the axes (fra589/grbl-Mega-5X grbl/report.c; grblHAL).
     """
@@ -72,6 +75,7 @@ class Firmware:
     start_s: float
     boot_s: float
     mute_in_critical: bool
+    hard_limits: bool
     silent_in_homing: bool
     cancel_clears_ring: bool
     tells_axes: bool
@@ -140,6 +144,7 @@ _GRBL = Firmware(
     start_s=5e-3,
     boot_s=1.5,
     mute_in_critical=True,
+    hard_limits=True,
     silent_in_homing=True,
     cancel_clears_ring=False,
     tells_axes=False,
@@ -150,6 +155,7 @@ _GRBL = Firmware(
 _MEGA_5X = replace(
     _GRBL,
     name="mega5x",
+    hard_limits=False,
     ring_bytes=255,
     blocks=35,
     outputs=True,
@@ -178,6 +184,7 @@ _GRBLHAL = Firmware(
     start_s=5e-3,
     boot_s=0.5,
     mute_in_critical=False,
+    hard_limits=True,
     silent_in_homing=False,
     cancel_clears_ring=True,
     tells_axes=True,
@@ -204,6 +211,7 @@ _FLUIDNC = Firmware(
     start_s=5e-3,
     boot_s=1.0,
     mute_in_critical=False,
+    hard_limits=True,
     silent_in_homing=False,
     cancel_clears_ring=False,
     tells_axes=False,
