@@ -69,9 +69,9 @@ class GrblContact(GrblStopping):
     def _lacking_words(self) -> str:
         axes = self._host.dialect.axes
         return (
-            f"the board has the axes {axes}, but by grbl.axes this arm also has motors on "
-            f"{self.lacking}: put the right letters there, or give the board a firmware with "
-            "an axis for each motor"
+            f"the board has {len(axes)} axes ({axes}), and by grbl.axes this arm has motors on "
+            f"{', '.join(self.lacking)} too: take a board and a firmware with an axis for each "
+            "motor (grbl-Mega-5X, grblHAL, FluidNC), or put the right letters into grbl.axes"
         )
 
     def _alive(self) -> Generator[float, HostEvent | None, bool]:
