@@ -229,7 +229,9 @@ class Engine:
                 self._resume(event)
 
     def _no_answer(self, silence: Silence) -> NoAnswer:
-        return NoAnswer(f"{silence} on {self.link.description}. {silence.look_at}, then reset")
+        return NoAnswer(
+            f"{silence} on {self.link.description}. {silence.look_at}, then call `reset()`"
+        )
 
     def _run(self) -> None:
         """Let flows take steps until the present one waits for something that is not there yet."""

@@ -55,7 +55,7 @@ class Waiting(Knowing):
         """
         self.request_stop(hard=True)  # before the lock: the engine may be holding it
         with self.pace.lock:
-            self.core.fault("emergency stop: look at the arm, then reset", EMERGENCY_STOP)
+            self.core.fault("emergency stop: look at the arm, then call `reset()`", EMERGENCY_STOP)
             self.request_stop(hard=True)
 
     def reset(self) -> None:

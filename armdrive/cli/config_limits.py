@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from armdrive.arm import Arm
     from armdrive.setup.filing import Proposal
 
+PERSON = "press the switches of a real arm"
 PRESSED, NONE, RELEASED = "pressed", "none", "released"
 
 UNHEEDED = (
@@ -60,7 +61,7 @@ def run(options: argparse.Namespace) -> int:
     config = load_arm_file(path)
     switches = switches_of(config)
     alone = options.yes or options.json
-    with connected(config, simulated=options.sim, alone=alone) as arm:
+    with connected(config, simulated=options.sim, alone=alone, wanted=PERSON) as arm:
         make_ready(arm)
         seen = check(arm, switches, alone=alone)
         simulated = arm.simulated

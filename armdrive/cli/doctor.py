@@ -234,6 +234,11 @@ def compare(config: ArmConfig, report: Report, options: argparse.Namespace) -> N
                 settings = compared(arm)
                 report.add([ok(f"{len(lines)} settings were written")])
             report.add(settings_findings(settings))
+            if settings.differences and options.arm:
+                report.more["next"] = [
+                    f"armdrive doctor --arm {options.arm} --mend",
+                    *report.more.get("next", []),
+                ]
             report.add([note(each) for each in limit_remarks(config)])
             report.more["firmware"] = settings.firmware or report.more.get("firmware", "")
     except ArmError as error:

@@ -112,8 +112,8 @@ class Cia402Current(Cia402Contact):
         faulty = [drive for drive in self.drives if drive.state in FAULTS]
         if left := (yield from self.reset_faults(faulty)):
             yield from self.explain(left[0])
-            words = f"{self.fault_words(left[0])}, and does not leave it: mend that, then reset"
-            return Denied(words, moved=False)
+            words = f"{self.fault_words(left[0])}, and does not leave it"
+            return Denied(f"{words}: mend that, then call `reset()`", moved=False)
         if (hindrance := (yield from self.resume(self.drives))) is not None:
             return hindrance
         if missing := (yield from self.look()):

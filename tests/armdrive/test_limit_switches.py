@@ -143,7 +143,7 @@ def test_the_command_on_a_simulated_board_says_what_it_made_of_each_switch(call)
 
 def test_a_real_arm_needs_somebody_at_a_terminal(call):
     arm_file()
-    assert "a real arm" in call.refused("config", "limits", "bench", code=3)
+    assert "press the switches of a real arm" in call.refused("config", "limits", "bench", code=3)
 
 
 def test_a_person_presses_each_switch_and_the_day_is_written(monkeypatch, call):
@@ -164,7 +164,7 @@ def test_a_person_presses_each_switch_and_the_day_is_written(monkeypatch, call):
     person = Person()
     person.count = 0
 
-    def opened(made, *, simulated, alone):
+    def opened(made, *, simulated, alone, wanted):
         assert not alone
         twin = make_twin(made, limit_interrupts=True)
         person.arm = connect_simulated(made, twin=twin)
