@@ -54,7 +54,8 @@ class Phrase:
 PHRASES = (
     Phrase(
         "call `confirm_restored()`, or connect with `allow_restored=True`",
-        "answer the question of the command in a terminal, or add `--allow-restored` to it",
+        "answer the command's question in a terminal, add `--allow-restored`, or run "
+        "`armdrive home`",
         "type `home`, or start the shell with `--allow-restored`",
         "press {confirm}",
     ),
