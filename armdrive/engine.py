@@ -114,7 +114,7 @@ class Engine:
         busy = self._task is not None and not self._task.routine and alone
         if self._next is not None or busy:
             flow.close()
-            raise WrongState("another call is still at work: wait for its end, or stop the arm")
+            raise WrongState("something else is still at work: wait for its end, or stop the arm")
         task = Task(flow)
         if self._broken is not None:
             task.fail(self._broken)
@@ -229,7 +229,9 @@ class Engine:
                 self._resume(event)
 
     def _no_answer(self, silence: Silence) -> NoAnswer:
-        return NoAnswer(f"{silence} on {self.link.description}. {silence.look_at}, then reset")
+        return NoAnswer(
+            f"{silence} on {self.link.description}. {silence.look_at}, then call `reset()`"
+        )
 
     def _run(self) -> None:
         """Let flows take steps until the present one waits for something that is not there yet."""

@@ -6,7 +6,8 @@ moving, homing --stop--> stopping --done--> standby
 any but disconnected --fault--> error-stop --reset--> standby (or disabled, where the device's
 motors went off meanwhile);  any --lost--> disconnected
 
-`stop` is legal everywhere. Error-stop latches: only `reset` leaves it, and moves nothing.
+`stop` is legal everywhere. Error-stop latches: only `reset` leaves it. It is legal in
+standby and disabled too, where it unlocks the device. It never moves anything.
 """
 
 from __future__ import annotations
@@ -54,6 +55,11 @@ def _table() -> Mapping[tuple[State, Event], State]:
         (s.HOMING, e.STOP): s.STOPPING,
         (s.ERROR_STOP, e.RESET): s.STANDBY,
         (s.ERROR_STOP, e.RESET_SWITCHED): s.DISABLED,
+        # a device can be locked from before this program, which shows when something is to move
+        (s.STANDBY, e.RESET): s.STANDBY,
+        (s.STANDBY, e.RESET_SWITCHED): s.DISABLED,
+        (s.DISABLED, e.RESET): s.DISABLED,
+        (s.DISABLED, e.RESET_SWITCHED): s.DISABLED,
     }
     for state in s:
         rows.setdefault((state, e.STOP), state)
@@ -69,11 +75,11 @@ TRANSITIONS = _table()
 _WAY_OUT = MappingProxyType(
     {
         State.DISCONNECTED: "connect first",
-        State.DISABLED: "switch its motors on first: enable(), `armdrive enable`, P on the desk",
+        State.DISABLED: "switch its motors on first: call `enable()`",
         State.HOMING: "wait for the referencing to end, or stop it",
         State.MOVING: "wait for the motion to end, or stop it",
         State.STOPPING: "wait until the arm stands",
-        State.ERROR_STOP: "look at the arm, then call reset()",
+        State.ERROR_STOP: "look at the arm, then call `reset()`",
         State.STANDBY: "nothing has to be done first",
     }
 )

@@ -101,12 +101,10 @@ FIRST_BELIEF = Belief(Trust.UNKNOWN, Evidence.NO_RECORD.value)
 
 _REMEDY = MappingProxyType(
     {
-        Trust.UNKNOWN: "bring the arm to its reference posture and run `armdrive home`, "
-        "or call home() or declare_posture()",
-        Trust.SUSPECT: "look at the arm, then run `armdrive home`, or call home() or "
-        "declare_posture()",
-        Trust.RESTORED: "compare the arm with the drawn posture and confirm it (`armdrive home "
-        "--confirm`), or connect with allow_restored=True",
+        Trust.UNKNOWN: "bring the arm to its reference posture and call `home()`",
+        Trust.SUSPECT: "look at the arm, then call `home()`",
+        Trust.RESTORED: "compare the arm with the drawn posture, then call "
+        "`confirm_restored()`, or connect with `allow_restored=True`",
     }
 )
 

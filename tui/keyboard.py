@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
 
+from armdrive.catalogue.actions import desk_words, presented
 from tui.framework import printed
 from tui.key_row import DeskKey
 from tui.keys import STOP, TABLE, JogPair, words
@@ -49,6 +50,10 @@ class Keyboard:
     def label(self, name: str) -> str:
         """Return what is printed on the first key of a row."""
         return label(self.of(name)[0])
+
+    def presented(self, sentence: str) -> str:
+        """Return a sentence in the words of the desk: its actions by their keys."""
+        return presented(sentence, desk_words(self.label))
 
     def jog(self, key: str) -> str:
         """Return what is printed on the key that jogs as this one of the table does."""

@@ -49,7 +49,7 @@ class LineScreen(ModalScreen[None]):
     def _fill(self) -> None:
         text = self.query_one("#line-text", PlainText)
         close = f"{self._keys.label('line-close')} closes"
-        text.show(f"{log_words.whole(self._line, text.content_size.width)}\n\n{close}")
+        text.show(f"{log_words.whole(self._line, text.content_size.width, self._keys)}\n\n{close}")
 
     def action_close(self) -> None:
         """Go back to the log."""
@@ -158,5 +158,5 @@ class CatalogueScreen(Typing):
         said = f"{log_words.asked_text('errors with', self.text)}\n{close}: close"
         self.query_one("#catalogue-find", PlainText).show(said)
         room = height - 1 - said.count("\n") - 1
-        listed = log_words.catalogue(self._rows, self._at, width, room)
+        listed = log_words.catalogue(self._rows, self._at, width, room, self._keys)
         self.query_one("#catalogue-text", PlainText).show(f"\n{listed}")

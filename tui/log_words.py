@@ -46,7 +46,7 @@ def cut(text: str, width: int) -> str:
     return text if len(text) <= width else f"{text[: max(width - 1, 0)]}{CUT}"
 
 
-def whole(line: LogLine, width: int) -> str:
+def whole(line: LogLine, width: int, keys: Keyboard) -> str:
     """Return everything that is known of a line; of an error the catalogue's row too."""
     way = WAYS.get(line.way, "")
     parts = [
@@ -55,14 +55,14 @@ def whole(line: LogLine, width: int) -> str:
         line.words,
         *(in_full(by_code(line.code)) if line.code else ()),
     ]
-    return "\n\n".join(_filled(part, width) for part in parts if part)
+    return "\n\n".join(_filled(keys.presented(part), width) for part in parts if part)
 
 
-def catalogue(rows: Sequence[Entry], at: int, width: int, height: int) -> str:
+def catalogue(rows: Sequence[Entry], at: int, width: int, height: int, keys: Keyboard) -> str:
     """Return a list of errors with one chosen, and that one in full below it."""
     if not rows:
         return "no error has these words"
-    below = "\n".join(_filled(part, width) for part in in_full(rows[at]))
+    below = "\n".join(_filled(keys.presented(part), width) for part in in_full(rows[at]))
     room = max(height - below.count("\n") - 2, 1)
     first = min(max(at - room // 2, 0), max(len(rows) - room, 0))
     listed = (

@@ -80,8 +80,8 @@ class Owner(FirstKeys):
         self.show()
 
     def spoken(self, text: str) -> str:
-        """Return a text with the joints of this arm as people write them."""
-        return spoken(text, self._joint_names)
+        """Return a text in the words of the desk, with the joints as people write them."""
+        return spoken(self.keys.presented(text), self._joint_names)
 
     def scene(self) -> ArmScene | None:
         """Return what is to be drawn of the arm as it stands; None while that is not known."""

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from armdrive.catalogue.actions import COMMAND_LINE, presented
 from tui.panels import TITLE_GAP, parted
 
 View = Mapping[str, Any]
@@ -49,7 +50,7 @@ def lines(view: View) -> str:
     texts = (
         f"{conduct}  speed {percent(view)} %",
         program_words(view),
-        *(f"! {view[word]}" for word in ("notice", "error") if view.get(word)),
+        *(_remark(view[word]) for word in ("notice", "error") if view.get(word)),
         f"position {view.get('trust', '?')}: {view.get('trust_reason', '?')}",
         "",
         *_named(joints, "_deg", "\N{DEGREE SIGN}"),
@@ -60,6 +61,11 @@ def lines(view: View) -> str:
         f"stop: {way} at most",
     )
     return "\n".join(text for text in texts if text is not None)
+
+
+def _remark(sentence: object) -> str:
+    """Return a remark in the words of the command line: no key of this app acts on the arm."""
+    return f"! {presented(str(sentence), COMMAND_LINE)}"
 
 
 def program_words(view: View) -> str | None:

@@ -35,7 +35,7 @@ class Foreseeing(Moving):
         fraction = speed_fraction(speed)
         if goal is None:
             if line or frame != BASE:
-                raise BadRequest("a line and a frame are of a pose: give one, as Pose.of(...)")
+                raise BadRequest("a line and a frame are of a pose: give one")
             return self._foreseen(JointGoal(joints_deg), fraction)
         if joints_deg:
             raise BadRequest("give a pose or joint angles, not both")

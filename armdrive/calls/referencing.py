@@ -52,9 +52,9 @@ class Referencing(Connected):
         request = self.reference_request()
         if operator is None:
             raise OperatorNeeded(
-                "this arm has no switches, so somebody has to look at it: run `armdrive home` in "
-                "a terminal, pass home(operator=...), or bring it to a known posture and call "
-                f"declare_posture(). {request}"
+                "this arm has no switches, so somebody has to look at it: call `home()` with an "
+                "operator, or bring it to a known posture and call `declare_posture()`. "
+                f"{request}"
             )
         after(self.core.state, Event.HOME)
         self.perform(referencing.begin_home(self.wire))
@@ -123,7 +123,7 @@ class Referencing(Connected):
         if self.status.trust is not Trust.RESTORED:
             raise Refused(
                 "there is no restored position to confirm, the position is "
-                f"{self.status.trust.value}: run `armdrive home`, or call home()"
+                f"{self.status.trust.value}: call `home()`"
             )
         self.perform(referencing.confirm_record(self.wire))
 
@@ -132,9 +132,9 @@ class Referencing(Connected):
         reference = self.model.reference
         if reference is None:
             way = (
-                "have it seek its switches (`armdrive home`, home())"
+                "to have it seek its switches, call `home()`"
                 if self.homes_by_switches
-                else "write [reference] into its arm file, or use declare_posture()"
+                else "write [reference] into its arm file, or call `declare_posture()`"
             )
             raise Refused(f"no reference posture is known of the {self.config.title}: {way}")
         joints = self.model.arm.ik(reference.pose)

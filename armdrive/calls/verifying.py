@@ -45,8 +45,8 @@ class Verifying(Moving, Referencing):
         request = MarkRequest(mark.arm, mark.pose, mark.joints, mark.opening_mm)
         if operator is None:
             raise OperatorNeeded(
-                "somebody has to bring the finger tips onto the mark: run `armdrive verify` in a "
-                "terminal, or pass verify(operator=...)"
+                "somebody has to bring the finger tips onto the mark: call `verify()` with an "
+                "operator"
             )
         reference = self.core.belief.reason
         self.go_over(self.above_mark(), speed)

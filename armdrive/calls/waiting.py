@@ -55,11 +55,14 @@ class Waiting(Knowing):
         """
         self.request_stop(hard=True)  # before the lock: the engine may be holding it
         with self.pace.lock:
-            self.core.fault("emergency stop: look at the arm, then reset", EMERGENCY_STOP)
+            self.core.fault("emergency stop: look at the arm, then call `reset()`", EMERGENCY_STOP)
             self.request_stop(hard=True)
 
     def reset(self) -> None:
-        """Leave error-stop: wait until the line is quiet and read the registers. Moves nothing."""
+        """Leave error-stop: wait until the line is quiet and read the registers. Moves nothing.
+
+        In standby, or while the motors are off, it unlocks a device that was locked before.
+        """
         after(self.core.state, Event.RESET)
         self.stop()
         self.perform(referencing.reset(self.wire))

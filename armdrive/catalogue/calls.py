@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from armdrive.catalogue.entry import NO_ARM, NOTHING_SENT, STANDS, Entry
 
-LATCHED = "The arm stands, and error-stop is latched: nothing moves before `reset`."
+LATCHED = "The arm stands, and error-stop is latched: nothing moves before `reset()`."
 
 GENERAL = (
     Entry(
@@ -142,16 +142,17 @@ REFUSALS = (
         "The arm is disconnected, disabled, in motion or in error-stop, and the call is not "
         "allowed then.",
         NOTHING_SENT,
-        "Wait for the end of a motion, call `enable`, or look at the arm and `reset`, as the "
-        "sentence says.",
+        "Wait for the end of a motion, call `enable()`, or look at the arm and call `reset()`, "
+        "as the sentence says.",
     ),
     Entry(
         "E203", "NotReferenced", "the position cannot be trusted",
         "Planned motion was asked for while the position is unknown or suspect, or restored from "
         "a record that nobody has confirmed.",
         NOTHING_SENT,
-        "Look at the arm, then `armdrive home`; a restored position is confirmed by `armdrive "
-        "home --confirm`. Joints can be jogged meanwhile, slowly.",
+        "Look at the arm, then call `home()`. If it is restored and right, "
+        "call `confirm_restored()`, or connect with `allow_restored=True`. "
+        "Joints can be jogged meanwhile, slowly.",
     ),
     Entry(
         "E204", "OperatorNeeded", "somebody has to look at the arm",
@@ -189,13 +190,13 @@ STOPS = (
         "E302", "PendantStop", "stopped at the pendant",
         "The STOP key of the arm's own pendant was pressed.",
         LATCHED + " The position is kept: the registers counted how far it came.",
-        "Look at the arm, then `reset`.",
+        "Look at the arm, then call `reset()`.",
     ),
     Entry(
         "E303", "EMERGENCY_STOP", "emergency stop",
-        "`estop` was called, or its key was pressed.",
+        "Somebody asked for an emergency stop.",
         LATCHED + " Whether the motors hold it is said for each controller (docs/torque.md). A "
         "controller that stops dead may have lost steps: then the position is suspect.",
-        "Look at the arm, then `reset`, which moves nothing.",
+        "Look at the arm, then call `reset()`, which moves nothing.",
     ),
 )  # fmt: skip

@@ -87,7 +87,7 @@ MATHEMATICS = (
         "E614", "NotAUnitQuaternion", "a quaternion that is no rotation",
         "Its length is not 1.",
         NO_ARM,
-        "Scale it, with `Quaternion.of()` for example.",
+        "Scale it to length 1.",
     ),
     Entry(
         "E615", "UnknownFrame", "no such frame",

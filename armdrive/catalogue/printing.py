@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 
 from armdrive.catalogue import ENTRIES, GROUPS
+from armdrive.catalogue.actions import ACTIONS, PHRASES
 from armdrive.catalogue.entry import Entry
 
 _PAGE_BEGINS = """\
@@ -40,7 +42,7 @@ def in_full(row: Entry) -> Iterator[str]:
 
 def page() -> str:
     """Return docs/errors.md."""
-    parts = [_PAGE_BEGINS]
+    parts = [_PAGE_BEGINS, *_actions()]
     for group, rows in GROUPS.items():
         parts.append(f"\n## {group}\n\n| code | error | cause | effect on the arm | what to do |\n")
         parts.append("|---|---|---|---|---|\n")
@@ -50,6 +52,20 @@ def page() -> str:
             for row in rows
         ]
     return "".join(parts)
+
+
+def _actions() -> Iterator[str]:
+    yield (
+        "\n## What an error asks for\n\nThis page names actions as a Python program calls them. "
+        "The command line, the shell and the\ndesk show their own words instead:\n\n"
+        "| in Python | on the command line | in `armdrive shell` | at the desk, the key for |\n"
+        "|---|---|---|---|\n"
+    )
+    for row in ACTIONS:
+        yield f"| `{row.python}` | `{row.command_line}` | `{row.shell}` | {row.key} |\n"
+    for phrase in PHRASES:
+        key = re.sub(r"press \{([a-z-]+)\}", r"\1", phrase.desk)
+        yield f"| {phrase.python} | {phrase.command_line} | {phrase.shell} | {key} |\n"
 
 
 def _plain(text: str) -> str:

@@ -51,8 +51,8 @@ WIRES = (
         "What was sent already is finished, which the status bounds in seconds and mm; then the "
         "arm stands. Nothing that was queued here is ever sent. A position that was lost in motion "
         "is suspect.",
-        "Plug the cable in and connect again, or let `reconnect` do it: it ends in error-stop, "
-        "which only `reset` leaves, and moves nothing.",
+        "Plug the cable in and connect again, or have it looked for (docs/reconnecting.md): that "
+        "ends in error-stop, which only `reset()` leaves, and moves nothing.",
     ),
     Entry(
         "E408", "ArmInUse", "another program holds the arm",
@@ -64,7 +64,7 @@ WIRES = (
         "E409", "RECONNECTED", "the connection was lost and is back",
         "The wire broke meanwhile, and the controller was found again.",
         LATCHED + " The position is not more than restored: somebody may have moved the arm.",
-        "Look at the arm, `reset`, and confirm the drawn posture or home.",
+        "Look at the arm, call `reset()`, and confirm the drawn posture or call `home()`.",
     ),
 )  # fmt: skip
 
@@ -74,8 +74,8 @@ CONTROLLERS = (
         "The controller refused, or answered something else than it should have: a garbled byte, "
         "another dialect, a fault of its own.",
         LATCHED,
-        "Look at the arm and the cable, then `reset`. At connecting, `armdrive doctor` finds out "
-        "what is on the port.",
+        "Look at the arm and the cable, then call `reset()`. At connecting, `armdrive doctor` "
+        "finds out what is on the port.",
     ),
     Entry(
         "E502", "NoAnswer", "the controller does not answer",
@@ -83,19 +83,20 @@ CONTROLLERS = (
         "a cable, or the pendant has control.",
         "A motion that was sent may have been made or not: the arm stands once it has ended, its "
         "position is suspect, and error-stop is latched.",
-        "Check that the arm is on and its cable plugged in, look at it, then `reset` and home.",
+        "Check that the arm is on and its cable plugged in, look at it, then call "
+        "`reset()` and `home()`.",
     ),
     Entry(
         "E503", "PositionMismatch", "the registers are not where they should be",
         "A byte was lost on the wire, or the controller lost its power in motion.",
         LATCHED + " The position is suspect.",
-        "Look at the arm, `reset`, then home.",
+        "Look at the arm, call `reset()`, then `home()`.",
     ),
     Entry(
         "E504", "ALARM_VOUCHED", "the controller raised an alarm and kept its position",
         "A limit or the controller's own check was met; its words are in the sentence.",
         LATCHED + " The controller vouches for the position.",
-        "Look at the arm, then `reset`.",
+        "Look at the arm, then call `reset()`.",
     ),
     Entry(
         "E505", "ProgramHalfWritten", "a program is not whole in the arm's memory",

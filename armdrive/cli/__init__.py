@@ -25,6 +25,7 @@ COMMANDS: Mapping[str, str] = MappingProxyType(
         "home": "reference an arm in its reference posture",
         "verify": "measure at the reference mark how far an arm has drifted",
         "enable": "switch the motors on, where the controller can",
+        "reset": "leave an error, after looking at the arm; moves nothing",
         "disable": "switch the motors off, which lets the arm sag: parks it first",
         "stop": "stop an arm that another program drives",
         "pause": "have an arm wait that another program drives",

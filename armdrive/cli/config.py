@@ -4,6 +4,7 @@ Examples:
   armdrive config new                                 questions, line by line
   armdrive config new bench --template printed-six --yes
   armdrive config signs bench                         which way the motors turn
+  armdrive config limits bench                        do the limit switches stop the arm?
   armdrive config show bench --toml                   every key with its value
   armdrive config check bench
   armdrive config set-default bench
@@ -26,6 +27,7 @@ ACTIONS: Mapping[str, tuple[str, str]] = MappingProxyType(
     {
         "new": ("config_new", "ask questions and write an arm file"),
         "signs": ("config_signs", "turn each motor a little to find which way it counts"),
+        "limits": ("config_limits", "press each limit switch, and see that it raises an alarm"),
         "list": ("config_list", "list the arm files"),
         "show": ("config_show", "show an arm as armdrive understands its file"),
         "check": ("config_check", "say everything that is wrong with an arm file"),

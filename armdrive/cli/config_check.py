@@ -30,6 +30,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _check(name: str, json: bool) -> bool:
     from armdrive.interview.problems import problems_of, remarks_on
+    from armdrive.setup.limits import limit_remarks
 
     remarks: list[str] = []
     try:
@@ -40,7 +41,8 @@ def _check(name: str, json: bool) -> bool:
         called = arm.name
         problems = problems_of(arm.table, arm.name, arm.path.parent)
         if not problems:
-            remarks += remarks_on(load_arm_file(arm.path))
+            config = load_arm_file(arm.path)
+            remarks += [*remarks_on(config), *limit_remarks(config)]
     if json:
         emit({"arm": called, "ok": not problems, "problems": problems, "remarks": remarks})
         return bool(problems)

@@ -69,7 +69,12 @@ def run(options: argparse.Namespace) -> int:
     return 1 if signs.unclear else 0
 
 
-def connected(config: ArmConfig, *, simulated: bool, alone: bool = False) -> _Open:
+WATCHED = "watch a real arm while its motors turn"
+
+
+def connected(
+    config: ArmConfig, *, simulated: bool, alone: bool = False, wanted: str = WATCHED
+) -> _Open:
     """Return the arm to be opened in a `with`. Raises `OperatorNeeded` for a real one alone."""
     import sys
 
@@ -77,10 +82,7 @@ def connected(config: ArmConfig, *, simulated: bool, alone: bool = False) -> _Op
 
     simulated = simulated or simulation_forced()
     if not simulated and (alone or not sys.stdin.isatty()):
-        raise OperatorNeeded(
-            "somebody has to watch a real arm while its motors turn: answer at a terminal, or "
-            "give --sim"
-        )
+        raise OperatorNeeded(f"somebody has to {wanted}: answer at a terminal, or give --sim")
     return _Open(config, simulated)
 
 

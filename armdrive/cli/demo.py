@@ -13,7 +13,13 @@ import sys
 import time
 from typing import TYPE_CHECKING
 
-from armdrive.cli.choosing import DEFAULT_SIM, add_arm_options, chosen_target, default_arm
+from armdrive.cli.choosing import (
+    DEFAULT_SIM,
+    add_allow_restored,
+    add_arm_options,
+    chosen_target,
+    default_arm,
+)
 from armdrive.cli.numbers import positive
 from armdrive.cli.output import emit, say
 from armdrive.demo import JOBS, blocks_of, misplaced, perform
@@ -41,6 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--plain", action="store_true", help="lines instead of a drawing")
     parser.add_argument("--ascii", action="store_true", help="draw without braille characters")
+    add_allow_restored(parser)
     add_arm_options(parser)
 
 

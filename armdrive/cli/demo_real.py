@@ -20,7 +20,7 @@ def run_on_real_arm(options: argparse.Namespace) -> int:
     """Have the blocks put down, reference the arm if it is not, and perform."""
     if not sys.stdin.isatty():
         raise OperatorNeeded("on a real arm the demonstration needs a person at a terminal")
-    with connect_chosen(options) as arm:
+    with connect_chosen(options, allow_restored=options.allow_restored) as arm:
         say_which(arm.status)
         for job in JOBS:
             say(_placing(job))

@@ -13,7 +13,7 @@ import contextlib
 import sys
 from typing import TYPE_CHECKING
 
-from armdrive.cli.choosing import add_arm_options, connect_chosen
+from armdrive.cli.choosing import add_allow_restored, add_arm_options, connect_chosen
 from armdrive.cli.confirming import agreed, settle_trust
 from armdrive.cli.output import emit, say, say_which
 from armdrive.dialects import dialect
@@ -32,12 +32,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     choice.add_argument(
         "--no-park", action="store_true", help="switch off where the arm stands, without asking"
     )
+    add_allow_restored(parser)
     add_arm_options(parser)
 
 
 def run(options: argparse.Namespace) -> int:
     """Park if that is wanted, switch the motors off, and say what that does to the arm."""
-    with contextlib.closing(connect_chosen(options)) as arm:  # nothing is switched on by itself
+    connected = connect_chosen(options, allow_restored=options.allow_restored)
+    with contextlib.closing(connected) as arm:  # nothing is switched on by itself
         if not options.json:
             say_which(arm.status)
             say(f"after disable the arm {dialect(arm.status.dialect).torque.disable}")

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from armdrive.armfile import ArmConfig
     from armdrive.controllers.settings import Settings
     from armdrive.doctor.before import Before
+    from armdrive.doctor.findings import Finding
     from armdrive.doctor.probing import Examination
 
 DONE, MENDING, CLOSED, NOBODY = 0, 1, 4, 6
@@ -220,8 +221,9 @@ def _weigh(
 def compare(config: ArmConfig, report: Report, options: argparse.Namespace) -> None:
     """Connect as every command does, and compare the settings; mend them where that is agreed."""
     from armdrive.connecting import connect_real
-    from armdrive.doctor.findings import ok, problem
+    from armdrive.doctor.findings import note, ok
     from armdrive.doctor.settings import compared, settings_findings
+    from armdrive.setup.limits import limit_remarks
 
     try:
         with closing(connect_real(config)) as arm:  # `with arm` would switch its motors on
@@ -232,9 +234,27 @@ def compare(config: ArmConfig, report: Report, options: argparse.Namespace) -> N
                 settings = compared(arm)
                 report.add([ok(f"{len(lines)} settings were written")])
             report.add(settings_findings(settings))
+            if settings.differences and options.arm:
+                report.more["next"] = [
+                    f"armdrive doctor --arm {options.arm} --mend",
+                    *report.more.get("next", []),
+                ]
+            report.add([note(each) for each in limit_remarks(config)])
             report.more["firmware"] = settings.firmware or report.more.get("firmware", "")
     except ArmError as error:
-        report.add([problem(f"it was recognised, but did not connect: {error}", "try once more")])
+        report.add([_unconnected(error, config)])
+
+
+def _unconnected(error: ArmError, config: ArmConfig) -> Finding:
+    """Say why an arm did not connect that was recognised, and what helps, as its error has it."""
+    from armdrive.doctor.findings import problem
+    from armdrive.doctor.mistaken import bare
+
+    what, _, mend = bare(error, config.connection).partition(": ")
+    return problem(
+        f"it was recognised, but did not connect: {what}",
+        mend or "try once more",
+    )
 
 
 def _mending_agreed(settings: Settings, options: argparse.Namespace) -> bool:

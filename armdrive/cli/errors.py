@@ -6,6 +6,7 @@ The code stands in brackets before the sentence of every error.
 from __future__ import annotations
 
 import argparse
+import sys
 from dataclasses import asdict
 
 from armdrive.catalogue import ENTRIES, by_code, found
@@ -34,7 +35,7 @@ def run(options: argparse.Namespace) -> int:
         for row in rows:
             emit(asdict(row))
     elif options.markdown:
-        say(page().rstrip("\n"))
+        sys.stdout.write(page())
     elif options.code is None and options.find is None:
         for line in listing():
             say(line)

@@ -109,6 +109,8 @@ class Guide:
         sys.stdout.write(prompt)
         sys.stdout.flush()
         line = self._read()
+        if not line:
+            say("")  # what is said next does not stand behind the prompt
         return line.strip().lower() if line else None
 
 

@@ -111,7 +111,10 @@ def _switch_on(arm: Arm) -> None:
 def _guided(arm: Arm) -> None:
     guide = Guide(terminal=sys.stdin.isatty() and sys.stdout.isatty())
     if not guide.prepare(arm, off=arm.status.state is State.DISABLED):
-        raise OperatorNeeded("nobody agreed: nothing was moved or referenced")
+        raise OperatorNeeded(
+            "nobody agreed: nothing was moved or referenced. Run `armdrive home` in a terminal, or "
+            "say how the arm stands: --yes, in its reference posture; --declare JOINT=DEG ..."
+        )
     while True:
         try:
             arm.home(operator=guide)

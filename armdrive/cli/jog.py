@@ -98,7 +98,7 @@ def run(options: argparse.Namespace) -> int:
 
         return jog_model(options, keys)
     if not options.served:
-        require_screen("jogging", "scripts use jog_j() and jog_l(), a person `armdrive shell`")
+        require_screen("jogging", "`armdrive shell` and `armdrive move` need none")
     if options.gamepad is not None:
         from tui.pad_evdev import check_gamepads
 

@@ -6,8 +6,11 @@ import argparse
 import re
 import shlex
 
-_OF_AN_ARM = ("disable", "enable", "home", "jog", "move", "status", "verify")
+_OF_AN_ARM = ("disable", "enable", "home", "jog", "move", "reset", "status", "verify")
 """The commands that remedies tell to run, and that act on the arm that their options name."""
+
+_MENDING = "`armdrive doctor --mend`"
+"""Needs the arm file: it says what is expected."""
 
 _COMMAND = re.compile(rf"`armdrive ((?:{'|'.join(_OF_AN_ARM)})(?: --[a-z-]+)*)`")
 
@@ -17,6 +20,9 @@ def with_arm(sentence: str, options: argparse.Namespace) -> str:
     words = _named(options)
     if not words:
         return sentence
+    if getattr(options, "arm", None):
+        mending = f"`armdrive doctor --arm {shlex.quote(str(options.arm))} --mend`"
+        sentence = sentence.replace(_MENDING, mending)
     return _COMMAND.sub(lambda found: f"`armdrive {_insert(found[1], words)}`", sentence)
 
 

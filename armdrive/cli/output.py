@@ -6,14 +6,22 @@ import json
 import sys
 from typing import TYPE_CHECKING, Any
 
+from armdrive.catalogue.actions import COMMAND_LINE, presented
+
 if TYPE_CHECKING:
     from armdrive.status import Status
 
 
 def say(text: str) -> None:
-    """Print a line for a person."""
-    sys.stdout.write(f"{text}\n")
+    """Print a line, in the words of the command line."""
+    sys.stdout.write(f"{presented(text, COMMAND_LINE)}\n")
     sys.stdout.flush()
+
+
+def complain(text: str) -> None:
+    """Print a line on the error output, in the words of the command line."""
+    sys.stderr.write(f"{presented(text, COMMAND_LINE)}\n")
+    sys.stderr.flush()
 
 
 def emit(document: dict[str, Any]) -> None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from armdrive.catalogue import error_view, tagged
 from armdrive.cli.choosing import chosen_target, connect_chosen
 from armdrive.cli.confirming import ask_operator, settle_trust
-from armdrive.cli.output import emit, say, say_which
+from armdrive.cli.output import complain, emit, say, say_which
 from armdrive.cli.putting import put_blocks, require_table
 from armdrive.cli.run_report import draw_path, rehearsal_lines, rehearsal_view
 from armdrive.cli.run_showing import Display
@@ -139,4 +139,4 @@ def keep_recording(arm: Arm, options: argparse.Namespace) -> None:
     try:
         arm.save_recording(options.record)
     except ArmError as error:
-        sys.stderr.write(f"armdrive: {tagged(error)}\n")
+        complain(f"armdrive: {tagged(error)}")

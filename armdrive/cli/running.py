@@ -15,8 +15,10 @@ from types import FrameType
 from typing import NoReturn, Protocol, cast
 
 from armdrive.catalogue import error_view, tagged
+from armdrive.catalogue.actions import COMMAND_LINE, presented
 from armdrive.cli import COMMANDS
 from armdrive.cli.naming import with_arm
+from armdrive.cli.output import complain
 from armdrive.errors import ArmError
 from kinematics.errors import BadNumber, KinematicsError, UnknownPreset, UnknownSystem
 
@@ -91,9 +93,9 @@ def _fill_closed_streams() -> None:
 def _say(options: argparse.Namespace, error: BaseException, code: int) -> int:
     """Put an error on a line of its own, for the person or, with `--json`, for the program."""
     if getattr(options, "json", False):
-        sys.stderr.write(f"{json.dumps(error_view(error))}\n")
+        complain(json.dumps(error_view(error)))
     else:
-        sys.stderr.write(f"armdrive: {with_arm(tagged(error), options)}\n")
+        complain(f"armdrive: {with_arm(presented(tagged(error), COMMAND_LINE), options)}")
     return code
 
 

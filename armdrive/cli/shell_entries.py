@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 from collections.abc import Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from armdrive.catalogue import tagged
-from armdrive.cli.output import emit, say
+from armdrive.catalogue.actions import SHELL, presented
+from armdrive.cli.output import say
 from armdrive.cli.run_common import failed_view
 from armdrive.cli.run_signals import stopped_by_interrupt
 from armdrive.cli.shell_person import AtPrompt, Said, Shown
@@ -75,9 +77,13 @@ class Shell:
     def tell(self, event: dict[str, Any], text: str) -> None:
         """Say something: an event for programs, lines for people."""
         if self.json:
-            emit(event)
+            self.emit(event)
         elif text:
-            say(text)
+            say(presented(text, SHELL))
+
+    def emit(self, event: dict[str, Any]) -> None:
+        """Print an event, in the words of the prompt."""
+        say(presented(json.dumps(event), SHELL))
 
     def take(self, line: str, position: int = 1) -> None:
         """Take a line: an entry's, or one of the shell's own words.
@@ -113,7 +119,7 @@ class Shell:
 
     def _perform(self, entry: Entry, machine: Machine) -> None:
         rewrites = self.typing and sys.stdout.isatty()
-        shown = Shown(self.session.typed, emit if self.json else None, rewrites=rewrites)
+        shown = Shown(self.session.typed, self.emit if self.json else None, rewrites=rewrites)
         said = Said(self.tell)
         with shown, stopped_by_interrupt(lambda: [self.arm], ends=not self.typing):
             self._forget_stops()
@@ -147,7 +153,7 @@ class Shell:
         """Say at which line an entry broke off, where the person would not know."""
         mark = None if run.at is None else run.at.stage.mark
         if self.json:
-            emit(failed_view(getattr(error, "mark", None) or mark, error, ""))
+            self.emit(failed_view(getattr(error, "mark", None) or mark, error, ""))
         elif mark is not None and not isinstance(error, ProgramError):
             line = self.session.typed.line_at(mark).strip()
             if not self.typing:
@@ -157,7 +163,7 @@ class Shell:
 
     def complain(self, error: BaseException) -> None:
         """Say what went wrong, and what can be typed now."""
-        sys.stderr.write(f"armdrive: {tagged(error)}\n")
+        sys.stderr.write(f"armdrive: {presented(tagged(error), SHELL)}\n")
         ways = [WAYS_OUT.get(self.arm.status.state, "")]
         ways += [REFERENCE] * isinstance(error, NotReferenced | OperatorNeeded)
         sys.stderr.write("".join(f"{way}\n" for way in ways if way))

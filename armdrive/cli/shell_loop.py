@@ -6,6 +6,7 @@ import argparse
 import sys
 from typing import TYPE_CHECKING
 
+from armdrive.catalogue.actions import SHELL, presented
 from armdrive.cli.shell_entries import Shell
 from armdrive.cli.shell_lines import TypedLines
 from armdrive.cli.shell_words import Left
@@ -113,7 +114,7 @@ class _Loop:
         bad = status.state in (State.ERROR_STOP, State.DISCONNECTED)
         news = f"the arm is in {status.state.value}: {status.error}" if bad else ""
         if news and news != self._told:
-            sys.stderr.write(f"{news}\n")
+            sys.stderr.write(f"{presented(news, SHELL)}\n")
             sys.stderr.flush()
         self._told = news
 

@@ -32,7 +32,7 @@ class Cia402Current(Cia402Contact):
         for drive in self.drives:
             if drive.state in FAULTS:
                 yield from self.explain(drive)
-                return Denied(f"{self.fault_words(drive)}; `reset` clears that", moved=False)
+                return Denied(f"{self.fault_words(drive)}; `reset()` clears that", moved=False)
         if (hindrance := (yield from self._watch(on=True))) is not None:
             return hindrance
         if left := (yield from self.bring(self.drives, DriveState.ENABLED)):
@@ -94,7 +94,7 @@ class Cia402Current(Cia402Contact):
 
     def _stays_words(self, drive: Drive) -> str:
         if drive.state in FAULTS:
-            return f"{self.fault_words(drive)}; `reset` clears that"
+            return f"{self.fault_words(drive)}; `reset()` clears that"
         state = "in no state" if drive.word is None else f"at {drive.word}"
         return (
             f"{drive} does not switch its motor on, it stays {state}: check the motors' supply "
@@ -112,8 +112,8 @@ class Cia402Current(Cia402Contact):
         faulty = [drive for drive in self.drives if drive.state in FAULTS]
         if left := (yield from self.reset_faults(faulty)):
             yield from self.explain(left[0])
-            words = f"{self.fault_words(left[0])}, and does not leave it: mend that, then reset"
-            return Denied(words, moved=False)
+            words = f"{self.fault_words(left[0])}, and does not leave it"
+            return Denied(f"{words}: mend that, then call `reset()`", moved=False)
         if (hindrance := (yield from self.resume(self.drives))) is not None:
             return hindrance
         if missing := (yield from self.look()):

@@ -37,7 +37,7 @@ class Cia402Ending(Cia402Current):
     def prepare(self, mode: OperationMode) -> Hindrance:
         """See to it that a motion can begin; return why it cannot, where it cannot."""
         if not self.on:
-            return Denied("its motors are disabled: call enable()", moved=False)
+            return Denied("its motors are disabled: call `enable()`", moved=False)
         known = all(drive.told_s >= self.now_s - FRESH_S for drive in self.drives)
         if not known and (missing := (yield from self.look())):
             return self.absence(missing, self.now_s)

@@ -92,7 +92,7 @@ class Cia402States(Cia402Cycle):
             return None
         return Denied(
             f"{held[0]} holds in its quick stop and does not come back from there by a command: "
-            "support the arm, call disable(), then enable()",
+            "support the arm, call `disable()`, then call `enable()`",
             moved=False,
         )
 

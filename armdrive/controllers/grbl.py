@@ -186,7 +186,7 @@ class GrblController(GrblMotion, GrblContact):
         """Have the board find its switches, all at once or group after group."""
         yield from self.look(self.settings.answer_s)
         if self.state in HELD:
-            return Denied(f"the board's state is {self.state}; `reset` leaves it", moved=False)
+            return Denied(f"the board's state is {self.state}; `reset()` leaves it", moved=False)
         yield from self.clean_line()
         for command in self._homings(groups):
             self.speak(command)

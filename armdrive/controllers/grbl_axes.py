@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from armdrive.controllers.grbl_plan import Limits, Way
+from armdrive.controllers.grbl_settings import PINS as PINS
 from armdrive.errors import ArmFileError
 from firmware_protocol.grbl import AXIS_LETTERS
 from kinematics.spaces import Motors
@@ -25,8 +26,6 @@ DECIMALS = 4
 """The decimals of a distance in degrees; a motor step is never finer than that."""
 FINEST = 400.0
 """Steps a unit: reports have three decimals, and a step has to show in them."""
-PINS = "PDHSRXYZABC"
-"""The letters of a report's pins, as input bits: probe, door, hold, start, reset, limits."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,6 +23,8 @@ TRIES = 3
 """How often the board's build is asked for."""
 REPORTS_ALIKE = 2
 """A report has no check bytes: that an output is off is believed when it is told so often."""
+CRITICAL = (1, 2)
+"""After these alarms a board takes no line before a reset; grblHAL goes on to report meanwhile."""
 CALM_S = 1.0
 """A motion that a program before this one left behind is waited for so long."""
 
@@ -69,9 +71,9 @@ class GrblContact(GrblStopping):
     def _lacking_words(self) -> str:
         axes = self._host.dialect.axes
         return (
-            f"the board has the axes {axes}, but by grbl.axes this arm also has motors on "
-            f"{self.lacking}: put the right letters there, or give the board a firmware with "
-            "an axis for each motor"
+            f"the board has {len(axes)} axes ({axes}), and by grbl.axes this arm has motors on "
+            f"{', '.join(self.lacking)} too: take a board and a firmware with an axis for each "
+            "motor (grbl-Mega-5X, grblHAL, FluidNC), or put the right letters into grbl.axes"
         )
 
     def _alive(self) -> Generator[float, HostEvent | None, bool]:
@@ -128,9 +130,10 @@ class GrblContact(GrblStopping):
         """Leave alarm, hold, sleep or muteness; the board's position is as good as it was."""
         began_s = self.now_s
         heard = yield from self.look(self.settings.answer_s)
+        critical = self.alarm is not None and self.alarm.code in CRITICAL
         if heard and self.state in TURNING:
             yield from self.hold()
-        elif heard and self.state not in DEAF and (yield from self.spoil()):
+        elif heard and not critical and self.state not in DEAF and (yield from self.spoil()):
             pass  # it reads lines
         elif not (yield from self.soft_reset()):
             return self.silence(began_s)

@@ -194,7 +194,7 @@ class GrblMotion(GrblStopping):
         if self.state in HELD:
             return Interrupted() if self.state is State.HOLD else Denied("the safety door is open")
         if self.state in (State.SLEEP, State.CHECK):
-            return Denied(f"the board's state is {self.state}; `reset` leaves it")
+            return Denied(f"the board's state is {self.state}; `reset()` leaves it")
         position = self.position
         if self.reported is None or self.reported.machine_position is None or position is None:
             return None

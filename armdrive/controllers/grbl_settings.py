@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from datetime import date
 
 from armdrive.errors import ArmFileError
 from armdrive.sections import within
@@ -12,6 +14,8 @@ from firmware_protocol.grbl import AXIS_LETTERS
 UNITS = ("steps", "degrees")
 SERVOS = re.compile(r"M3|M6[78]E[0-9]{1,2}")
 OUTPUTS = re.compile(r"flood|mist|P[0-9]{1,2}")
+PINS = "PDHSRXYZABC"
+"""The letters of a report's pins, as input bits: probe, door, hold, start, reset, limits."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +27,9 @@ class GrblSettings:
     gripper's motor). `rates` and `accelerations` are expected of the motors, in steps a second and
     steps a second squared; left out, the joints' full speed within `ramp_s`. `travel` is in the
     board's units. `junction_steps` is $11 in motor steps. `soft_limits`, `hard_limits` and
-    `homing` are what $20, $21 and $22 should be. `idle_key` is the setting that keeps the motors
+    `homing` are what $20, $21 and $22 should be. `hard_limits_checked` is the day on which every
+    limit switch was seen to raise an alarm, 2026-11-23 say: `armdrive config limits` writes it.
+    `idle_key` is the setting that keeps the motors
     on, `1` of GRBL where it is left out.
 
     `outputs` names what each output bit switches: flood, mist, or P0, P1 ... The gripper's servo
@@ -46,6 +52,7 @@ class GrblSettings:
     junction_steps: float = 1.0
     soft_limits: bool = False
     hard_limits: bool = False
+    hard_limits_checked: str = ""
     homing: bool = False
     idle_key: str = ""
     outputs: tuple[str, ...] = ("flood",)
@@ -77,12 +84,29 @@ class GrblSettings:
         for word in self.outputs:
             if not OUTPUTS.fullmatch(word):
                 raise ArmFileError(f"grbl.outputs names flood, mist, P0, P1 ..., not {word!r}")
+        if self.hard_limits_checked and not _is_day(self.hard_limits_checked):
+            raise ArmFileError(
+                "grbl.hard_limits_checked is a day, written 2026-11-23, not "
+                f"{self.hard_limits_checked!r}"
+            )
         for each in fields(self):
             if each.name in _BOUNDS and getattr(self, each.name) is not None:
                 within(f"grbl.{each.name}", getattr(self, each.name), *_BOUNDS[each.name])
             elif each.name in _LISTS:
                 for value in getattr(self, each.name):
                     within(f"grbl.{each.name}", value, *_LISTS[each.name])
+
+    @property
+    def limit_inputs(self) -> Mapping[str, int]:
+        """The input bit of each axis's limit switch, in the order of the motors."""
+        return {letter: PINS.index(letter) for letter in self.axes}
+
+
+def _is_day(word: str) -> bool:
+    try:
+        return date.fromisoformat(word).isoformat() == word
+    except ValueError:
+        return False
 
 
 _LISTS = {"rates": (0.1, 1e6), "accelerations": (0.1, 1e8), "travel": (0.1, 1e6)}

@@ -186,9 +186,9 @@ class GrblStopping(GrblTalk):
                 break
             seen = self.state, self.position
         if self.state is State.ALARM:
-            return Denied(f"{self.alarm_words()}. `reset` unlocks it", moved=False)
+            return Denied(f"{self.alarm_words()}. `reset()` unlocks it", moved=False)
         if self.state is not State.IDLE:
-            return Denied(f"the board's state is {self.state}; `reset` leaves it", moved=False)
+            return Denied(f"the board's state is {self.state}; `reset()` leaves it", moved=False)
         for _ in range(2):
             if (yield from self.clean_line()):
                 refused = yield from self.set_modes()

@@ -159,7 +159,7 @@ class MksContact(MksFit):
         if hindrance := (yield from self.take_up()):
             return hindrance
         if stalled := (yield from self.stalled(self.nodes)):
-            return Denied(f"{self.stall_words(stalled[0])}; `reset` clears that", moved=False)
+            return Denied(f"{self.stall_words(stalled[0])}; `reset()` clears that", moved=False)
         if unfit := (yield from self.unfit_words()):
             return Denied(unfit, moved=False)
         if Ability.SYNCHRONOUS_START in self.able:

@@ -38,7 +38,7 @@ class MksHoming(MksArriving):
     def home(self, groups: tuple[tuple[int, ...], ...]) -> Ending:
         """Home group after group; all drives, one after the other, where none is named."""
         if not self.on:
-            return Denied("its motors are disabled: call enable()", moved=False)
+            return Denied("its motors are disabled: call `enable()`", moved=False)
         for group in groups or tuple((motor,) for motor in range(len(self.drives))):
             reply = yield from self._home_group(tuple(self.nodes[motor] for motor in group))
             if not isinstance(reply, Done):

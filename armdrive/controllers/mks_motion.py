@@ -86,7 +86,7 @@ class MksMotion(MksBeside):
     def prepare(self) -> Generator[float, Event | None, Denied | None]:
         """See to it that a motion can begin; return why it cannot, where it cannot."""
         if not self.on:
-            return Denied("its motors are disabled: call enable()", moved=False)
+            return Denied("its motors are disabled: call `enable()`", moved=False)
         if any(drive.seen_s < self.now_s - FRESH_S for drive in self.drives):
             missing = yield from self.look()
             if missing:

@@ -117,7 +117,7 @@ class RobkoMotion(RobkoExchange, ABC):
             return self._disabled() if refused else None
 
     def _disabled(self) -> Reply:
-        words = "its motors are disabled: call enable()"
+        words = "its motors are disabled: call `enable()`"
         if self._on:
             self._on = False
             told = "the controller has switched its motors off: it was reset, or its watchdog did"

@@ -34,6 +34,14 @@ def findings(found: Examination, expected: Expected) -> list[Finding]:
         return [*_unrecognised(found, expected)]
     listed = [_identified(found.identity, found.baud)]
     listed += _differing(found, expected)
+    if found.echoes:
+        listed.append(
+            problem(
+                "what is sent comes back as well",
+                "armdrive needs a line without an echo: switch it off in the adapter or on the "
+                "board, and check that transmit and receive are not joined",
+            )
+        )
     if found.restarted:
         listed.append(_restarted(found, expected))
     return listed
@@ -42,16 +50,10 @@ def findings(found: Examination, expected: Expected) -> list[Finding]:
 def _identified(identity: Identity, baud: int | None) -> Finding:
     if not identity.dialect:
         return problem(
-            f"{identity.firmware} answers, which armdrive does not speak with",
-            _RETROFIT
-            if "retrofit" in identity.firmware
-            else "choose another port (`armdrive ports`)",
+            f"{identity.firmware} answers, which armdrive does not speak with", identity.remedy
         )
     at = f" at {baud} baud" if baud else ""
     return ok(f"it speaks {identity.dialect}: {identity.firmware}{at}")
-
-
-_RETROFIT = "switch the retrofit to its SUPER protocol, which is the dialect robko01"
 
 
 def _differing(found: Examination, expected: Expected) -> list[Finding]:

@@ -147,7 +147,7 @@ def of_drive(drive: Known, arm: str = "NAME") -> list[Finding]:
         found.append(
             problem(
                 f"{name}: its protection has let the shaft go",
-                "see what blocks it, then `reset` in the desk, or its supply off and on",
+                "see what blocks it, then call `reset()`, or its supply off and on",
             )
         )
     if drive.version is not None and not drive.version.calibrated:
@@ -161,7 +161,7 @@ def of_drive(drive: Known, arm: str = "NAME") -> list[Finding]:
             note(f"{name}: no watchdog before firmware 1.0.9; ends at its last target", "")
         )
     elif drive.settings.get(Code.WATCHDOG) == SilenceWatchdog(0):
-        found.append(note(f"{name}: its watchdog is off; `enable` switches it on", ""))
+        found.append(note(f"{name}: its watchdog is off; `enable()` switches it on", ""))
     return found
 
 

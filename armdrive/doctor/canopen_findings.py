@@ -172,7 +172,7 @@ def _fault(name: str, node: Node, arm: str) -> Finding | None:
         return None
     why = f"error {code:04X}, {error_words(code)}" if code else "without an error code"
     kinds = f" ({register_words(register)})" if register else ""
-    mend = "see what caused it, then `reset` in the desk or in `armdrive shell`; that moves nothing"
+    mend = "see what caused it, then call `reset()`; that moves nothing"
     if broken:
         return problem(f"{name}: fault: {why}{kinds}", mend)
     if code == HEARTBEAT_MISSING:

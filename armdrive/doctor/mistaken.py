@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from armdrive.errors import DeviceFault, LinkLost
@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 MOST_BYTES = 4096
 """So much is remembered of what came in."""
+MOST_WRITES = 64
+"""So much of what was sent."""
 
 
 class Ears:
@@ -23,6 +25,7 @@ class Ears:
     def __init__(self, link: Link) -> None:
         self.link = link
         self.heard = bytearray()
+        self.sent: list[bytes] = []
         self.remembers = True
 
     @property
@@ -31,7 +34,9 @@ class Ears:
         return self.link.description
 
     def write(self, data: bytes, now_s: float) -> None:
-        """Send bytes."""
+        """Send bytes, and remember the first ones."""
+        if self.remembers and len(self.sent) < MOST_WRITES:
+            self.sent.append(data)
         self.link.write(data, now_s)
 
     def read(self, now_s: float) -> bytes:
@@ -69,7 +74,7 @@ def overheard(link: Link, wire: Connection) -> Iterator[Ears]:
     try:
         yield ears
     except DeviceFault as fault:
-        raise explained(fault, bytes(ears.heard), wire) from None
+        raise explained(fault, bytes(ears.heard), wire, ears.sent) from None
     except LinkLost as lost:
         if not is_can(wire.port):
             raise
@@ -77,21 +82,35 @@ def overheard(link: Link, wire: Connection) -> Iterator[Ears]:
     finally:
         ears.remembers = False
         ears.heard.clear()
+        ears.sent.clear()
 
 
-def explained(fault: DeviceFault, heard: bytes, wire: Connection) -> DeviceFault:
+def explained(
+    fault: DeviceFault, heard: bytes, wire: Connection, sent: Sequence[bytes] = ()
+) -> DeviceFault:
     """Return the fault of a failed connection with what was heard, and who finds out more."""
-    instead = "" if is_can(wire.port) else _instead(heard, wire.dialect)
+    instead = "" if is_can(wire.port) else _instead(heard, wire.dialect, sent)
     told = [str(fault).rstrip(".") + ".", instead, _doctor(wire.port)]
     return type(fault)(" ".join(part for part in told if part))
 
 
-def _instead(heard: bytes, dialect: str) -> str:
-    from armdrive.doctor.signs import recognise, says_something_readable, shown
+def bare(fault: BaseException, wire: Connection) -> str:
+    """Return the sentence of a failed connection without its pointer to the doctor."""
+    return str(fault).removesuffix(_doctor(wire.port)).rstrip(" .")
 
+
+def _instead(heard: bytes, dialect: str, sent: Sequence[bytes]) -> str:
+    from armdrive.doctor.signs import comes_back, recognise, says_something_readable, shown
+
+    if comes_back(sent, heard):
+        return (
+            "What is sent comes straight back: transmit and receive are joined somewhere, or the "
+            "adapter or the board echoes. Switch the echo off, and check the wiring."
+        )
     identity = recognise(heard)
     if identity is not None and identity.dialect != dialect:
-        chosen = f": say dialect {identity.dialect}" if identity.dialect else ""
+        choice = f"say dialect {identity.dialect}" if identity.dialect else identity.remedy
+        chosen = f": {choice}" if choice else ""
         return f"What answered is no {dialect}, but {identity.firmware}{chosen}."
     if not heard or identity is not None:
         return ""

@@ -40,6 +40,16 @@ class Heard:
     said: bytes
     data: bytes
 
+    @property
+    def answer(self) -> bytes:
+        """What was heard beside an echo of what was said."""
+        return _without_echo(self.said, self.data)
+
+
+def _without_echo(said: bytes, heard: bytes) -> bytes:
+    """Return what was heard without a copy of what was said: it would be taken for an answer."""
+    return heard.removeprefix(said) if len(said) > 1 else heard
+
 
 @dataclass(frozen=True, slots=True)
 class Examination:
@@ -109,14 +119,14 @@ def _listen(found: Examination, baud: int, wait_s: float) -> Script:
 
 def _turn(found: Examination, probe: Probe) -> Script:
     """Say a probe, and weigh all that was heard at this baud rate so far."""
-    before = b"".join(each.data for each in found.heard if each.baud == probe.baud)
+    before = b"".join(each.answer for each in found.heard if each.baud == probe.baud)
 
     def known(data: bytes) -> bool:
-        return recognise(before + data) is not None
+        return recognise(before + _without_echo(probe.data, data)) is not None
 
     data = yield Turn(probe.baud, probe.data, probe.wait_s, known)
     heard = Heard(probe.name, probe.baud, probe.data, data)
-    identity = _better(found.identity, recognise(before + data))
+    identity = _better(found.identity, recognise(before + heard.answer))
     return replace(found, identity=identity, heard=(*found.heard, heard))
 
 
@@ -135,7 +145,7 @@ def _at_usual_rate(found: Examination) -> Script:
         return found
     heard_at = found.baud
     found = yield from _turn(found, probe)
-    answered = recognise(found.heard[-1].data) is not None
+    answered = recognise(found.heard[-1].answer) is not None
     return replace(found, baud=probe.baud if answered else heard_at)
 
 

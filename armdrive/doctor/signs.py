@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
 
 from firmware_protocol import armdroid, grbl, robko01
 from firmware_protocol.armdroid.wire import decode_answer as armdroid_answer
@@ -22,12 +22,14 @@ MOST_BYTES = 16384
 class Identity:
     """Whose firmware it is. `dialect` is empty where armdrive does not speak with it.
 
-    `restarted` says that these are the first words of a board that has just started.
+    `restarted` says that these are the first words of a board that has just started. `remedy` says
+    what would help, where armdrive does not speak with it.
     """
 
     dialect: str
     firmware: str
     restarted: bool = False
+    remedy: str = field(default="", compare=False)
 
 
 def recognise(heard: bytes) -> Identity | None:
@@ -43,6 +45,27 @@ def says_something_readable(heard: bytes) -> bool:
     """Tell whether bytes look like text: at a wrong baud rate they do not."""
     printable = sum(0x20 <= byte <= 0x7E or byte in b"\r\n\t" for byte in heard)
     return printable >= 0.9 * len(heard)
+
+
+FIRST_WRITES = 8
+"""So many of the first writes are looked for in what came back."""
+
+
+def comes_back(sent: Sequence[bytes], heard: bytes) -> bool:
+    """Tell whether what was sent was heard again, in its order; answers may stand in between.
+
+    A line end may come back as another one, as terminals send it.
+    """
+    pieces = [piece.rstrip(b"\r\n") for piece in sent]
+    words = [piece for piece in pieces if len(piece) > 1][:FIRST_WRITES]
+    words = words or [b"".join(pieces)[:FIRST_WRITES]]  # single bytes alone: one after the other
+    at = 0
+    for word in words:
+        at = heard.find(word, at)
+        if len(word) < 2 or at < 0:
+            return False
+        at += len(word)
+    return True
 
 
 def shown(heard: bytes, most: int = 48) -> str:
@@ -78,6 +101,8 @@ def _armdroid(heard: bytes) -> Identity | None:
     return found if seen else None
 
 
+_OLD = re.compile(r"grbl 0\.", re.IGNORECASE)
+_GRBL_FIRMWARE = "GRBL 1.1, grbl-Mega-5X, grblHAL or FluidNC"
 _BEGUN_BANNER = re.compile(rb"(?:^|[\r\n])(grbl(?:hal)? [0-9][!-~]*)", re.IGNORECASE)
 """Enough of a banner, where its end was lost or something stands before it."""
 _REFUSAL = re.compile(rb"(?:^|[\r\n])error:[0-9]{1,3}\r?\n")
@@ -101,6 +126,13 @@ def _grbl(heard: bytes) -> Identity | None:
     begun = _BEGUN_BANNER.search(heard)
     if not firmware and begun:
         firmware, restarted = begun[1].decode("ascii"), True
+    if _OLD.match(firmware):
+        return Identity(
+            "",
+            f"{firmware}, whose reports have an older form",
+            restarted,
+            f"put {_GRBL_FIRMWARE} on the board",
+        )
     found = Identity("grbl", firmware or "GRBL, version not told", restarted)
     return found if seen or firmware else None
 
@@ -127,27 +159,42 @@ def _teachmover(heard: bytes) -> Identity | None:
         if isinstance(reply, Registers):
             if before is Status.DONE:
                 return Identity("teachmover", "TeachMover")
-            return Identity("", "Robko 01 retrofit, in its text mode")
+            return Identity(
+                "",
+                "Robko 01 retrofit, in its text mode",
+                remedy="switch the retrofit to its SUPER protocol, which is the dialect robko01",
+            )
         before = reply
     return None
 
 
+_OTHER_PORT = "choose another port (`armdrive ports`)"
+_OTHER_FIRMWARE = f"put {_GRBL_FIRMWARE} on the board, if it drives the arm; else {_OTHER_PORT}"
+
 _STRANGERS = (
-    (rb"echo:\s*Marlin|Marlin [0-9b]", "Marlin, the firmware of a 3D printer"),
-    (rb"Smoothie", "Smoothieware"),
-    (rb"Repetier", "Repetier, the firmware of a 3D printer"),
-    (rb"TinyG|g2core", "TinyG"),
-    (rb"MicroPython|^>>> $", "MicroPython without a program"),
-    (rb"\blogin: ", "a computer that asks for a login"),
-    (rb"rst:0x[0-9a-f]+ \(|ets [A-Z][a-z]{2} ", "an ESP32 whose firmware has said nothing yet"),
+    (
+        rb"echo:\s*Marlin|Marlin [0-9b]|FIRMWARE_NAME:\s*Marlin",
+        "Marlin, the firmware of a 3D printer",
+        _OTHER_FIRMWARE,
+    ),
+    (rb"Smoothie", "Smoothieware", _OTHER_FIRMWARE),
+    (rb"Repetier", "Repetier, the firmware of a 3D printer", _OTHER_FIRMWARE),
+    (rb"TinyG|g2core", "TinyG", _OTHER_FIRMWARE),
+    (rb"MicroPython|^>>> $", "MicroPython without a program", _OTHER_PORT),
+    (rb"\blogin: ", "a computer that asks for a login", _OTHER_PORT),
+    (
+        rb"rst:0x[0-9a-f]+ \(|ets [A-Z][a-z]{2} ",
+        "an ESP32 whose firmware has said nothing yet",
+        "wait until it has started; if it says no more, its firmware is missing or broken",
+    ),
 )
 """What is often found on such a port, and is no arm."""
 
 
 def _stranger(heard: bytes) -> Identity | None:
-    for pattern, name in _STRANGERS:
+    for pattern, name, remedy in _STRANGERS:
         if re.search(pattern, heard, re.MULTILINE):
-            return Identity("", name)
+            return Identity("", name, remedy=remedy)
     return None
 
 

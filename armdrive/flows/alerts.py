@@ -35,4 +35,4 @@ def alerted(core: Core, alert: Alert, now_s: float) -> None:
     if alert.kind in (AlertKind.RESTARTED, AlertKind.SWITCHED_OFF):
         core.current = Current.UNKNOWN
     code = ALARM_VOUCHED if evidence is None else code_of(evidence)
-    core.fault(f"{alert.text}. Look at the arm, then reset", code)
+    core.fault(f"{alert.text}. Look at the arm, then call `reset()`", code)

@@ -159,7 +159,7 @@ class Asking:
 
 def without_reset(error: ArmError) -> str:
     """Return what an error says, without the reset that there is no arm for yet."""
-    return str(error).rstrip(".").removesuffix(", then reset")
+    return str(error).rstrip(".").removesuffix(", then call `reset()`")
 
 
 def weigh_difference(wire: Asking, difference: Motors) -> None:

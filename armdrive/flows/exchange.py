@@ -164,7 +164,9 @@ class Wire(Asking):
         core.commanded = core.acknowledged  # also where nothing had moved yet
         if isinstance(reply, Interrupted):
             raise self.fault(
-                PendantStop("the STOP key of the pendant was pressed: look at the arm, then reset")
+                PendantStop(
+                    "the STOP key of the pendant was pressed: look at the arm, then call `reset()`"
+                )
             )
 
     def _refusal(self, reply: Denied) -> Flow[None]:
@@ -195,10 +197,10 @@ def _evidence(reply: Denied) -> Evidence:
 def _refused_words(reply: Denied) -> str:
     """Say that a motion was not made: by the device's reason, or else it understood nothing."""
     if reply.reason:
-        return f"the motion was broken off: {reply.reason}. Look at the arm, then reset"
+        return f"the motion was broken off: {reply.reason}. Look at the arm, then call `reset()`"
     return (
         "the controller refused a motion that it should have understood; a byte may have been "
-        "garbled. Look at the arm, then reset"
+        "garbled. Look at the arm, then call `reset()`"
     )
 
 

@@ -60,8 +60,8 @@ def require_finger_motor(core: Core) -> None:
     require_gripper(core)
     if not core.transmission.has_gripper:
         raise Refused(
-            f"the gripper of the {core.config.title} is no stepper and cannot be jogged: use "
-            "gripper.open() and gripper.close()"
+            f"the gripper of the {core.config.title} is no stepper and cannot be jogged: "
+            "call `gripper.open()` or `gripper.close()`"
         )
 
 
@@ -110,7 +110,7 @@ def grasp(wire: Wire, speeds: Speeds, force_n: float) -> Flow[Grasped]:
         )
     steps_per_n = core.config.model.grip_steps_per_n
     if steps_per_n is None:
-        raise Refused("no grip force is known of this arm: use gripper.close() with a width")
+        raise Refused("no grip force is known of this arm: call `gripper.close()` with a width")
     depth_mm = settings.trip_force_n * steps_per_n / steps_per_mm(core)
     begin(wire)
     try:

@@ -138,7 +138,7 @@ def _home_group(wire: Wire, request: HomeDevice) -> Flow[None]:
     core.learn(Evidence.HOMING_FAILED, wire.now_s)
     if wire.stopping:
         raise wire.stopped("homing was stopped: nothing was referenced")
-    core.fault(f"homing failed: {reply}. Look at the switches and the arm, then reset")
+    core.fault(f"homing failed: {reply}. Look at the switches and the arm, then call `reset()`")
     raise DeviceFault(core.error)
 
 
@@ -149,7 +149,7 @@ def confirm_record(wire: Wire) -> Flow[None]:
     if core.belief.trust is not Trust.RESTORED:
         raise NotReferenced(
             f"there is no restored position to confirm, this one is {core.belief.trust.value}: "
-            f"{core.belief.reason}. Run `armdrive home`, or call home() or declare_posture()"
+            f"{core.belief.reason}. To mend it, call `home()`"
         )
     core.learn(Evidence.CONFIRMED, wire.now_s)
     core.mark_still()
@@ -206,7 +206,7 @@ def reset(wire: Wire) -> Flow[None]:
         raise DeviceFault(f"the controller stays in its fault: {reply}")
     registers = yield from wire.ask_registers()
     if wire.stopping:
-        raise wire.stopped("a stop came during the reset: reset again")
+        raise wire.stopped("a stop came during the reset: call `reset()` again")
     core.error = core.notice = ""
     weigh_difference(wire, core.compare(registers))
     yield from compare_again(wire)

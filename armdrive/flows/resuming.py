@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from armdrive.flows.exchange import Wire
 
 MEANWHILE = ". Meanwhile "
-BACK = "the wire was lost and is back{elsewhere}: look at the arm, then reset"
+BACK = "the wire was lost and is back{elsewhere}: look at the arm, then call `reset()`"
 
 
 def resume(wire: Wire, lost_s: float, lost_link: str) -> Flow[None]:

@@ -150,6 +150,6 @@ def remarks_on(config: ArmConfig) -> Iterator[str]:
             "in its model file"
         )
     if config.homing is None and config.model.reference is None:
-        yield "no homing and no reference posture: a position is taken by declare_posture() alone"
+        yield "no homing and no reference posture: to reference it, call `declare_posture()`"
     if config.park is None and config.model.reference is None:
         yield "no park posture: write [park]"

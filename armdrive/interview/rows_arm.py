@@ -137,7 +137,7 @@ ROWS = (
     ),
     Row(
         "links.joints", "The joints' names, from the table to the hand?",
-        "Five or six single words; they are used as in move_j(shoulder_deg=40).",
+        "Five or six single words; they are used as in `armdrive move --joint shoulder=40`.",
         fixed(_joint_names), plain("base shoulder elbow wrist_pitch wrist_roll"),
         when=_types_links,
     ),

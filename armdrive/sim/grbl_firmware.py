@@ -37,60 +37,80 @@ class Killed(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Firmware:
-    """One firmware on its usual board.
+    """One firmware on its usual board. Bytes, steps a second, seconds.
 
-    `ring_bytes` is what the receive ring holds, `blocks` how many lines the planner queues.
-    Of the motion, `segments` are computed already and no longer changed: a hold begins to brake
-    behind them, and a line leaves the planner as soon as its last segment is computed. No motor
-    turns slower than `slowest_hz`. Seen on both 8-bit boards in a processor simulator: from a hold
-    to the last step 0.43 s (Mega) and 0.24 s (328p) at 31 steps/s, 0.27 and 0.15 s at 50; 40 steps
-    at 5, 10, 20 and 30 steps/s in 1.278 s each. The figures of grblHAL and FluidNC are guesses from
-    their sources.
-
-    A line takes `parse_s`, and `plan_s` more where it is a motion. A change of settings takes
-    `eeprom_s`, in which bytes that arrive are lost where it is `deaf_in_eeprom`. An alarm is
-    followed by `alarm_s` in which its words are sent, before the board starts anew, which takes
-    `start_s`; what becomes of the motors meanwhile says `killed`. From a reset of the board itself
-    it takes `boot_s`, without current.
-    `mute_in_critical`: after a limit alarm `?` is not answered until the reset.
-    `silent_in_homing`: nor during homing. `cancel_clears_ring`: a jog cancel does (grblHAL; seen on
-    the Mega: five of eight lines were answered). A jog cancel that comes within `cancel_hangs_s` of
-    a jog's end is carried out in Idle, where it stops the reading of lines: repeated every 20 ms,
-    it hung 3 of 259 jogs of a Mega and 2 of 264 of a 328p. `tells_axes`: `$I` names the axes
-    (fra589/grbl-Mega-5X grbl/report.c; grblHAL). `unknown` are words that the build refuses with
-    error 20, `letters` its options in `$I`, behind which it `tells_flags`: seen on both 8-bit
-    boards. `factory` are settings that differ from those of gnea/grbl.
+    Sources: gnea/grbl, fra589/grbl-Mega-5X, grblHAL/core, bdring/FluidNC. "Seen" is what the Mega
+    and an ATmega328P did with unchanged firmware in an AVR simulator.
     """
 
     name: str
     variant: Variant
+
+    # what it holds
     ring_bytes: int
+    """Its receive ring."""
     blocks: int
+    """How many lines its planner queues."""
     max_line: int
-    outputs: bool
-    unknown: frozenset[str]
-    letters_to_home: int
-    crlf_answers_twice: bool
+    """The characters of a line. Seen: the Mega takes more than 200."""
     segments: int
+    """How many segments of the motion are computed ahead. A hold begins to brake behind them, and
+    a line leaves the planner with its last one. Seen, from a hold to the last step: 0.43 s (Mega)
+    and 0.24 s (328p) at 31 steps/s, 0.27 s and 0.15 s at 50. A guess of grblHAL and FluidNC."""
     slowest_hz: float
+    """No motor turns slower. Seen: 40 steps at 5, 10, 20 and 30 steps/s in 1.278 s each."""
+
+    # the words that it knows
+    outputs: bool
+    """M62 to M68. Seen: the Mega and the 328p refuse them with error 20."""
+    unknown: frozenset[str]
+    """Words that its build refuses with error 20. Seen: M7 on the 328p."""
+    letters_to_home: int
+    """How many axes `$H` may name."""
+    crlf_answers_twice: bool
+
+    # how long it takes
     parse_s: float
+    """A line. Seen: an empty one 0.35 ms."""
     plan_s: float
+    """A motion, on top of it. Seen: the Mega takes 30 lines in 0.05 s, as fast as they come."""
     eeprom_s: float
+    """A change of settings."""
     deaf_in_eeprom: bool
-    killed: Killed
+    """Bytes that arrive meanwhile are lost."""
     alarm_s: float
+    """Behind an alarm its words are sent, before the board starts anew ..."""
     start_s: float
+    """... which takes so long."""
     boot_s: float
+    """From a reset of the board itself, without current."""
+
+    # alarms, resets and jogs
+    killed: Killed
+    """What becomes of the motors at a reset in motion."""
     mute_in_critical: bool
+    """After a limit alarm `?` is not answered until the reset."""
+    hard_limits: bool
+    """With $21=1 a switch that closes is an alarm. Seen: the default RAMPS build of the Mega takes
+    $21=1 and does nothing (grbl/cpu_map.h: DISABLE_HW_LIMITS_INTERRUPT). Reports show the pin."""
     silent_in_homing: bool
     cancel_clears_ring: bool
+    """A jog cancel does. Seen on the Mega: five of eight lines were answered."""
     cancel_hangs_s: float
+    """A cancel that comes so shortly before a jog's end leaves the board Idle, reading no line.
+    Seen: repeated every 20 ms, it hung 3 of 259 jogs of a Mega and 2 of 264 of a 328p."""
+
+    # what it says
     tells_axes: bool
+    """`$I` names the axes."""
     version: str
     build: str
     letters: str
+    """Its options in `$I`. Seen: VNMGH on the Mega, V on the 328p."""
     tells_flags: bool = False
+    """`$I` ends in a number of flags. Seen on the Mega."""
     factory: Mapping[int, float] = field(default_factory=dict)
+    """Settings as it leaves the factory, where gnea/grbl has others."""
 
     def dialect(self, axes: str) -> Dialect:
         """Return what lines a build with these axes reads."""
@@ -156,6 +176,7 @@ _GRBL = Firmware(
     start_s=5e-3,
     boot_s=1.5,
     mute_in_critical=True,
+    hard_limits=True,
     silent_in_homing=True,
     cancel_clears_ring=False,
     cancel_hangs_s=0.23e-3,
@@ -168,6 +189,7 @@ _GRBL = Firmware(
 _MEGA_5X = replace(
     _GRBL,
     name="mega5x",
+    hard_limits=False,
     ring_bytes=255,
     blocks=35,
     max_line=255,
@@ -204,6 +226,7 @@ _GRBLHAL = Firmware(
     start_s=5e-3,
     boot_s=0.5,
     mute_in_critical=False,
+    hard_limits=True,
     silent_in_homing=False,
     cancel_clears_ring=True,
     cancel_hangs_s=0.0,
@@ -234,6 +257,7 @@ _FLUIDNC = Firmware(
     start_s=5e-3,
     boot_s=1.0,
     mute_in_critical=False,
+    hard_limits=True,
     silent_in_homing=False,
     cancel_clears_ring=False,
     cancel_hangs_s=0.0,

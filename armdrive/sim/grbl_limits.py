@@ -29,7 +29,7 @@ class HardLimits:
 
     def plan(self, board: Board) -> None:
         """Find out when to look next."""
-        limited = board.settings.on(HARD_LIMITS) and board.state is not State.HOME
+        limited = _in_force(board) and board.state is not State.HOME
         if not (limited and board.drive.moving) or board.critical:
             self.due_s = math.inf
         elif math.isinf(self.due_s):
@@ -40,10 +40,15 @@ class HardLimits:
         before = self._pressed
         self.forget(board)
         deaf = board.state in (State.ALARM, State.HOME) or board.boot.active
-        if self._pressed != before and board.settings.on(HARD_LIMITS) and not deaf:
+        if self._pressed != before and _in_force(board) and not deaf:
             board.alarm(HARD_LIMIT)
 
     def forget(self, board: Board) -> None:
         """Take the switches as they are."""
         self.due_s = math.inf
         self._pressed = board.switches.mask()
+
+
+def _in_force(board: Board) -> bool:
+    """Tell whether a switch that changes is an alarm: not every build acts on $21=1."""
+    return board.firmware.hard_limits and board.settings.on(HARD_LIMITS)

@@ -31,6 +31,8 @@ def _make(config: ArmConfig, world: World, options: Options) -> SimGrbl:
     firmware = FIRMWARES[options.text("firmware")]
     if options.number("plan_ms") >= 0.0:
         firmware = replace(firmware, plan_s=options.number("plan_ms") / 1000)
+    if options.flag("limit_interrupts"):
+        firmware = replace(firmware, hard_limits=True)
     coast = options.number("coast")
     if not 0.0 <= coast <= MOST_COAST:
         raise BadRequest(f"coast must be from 0 to {MOST_COAST:g}, not {coast:g}")
@@ -63,6 +65,9 @@ KIND = TwinKind(
         Option("axes", "", "the axes of its build, XYZABC say; those that are used if left out"),
         Option("factory", False, "settings as it leaves the factory, not as the arm needs them"),
         Option("homing", False, "homing is on ($22=1), whatever the arm file says"),
+        Option(
+            "limit_interrupts", False, "a build that acts on $21=1 where the usual one does not"
+        ),
         Option("resets_on_open", False, "a saved arm is found with its board freshly reset"),
         Option("coast", 1.0, "the arm runs on by this share of the ramp where motors stop dead"),
         Option("plan_ms", -1.0, "milliseconds for each motion; below 0: those of the firmware"),

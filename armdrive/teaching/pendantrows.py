@@ -69,9 +69,8 @@ class PendantProgram:
             return
         raise Refused(
             "the arm's registers count from elsewhere than when this program was read, so that its "
-            f"rows would lead to other places now: by {self.shift_to(origin)} half-steps. Shift "
-            "it (`--shift`, or `moved_to`), or say that it is meant as it is (`--as-is`, or "
-            "`without_origin`)"
+            f"rows would lead to other places now: by {self.shift_to(origin)} half-steps. To "
+            "shift it, call `moved_to()`; if it is meant as it is, call `without_origin()`"
         )
 
     def shift_to(self, origin: tuple[int, ...]) -> tuple[int, ...]:

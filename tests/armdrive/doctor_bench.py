@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import SimpleNamespace
@@ -161,3 +162,73 @@ class Echo(Deaf):
 
     def receive(self, data: bytes, now_s: float) -> None:
         self._says.append((now_s, data))
+
+
+class Rewritten:
+    """A device some of whose words are other ones: a board of another build, say."""
+
+    def __init__(self, device: SimDevice, *changes: tuple[bytes, bytes]) -> None:
+        self._device = device
+        self._changes = changes
+
+    def __getattr__(self, name: str) -> object:
+        return getattr(self._device, name)
+
+    def transmit(self, now_s: float) -> bytes:
+        said = self._device.transmit(now_s)
+        for pattern, other in self._changes:
+            said = re.sub(pattern, other, said)
+        return said
+
+
+THREE = rb"((?:-?[0-9.]+,){2}-?[0-9.]+)[0-9.,-]*"
+THREE_AXES = (
+    (rb"MPos:" + THREE, rb"MPos:\1"),
+    (rb"WCO:" + THREE, rb"WCO:\1"),
+    (rb"\[AXS[^\n]*\n", b""),
+)
+"""What a board with three axes tells less than one with six."""
+
+
+class EchoingBoard:
+    """A board on a line that says everything back, before the board answers."""
+
+    def __init__(self, device: SimDevice) -> None:
+        self._device = device
+        self._back = b""
+
+    def __getattr__(self, name: str) -> object:
+        return getattr(self._device, name)
+
+    def receive(self, data: bytes, now_s: float) -> None:
+        self._back += data
+        self._device.receive(data, now_s)
+
+    def transmit(self, now_s: float) -> bytes:
+        back, self._back = self._back, b""
+        return back + self._device.transmit(now_s)
+
+    def next_s(self) -> float:
+        return 0.0 if self._back else self._device.next_s()
+
+
+class Talker(Deaf):
+    """Firmware that answers whole lines and single characters from a table."""
+
+    def __init__(self, answers: dict[bytes, bytes], default: bytes, greeting: bytes) -> None:
+        super().__init__((0.1, greeting), baud=115_200)
+        self._table = answers
+        self._default = default
+        self._line = b""
+
+    def receive(self, data: bytes, now_s: float) -> None:
+        self.heard += data
+        for byte in data:
+            one = bytes([byte])
+            if one in self._table:
+                self._says.append((now_s, self._table[one]))
+                continue
+            self._line += one
+            if one == b"\n":
+                line, self._line = self._line.strip(), b""
+                self._says.append((now_s, self._table.get(line, self._default)))

@@ -108,7 +108,7 @@ def test_the_page_is_what_the_command_prints(capsys):
 def test_one_row_is_printed_by_its_code(capsys):
     text = Caller(capsys)("errors", "e407", code=0).out
     assert text.startswith("E407: the connection was lost (LinkLost)")
-    assert "`reset`" in text
+    assert "`armdrive reset`" in text
     assert "E999" in Caller(capsys).refused("errors", "E999", code=2)
 
 

@@ -100,7 +100,7 @@ def test_a_move_on_the_wire_turns_the_physical_motors_by_as_much(call, sim):
 def test_a_restored_position_of_a_real_arm_wants_to_be_confirmed(call, sim):
     call("home", "--yes", "--port", sim.port, "--dialect", "teachmover", code=0)
     called = call("move", "--z", "10", "--port", sim.port, "--dialect", "teachmover", code=3)
-    assert "--confirm" in called.err
+    assert "--allow-restored" in called.err
     assert not sim.state()["moving"]
 
 

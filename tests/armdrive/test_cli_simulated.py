@@ -162,7 +162,7 @@ def test_the_simulated_operator_sees_that_the_arm_is_not_as_recorded(referenced)
     edit(world_file(ARM), push)
     sentence = referenced.refused("move", "--z", "80", code=3)
     assert "restored" in sentence
-    assert "--confirm" in sentence
+    assert "--allow-restored" in sentence
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", '{"world": 1, "registers": []}', "\x00"])

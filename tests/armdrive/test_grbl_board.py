@@ -54,7 +54,7 @@ def test_a_board_that_is_reset_while_it_stands_makes_the_position_suspect():
 
 
 def test_a_limit_alarm_mutes_the_board_which_is_no_broken_wire():
-    arm = ready(config(device={"hard_limits": True}))
+    arm = ready(config(device={"hard_limits": True}), limit_interrupts=True)
     handle = arm.move_j(base_deg=60, wait=False)
     arm.sleep(0.6)
     arm.twin.device.set_switch(0, SwitchState.CLOSED)

@@ -42,7 +42,7 @@ def test_the_axes_are_learnt_whether_the_board_begins_anew_or_not(banner):
 @pytest.mark.parametrize("firmware", FIRMWARES)
 def test_a_board_with_too_few_axes_is_told_of_in_words(firmware):
     twin = make_twin(config(gripper="servo", device={"axes": "XYZAB"}), firmware=firmware)
-    with pytest.raises(DeviceFault, match=r"the board has the axes XYZAB.* on C"):
+    with pytest.raises(DeviceFault, match=r"the board has 5 axes \(XYZAB\).* on C too"):
         connect_simulated(config(), twin=twin)
 
 
@@ -80,6 +80,14 @@ def test_a_locked_board_stays_locked_and_forgets_a_half_line(half):
     arm.sleep(3.0)
     assert now(arm) == before
     assert before[2][0] == 0
+
+
+def test_a_reset_unlocks_a_board_that_was_locked_before():
+    arm, before = left(config(), [], homing=True)
+    arm.reset()
+    assert now(arm) == before
+    assert arm.status.state is State.STANDBY
+    arm.move_motors(1, 0, 0, 0, 0, 0)
 
 
 @pytest.mark.parametrize("firmware", FIRMWARES)

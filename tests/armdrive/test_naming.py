@@ -34,6 +34,14 @@ def test_options_stay_and_other_commands_are_left_alone():
         assert with_arm(words, options) == words
 
 
+def test_settings_are_mended_by_the_arm_file_that_was_named():
+    sentence = "`armdrive doctor --mend` sends these lines"
+    assert with_arm(sentence, Namespace(arm="my arm")) == (
+        "`armdrive doctor --arm 'my arm' --mend` sends these lines"
+    )
+    assert with_arm(sentence, Namespace(sim="grbl")) == sentence
+
+
 def test_a_refused_command_says_so(call):
     sentence = call.refused("move", "--sim", "cia402", "--base", "5", code=3)
     assert "`armdrive home --sim cia402`" in sentence

@@ -164,7 +164,7 @@ def test_a_wire_without_an_arm_behind_it_is_looked_for_further(connected):
     assert arm.status.state is State.DISCONNECTED
     assert arm.status.notice_code == "E502"
     assert "but not the arm" in arm.status.error
-    assert "then reset" not in arm.status.error + arm.status.notice
+    assert "then call `reset()`" not in arm.status.error + arm.status.notice
     assert arm.mender.tries > 1
     arm.twin.faults.end()
     arm.sleep(LONG_S)
@@ -297,7 +297,7 @@ def test_a_wire_that_is_back_under_its_name_is_not_named_again(connected):
     arm.twin.faults.end()
     arm.twin.link.replug()
     arm.sleep(LONG_S)
-    assert arm.status.error == "the wire was lost and is back: look at the arm, then reset"
+    assert arm.status.error == "the wire was lost and is back: look at the arm, then call `reset()`"
 
 
 def test_a_wire_can_be_lost_again_and_again(connected):

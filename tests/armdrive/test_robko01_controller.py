@@ -131,7 +131,7 @@ class TestRequests:
     def test_a_move_with_the_motors_off_is_denied_and_nothing_has_moved(self):
         script = Script()
         reply = script.ask(MOVE)
-        assert reply == Denied("its motors are disabled: call enable()", moved=False)
+        assert reply == Denied("its motors are disabled: call `enable()`", moved=False)
         assert script.events == []
 
     def test_motors_that_are_off_although_they_were_on_are_an_alert(self):

@@ -157,7 +157,7 @@ def test_control_pins_do_what_their_commands_do():
 
 
 def test_a_hard_limit_stops_dead_and_the_board_is_mute_until_its_reset():
-    bench = at_the_end(Bench(LIMITED), 10.0)
+    bench = at_the_end(Bench(LIMITED, limit_interrupts=True), 10.0)
     bench.say("G1X50F1500", 2.0)
     assert bench.heard[-2:] == ["ALARM:1", "[MSG:Reset to continue]"]
     assert bench.x == pytest.approx(10.0, abs=0.3)
@@ -180,7 +180,7 @@ def test_a_board_of_the_newer_kind_goes_on_reporting():
 
 
 def test_a_switch_that_closes_by_itself_is_a_hard_limit():
-    bench = at_the_end(Bench(LIMITED))
+    bench = at_the_end(Bench(LIMITED, limit_interrupts=True))
     assert isinstance(bench.device, HasSwitches)
     bench.device.set_switch(2, SwitchState.CLOSED)
     assert bench.wait(0.1) == ["ALARM:1", "[MSG:Reset to continue]"]
@@ -189,9 +189,18 @@ def test_a_switch_that_closes_by_itself_is_a_hard_limit():
 
 
 def test_a_push_against_a_switch_is_a_hard_limit():
-    bench = at_the_end(Bench(LIMITED), 5.0)
+    bench = at_the_end(Bench(LIMITED, limit_interrupts=True), 5.0)
     bench.device.push((60, 0, 0, 0, 0, 0))
     assert bench.wait(0.1)[:1] == ["ALARM:1"]
+
+
+def test_the_usual_six_axis_build_accepts_hard_limits_and_does_nothing():
+    bench = at_the_end(Bench(), 10.0)
+    assert bench.say("$21=1") == ["ok"]
+    bench.say("G1X12F1500", 2.0)
+    bench.device.set_switch(2, SwitchState.CLOSED)
+    bench.wait(0.1)
+    assert (bench.ask().state, bench.reports[-1].pins) == (State.IDLE, "XZ")
 
 
 def test_without_hard_limits_a_switch_only_shows():

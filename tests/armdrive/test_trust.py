@@ -47,8 +47,8 @@ def test_what_is_unknown_stays_unknown_and_the_first_doubt_stays_the_reason(evid
 @pytest.mark.parametrize(
     ("trust", "allowed", "word"),
     [
-        (Trust.UNKNOWN, True, "declare_posture"),
-        (Trust.SUSPECT, True, "armdrive home"),
+        (Trust.UNKNOWN, True, "`home()`"),
+        (Trust.SUSPECT, True, "`home()`"),
         (Trust.RESTORED, False, "allow_restored"),
     ],
 )

@@ -167,7 +167,7 @@ def test_nobody_who_looks_means_nothing_moves():
     arm = homed()
     arm.operator = None
     before = arm.twin.world.motors
-    with pytest.raises(OperatorNeeded, match="armdrive verify"):
+    with pytest.raises(OperatorNeeded, match="with an operator"):
         arm.verify()
     assert arm.twin.world.motors == before
 

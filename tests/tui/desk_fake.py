@@ -118,7 +118,7 @@ class FakeArm:
 
     def come_back(self, **more):
         """Have the link back, as an arm does that stood when it was lost."""
-        error = "the wire was lost and is back, now COM7: look at the arm, then reset"
+        error = "the wire was lost and is back, now COM7: look at the arm, then call `reset()`"
         reason = "the wire was lost and is back, and the registers still agree"
         back = {
             "state": State.ERROR_STOP,

@@ -352,7 +352,7 @@ def test_what_does_not_fit_is_cut_with_a_sign():
 
 def test_a_whole_line_keeps_everything():
     long = line(1, Kind.SENT, "word " * 60, shown="bytes " * 60)
-    text = whole(long, 60)
+    text = whole(long, 60, DEFAULT_KEYS)
     assert text.count("word") == text.count("bytes") == 60
     assert max(map(len, text.splitlines())) <= 60
 
@@ -380,7 +380,7 @@ def test_the_catalogue_fits_its_room_wherever_it_is():
     from armdrive.catalogue import ENTRIES
 
     for at in range(0, len(ENTRIES), 7):
-        text = catalogue(ENTRIES, at, 76, 18)
+        text = catalogue(ENTRIES, at, 76, 18, DEFAULT_KEYS)
         assert f"> {ENTRIES[at].code}" in text
         assert max(map(len, text.splitlines())) <= 76
     assert DEFAULT_KEYS.label("log-catalogue") == "e"

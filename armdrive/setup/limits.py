@@ -1,0 +1,143 @@
+"""Limit switches that are seen to work: each is pressed by hand while the arm stands.
+
+A board may accept that hard limits are on, and do nothing: the default build of grbl-Mega-5X for
+RAMPS boards is such a one. So its word is not taken for it. A switch works where the board shows
+its pin and raises an alarm. The day on which all of them did is written into the arm file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import date
+from enum import Enum
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
+
+from armdrive.catalogue import named
+from armdrive.errors import DeviceFault, Refused, SettingsDiffer
+from armdrive.interview.amending import amended
+from armdrive.interview.corrections import Change
+from armdrive.setup.filing import Proposal
+from armdrive.status import State
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from armdrive.arm import Arm
+    from armdrive.armfile import ArmConfig
+
+SETTLE_S = 0.5
+"""An alarm is pushed within milliseconds; this is ample for the slowest wire."""
+
+ALARMS = {named("ALARM").code, named("ALARM_VOUCHED").code}
+
+CHECKED = "hard_limits_checked"
+"""The key that the day is written under, in the section of the controller."""
+
+
+@runtime_checkable
+class HasLimits(Protocol):
+    """Settings of a controller that can end a motion where a limit switch closes."""
+
+    hard_limits: bool
+    hard_limits_checked: str
+
+    @property
+    def limit_inputs(self) -> Mapping[str, int]:
+        """The input bit of each limit switch, by its axis; in the order of the motors."""
+
+
+@dataclass(frozen=True, slots=True)
+class WiredSwitch:
+    """The switch of a motor: its index and name, what the board calls its axis, its input bit."""
+
+    index: int
+    motor: str
+    axis: str
+    bit: int
+
+
+class Saw(Enum):
+    """What the board made of a switch that was pressed."""
+
+    ALARM = "the board sees it, and raises an alarm"
+    PIN_ALONE = "the board sees it, and raises no alarm"
+    ANOTHER = "the board sees another switch"
+    NOTHING = "the board sees nothing"
+    NONE = "it has no switch"
+
+
+def switches_of(config: ArmConfig) -> tuple[WiredSwitch, ...]:
+    """Return the switches of an arm. Raises `Refused` where its file counts on none."""
+    device = config.device
+    if not (isinstance(device, HasLimits) and device.hard_limits):
+        raise Refused(
+            f"the arm file of {config.name} does not say that its controller stops at limit "
+            "switches: write hard_limits = true into the section of its controller, and let "
+            "`armdrive doctor --mend` write the setting"
+        )
+    transmission = config.model.transmission
+    motors = () if transmission is None else transmission.motors
+    wired = zip(motors, device.limit_inputs.items(), strict=False)  # a board may have more axes
+    return tuple(
+        WiredSwitch(index, motor.name, axis, bit)
+        for index, (motor, (axis, bit)) in enumerate(wired)
+    )
+
+
+def make_ready(arm: Arm) -> None:
+    """Unlock the board: a locked one raises no alarm. Raises `SettingsDiffer`. Moves nothing."""
+    for each in arm.core.differences:
+        if "hard limits" in each.setting:
+            raise SettingsDiffer(
+                f"{each.setting} is {each.found} in the controller, expected {each.expected}: "
+                f"`armdrive doctor --arm {arm.config.name} --mend` writes it"
+            )
+    arm.reset()
+
+
+def look(arm: Arm, switch: WiredSwitch, switches: tuple[WiredSwitch, ...]) -> Saw:
+    """Return what the board makes of a switch that is pressed now. An alarm is reset."""
+    alarmed = clear(arm)
+    inputs = arm.read_inputs()
+    if not inputs >> switch.bit & 1:
+        others = any(inputs >> each.bit & 1 for each in switches)
+        return Saw.ANOTHER if others else Saw.NOTHING
+    return Saw.ALARM if alarmed else Saw.PIN_ALONE
+
+
+def clear(arm: Arm) -> bool:
+    """Reset an alarm, and tell whether there was one. Raises what else is wrong with the arm."""
+    arm.sleep(SETTLE_S)
+    status = arm.status
+    if status.state is not State.ERROR_STOP:
+        return False
+    if status.error_code not in ALARMS:
+        raise DeviceFault(status.error)
+    arm.reset()
+    return True
+
+
+def all_work(seen: Mapping[str, Saw]) -> bool:
+    """Tell whether every switch that there is raised an alarm, and there is one at least."""
+    return Saw.ALARM in seen.values() and set(seen.values()) <= {Saw.ALARM, Saw.NONE}
+
+
+def record(path: Path, config: ArmConfig, day: date) -> Proposal:
+    """Return the arm file with the day on which all switches were seen to work."""
+    before = path.read_text(encoding="utf-8")
+    change = Change((config.connection.dialect, CHECKED), day.isoformat(), "seen to raise an alarm")
+    after = amended(before, (change,))
+    return Proposal(path, before, after)
+
+
+def limit_remarks(config: ArmConfig) -> tuple[str, ...]:
+    """Say where hard limits are counted on that were never seen to work."""
+    device = config.device
+    if not isinstance(device, HasLimits) or not device.hard_limits or device.hard_limits_checked:
+        return ()
+    remark = (
+        "hard_limits is set, and no switch was ever seen to raise an alarm; some boards accept the "
+        f"setting and do nothing: run `armdrive config limits {config.name}` and press each switch"
+    )
+    return (remark,)

@@ -1,0 +1,139 @@
+"""Other firmware, other settings, an echo: the difference is named, and nothing moves."""
+
+from __future__ import annotations
+
+import pytest
+from cli_calls import write_arm_file
+from doctor_bench import THREE_AXES, Echo, EchoingBoard, Rewritten, SimPort, Talker, made
+from test_wrong_dialect import ON_SERIAL, connected, refused
+
+from armdrive import connecting
+from armdrive.arm import Arm
+from armdrive.doctor import after
+from armdrive.doctor.findings import Grade
+from armdrive.doctor.mistaken import overheard
+from armdrive.doctor.signs import comes_back
+from armdrive.errors import SettingsDiffer
+from armdrive.pace import SimulatedPace
+
+SMOOTHIE_STATUS = b"<Idle|MPos:0.0000,0.0000,0.0000|WPos:0.0000,0.0000,0.0000|F:0,100.0>\r\n"
+OLD_STATUS = b"<Idle,MPos:0.000,0.000,0.000,WPos:0.000,0.000,0.000>\r\n"
+OLD_GREETING = b"\r\nGrbl 0.9j ['$' for help]\r\n"
+FOREIGN = {
+    "Marlin, the firmware of a 3D printer": Talker(
+        {}, b'echo:Unknown command: ""\nok\n', b"start\r\necho:Marlin 2.1.2\r\n"
+    ),
+    "Smoothieware": Talker({b"?": SMOOTHIE_STATUS}, b"ok\r\n", b"Smoothie\r\nok\r\n"),
+    "Grbl 0.9j, whose reports have an older form": Talker(
+        {b"?": OLD_STATUS, b"\x18": OLD_GREETING, b"$I": b"[0.9j.20150930:]\r\nok\r\n"},
+        b"ok\r\n",
+        OLD_GREETING,
+    ),
+    "an ESP32 whose firmware has said nothing yet": Talker(
+        {}, b"", b"ets Jun  8 2016 00:22:57\r\n\r\nrst:0x1 (POWERON_RESET),boot:0x13\r\n"
+    ),
+}
+MOTION = (b"G1", b"G0", b"$J", b"$H", b"X")
+
+
+@pytest.mark.parametrize("name", FOREIGN)
+def test_other_firmware_is_named_with_what_helps_and_hears_of_no_motion(name):
+    device = FOREIGN[name]
+    sentence = refused("grbl", SimPort(device))
+    assert f"What answered is no grbl, but {name}: " in sentence
+    assert not any(word in device.heard for word in MOTION)
+
+
+def test_the_doctor_says_what_helps_where_it_knows_the_firmware():
+    found = SimPort(Talker({}, b"ok\r\n", OLD_GREETING)).examine(115_200)
+    (first, *_) = after.findings(found, after.Expected("grbl"))
+    assert first.grade is Grade.PROBLEM
+    assert "Grbl 0.9j" in first.what
+    assert "grblHAL" in first.mend
+
+
+@pytest.mark.parametrize("dialect", ON_SERIAL)
+def test_a_line_that_says_everything_back_is_named(dialect):
+    sentence = refused(dialect, SimPort(Echo(baud=115_200)), 115_200)
+    assert "What is sent comes straight back" in sentence
+
+
+def test_a_board_behind_such_a_line_moves_nothing():
+    board = made("grbl")
+    before = board.world.motors
+    sentence = refused("grbl", SimPort(EchoingBoard(board)))
+    assert "What is sent comes straight back" in sentence
+    assert board.world.motors == before
+
+
+def test_the_doctor_finds_an_echo_and_takes_it_for_no_answer():
+    echo = SimPort(Echo(baud=115_200)).examine()
+    assert echo.identity is None
+    assert "comes straight back" in after.findings(echo, after.Expected())[0].what
+    board = SimPort(EchoingBoard(made("robko01"))).examine(115_200)
+    assert board.identity.dialect == "robko01"
+    assert any(
+        "comes back as well" in each.what for each in after.findings(board, after.Expected())
+    )
+
+
+@pytest.mark.parametrize(
+    ("sent", "heard", "echoed"),
+    [
+        ([b"?", b"?", b"\x18"], b"??\x18", True),
+        ([b"?", b"?", b"?"], b"<Idle|MPos:0,0,0>", False),
+        ([b"$I\n", b"$$\n"], b"$I\r\n[VER:1.1h]\r\nok\r\n$$\r\nok\r\n", True),
+        ([b"$I\n", b"$$\n"], b"$$\r\n$I\r\n", False),
+        ([b"?", b"$I\n"], b"?ok\r\n", False),
+        ([b"?"], b"?", False),
+        ([], b"ok", False),
+    ],
+)
+def test_an_echo_is_what_was_sent_in_its_order(sent, heard, echoed):
+    assert comes_back(sent, heard) is echoed
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "named"),
+    [
+        (13, 1.0, "reports in inches"),
+        (10, 0.0, "what reports tell"),
+        (10, 1.0, "what reports tell"),
+        (100, 250.0, "steps a unit of X"),
+        (104, 80.0, "steps a unit of B"),
+        (1, 25.0, "motors on while standing"),
+    ],
+)
+def test_a_foreign_setting_is_named_and_nothing_moves_before_it_is_mended(key, value, named):
+    board = made("grbl")
+    board.board.settings.values[key] = value
+    arm = connected("grbl", SimPort(board))
+    before = board.world.motors
+    assert named in arm.status.notice
+    for move in (
+        lambda: arm.move_motors(1, 0, 0, 0, 0, 0),
+        lambda: arm.jog_j(base_deg=1.0),
+    ):
+        with pytest.raises(SettingsDiffer, match=named):
+            move()
+    assert board.world.motors == before
+
+
+def test_the_doctor_on_a_board_with_too_few_axes_says_what_is_wrong_and_what_helps(
+    call, port, lead_to, monkeypatch
+):
+    text = f'model = "minimover5"\n[connection]\ndialect = "grbl"\nport = "{port}"\n'
+    write_arm_file("bench", text)
+    lead_to(Rewritten(made("grbl"), *THREE_AXES))
+    board = SimPort(Rewritten(made("grbl"), *THREE_AXES))
+
+    def connect(config):
+        with overheard(board, config.connection) as ears:
+            return Arm(config, ears, SimulatedPace(), simulated=True)
+
+    monkeypatch.setattr(connecting, "connect_real", connect)
+    said = call("doctor", "--arm", "bench", "--yes", code=1).out
+    assert "the board has 3 axes (XYZ), and by grbl.axes this arm has motors on A, B, C too" in said
+    assert "take a board and a firmware with an axis for each motor" in said
+    assert "try once more" not in said
+    assert "finds out who is there" not in said.partition("did not connect")[2]

@@ -1,0 +1,178 @@
+"""Limit switches that are pressed by hand: whether the board really stops at them."""
+
+from __future__ import annotations
+
+import io
+from datetime import date
+
+import pytest
+from grbl_arm import config, found, ready
+
+from armdrive import places
+from armdrive.armfile import load_arm_file
+from armdrive.cli import config_limits
+from armdrive.cli.config_limits import check
+from armdrive.connecting import connect_simulated
+from armdrive.controllers.grbl_settings import GrblSettings
+from armdrive.errors import ArmFileError, Refused, SettingsDiffer
+from armdrive.setup.limits import Saw, all_work, limit_remarks, make_ready, record, switches_of
+from armdrive.sim.device import SwitchState
+from armdrive.sim.twin import make_twin
+from armdrive.status import State
+
+LIMITED = {"hard_limits": True}
+MOTORS = ["base", "shoulder", "elbow", "right wrist", "left wrist", "gripper"]
+
+FILE = """\
+model = "minimover5"
+
+[connection]
+dialect = "grbl"
+port = "/dev/ttyNONE"
+
+[grbl]
+hard_limits = true      # the board stops at its switches
+"""
+
+
+def seen_of(arm):
+    make_ready(arm)
+    return check(arm, switches_of(arm.config), alone=True)
+
+
+@pytest.mark.parametrize("firmware", ["mega5x", "grblhal"])
+def test_switches_that_raise_alarms_work_and_nothing_moves(firmware):
+    arm = found(config(LIMITED), firmware=firmware, limit_interrupts=True)
+    before = arm.twin.world.motors
+    seen = seen_of(arm)
+    assert seen == dict.fromkeys(MOTORS, Saw.ALARM)
+    assert all_work(seen)
+    assert arm.twin.world.motors == before
+    assert arm.status.state is State.STANDBY
+
+
+def test_a_board_that_accepts_hard_limits_and_does_nothing_is_found_out():
+    arm = found(config(LIMITED))  # the default RAMPS build
+    assert seen_of(arm) == dict.fromkeys(MOTORS, Saw.PIN_ALONE)
+    assert arm.status.state is State.STANDBY
+
+
+def test_on_that_board_a_switch_that_closes_in_motion_stops_nothing():
+    arm = ready(config(LIMITED))
+    handle = arm.move_j(base_deg=20, wait=False)
+    arm.sleep(0.3)
+    arm.twin.device.set_switch(0, SwitchState.CLOSED)
+    handle.wait(30.0)
+    assert arm.joints.deg["base"] == pytest.approx(20.0, abs=0.1)
+
+
+def test_a_locked_board_is_unlocked_first():
+    arm = found(config(LIMITED), limit_interrupts=True, homing=True)
+    assert all_work(seen_of(arm))
+
+
+def test_a_switch_on_another_pin_and_one_without_a_wire_are_told():
+    arm = found(config(LIMITED), limit_interrupts=True)
+    make_ready(arm)
+    base, shoulder, *others = switches_of(arm.config)
+    device, press = arm.twin.device, arm.twin.device.set_switch
+    device.set_switch = lambda axis, state: press({0: 1}.get(axis, axis), state)
+    assert check(arm, (base,), alone=True) == {"base": Saw.NOTHING}
+    assert check(arm, (base, shoulder), alone=True)["base"] is Saw.ANOTHER
+    device.set_switch = lambda axis, state: None
+    assert check(arm, tuple(others), alone=True) == dict.fromkeys(MOTORS[2:], Saw.NOTHING)
+
+
+def test_all_have_to_work_but_those_that_are_not_there():
+    assert all_work({"base": Saw.ALARM, "gripper": Saw.NONE})
+    assert not all_work({"base": Saw.NONE})
+    assert not all_work({"base": Saw.ALARM, "gripper": Saw.PIN_ALONE})
+
+
+def test_an_arm_that_counts_on_no_switches_is_refused():
+    with pytest.raises(Refused, match="hard_limits = true"):
+        switches_of(config())
+
+
+def test_a_board_without_the_setting_is_to_be_mended_first():
+    arm = found(config(LIMITED), factory=True)
+    with pytest.raises(SettingsDiffer, match=r"\$21.*doctor --arm"):
+        make_ready(arm)
+
+
+def test_the_day_is_written_into_the_arm_file_and_nothing_else_changes(tmp_path):
+    path = tmp_path / "bench.toml"
+    path.write_text(FILE, encoding="utf-8")
+    made = load_arm_file(path)
+    assert "config limits bench" in limit_remarks(made)[0]
+    record(path, made, date(2026, 11, 23)).write()
+    assert path.read_text(encoding="utf-8").startswith(FILE)
+    again = load_arm_file(path)
+    assert again.device.hard_limits_checked == "2026-11-23"
+    assert limit_remarks(again) == ()
+
+
+def test_what_is_no_day_is_refused():
+    with pytest.raises(ArmFileError, match="hard_limits_checked is a day"):
+        GrblSettings(hard_limits_checked="yesterday")
+
+
+def arm_file(text=FILE):
+    path = places.arm_files() / "bench.toml"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_config_check_says_that_no_switch_was_ever_seen_to_work(call):
+    arm_file()
+    assert "armdrive config limits bench" in call("config", "check", "bench", code=0).out
+    arm_file(f'{FILE}hard_limits_checked = "2026-11-23"\n')
+    assert "limits" not in call("config", "check", "bench", code=0).out
+
+
+def test_the_command_on_a_simulated_board_says_what_it_made_of_each_switch(call):
+    path = arm_file()
+    said = call("config", "limits", "bench", "--sim", "--yes", code=1).out
+    assert "base: the board sees it, and raises no alarm" in said
+    assert "would stop nothing" in said
+    told = call("config", "limits", "bench", "--sim", "--json", code=1).json
+    assert told == {"switches": dict.fromkeys(MOTORS, "pin_alone"), "works": False}
+    assert path.read_text(encoding="utf-8") == FILE
+
+
+def test_a_real_arm_needs_somebody_at_a_terminal(call):
+    arm_file()
+    assert "press the switches of a real arm" in call.refused("config", "limits", "bench", code=3)
+
+
+def test_a_person_presses_each_switch_and_the_day_is_written(monkeypatch, call):
+    path = arm_file()
+
+    class Person(io.StringIO):
+        """Does to the simulated arm what the answers say, as they are given."""
+
+        def readline(self):
+            number, phase = divmod(self.count, 2)
+            self.count += 1
+            if number == len(MOTORS):
+                return "yes\n"
+            device = self.arm.twin.device
+            device.set_switch(number, SwitchState.FREE if phase else SwitchState.CLOSED)
+            return "released\n" if phase else "pressed\n"
+
+    person = Person()
+    person.count = 0
+
+    def opened(made, *, simulated, alone, wanted):
+        assert not alone
+        twin = make_twin(made, limit_interrupts=True)
+        person.arm = connect_simulated(made, twin=twin)
+        person.arm.simulated = False
+        return person.arm
+
+    monkeypatch.setattr(config_limits, "connected", opened)
+    monkeypatch.setattr("sys.stdin", person)
+    said = call("config", "limits", "bench", code=0).out
+    assert "Press the limit switch of base (X) by hand" in said
+    assert load_arm_file(path).device.hard_limits_checked == date.today().isoformat()
