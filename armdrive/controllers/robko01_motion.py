@@ -125,13 +125,24 @@ class RobkoMotion(RobkoExchange, ABC):
             if self.stop_asked:
                 return (yield from self._halt(way))
             if answer is not None:
-                return (yield from self._watch(way))
+                return (yield from self._paced(way, rate_hz))
             seen, moving = (yield from self._look()), (yield from self._mask())
             if seen is None or moving is None:
                 return self.silence(began_s)
             if moving or seen != start:
-                return (yield from self._watch(way))
+                return (yield from self._paced(way, rate_hz))
         return self.silence(began_s)
+
+    def _paced(self, way: Way, rate_hz: float) -> Script:
+        """Watch a motion, and let it last as long as its rate says.
+
+        The first step comes at once, so slow bursts would follow one another a step too soon.
+        """
+        reply = yield from self._watch(way)
+        if isinstance(reply, Done):
+            lasts_s = way.steps.largest / self._pacing.usable_hz(rate_hz)
+            yield from self.pause(way.began_s + lasts_s)
+        return reply
 
     # -- before a motion ----------------------------------------------------------------------
 

@@ -293,6 +293,17 @@ class TestArm:
             seen.append(arm.joints.deg["base"])
         assert seen == sorted(set(seen))
 
+    @pytest.mark.parametrize("board", ["avr", "esp32"])
+    @pytest.mark.parametrize("fraction", [0.5, 0.3, 0.1])
+    def test_a_planned_motion_is_no_faster_than_was_asked_for(self, fraction, board):
+        device = {"board": board, "acceleration_steps_s2": 700.0}
+        config = robko_config(device=device)
+        arm = ready_robko(config, board=board, acceleration=700.0)
+        began_s, before = arm.status.time_s, arm.twin.world.motors
+        arm.move_j(base_deg=10, speed=fraction)
+        rate_hz = (arm.twin.world.motors - before).largest / (arm.status.time_s - began_s)
+        assert 0.7 <= rate_hz / (config.device.known.max_rate_hz * fraction) <= 1.0
+
     @pytest.mark.parametrize("after_s", [0.02, 0.31])
     @pytest.mark.parametrize("error", [0.0, 0.4])
     @pytest.mark.parametrize("held", [True, False])
