@@ -87,7 +87,9 @@ class RobkoHabits:
       operation 2 does nothing. Operation 12 with all speeds 0 ends it, and so does a reset.
     - **A resting axis twitches**: an axis that is at its goal already and is given a speed makes
       one step forward and 40 ms later one back, unless its top speed was 0.
-    - **Operation 2 does not stop operation 12**: the axis runs on, at 25 steps/s.
+    - **Operation 2 does not stop operation 12**: the axis runs on, at 25 steps/s. It hardly stops
+      operation 6 either: the library believes that the axis has come up to the top speed, and
+      slows down over as many steps as it would need from there (2899 were still to come).
     - Those of the reader are in `FirmwareReader`.
 
     The retrofit sets no top speed at all, in operation 6 as in operation 7, whose axes that are at

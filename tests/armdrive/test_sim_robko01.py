@@ -279,6 +279,26 @@ class TestStopping:
         assert not bench.device.moving
         assert positions(bench)[0] - before == pytest.approx(140**2 / 1400, abs=2)
 
+    @pytest.mark.parametrize(("speed", "steps"), [(125, 12), (100, 8), (50, 2), (20, 1)])
+    def test_an_absolute_move_is_stopped_in_as_few_steps_as_on_the_firmware(
+        self, bench, speed, steps
+    ):
+        bench.ask(MoveAbsolute(axes(300, speed=speed)))
+        bench.let_pass(2.0)
+        before = bench.device.registers[0]
+        bench.ask(Stop())
+        bench.let_pass(1.0)
+        assert positions(bench)[0] - before == pytest.approx(steps, abs=1)
+        assert not bench.device.moving
+
+    def test_a_relative_move_goes_on_as_far_as_it_has_come(self, bench):
+        bench.ask(MoveRelative(axes(900)))
+        bench.let_pass(2.0)
+        before = bench.device.registers[0]
+        bench.ask(Stop())
+        bench.let_pass(9.0)
+        assert positions(bench)[0] == pytest.approx(2 * before, rel=0.05)
+
     def test_an_axis_by_speed_runs_on_when_the_host_falls_silent_and_stop_does_not_end_it(
         self, bench
     ):
