@@ -1,8 +1,8 @@
 """The driver's end of the Robko 01's SUPER protocol: neutral requests to exchanges of frames.
 
-A motion is one relative move; where the motors are is asked until they have arrived. The board
-drops what it does not understand in silence, so after a lost answer it is first brought back into
-step and looked at, and a motion is sent once more only where nothing of it was seen.
+A motion is one move to absolute positions; where the motors are is asked until they have arrived.
+The board drops what it does not understand in silence, so after a lost answer it is first brought
+back into step and looked at, and a motion is sent once more only where nothing of it was seen.
 """
 
 from __future__ import annotations

@@ -55,6 +55,7 @@ class RobkoExchange(Scripted[HostEvent]):
         self._fed_s = -math.inf
         self._seen: Motors | None = None
         self._seen_s = -math.inf
+        self._turning = False
 
     def give_up(self) -> None:
         """Give up on the unanswered request; what comes next begins by getting into step."""
@@ -122,6 +123,7 @@ class RobkoExchange(Scripted[HostEvent]):
         if isinstance(heard.answer, Positions):
             self._seen = Motors(heard.answer.axes.positions_steps)
             self._seen_s = self.now_s
+            self._turning = any(heard.answer.axes.speeds_steps_s)
 
     def _look(self, text: str = "") -> Generator[float, HostEvent | None, Motors | None]:
         """Return where the motors are, as reported: wrapped to 16 bits."""

@@ -1,5 +1,20 @@
 """A motion of a Robko 01: sent once, watched until its motors have arrived or a stop has ended it.
 
+The driver moves by operation 7, which goes to absolute positions. The firmware ignores the speed
+of operation 6. Operation 7 obeys its speed, but makes it the axis's top speed for all motions to
+come (`Robko01.cpp`, `SUPER.cpp` and AccelStepper; measured in an AVR simulator). Hence:
+
+- An axis that stays where it is must not get a speed: the firmware would make one step there and
+  one back. It must not keep a top speed of 0 either: operation 6 of any other program would then
+  leave the axis hanging until the board is reset. An axis whose top speed is 0 may get a speed
+  without a step. So each motion is two requests: one to the present position with speed 0, which
+  moves nothing, and one to the goal that gives every axis a speed.
+- A request to a position can be repeated when its answer was lost.
+- Positions in requests have 16 bits, and are not wrapped. The board counts further, and reports
+  its count wrapped. From such a count, a request to the reported position would turn the motor for
+  65536 steps; so the first request of a session is checked before the next, and no motion leads
+  past the 16 bits.
+
 That the board says nothing moves means little: it may say so for 10 ms after it has accepted a
 motion. A motion has ended when the positions are its target's.
 """
@@ -17,6 +32,7 @@ from armdrive.controllers.requests import (
     Denied,
     Done,
     Halted,
+    Oddity,
     Progress,
     Registers,
     Reply,
@@ -26,11 +42,16 @@ from armdrive.controllers.robko01_pacing import PaceMeter, Pacing
 from armdrive.controllers.robko01_settings import RobkoSettings
 from armdrive.controllers.robko01_way import Way
 from firmware_protocol.robko01 import (
+    AXES,
+    AXIS_NAMES,
+    WORD_MAX,
+    WORD_MIN,
     Acknowledged,
     Axes,
     Busy,
     IsMoving,
-    MoveRelative,
+    MoveAbsolute,
+    MoveSpeed,
     Moving,
     Status,
     Stop,
@@ -48,10 +69,19 @@ MAY_ARRIVE = 0.7
 """From this share of the expected time on, a motion may have ended."""
 STILL_LOOKS, STILL_S = 3, 0.03
 """Motors stand when so many looks, spread over this time, have found them still."""
-LOST_S = 0.1
-"""How far apart the two looks are that decide whether a motion was lost."""
+PROMPT_S = 0.1
+"""A look that took longer than this does not tell when the motors arrived."""
 BUSY_S = 2.0
-"""How long a board is waited for that has still something else to finish."""
+"""How long to wait for a board that is busy. No axis turns so slowly that it makes no step
+meanwhile: one that stands for so long, and is called moving, hangs."""
+CHECK_S = 0.02
+"""How long to wait before looking whether a request to the present position moves anything: each
+axis of an AVR board has its turn twice."""
+SAME_LOOKS = 5
+"""How often to look for two positions in a row that are alike before a motion."""
+RESTING_STEPS_S = 5000
+"""The speed for axes that rest: the top speed that the AVR firmware begins with."""
+STANDSTILL = Axes((0,) * AXES)
 SENDS = 2
 PATIENCE, PATIENCE_S = 4.0, 2.0
 """A motion that takes this many times longer than expected, and then some, is given up."""
@@ -64,57 +94,130 @@ class RobkoMotion(RobkoExchange, ABC):
         super().__init__(abilities, settings, baud)
         self._pacing = Pacing(settings.known)
         self._meter = PaceMeter(settings.speed_doubt)
+        self._stood: Motors | None = None
+        self._counts_checked = False
 
     def _move(self, steps: Motors, rate_hz: float, let_go: Callable[[], bool]) -> Script:
-        """Send a motion and wait for its end; once more where it was certainly lost.
+        """Send a motion and wait for its end; once more where nothing of it was seen.
 
         Not where a jog was let go of before its motors were set going.
         """
         began_s = self.now_s
-        start = self._seen
-        if start is None or self.now_s > self._seen_s + FRESH_S:
-            start = yield from self._look()
-        if start is None:
-            return self.silence(began_s)
+        start = yield from self._prepare(let_go)
+        if not isinstance(start, Motors):
+            return start
+        target = start + steps
+        if not all(WORD_MIN <= each <= WORD_MAX for each in target):
+            return _out_of_range(target)
         speeds = self._pacing.speeds(tuple(steps), rate_hz)
-        message = MoveRelative(Axes(tuple(steps), speeds))
-        expected_s = self._pacing.lasts_s(steps.largest, rate_hz)
+        text = f"MOVE {' '.join(map(str, steps))} at {max(speeds)}"
+        message = MoveAbsolute(
+            Axes(tuple(target), tuple(speed or RESTING_STEPS_S for speed in speeds))
+        )
+        way = Way(start, steps, self._pacing.lasts_s(steps.largest, rate_hz), self.now_s)
         for _ in range(SENDS):
             if self.stop_asked or let_go():
                 return Halted()
-            way = Way(start, steps, expected_s, self.now_s)
-            refusal = yield from self._send_move(message, way, let_go)
-            if refusal is not None:
-                return refusal
-            if self.stop_asked:
-                return (yield from self._halt(way))
-            if not self._out_of_step:
-                return (yield from self._watch(way))
-            lost = yield from self._was_lost(way)
-            if lost is None:
-                return self.silence(began_s)
-            if not lost:
-                return (yield from self._watch(way))
-        return self.silence(began_s)
-
-    def _send_move(
-        self, message: MoveRelative, way: Way, let_go: Callable[[], bool]
-    ) -> Generator[float, HostEvent | None, Reply | None]:
-        """Send it, again while the board is busy; return why not, or None where it was sent."""
-        text = f"MOVE {' '.join(map(str, way.steps))} at {max(message.axes.speeds_steps_s)}"
-        until_s = self.now_s + BUSY_S
-        while True:
             way.began_s = self.now_s
             answer = yield from self._ask(message, tries=1, text=text, may_break=True)
-            if isinstance(answer, Busy) and self.now_s < until_s and not self.stop_asked:
+            if isinstance(answer, Acknowledged) and answer.status is not Status.OK:
+                return self._disabled()
+            if self.stop_asked:
+                return (yield from self._halt(way))
+            if answer is not None:
+                return (yield from self._paced(way, rate_hz))
+            seen, moving = (yield from self._look()), (yield from self._mask())
+            if seen is None or moving is None:
+                return self.silence(began_s)
+            if moving or seen != start:
+                return (yield from self._paced(way, rate_hz))
+        return self.silence(began_s)
+
+    def _paced(self, way: Way, rate_hz: float) -> Script:
+        """Watch a motion, and let it last as long as its rate says.
+
+        The first step comes at once, so slow bursts would follow one another a step too soon.
+        """
+        reply = yield from self._watch(way)
+        if isinstance(reply, Done):
+            lasts_s = way.steps.largest / self._pacing.usable_hz(rate_hz)
+            yield from self.pause(way.began_s + lasts_s)
+        return reply
+
+    # -- before a motion ----------------------------------------------------------------------
+
+    def _prepare(
+        self, let_go: Callable[[], bool]
+    ) -> Generator[float, HostEvent | None, Motors | Reply]:
+        """Set every top speed to 0 where the motors stand; return that place, or why not.
+
+        A busy board is waited for, and an axis that hangs is freed once.
+        """
+        began_s = self.now_s
+        until_s, first, freed = began_s + BUSY_S, None, False
+        while not self.stop_asked and not let_go():
+            start = yield from self._standing()
+            if start is None:
+                return self.silence(began_s)
+            answer = yield from self._ask(MoveAbsolute(Axes(tuple(start))), may_break=True)
+            if isinstance(answer, Busy):
+                first = start if first is None else first
+                if self.now_s >= until_s and (freed or start != first):
+                    return Denied("it is still moving", moved=False)
+                if self.now_s >= until_s:
+                    freed = yield from self._free(answer.moving)
                 yield from self.pause(self.now_s + POLL_S)
-                if let_go():
-                    return Halted()
-                continue
-            if isinstance(answer, Busy) and not self.stop_asked:
-                return Denied("it is still moving", moved=False)
-            refused = isinstance(answer, Acknowledged) and answer.status is not Status.OK
-            return self._disabled() if refused else None
+            elif isinstance(answer, Acknowledged):
+                refused = answer.status is not Status.OK
+                return self._disabled() if refused else (yield from self._check_counts(start))
+            elif not self.stop_asked:
+                return self.silence(began_s)
+        return Halted()
+
+    def _standing(self) -> Generator[float, HostEvent | None, Motors | None]:
+        """Return where the motors stand: a wrong place would make a wrong target.
+
+        An answer may be a late one, so it has to agree with another, or with where the last
+        motion ended.
+        """
+        last = self._stood
+        seen = self._seen
+        if seen is None or self.now_s > self._seen_s + FRESH_S:
+            seen = yield from self._look()
+        for _ in range(SAME_LOOKS):
+            if seen is None or seen == last:
+                break
+            last, seen = seen, (yield from self._look())
+        self._stood = seen
+        return seen
+
+    def _free(self, moving: int) -> Generator[float, HostEvent | None, bool]:
+        """End what makes a standing axis count as moving: all speeds 0, which moves nothing."""
+        yield from self._ask(MoveSpeed(STANDSTILL))
+        names = ", ".join(name for axis, name in enumerate(AXIS_NAMES) if moving >> axis & 1)
+        self.tell(Oddity(f"freed axes that another program's speed of 0 had left hanging: {names}"))
+        return True
+
+    def _check_counts(self, start: Motors) -> Generator[float, HostEvent | None, Motors | Reply]:
+        """Return the start, once it is known that the board counts in 16 bits so far.
+
+        With a top speed of 0, an axis that has counted further makes one step, and no more.
+        """
+        if self._counts_checked:
+            return start
+        began_s = self.now_s
+        yield from self.pause(began_s + CHECK_S)
+        seen, moving = (yield from self._look()), (yield from self._mask())
+        if seen is None or moving is None:
+            return self.silence(began_s)
+        if moving or seen != start:
+            yield from self._ask(MoveSpeed(STANDSTILL))
+            return Denied(
+                "an axis has counted past 32767 steps, from where the board cannot move it by "
+                "position: reset the board, then home the arm"
+            )
+        self._counts_checked = True
+        return start
 
     def _disabled(self) -> Reply:
         words = "its motors are disabled: call `enable()`"
@@ -124,18 +227,7 @@ class RobkoMotion(RobkoExchange, ABC):
             self.tell(Alert(AlertKind.SWITCHED_OFF, told))
         return Denied(words, moved=False)
 
-    def _was_lost(self, way: Way) -> Generator[float, HostEvent | None, bool | None]:
-        """Tell whether nothing of a motion is to be seen; None where nothing can be seen at all."""
-        for look in range(2):
-            if look:
-                yield from self.pause(self.now_s + LOST_S)
-            seen = yield from self._look()
-            moving = yield from self._mask()
-            if seen is None or moving is None:
-                return None
-            if moving or seen != way.start:
-                return False
-        return True
+    # -- a motion under way -------------------------------------------------------------------
 
     def _mask(self) -> Generator[float, HostEvent | None, int | None]:
         answer = yield from self._ask(IsMoving())
@@ -153,6 +245,7 @@ class RobkoMotion(RobkoExchange, ABC):
             if seen is None:
                 return self.silence(way.began_s)
             if not way.left(seen).largest:
+                self._stood = seen
                 return Done(self._measure(way, going_s, asked_s))
             if not way.holds(seen):  # believed when it is seen twice: an answer may be a late one
                 astray += 1
@@ -181,7 +274,7 @@ class RobkoMotion(RobkoExchange, ABC):
         After a look that was repeated, or that a suspended program heard late, nobody knows when
         the motors arrived: only that they were still going at the look before.
         """
-        prompt = self.now_s <= asked_s + LOST_S
+        prompt = self.now_s <= asked_s + PROMPT_S
         until_s = self.now_s if prompt else going_s
         return self._meter.learn(way.expected_s, until_s - way.began_s) and prompt
 
@@ -205,10 +298,13 @@ class RobkoMotion(RobkoExchange, ABC):
             if seen is None or mask is None:
                 return self.silence(began_s)
             self.tell(Progress(Registers(seen)))
-            if mask or seen != last:
+            if (
+                mask or self._turning or seen != last
+            ):  # the mask has gaps when an axis runs by speed
                 looks, since_s, last = 0, self.now_s, seen
             looks += 1
             yield from self.pause(asked_s + POLL_S)
+        self._stood = last
         arrived = last is not None and not way.left(last).largest
         return Done() if arrived else Halted()
 
@@ -227,3 +323,12 @@ class RobkoMotion(RobkoExchange, ABC):
         """Tell that the board has begun anew, which leaves its motors off."""
         self._on = False
         self.tell(Alert(AlertKind.RESTARTED, words))
+
+
+def _out_of_range(target: Motors) -> Denied:
+    far = next(axis for axis, each in enumerate(target) if not WORD_MIN <= each <= WORD_MAX)
+    return Denied(
+        f"this would take the {AXIS_NAMES[far]} to {target[far]}, and the board moves no axis past "
+        f"{WORD_MIN} or {WORD_MAX}: reset the board, then home the arm",
+        moved=False,
+    )

@@ -31,7 +31,12 @@ class Pacing:
     board: Board
 
     def usable_hz(self, rate_hz: float) -> float:
-        """Return the rate that an axis really has, at or below the one wanted."""
+        """Return the rate that an axis really has, at or below the one wanted.
+
+        Above it on a board that knows only one.
+        """
+        if not self.board.obeys_speed:
+            return self.board.max_rate_hz
         wanted = min(max(rate_hz, SLOWEST_HZ), self.board.max_rate_hz)
         if not self._chance_s:
             return float(math.floor(wanted + _ROUNDING))
@@ -87,12 +92,14 @@ class Pacing:
     def _lead_hz(self, steps: float, rate_hz: float) -> float:
         """Return the rate to command of the longest way: none that it cannot come up to."""
         usable_hz = self.usable_hz(rate_hz)
-        if self._chance_s:
+        if self._chance_s or not self.board.obeys_speed:
             return usable_hz
         peak_hz = math.sqrt(steps * self.board.acceleration_steps_s2)
         return max(min(usable_hz, float(math.ceil(peak_hz))), SLOWEST_HZ)
 
     def _command(self, rate_hz: float) -> int:
+        if not self.board.obeys_speed:
+            rate_hz = self.board.max_rate_hz
         if self._chance_s:  # a whole multiple of chances that is no slower
             multiple = max(math.floor(1.0 / (rate_hz * self._chance_s) + _ROUNDING), 1)
             rate_hz = 1.0 / (multiple * self._chance_s)

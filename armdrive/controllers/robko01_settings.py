@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from armdrive.errors import ArmFileError
@@ -14,12 +14,14 @@ from armdrive.sections import within
 class Board:
     """What is taken of a board where the arm file says nothing.
 
-    A motor has a chance to make a step every `step_chance_s` (0: whenever it wants).
+    A motor has a chance to make a step every `step_chance_s` (0: whenever it wants). Firmware
+    that does not obey speeds moves every axis at `max_rate_hz`.
     """
 
     acceleration_steps_s2: float
     max_rate_hz: float
     step_chance_s: float
+    obeys_speed: bool = True
 
 
 BOARDS: Mapping[str, Board] = MappingProxyType(
@@ -27,7 +29,8 @@ BOARDS: Mapping[str, Board] = MappingProxyType(
         # seen in a processor simulator: one bus for eight addresses, one of them a millisecond
         "avr": Board(700.0, 125.0, 0.008),
         # the retrofit's own build: robko01/robko01_retrofit_fw include/ApplicationConfiguration.h
-        "esp32": Board(75.0, 100.0, 0.0),
+        # whose main.cpp sets the top speeds once, and never from a request
+        "esp32": Board(75.0, 100.0, 0.0, obeys_speed=False),
     }
 )
 
@@ -65,7 +68,8 @@ class RobkoSettings:
     def known(self) -> Board:
         """The board's numbers, as the file has them or else the table."""
         taken = BOARDS[self.board]
-        return Board(*(_given(getattr(self, name), getattr(taken, name)) for name in _OF_BOARD))
+        given = {name: getattr(self, name) for name in _OF_BOARD}
+        return replace(taken, **{key: each for key, each in given.items() if each is not None})
 
 
 _OF_BOARD = ("acceleration_steps_s2", "max_rate_hz", "step_chance_s")
@@ -78,7 +82,3 @@ _BOUNDS = {
     "boot_s": (0.0, 30.0),
     "answer_margin_s": (0.03, 10.0),
 }
-
-
-def _given(value: float | None, otherwise: float) -> float:
-    return otherwise if value is None else value

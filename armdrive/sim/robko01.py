@@ -106,6 +106,7 @@ class SimRobko(SimBase):
         """Do nothing: whoever wants to know has to ask."""
 
     def _forget(self) -> None:
+        self._drive.rack.restart()
         self._box = RobkoBox(self._drive, self.habits, self.said, lambda: self.inputs_set)
 
     def _known(self) -> dict[str, Json]:

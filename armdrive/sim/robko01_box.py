@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from armdrive.sim.drive import Drive
+from armdrive.sim.robko01_reader import FirmwareReader
 from armdrive.sim.uncoordinated import UncoordinatedRack
 from armdrive.sim.world import World
 from firmware_protocol.robko01 import (
@@ -57,20 +58,56 @@ EARLY_ZERO_S = 0.010
 AVR, ESP32 = "avr", "esp32"
 
 
+GRIDS_S = {AVR: 0.00804, ESP32: 0.0}
+"""How often a motor may step. The AVR board serves eight addresses, one a millisecond and a little
+more: 400 steps at full speed came 8.048 ms apart on the ARDN_Operation example in an AVR simulator.
+"""
+ACCELERATIONS_STEPS_S2 = {AVR: 700.0, ESP32: 75.0}
+TOP_SPEEDS_HZ = {AVR: 5000.0, ESP32: 100.0}
+"""Up to where axes ramp after power-up: DEFAULT_SPEED of `Robko01.h`, M1_MAX_SPEED to M6_MAX_SPEED
+of the retrofit's `ApplicationConfiguration.h`."""
+
+
 @dataclass(frozen=True, slots=True)
 class RobkoHabits:
     """What differs between boards: see `robko01_twin` for each.
 
     With `grid_s` a motor has a chance to make a step only so often. `watchdog_s` of silence
     switch the motors off (0: there is no watchdog); with `rearms` any frame switches them on.
+
+    Quirks of the AVR board, all seen on the ARDN_Operation example on an atmega328p in an AVR
+    simulator:
+
+    - **Operation 6 ignores its speed**: it ramps up to the axis's top speed, `top_speed_hz` after
+      power-up. 50 steps took 0.66 s at 20, 50 and 100 steps/s alike.
+    - **The top speed sticks**: operation 7 sets it for each axis (`absolute_sets_top`). After
+      operation 7 at 30 steps/s, operation 6 at 100 ran at 30.
+    - **A top speed of 0 leaves the axis hanging** when operation 6 next moves it: the answer is
+      OK, one step is made, and the axis is reported as moving. Operation 7 is refused as busy, and
+      operation 2 does nothing. Operation 12 with all speeds 0 ends it, and so does a reset.
+    - **A resting axis twitches**: an axis that is at its goal already and is given a speed makes
+      one step forward and 40 ms later one back, unless its top speed was 0.
+    - **Operation 2 does not stop operation 12**: the axis runs on, at 25 steps/s. It hardly stops
+      operation 6 either: the library believes that the axis has come up to the top speed, and
+      slows down over as many steps as it would need from there (2899 were still to come).
+    - Those of the reader are in `FirmwareReader`.
+
+    The retrofit sets no top speed at all, in operation 6 as in operation 7, whose axes that are at
+    their goals it leaves alone. That is a reading of its `main.cpp`.
     """
 
     board: str = AVR
     acceleration_steps_s2: float = 700.0
-    grid_s: float = 0.008
+    grid_s: float = GRIDS_S[AVR]
     slowness: float = 0.0
     watchdog_s: float = 0.0
     rearms: bool = False
+    top_speed_hz: float = TOP_SPEEDS_HZ[AVR]
+
+    @property
+    def absolute_sets_top(self) -> bool:
+        """Whether operation 7 obeys its speed, which then is the axis's top speed."""
+        return self.board == AVR
 
 
 class RobkoDrive(Drive[UncoordinatedRack]):
@@ -81,6 +118,7 @@ class RobkoDrive(Drive[UncoordinatedRack]):
         rack = UncoordinatedRack(
             (0,) * len(world.motors),
             acceleration_hz_s=habits.acceleration_steps_s2 / stretch**2,
+            top_hz=habits.top_speed_hz / stretch,
             grid_s=habits.grid_s * stretch,
             stagger_s=habits.grid_s * stretch / 8,
         )
@@ -105,15 +143,20 @@ class RobkoBox:
         self.habits = habits
         self.enabled = False
         self.outputs = 0
-        self.dropped = 0
         self._drive = drive
         self._said = said
         self._inputs_set = inputs_set
+        self._reader = FirmwareReader()
         self._codec = Device()
+        self._ignored = 0
         self._answer_s = math.inf
         self._accepted_s = -math.inf
         self._fed_s = -math.inf
-        self._by_speed = False
+
+    @property
+    def dropped(self) -> int:
+        """How many pieces of bytes were dropped in silence."""
+        return self._reader.dropped + self._ignored
 
     @property
     def unanswered(self) -> bool:
@@ -133,7 +176,8 @@ class RobkoBox:
 
     def receive(self, data: bytes, now_s: float) -> None:
         """Take bytes; each request is thought about for a while."""
-        self._codec.receive_data(data)
+        for request in self._reader.read(data):
+            self._codec.receive_data(request)
         self._take_up(now_s)
 
     def happen(self, now_s: float) -> None:
@@ -150,7 +194,7 @@ class RobkoBox:
     def _take_up(self, now_s: float) -> None:
         while not self.unanswered and (heard := self._codec.next_event()) is not None:
             if isinstance(heard, Ignored):
-                self.dropped += 1
+                self._ignored += 1
             else:
                 self._answer_s = now_s + THINKS_S
 
@@ -181,7 +225,7 @@ class RobkoBox:
                 return self._run(axes, now_s)
             case Outputs(value):
                 self.outputs = value
-                return self._outputs_set()
+                return OutputsSet(value)
             case SetRobotId(robot_id) | GetRobotId(robot_id):
                 return RobotId(request.op, robot_id)
             case _:
@@ -190,7 +234,7 @@ class RobkoBox:
 
     def _command(self, request: Request, now_s: float) -> None:
         match request:
-            case Stop() if not self._by_speed:
+            case Stop():
                 self._drive.rack.ramp_down(now_s)
             case Enable():
                 self._switch(True, now_s)
@@ -198,13 +242,6 @@ class RobkoBox:
                 self._switch(False, now_s)
             case Clear():
                 self._drive.set_counts((0,) * AXES, now_s)
-            case _:
-                pass  # a Stop that means nothing to axes which run by speed
-
-    def _outputs_set(self) -> Answer:
-        if self.habits.board == AVR:
-            return Acknowledged(Op.OUTPUTS)
-        return OutputsSet(self.outputs)
 
     def _where(self, now_s: float) -> Axes:
         speeds = (wrap(round(speed)) for speed in self._drive.rack.speeds(now_s))
@@ -228,10 +265,12 @@ class RobkoBox:
         for axis, (steps, speed) in enumerate(
             zip(axes.positions_steps, axes.speeds_steps_s, strict=True)
         ):
-            goal = here[axis] + steps if relative else steps
-            if goal != here[axis]:
-                rack.move_to(axis, goal, self._hz(abs(speed)), now_s)
-        self._by_speed = False
+            if relative:
+                rack.move_to(axis, here[axis] + steps, self._hz(speed), now_s)
+            elif self.habits.absolute_sets_top:
+                rack.move_at(axis, steps, self._hz(speed), now_s)
+            elif steps != here[axis]:
+                rack.move_to(axis, steps, self._hz(speed), now_s)
         self._accepted_s = now_s
         return Acknowledged(op)
 
@@ -239,8 +278,7 @@ class RobkoBox:
         if not self.enabled:
             return Acknowledged(Op.MOVE_SPEED, Status.ERROR)
         for axis, speed in enumerate(axes.speeds_steps_s):
-            self._drive.rack.run(axis, self._hz(speed), now_s, ramp=False)
-        self._by_speed = any(axes.speeds_steps_s)
+            self._drive.rack.run(axis, self._hz(speed), now_s)
         return Acknowledged(Op.MOVE_SPEED)
 
     def _hz(self, speed_steps_s: float) -> float:

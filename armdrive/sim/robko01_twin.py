@@ -8,7 +8,14 @@ from armdrive.errors import BadRequest
 from armdrive.sim.options import Option, Options
 from armdrive.sim.rates import checked_error
 from armdrive.sim.robko01 import SimRobko
-from armdrive.sim.robko01_box import AVR, ESP32, RobkoHabits
+from armdrive.sim.robko01_box import (
+    ACCELERATIONS_STEPS_S2,
+    AVR,
+    ESP32,
+    GRIDS_S,
+    TOP_SPEEDS_HZ,
+    RobkoHabits,
+)
 from armdrive.sim.twins import TwinKind
 from armdrive.sim.world import World
 
@@ -16,8 +23,6 @@ if TYPE_CHECKING:
     from armdrive.armfile import ArmConfig
 
 AS_THE_ARM_FILE = "file"
-GRIDS_S = {AVR: 0.008, ESP32: 0.0}
-ACCELERATIONS_STEPS_S2 = {AVR: 700.0, ESP32: 75.0}
 
 
 def _make(config: ArmConfig, world: World, options: Options) -> SimRobko:
@@ -33,6 +38,7 @@ def _make(config: ArmConfig, world: World, options: Options) -> SimRobko:
         checked_error(options.number("speed_error")),
         watchdog_s,
         options.flag("rearms"),
+        TOP_SPEEDS_HZ[board],
     )
     return SimRobko(world, habits=habits, baud=config.connection.baud)
 

@@ -1,8 +1,10 @@
-"""Steppers that turn each by itself: every axis its own trapezoid, finishing when it finishes.
+"""Steppers that each go their own way, in the arithmetic of the AccelStepper library.
 
-Steps, seconds. With a step grid, an axis makes at most one step at each of its chances, and what
-comes late delays all that follows: a motor that is asked for a step every 10 ms, and has a chance
-every 8 ms, makes one every 16 ms.
+Steps, seconds. The library does not follow a trapezoid: each step sets the pause before the next
+one (D. Austin, "Generate stepper-motor speed profiles in real time", Embedded Systems
+Programming, January 2005), a pause counts from the step that was really made, and a stop begins
+as soon as the steps left are no more than v^2 / 2a. On a board that serves its motors in turn, a
+motor has a chance to make a step only so often, and a step waits for its chance.
 """
 
 from __future__ import annotations
@@ -10,116 +12,182 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Iterator, Sequence
-
-from armdrive.sim.profile import Profile, nearest, standing, to_goal, to_speed
+from dataclasses import dataclass, replace
 
 LOOK_S = 0.1
 """The way of the arm is looked at this often: it is no straight one."""
+LOOP_S = 0.0001
+"""A board without a grid looks at its motors about this often: no order acts at once."""
+FIRST_PAUSE = 0.676
+"""Austin's correction of the first pause."""
 _ROUNDING = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class _Moment:
+    """One motor after a step or an order. `pause_s` is until its next step, infinity for none.
+
+    `ramp` counts the steps of the ramp so far, and is negative while the motor slows down.
+    """
+
+    position: int
+    goal: int
+    last_s: float = -math.inf
+    ramp: int = 0
+    ramp_pause_s: float = math.inf
+    pause_s: float = math.inf
+    speed_hz: float = 0.0
+    forward: bool = False
 
 
 class _Axis:
     """One motor; `phase_s` shifts its chances on the grid, which is none where `grid_s` is 0."""
 
-    def __init__(self, count: int, acceleration: float, grid_s: float, phase_s: float) -> None:
-        self.goal = count
+    def __init__(
+        self, count: int, acceleration: float, top_hz: float, grid_s: float, phase_s: float
+    ) -> None:
         self._acceleration = acceleration
+        self._first_pause_s = FIRST_PAUSE * math.sqrt(2.0 / acceleration)
+        self.top_hz = top_hz
         self._grid_s = grid_s
         self._phase_s = phase_s
-        self._from = count
-        self._profile: Profile = standing(count)
-        self._steps: Iterator[tuple[float, int]] = iter(())
+        self._by_speed = False
+        self._since_s = -math.inf
+        self._moment = _Moment(count, count)
         self._times: list[float] = []
-        self._counts: list[int] = []
-        self._to_lay = False
-        self._ideal_s = -math.inf
-        self.done_s = -math.inf
+        self._steps: list[_Moment] = []
 
-    def count(self, now_s: float) -> int:
-        """Return the steps made by now."""
-        if not self._grid_s:
-            return nearest(self._profile.at(now_s))
-        if self._to_lay:
-            self._lay(now_s)
-        if not self._times:
-            return self._from
+    # -- what can be seen ---------------------------------------------------------------------
+
+    def at(self, now_s: float) -> _Moment:
+        """Return the motor as it is by now."""
+        self._lay(now_s)
         made = bisect_right(self._times, now_s + _ROUNDING)
-        return self._counts[made - 1] if made else self._from
+        return self._steps[made - 1] if made else self._moment
 
-    def speed(self, now_s: float) -> float:
-        """Return the speed that the axis is asked to have."""
-        return self._profile.speed_at(now_s)
+    @property
+    def done_s(self) -> float:
+        """When it makes its last step; infinity where it runs for ever, or hangs."""
+        if self._by_speed:
+            return math.inf if self._moment.speed_hz else self._moment.last_s
+        self._lay(math.inf)
+        end = self._steps[-1] if self._steps else self._moment
+        return end.last_s if end.position == end.goal else math.inf
 
-    def move_to(self, goal: int, rate_hz: float, now_s: float) -> None:
-        """Go to a goal, from whatever is under way."""
-        position, speed = self._state(now_s)
-        self.goal = goal
-        if rate_hz > 0.0:
-            acceleration = self._acceleration
-            self._begin(to_goal(position, speed, goal, rate_hz, acceleration, now_s), now_s)
-        else:
-            self.stand(self.count(now_s))
+    def moves(self, now_s: float) -> bool:
+        """Tell whether the board calls it moving: by speed, only at a chance that it has used."""
+        moment = self.at(now_s)
+        if self._by_speed:
+            return now_s < moment.last_s + max(self._grid_s, LOOP_S)
+        return bool(moment.speed_hz) or moment.position != moment.goal
 
-    def run(self, rate_hz: float, now_s: float, *, ramp: bool) -> None:
-        """Run at a speed until told otherwise; 0 ends it."""
-        position, speed = self._state(now_s)
-        slope = self._acceleration
-        first = speed if ramp else rate_hz
-        self._begin(to_speed(position, first, rate_hz, slope, now_s), now_s)
-        if not math.isinf(self.done_s):
-            self.goal = nearest(self._profile.end)
+    # -- orders, in the words of the library --------------------------------------------------
 
-    def stand(self, at: int) -> None:
-        """Stand dead at a count."""
-        self.goal = self._from = at
-        self._profile = standing(at)
-        self._steps = iter(())
-        self._times, self._counts = [], []
-        self._to_lay = False
-        self.done_s = -math.inf
-
-    def _state(self, now_s: float) -> tuple[float, float]:
-        """Return where the axis is and how fast, on its grid if it has one."""
-        if not self._grid_s:
-            return self._profile.at(now_s), self._profile.speed_at(now_s)
-        most = 1.0 / self._grid_s
-        speed = self._profile.speed_at(now_s) if now_s < self.done_s else 0.0
-        return float(self.count(now_s)), min(max(speed, -most), most)
-
-    def _begin(self, profile: Profile, now_s: float) -> None:
-        self._from = self.count(now_s)
-        made = bisect_right(self._times, now_s + _ROUNDING)
-        taken = self._times[made - 1 : made]
-        self._profile = profile
-        self.done_s = max(profile.end_s, now_s)
-        if not self._grid_s:
+    def set_speed(self, speed_hz: float, now_s: float) -> None:
+        """Run at a constant speed, no faster than the top speed, until the next step at least."""
+        moment = self.at(now_s)
+        if speed_hz == moment.speed_hz:
             return
-        self._steps, self._ideal_s, self._to_lay = profile.crossings(), now_s, True
-        self._times, self._counts = taken, [self._from] * len(taken)
-        if not math.isinf(self.done_s):
-            self._lay(math.inf)
-            self.done_s = max([now_s, *self._times[-1:]])
+        speed_hz = min(max(speed_hz, -self.top_hz), self.top_hz)
+        self._order(
+            replace(
+                moment,
+                pause_s=1.0 / abs(speed_hz) if speed_hz else math.inf,
+                speed_hz=speed_hz,
+                forward=speed_hz > 0.0 if speed_hz else moment.forward,
+            ),
+            now_s,
+        )
+
+    def set_top(self, top_hz: float, now_s: float) -> None:
+        """Ramp up to this speed from now on, in every motion to come too."""
+        if top_hz == self.top_hz:
+            return
+        moment = self.at(now_s)
+        self.top_hz = top_hz
+        if moment.ramp > 0:
+            moment = self._paced(replace(moment, ramp=self._steps_to_stop(moment)))
+        self._order(moment, now_s)
+
+    def aim(self, goal: int, now_s: float) -> None:
+        """Go to a goal; nothing happens where it is the goal already."""
+        moment = self.at(now_s)
+        if goal != moment.goal:
+            self._order(self._paced(replace(moment, goal=goal)), now_s)
+
+    def ramp_down(self, now_s: float) -> None:
+        """Aim for where the motor can stop."""
+        moment = self.at(now_s)
+        if moment.speed_hz:
+            steps = self._steps_to_stop(moment) + 1
+            self.aim(moment.position + (steps if moment.speed_hz > 0.0 else -steps), now_s)
+
+    def obey(self, now_s: float, *, by_speed: bool) -> None:
+        """Run at the speed set, or to the goal."""
+        if by_speed != self._by_speed:
+            moment = self.at(now_s)
+            self._by_speed = by_speed
+            self._order(moment, now_s)
+
+    def stand(self, at: int, now_s: float = -math.inf) -> None:
+        """Stand dead at a count."""
+        last_s = self.at(now_s).last_s if now_s > self._since_s else self._moment.last_s
+        self._order(_Moment(at, at, last_s), max(now_s, self._since_s))
+
+    # -- the library's arithmetic -------------------------------------------------------------
+
+    def _order(self, moment: _Moment, now_s: float) -> None:
+        self._moment, self._since_s = moment, now_s
+        self._times, self._steps = [], []
+
+    def _steps_to_stop(self, moment: _Moment) -> int:
+        return int(moment.speed_hz**2 / (2.0 * self._acceleration))
+
+    def _paced(self, moment: _Moment) -> _Moment:
+        """Choose the pause before the next step."""
+        left, to_stop = moment.goal - moment.position, self._steps_to_stop(moment)
+        if not left and to_stop <= 1:
+            return replace(moment, ramp=0, pause_s=math.inf, speed_hz=0.0)
+        ramp, forward, pause_s = moment.ramp, moment.forward, moment.ramp_pause_s
+        ahead = forward == (left > 0)
+        if left and ramp > 0 and (to_stop >= abs(left) or not ahead):
+            ramp = -to_stop
+        elif left and ramp < 0 and to_stop < abs(left) and ahead:
+            ramp = -ramp
+        if not ramp:
+            pause_s, forward = self._first_pause_s, left > 0
+        elif math.isfinite(pause_s):
+            pause_s -= 2.0 * pause_s / (4.0 * ramp + 1.0)
+            pause_s = max(pause_s, 1.0 / self.top_hz if self.top_hz else math.inf)
+        speed_hz = 1.0 / pause_s
+        return replace(
+            moment,
+            ramp=ramp + 1,
+            ramp_pause_s=pause_s,
+            pause_s=pause_s,
+            speed_hz=speed_hz if forward else -speed_hz,
+            forward=forward,
+        )
 
     def _lay(self, until_s: float) -> None:
-        """Give each step its chance on the grid, as far as anybody has looked."""
-        last = self._times[-1] if self._times else -math.inf
-        while last <= until_s:
-            step = next(self._steps, None)
-            if step is None:
-                self._to_lay = False
-                return
-            ideal_s, way = step
-            due_s = ideal_s if math.isinf(last) else max(last + ideal_s - self._ideal_s, ideal_s)
-            self._ideal_s = ideal_s
-            last = self._chance(due_s, last)
-            self._times.append(last)
-            self._counts.append((self._counts[-1] if self._counts else self._from) + way)
+        """Work out each step, as far as anybody has looked."""
+        moment = self._steps[-1] if self._steps else self._moment
+        while (step_s := self._chance(moment)) <= until_s + _ROUNDING and math.isfinite(step_s):
+            way = 1 if moment.forward else -1
+            moment = replace(moment, position=moment.position + way, last_s=step_s)
+            if not self._by_speed:
+                moment = self._paced(moment)
+            self._times.append(step_s)
+            self._steps.append(moment)
 
-    def _chance(self, due_s: float, last_s: float) -> float:
-        """Return the first chance of this axis from a moment on, after the last one it took."""
+    def _chance(self, moment: _Moment) -> float:
+        """Return when the next step is made, infinity for never."""
+        due_s = moment.last_s + moment.pause_s
+        if math.isinf(moment.pause_s) or not self._grid_s:
+            return math.inf if math.isinf(moment.pause_s) else max(due_s, self._since_s + LOOP_S)
+        due_s = max(due_s, self._since_s + LOOP_S)
         number = math.ceil((due_s - self._phase_s) / self._grid_s - 1e-6)
-        chance = number * self._grid_s + self._phase_s
-        return chance if chance > last_s + self._grid_s / 2 else last_s + self._grid_s
+        return number * self._grid_s + self._phase_s
 
 
 class UncoordinatedRack:
@@ -130,14 +198,17 @@ class UncoordinatedRack:
         counts: Sequence[int],
         *,
         acceleration_hz_s: float,
+        top_hz: float = math.inf,
         grid_s: float = 0.0,
         stagger_s: float = 0.0,
     ) -> None:
         self._axes = [
-            _Axis(count, acceleration_hz_s, grid_s, number * stagger_s)
+            _Axis(count, acceleration_hz_s, top_hz, grid_s, number * stagger_s)
             for number, count in enumerate(counts)
         ]
+        self._top_hz = top_hz
         self._under_way = False
+        self._ordered_s = -math.inf
 
     @property
     def moving(self) -> bool:
@@ -147,44 +218,52 @@ class UncoordinatedRack:
     @property
     def done_s(self) -> float:
         """When the last axis stands; infinity while none moves, or one runs without an end."""
-        return max([axis.done_s for axis in self._axes]) if self._under_way else math.inf
-
-    @property
-    def goals(self) -> tuple[int, ...]:
-        """Where each axis is going, or stands."""
-        return tuple(axis.goal for axis in self._axes)
+        if not self._under_way:
+            return math.inf
+        return max([self._ordered_s, *(axis.done_s for axis in self._axes)])
 
     def mask(self, now_s: float) -> int:
         """Return a bit for each axis that still moves, the first axis lowest."""
-        return sum(1 << n for n, axis in enumerate(self._axes) if axis.done_s > now_s)
+        return sum(1 << n for n, axis in enumerate(self._axes) if axis.moves(now_s))
 
     def speeds(self, now_s: float) -> tuple[float, ...]:
         """Return the speed that each axis is asked to have, in steps a second."""
-        return tuple(axis.speed(now_s) for axis in self._axes)
+        return tuple(axis.at(now_s).speed_hz for axis in self._axes)
 
-    def move_to(self, axis: int, goal: int, rate_hz: float, now_s: float) -> None:
-        """Send an axis to a count at most this fast; from a motion it turns without a jerk."""
-        self._axes[axis].move_to(goal, rate_hz, now_s)
-        self._under_way = True
+    def move_to(self, axis: int, goal: int, speed_hz: float, now_s: float) -> None:
+        """Send an axis to a count, at its top speed at most.
 
-    def run(self, axis: int, rate_hz: float, now_s: float, *, ramp: bool = True) -> None:
-        """Have an axis run for ever, backwards where negative; 0 ends it, ramped or dead."""
-        self._axes[axis].run(rate_hz, now_s, ramp=ramp)
-        self._under_way = True
+        The speed given is only that until its first step: an axis that is at its goal already
+        makes a step that way, and one back, unless the speed is 0.
+        """
+        self._begin(now_s, by_speed=False)
+        self._axes[axis].set_speed(speed_hz, now_s)
+        self._axes[axis].aim(goal, now_s)
+
+    def move_at(self, axis: int, goal: int, speed_hz: float, now_s: float) -> None:
+        """Send an axis to a count at most this fast, which stays its top speed."""
+        self._begin(now_s, by_speed=False)
+        self._axes[axis].set_speed(speed_hz, now_s)
+        self._axes[axis].set_top(abs(speed_hz), now_s)
+        self._axes[axis].aim(goal, now_s)
+
+    def run(self, axis: int, speed_hz: float, now_s: float) -> None:
+        """Have an axis run for ever, backwards where negative; 0 ends it dead."""
+        self._begin(now_s, by_speed=True)
+        self._axes[axis].set_speed(speed_hz, now_s)
 
     def ramp_down(self, now_s: float) -> None:
-        """Slow every axis down to a stand-still."""
+        """Slow down every axis that is on the way to a goal; what runs by speed runs on."""
         for axis in self._axes:
-            if axis.done_s > now_s:
-                axis.run(0.0, now_s, ramp=True)
+            axis.ramp_down(now_s)
 
     def positions(self, now_s: float) -> tuple[int, ...]:
         """Return the counts at a moment."""
-        return tuple([axis.count(now_s) for axis in self._axes])
+        return tuple([axis.at(now_s).position for axis in self._axes])
 
     def bends(self, start_s: float, end_s: float) -> Iterator[float]:
         """Yield moments at which to look, while anything moves."""
-        last_s = min(end_s, max([axis.done_s for axis in self._axes]))
+        last_s = min(end_s, self.done_s)
         for number in range(1, math.ceil((last_s - start_s) / LOOK_S)):
             yield start_s + number * LOOK_S
         if start_s < last_s < end_s:
@@ -198,16 +277,26 @@ class UncoordinatedRack:
     def stop(self, now_s: float) -> None:
         """End all motion dead where it is now."""
         for axis in self._axes:
-            axis.stand(axis.count(now_s))
+            axis.stand(axis.at(now_s).position, now_s)
         self._under_way = False
 
     def count(self, deltas: Sequence[int]) -> None:
         """Count steps that were made apart from any motion, while standing."""
         for axis, delta in zip(self._axes, deltas, strict=True):
-            axis.stand(axis.goal + delta)
+            axis.stand(axis.at(-math.inf).position + delta)
 
     def zero(self) -> None:
         """Begin to count anew; nothing turns."""
         for axis in self._axes:
             axis.stand(0)
         self._under_way = False
+
+    def restart(self) -> None:
+        """Have the top speeds that the firmware begins with."""
+        for axis in self._axes:
+            axis.top_hz = self._top_hz
+
+    def _begin(self, now_s: float, *, by_speed: bool) -> None:
+        for axis in self._axes:
+            axis.obey(now_s, by_speed=by_speed)
+        self._under_way, self._ordered_s = True, now_s

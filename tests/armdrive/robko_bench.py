@@ -58,8 +58,9 @@ class RobkoBench:
 
 
 def axes(*steps: int, speed: int = 100) -> Axes:
-    """Return a motion of the first axes, all at one speed."""
-    return Axes((*steps, *(0,) * (6 - len(steps))), (speed,) * 6)
+    """Return a motion of the first axes, all at one speed; those that rest get none."""
+    steps = (*steps, *(0,) * (6 - len(steps)))
+    return Axes(steps, tuple(speed if each else 0 for each in steps))
 
 
 @dataclass

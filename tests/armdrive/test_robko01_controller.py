@@ -26,6 +26,7 @@ from armdrive.controllers.requests import (
     Done,
     HomeDevice,
     MoveBy,
+    Oddity,
     Progress,
     ReadPosition,
     Registers,
@@ -37,6 +38,7 @@ from armdrive.controllers.robko01_settings import RobkoSettings
 from armdrive.dialects import dialect
 from armdrive.errors import ArmError, DeviceFault, NoAnswer, Refused, WrongState
 from armdrive.sim.robko01 import SimRobko
+from armdrive.sim.robko01_box import RobkoHabits
 from armdrive.status import Current, State, Trust
 from armdrive.transports.memory import MemoryLink
 from firmware_protocol.robko01 import Op
@@ -55,6 +57,7 @@ class Script:
         self.controller = RobkoController(dialect("robko01").abilities, RobkoSettings(), 115_200)
         self.now_s = 0.0
         self.events = []
+        self.oddities = []
 
     def ask(self, request, *, stop_after_s=math.inf):
         """Return the reply; what was told on the way is in `events`."""
@@ -64,6 +67,9 @@ class Script:
             if data := self.controller.advance(self.now_s):
                 self.link.write(data, self.now_s)
             while (event := self.controller.next_event()) is not None:
+                if isinstance(event, Oddity):
+                    self.oddities.append(event)
+                    continue
                 if not isinstance(event, Progress | Alert):
                     return event
                 self.events.append(event)
@@ -106,11 +112,67 @@ class TestRequests:
             assert script.ask(MOVE) == Done()
         assert script.device.registers == Motors((120, -64, 0, 16, 0, 0))
 
-    def test_registers_may_wrap_in_a_move(self):
+    @pytest.mark.parametrize("counts", [(32_760, 0, 0, 0, 0, 0), (0, -32_760, 0, 0, 0, 0)])
+    def test_a_move_past_sixteen_bits_is_denied_before_it_begins(self, counts):
         script = enabled()
-        script.device.count_from((32_760, -32_760, 0, 0, 0, 0))
+        script.device.count_from(counts)
+        reply = script.ask(MOVE)
+        assert isinstance(reply, Denied)
+        assert not reply.moved
+        assert "32790" in str(reply) or "-32776" in str(reply)
+        assert script.device.registers == Motors(counts)
+
+    def test_a_board_that_has_counted_past_sixteen_bits_turns_one_step_at_most(self):
+        script = enabled()
+        script.device.count_from((40_000, 0, 0, 0, 0, 0))
+        assert script.device.registers[0] == 40_000 - 65_536
+        reply = script.ask(MOVE)
+        assert "counted past 32767" in str(reply)
+        script.now_s += 5.0
+        assert isinstance(script.ask(ReadPosition()), Registers)
+        assert script.device._drive.counts == (39_999, 0, 0, 0, 0, 0)
+        assert not script.device._drive.rack.mask(script.now_s)
+
+    @pytest.mark.parametrize("fraction", [1.0, 0.5, 0.3, 0.1])
+    @pytest.mark.parametrize("error", [0.0, 0.2])
+    def test_a_motion_is_as_fast_as_was_asked_for(self, fraction, error):
+        script = enabled(habits=RobkoHabits(slowness=error))
+        wanted_hz = script.controller.usable_rate_hz(125.0 * fraction)
+        for steps in (100, -100):
+            began_s = script.now_s
+            assert script.ask(MoveBy(Motors((steps, 40, 0, 0, 0, 0)), wanted_hz)) == Done()
+            took_s = script.now_s - began_s
+        ramps_s = wanted_hz / 700.0
+        assert took_s == pytest.approx((100 / wanted_hz + ramps_s) * (1.0 + error), abs=0.12)
+
+    def test_axes_that_rest_do_not_move_and_are_not_left_hanging(self):
+        script = enabled()
+        script.ask(MOVE)
+        script.events.clear()
+        for steps in ((20, 0, 0, 0, 0, 0), (0, 20, 0, 0, 0, 0), (-20, 0, 0, 0, 0, 0)):
+            assert script.ask(MoveBy(Motors(steps), 60.0)) == Done()
+        seen = {event.registers.positions[2:] for event in script.events}
+        assert seen == {(0, 4, 0, 0)}
+        assert 0.0 not in [axis.top_hz for axis in script.device._drive.rack._axes]
+
+    def test_an_axis_that_another_program_left_hanging_is_freed_and_the_move_made(self):
+        script = enabled()
+        rack = script.device._drive.rack
+        rack.move_at(1, 0, 0.0, script.now_s)
+        rack.move_to(1, 50, 100.0, script.now_s)
+        script.now_s += 1.0
         assert script.ask(MOVE) == Done()
-        assert script.device.registers == Motors((32_760 + 30 - 65_536, 32_760, 0, 4, 0, 0))
+        assert script.device.registers == Motors((30, 1 - 16, 0, 4, 0, 0))
+        assert [event.text for event in script.oddities] == [
+            "freed axes that another program's speed of 0 had left hanging: shoulder"
+        ]
+
+    def test_a_board_that_another_program_keeps_moving_is_not_freed(self):
+        script = enabled()
+        script.device._drive.rack.move_at(1, 500, 20.0, script.now_s)
+        reply = script.ask(MOVE)
+        assert reply == Denied("it is still moving", moved=False)
+        assert script.device._drive.rack.mask(script.now_s) == 2
 
     def test_a_stop_ends_a_move_part_of_the_way_by_a_ramp(self):
         script = enabled()
@@ -123,10 +185,13 @@ class TestRequests:
 
     def test_motors_that_do_not_come_to_rest_are_told(self):
         script = enabled()
-        for axis in range(2):
-            script.device._drive.rack.run(axis, 20.0, script.now_s)
-        script.device._box._by_speed = True
-        assert "come to rest" in str(script.ask(MOVE, stop_after_s=0.1))
+
+        def run():
+            for axis in range(2):
+                script.device._drive.rack.run(axis, 20.0, script.device.now_s)
+
+        script.device.at(script.now_s + 0.15, run)
+        assert "come to rest" in str(script.ask(MOVE, stop_after_s=0.2))
 
     def test_a_move_with_the_motors_off_is_denied_and_nothing_has_moved(self):
         script = Script()
@@ -212,7 +277,7 @@ class TestArm:
         assert arm.twin.world.opening_mm == pytest.approx(26.0, abs=0.05)
         assert arm.twin.world.motors == arm.status.acknowledged == arm.status.read_back
         assert arm.status.trust is Trust.REFERENCED
-        assert arm.twin.link.count(Op.MOVE_SPEED, Op.MOVE_ABSOLUTE, Op.CLEAR) == 0
+        assert arm.twin.link.count(Op.MOVE_SPEED, Op.MOVE_RELATIVE, Op.CLEAR) == 0
 
     def test_fingers_that_feel_nothing_refuse_to_grasp(self):
         with pytest.raises(Refused, match="grip switch"):
@@ -227,6 +292,17 @@ class TestArm:
             arm.sleep(0.15)
             seen.append(arm.joints.deg["base"])
         assert seen == sorted(set(seen))
+
+    @pytest.mark.parametrize("board", ["avr", "esp32"])
+    @pytest.mark.parametrize("fraction", [0.5, 0.3, 0.1])
+    def test_a_planned_motion_is_no_faster_than_was_asked_for(self, fraction, board):
+        device = {"board": board, "acceleration_steps_s2": 700.0}
+        config = robko_config(device=device)
+        arm = ready_robko(config, board=board, acceleration=700.0)
+        began_s, before = arm.status.time_s, arm.twin.world.motors
+        arm.move_j(base_deg=10, speed=fraction)
+        rate_hz = (arm.twin.world.motors - before).largest / (arm.status.time_s - began_s)
+        assert 0.7 <= rate_hz / (config.device.known.max_rate_hz * fraction) <= 1.0
 
     @pytest.mark.parametrize("after_s", [0.02, 0.31])
     @pytest.mark.parametrize("error", [0.0, 0.4])
@@ -331,7 +407,7 @@ PLAIN = (Op.PING, Op.POSITION, Op.INPUTS, Op.MOVE_RELATIVE, Op.IS_MOVING)
 
 class TestDisturbedWire:
     @pytest.mark.parametrize("side", ["to", "back"])
-    @pytest.mark.parametrize("op", [Op.POSITION, Op.INPUTS, Op.MOVE_RELATIVE])
+    @pytest.mark.parametrize("op", [Op.POSITION, Op.INPUTS, Op.MOVE_ABSOLUTE])
     @pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
     def test_one_disturbed_frame_costs_time_and_nothing_else(self, change, op, side):
         arm = ready_robko()
@@ -347,20 +423,21 @@ class TestDisturbedWire:
 
     def test_a_motion_whose_request_was_lost_is_sent_once_more(self):
         arm = ready_robko()
-        arm.twin.link.to.append(FrameRule(Op.MOVE_RELATIVE, lost))
+        arm.twin.link.to.append(FrameRule(Op.MOVE_ABSOLUTE, lost, skip=1))
         arm.move_motors(3, 0, 0, 0, 0, 0)
-        assert arm.twin.link.count(Op.MOVE_RELATIVE) == 2
+        assert arm.twin.link.count(Op.MOVE_ABSOLUTE) == 1 + 2
 
     def test_a_motion_whose_answer_was_lost_is_not_sent_again(self):
         arm = ready_robko()
-        arm.twin.link.back.append(FrameRule(Op.MOVE_RELATIVE, lost))
+        arm.twin.link.back.append(FrameRule(Op.MOVE_ABSOLUTE, lost, skip=1))
         arm.move_motors(3, 0, 0, 0, 0, 0)
-        assert arm.twin.link.count(Op.MOVE_RELATIVE) == 1
+        assert arm.twin.link.count(Op.MOVE_ABSOLUTE) == 1 + 1
 
-    def test_a_motion_that_is_lost_twice_is_a_fault_and_nothing_has_moved(self):
+    @pytest.mark.parametrize("skip", [0, 1])
+    def test_a_motion_that_is_lost_twice_is_a_fault_and_nothing_has_moved(self, skip):
         arm = ready_robko()
         before = arm.twin.world.motors
-        arm.twin.link.to.append(FrameRule(Op.MOVE_RELATIVE, lost, times=1e9))
+        arm.twin.link.to.append(FrameRule(Op.MOVE_ABSOLUTE, lost, skip=skip, times=1e9))
         with pytest.raises(NoAnswer):
             arm.move_motors(3, 0, 0, 0, 0, 0)
         assert arm.twin.world.motors == before
@@ -433,7 +510,7 @@ class TestWatchdog:
             arm.move_j(base_deg=3)
         assert arm.status.trust is Trust.SUSPECT
         assert arm.status.state is State.ERROR_STOP
-        assert arm.twin.link.count(Op.MOVE_RELATIVE) == 0
+        assert arm.twin.link.count(Op.MOVE_ABSOLUTE) == 0
 
 
 def test_the_fixture_stands_over_the_table():

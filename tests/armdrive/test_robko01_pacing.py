@@ -27,7 +27,7 @@ def moved(board, steps, speeds, start_s=0.0):
     )
     for axis, (each, speed) in enumerate(zip(steps, speeds, strict=True)):
         if each:
-            rack.move_to(axis, each, speed, start_s)
+            rack.move_at(axis, each, speed, start_s)
     return rack
 
 
@@ -56,7 +56,8 @@ def test_more_steps_last_longer_and_no_usable_rate_is_above_the_one_wanted(
     board, rate_hz, steps, more
 ):
     pacing = Pacing(board)
-    assert pacing.usable_hz(rate_hz) <= min(max(rate_hz, 1.0), board.max_rate_hz) + 1e-6
+    most_hz = min(max(rate_hz, 1.0), board.max_rate_hz) if board.obeys_speed else board.max_rate_hz
+    assert pacing.usable_hz(rate_hz) <= most_hz + 1e-6
     assert pacing.usable_hz(pacing.usable_hz(rate_hz)) == pytest.approx(pacing.usable_hz(rate_hz))
     assert pacing.lasts_s(steps, rate_hz) < pacing.lasts_s(steps + more, rate_hz)
     assert pacing.lasts_s(0.0, rate_hz) == 0.0
@@ -127,5 +128,5 @@ def test_an_arm_file_corrects_what_is_known_of_a_board():
     config = parse_arm_file(table, name="bench")
     assert config.connection.baud == 115_200
     assert config.motion.planned_burst_s == 0.5
-    assert config.device.known == Board(700.0, 100.0, 0.0)
+    assert config.device.known == Board(700.0, 100.0, 0.0, obeys_speed=False)
     assert RobkoSettings().known == BOARDS["avr"]

@@ -4,7 +4,7 @@ from armdrive import Jog
 from armdrive.connecting import connect_simulated, simulated_config
 from armdrive.sim.twin import make_twin
 
-MOVE = 0x06
+MOVE = 0x07
 
 
 def test_a_lost_jog_is_not_sent_again_once_it_is_released(monkeypatch):
@@ -13,7 +13,7 @@ def test_a_lost_jog_is_not_sent_again_once_it_is_released(monkeypatch):
     sent, write = [], twin.link.write
 
     def losing(data, now_s):
-        if len(data) > 4 and data[3] == MOVE:
+        if len(data) > 8 and data[3] == MOVE and any(data[6:8]):  # not the one at speed 0
             sent.append(data)
             arm.release()
             return
