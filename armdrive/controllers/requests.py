@@ -143,10 +143,12 @@ class Done:
 class Halted:
     """A stop from here ended the motion part of the way.
 
-    `kept` is False where the device stopped dead, so that motors may have lost steps.
+    `kept` is False where the device stopped dead, so that motors may have lost steps. A device may
+    come to rest `beyond` its target, by so many steps of a motor.
     """
 
     kept: bool = True
+    beyond: int = 0
 
     def __str__(self) -> str:
         return "halted"

@@ -83,6 +83,8 @@ RESTING_STEPS_S = 5000
 """The speed for axes that rest: the top speed that the AVR firmware begins with."""
 STANDSTILL = Axes((0,) * AXES)
 SENDS = 2
+OVERSHOOT_STEPS = 1
+"""A stop ramps down in a step more than it takes: close to its target, an axis passes it by one."""
 PATIENCE, PATIENCE_S = 4.0, 2.0
 """A motion that takes this many times longer than expected, and then some, is given up."""
 
@@ -306,7 +308,7 @@ class RobkoMotion(RobkoExchange, ABC):
             yield from self.pause(asked_s + POLL_S)
         self._stood = last
         arrived = last is not None and not way.left(last).largest
-        return Done() if arrived else Halted()
+        return Done() if arrived else Halted(beyond=OVERSHOOT_STEPS)
 
     def _astray(self, way: Way, seen: Motors) -> Script:
         """End a motion that leads elsewhere, and say what positions mean to which it leads."""

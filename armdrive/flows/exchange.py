@@ -26,11 +26,11 @@ from armdrive.status import State
 from armdrive.stopping import straying_mm
 from armdrive.trust import Evidence
 from armdrive.whereabouts import Coordinates
+from kinematics import Motors
 
 if TYPE_CHECKING:
     from armdrive.engine import Engine
     from armdrive.flows.streaming import Course
-    from kinematics import Motors
 
 FRESH_S = 0.05
 """A look at the registers this long ago still tells where a motion starts from."""
@@ -99,7 +99,11 @@ class Wire(Asking):
             core.lost_in_motion(self.now_s)
             raise
         if isinstance(reply, Halted | Interrupted):
-            yield from self._ended(reply, way_between(core.acknowledged, core.commanded))
+            beyond = reply.beyond if isinstance(reply, Halted) else 0
+            farthest = core.commanded + Motors(
+                (step > 0) * beyond - (step < 0) * beyond for step in burst.steps
+            )
+            yield from self._ended(reply, way_between(core.acknowledged, farthest))
             return False
         if isinstance(reply, Denied):
             yield from self._refusal(reply)

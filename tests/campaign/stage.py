@@ -59,6 +59,14 @@ def config_of(name: str, variant: int) -> ArmConfig:
 
 
 VARIANTS = 8
+GRBL_BOARDS = ("mega5x", "grbl")
+"""The two 8-bit builds, which differ in their buffers, words and lines."""
+
+
+def board_of(name: str, variant: int) -> dict[str, str]:
+    """Return the options of the simulated device: half of the GRBL boards are of either build."""
+    return {"firmware": GRBL_BOARDS[variant // 4]} if name == "grbl" else {}
+
 
 GREETING = ("grbl",)
 """Dialects whose boards greet whenever they begin anew."""
@@ -104,10 +112,11 @@ class Stage:
     """The arm on its table. `arm` is the program that drives it at present, if there is one."""
 
     def __init__(self, name: str, draw: random.Random, variant: int | None = None) -> None:
-        self.config = config_of(name, draw.randrange(VARIANTS) if variant is None else variant)
+        variant = draw.randrange(VARIANTS) if variant is None else variant
+        self.config = config_of(name, variant)
         kind = twin_kind(name)
         self.world = WatchedWorld(ArmBody.of_preset(self.config.model))
-        device = kind.make(self.config, self.world, Options(kind.options, {}))
+        device = kind.make(self.config, self.world, Options(kind.options, board_of(name, variant)))
         self.link = link_to(device)
         self.twin = Twin(
             name,
