@@ -1,0 +1,196 @@
+"""Benches on a serial port whose device has a control port: one that runs, or one begun here."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+import time
+from pathlib import Path
+from typing import ClassVar
+
+from armdrive.connecting import simulated_config
+from armdrive.sim.body import ArmBody
+from armdrive.sim.fault_request import parse_words
+from armdrive.sim.twins import twin_kind
+from armdrive.sim.world import World
+from kinematics import Motors
+from tests.conformance.port_bench import port_lock
+from tests.conformance.real_time_bench import RealTimeBench
+from tests.conformance.seen import Seen
+
+from .avrdev import AvrProcess, compile_avrdev
+from .boards import Board
+from .control import Control, ControlPort, Physical
+from .grbl_setup import pull_off_steps, set_up, settings_for
+from .steps import Step, StepLog
+
+
+class Pace:
+    """How well simulated processors have kept the pace of the wall clock."""
+
+    def __init__(self) -> None:
+        self._sim_s = self._run_s = 0.0
+
+    def add(self, before: Physical, after: Physical) -> None:
+        """Count what a processor has done between two moments."""
+        self._sim_s += after.sim_s - before.sim_s
+        self._run_s += after.run_s - before.run_s
+
+    def taken(self) -> float | None:
+        """Return simulated seconds for each second since the last call; None without any."""
+        ratio = self._sim_s / self._run_s if self._run_s else None
+        self._sim_s = self._run_s = 0.0
+        return ratio
+
+
+class ControlledBench(RealTimeBench):
+    """A device on a port, whose motors a control port sees and whose faults it makes."""
+
+    transport: ClassVar[str] = "pty"
+    look_s: ClassVar[float] = 0.01
+    sees_outputs: ClassVar[bool] = False
+
+    def __init__(
+        self, dialect_name: str, port: str, control: Control, letters: str, pace: Pace
+    ) -> None:
+        super().__init__(dialect_name)
+        self.control, self.letters = control, letters
+        self._pace, self._begun = pace, control.look()
+        self._device_port = port
+        self._lock = port_lock(port)
+        self._lock.acquire()
+        self.take_port(port)
+
+    @property
+    def device(self) -> type:
+        """The class of the simulated device, which has the same abilities."""
+        return twin_kind(self.row.name).device
+
+    def look(self) -> Seen:
+        """Ask the control port for the physical state."""
+        told = self.control.look()
+        motors = self._motors(told)
+        opening_mm = self.posture(motors)[1]
+        held = told.energised or not self.sees_current
+        return Seen(time.monotonic(), motors, self.tip(motors), opening_mm, held, told.powered)
+
+    def _motors(self, told: Physical) -> Motors:
+        return Motors(told.positions[letter] for letter in self.letters)
+
+    def fault(self, words: str) -> None:
+        """Have a fault of the simulator's table, now or later. Raises `BadRequest`."""
+        request = parse_words(words.split())
+        if request.after_s:
+            self.later(request.after_s, lambda: self.control.fault(request, self.letters))
+        else:
+            self.control.fault(request, self.letters)
+
+    def heal(self) -> None:
+        """Undo every fault."""
+        self.control.heal()
+
+    def replug_elsewhere(self) -> None:
+        """Put the cable back under another name."""
+        there = str(self._home / "elsewhere")
+        self.port = self.port.replace(self._device_port, there)
+        self.control.replug(there)
+
+    def end_device(self) -> None:
+        """Let others have the port."""
+        self._pace.add(self._begun, self.control.look())
+        self.control.close()
+        self._lock.release()
+
+
+class Workshop:
+    """What the benches of one image share: the compiled simulator, and a board that is set up."""
+
+    def __init__(self, board: Board, image: Path, simavr: Path | None = None) -> None:
+        self._folder = tempfile.TemporaryDirectory(prefix="firmware-")
+        self.folder = Path(self._folder.name)
+        self.board, self.image = board, image
+        self.pace = Pace()
+        self.program = compile_avrdev(self.folder / "avrdev", simavr)
+        self.log = StepLog(self.folder / "steps.csv", board.hz)
+        self._set_up_eeprom = self.folder / "eeprom"
+        if board.dialect == "grbl":
+            self._set_up()
+
+    def start(self) -> AvrProcess:
+        """Switch the board on, with the settings that the arm needs."""
+        eeprom = self.folder / "eeprom-in-use"
+        if self._set_up_eeprom.exists():
+            shutil.copy(self._set_up_eeprom, eeprom)
+        return self._start(eeprom)
+
+    def _start(self, eeprom: Path) -> AvrProcess:
+        options = ["--eeprom", str(eeprom), "--step-log", str(self.log.path)]
+        return AvrProcess(
+            self.program, self.image, self.folder / "tty", [*self.board.wiring, *options]
+        )
+
+    def bench(self, _dialect: str = "") -> AvrBench:
+        """Return a bench with the board that has just been switched on."""
+        return AvrBench(self)
+
+    def close(self) -> None:
+        """Remove what was made."""
+        self._folder.cleanup()
+
+    def _set_up(self) -> None:
+        """Write the settings that the arm needs, once: the EEPROM keeps them."""
+        process = self._start(self._set_up_eeprom)
+        try:
+            config = simulated_config(self.board.dialect)
+            set_up(process.port, settings_for(config, self.board.letters))
+        finally:
+            process.end()
+
+
+class AvrBench(ControlledBench):
+    """Real firmware in a processor simulator, which has just been switched on."""
+
+    def __init__(self, workshop: Workshop) -> None:
+        self._log, self._process = workshop.log, workshop.start()
+        self._workshop = workshop
+        control = ControlPort("127.0.0.1", self._process.control_port)
+        letters = workshop.board.letters
+        super().__init__(
+            workshop.board.dialect, self._process.port, control, letters, workshop.pace
+        )
+        control.place(letters, World(ArmBody.of_preset(self.config.model)).motors)
+
+    def fit(self, lines: str) -> None:
+        """Put an arm on the bench whose file says more, and set the board up for it."""
+        self.leave()
+        self.take_arm_file(lines, self._device_port)
+        if self.row.name != "grbl":
+            return
+        values = settings_for(self.config, self.letters)
+        set_up(self._device_port, values)
+        if self.config.homing is not None:
+            transmission = self.config.model.transmission
+            assert transmission is not None
+            homing = self.config.homing
+            ends = transmission.to_motors(homing.joints, homing.opening_mm)
+            for axis, (letter, end) in enumerate(zip(self.letters, ends, strict=True)):
+                self.control.switch_at(letter, end + pull_off_steps(values, axis))
+
+    @property
+    def sees_current(self) -> bool:
+        """Coils are switched off between steps: that tells nothing."""
+        return self._workshop.board.tells_current
+
+    def device_now_s(self) -> float:
+        """Return the time by the processor's clock."""
+        return self.control.look().time_s
+
+    def steps_since(self, time_s: float) -> list[Step]:
+        """Return the steps after a time."""
+        self.control.flush()
+        return self._log.since(time_s)
+
+    def end_device(self) -> None:
+        """End the simulator."""
+        super().end_device()
+        self._process.end()

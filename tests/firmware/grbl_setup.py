@@ -1,0 +1,84 @@
+"""Setting a GRBL board up for an arm, as its owner does with `$` lines before the first motion."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+
+import serial
+
+from armdrive.armfile import ArmConfig
+from armdrive.sim.grbl_settings import PULL_OFF, STEPS
+from armdrive.sim.grbl_wiring import board_axes, motor_letters, well_set_up
+
+GREETS_S = 10.0
+ANSWERS_S = 5.0
+SAME = 0.0005
+"""Settings are told with three digits."""
+
+
+class SetUpFailed(Exception):
+    """A board does not say what it should while it is set up."""
+
+
+class Conversation:
+    """Lines to a board and their answers, without a driver in between."""
+
+    def __init__(self, port: str, baud: int = 115_200) -> None:
+        self._port = serial.Serial(port, baud, timeout=0.1)
+        self.heard_until("Grbl", GREETS_S)
+
+    def heard_until(self, end: str, longest_s: float = ANSWERS_S) -> list[str]:
+        """Return the lines up to one that begins with `end`, or is an error or an alarm."""
+        lines, end_s = [], time.monotonic() + longest_s
+        while time.monotonic() < end_s:
+            line = self._port.readline().decode("latin-1").strip()
+            if line:
+                lines.append(line)
+            if line.startswith((end, "error")):
+                return lines
+        raise SetUpFailed(f"the board did not say {end!r} within {longest_s:g} s: {lines}")
+
+    def ask(self, line: str) -> list[str]:
+        """Say a line and return what answers it."""
+        self._port.write(f"{line}\n".encode())
+        lines = self.heard_until("ok")
+        if lines[-1] != "ok":
+            raise SetUpFailed(f"the board refuses {line!r}: {lines[-1]}")
+        return lines[:-1]
+
+    def say(self, data: bytes) -> None:
+        """Say real-time commands, which nothing answers."""
+        self._port.write(data)
+
+    def close(self) -> None:
+        """Close the port."""
+        self._port.close()
+
+    def __enter__(self) -> Conversation:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+
+
+def settings_for(config: ArmConfig, board: str) -> dict[int, float]:
+    """Return the settings that a board with these axes needs for an arm."""
+    letters = motor_letters(config, len(board))
+    return well_set_up(config, letters, board_axes(letters, board))
+
+
+def pull_off_steps(values: Mapping[int, float], axis: int) -> int:
+    """Return how far homing leaves a switch behind, in steps of an axis counted from 0."""
+    return round(values[PULL_OFF] * values[STEPS + axis])
+
+
+def set_up(port: str, values: Mapping[int, float]) -> None:
+    """Write the settings that differ. Raises `SetUpFailed`."""
+    with Conversation(port) as board:
+        told = (line[1:].split("=") for line in board.ask("$$") if line.startswith("$"))
+        before = {int(number): float(text.split()[0]) for number, text in told}
+        # what depends on homing is refused before homing is on
+        for number, value in sorted(values.items(), key=lambda each: (each[0] == 20, each[0])):
+            if abs(before.get(number, -1.0) - value) > SAME:
+                board.ask(f"${number}={value:.3f}".rstrip("0").rstrip("."))

@@ -1,0 +1,227 @@
+"""What is measured on a bench: how long motions take, and how soon the arm stands at a stop."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from armdrive.arm import Arm
+from armdrive.errors import ArmError
+from armdrive.flows.motion import Moved
+from armdrive.handle import Handle
+from armdrive.intents import Jog
+from armdrive.status import State
+from kinematics import LineMove
+from tests.conformance.bench import Bench
+from tests.conformance.going import beside
+from tests.conformance.rows_moving import arrived
+from tests.conformance.seen import Broken, check
+
+from .steps import Motion, Watcher
+
+SPEEDS = (1.0, 0.5, 0.3, 0.1)
+SHORT_DEG, LONG_DEG = 3.0, 30.0
+LINE_MM, BLEND_MM = 60.0, 15.0
+LONGEST_S = 300.0
+
+RATES_HZ = (25.0, 50.0, 100.0, 400.0)
+TRIES = 3
+STEADY_S = 1.0
+"""So long a motion has been under way before it is stopped: every buffer is full by then."""
+UNEVEN_S = 0.037
+"""So much later it is stopped at each try: at other places of the motion and of its buffers."""
+HOLD_S, RENEWALS = 0.8, 5
+STANDS_S = 10.0
+
+
+# -- durations ---------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """One motion at one speed. Seconds; `wrong` says what was not as it should be."""
+
+    motion: str
+    speed: float
+    physical_s: float
+    call_s: float
+    underruns: int
+    wrong: str = ""
+
+
+def joint_move(angle_deg: float) -> Callable[[Arm, float], Handle[Moved]]:
+    """Return what begins a motion of the first joint."""
+
+    def begin(arm: Arm, speed: float) -> Handle[Moved]:
+        first = arm.model.arm.joint_names[0]
+        goal = {f"{first}_deg": arm.joints.deg[first] + angle_deg}
+        return arm.move_j(wait=False, speed=speed, **goal)
+
+    return begin
+
+
+def line(arm: Arm, speed: float) -> Handle[Moved]:
+    """Begin a straight line to the side."""
+    return arm.move_l(beside(arm.pose, y_mm=LINE_MM), wait=False, speed=speed)
+
+
+def blended_path(arm: Arm, speed: float) -> Handle[Moved]:
+    """Begin two lines with a blend between them."""
+    corner = beside(arm.pose, y_mm=LINE_MM)
+    end = beside(corner, z_mm=-LINE_MM)
+    return arm.move_path([LineMove(corner, BLEND_MM), LineMove(end)], wait=False, speed=speed)
+
+
+MOTIONS = {
+    f"joint {SHORT_DEG:g} degrees": joint_move(SHORT_DEG),
+    f"joint {LONG_DEG:g} degrees": joint_move(LONG_DEG),
+    f"line {LINE_MM:g} mm": line,
+    f"blended path {2 * LINE_MM:g} mm": blended_path,
+}
+
+
+def durations(bench: Bench, speeds: tuple[float, ...] = SPEEDS) -> Iterator[Measured]:
+    """Measure every motion at every speed, always from the same posture."""
+    arm = bench.ready()
+    home = {f"{name}_deg": angle for name, angle in arm.joints.deg.items()}
+    for name, begin in MOTIONS.items():
+        for speed in speeds:
+            yield _duration(bench, arm, name, begin, speed)
+            arm = _back(bench, arm, home)
+
+
+def _duration(
+    bench: Bench, arm: Arm, name: str, begin: Callable[[Arm, float], Handle[Moved]], speed: float
+) -> Measured:
+    underruns, wrong, call_s = arm.status.underruns, "", 0.0
+    watcher = Watcher(bench)
+    try:
+        handle = begin(arm, speed)
+        motion = watcher.until(lambda: handle.done, LONGEST_S)
+        call_s = handle.wait().duration_s
+        arrived(bench, arm)
+    except (ArmError, Broken) as error:
+        motion = watcher.until(lambda: True, LONGEST_S)
+        wrong = _words(error)
+    return Measured(name, speed, motion.physical_s, call_s, arm.status.underruns - underruns, wrong)
+
+
+def _back(bench: Bench, arm: Arm, home: dict[str, float]) -> Arm:
+    """Go back to where the next motion begins, whatever has become of the last one."""
+    if arm.status.state is State.ERROR_STOP:
+        arm.reset()
+    if arm.status.state is State.DISCONNECTED:
+        arm = bench.connect()
+    bench.refer(arm)
+    arm.move_j(**home)
+    return arm
+
+
+# -- stops -------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class Stopped:
+    """One stop: what was announced, and what came. Seconds, mm, steps of the quickest motor."""
+
+    how: str
+    rate_hz: float
+    announced_s: float
+    took_s: float
+    announced_mm: float
+    way_mm: float
+    pulses: int
+    wrong: str = ""
+
+    @property
+    def within(self) -> bool:
+        """Whether it stood within what was announced."""
+        return self.took_s <= self.announced_s and self.way_mm <= self.announced_mm
+
+    @property
+    def kept(self) -> bool:
+        """Whether it did, and the arm knows where it stands."""
+        return not self.wrong and self.within
+
+
+def stops(bench: Bench, rates_hz: tuple[float, ...] = RATES_HZ) -> Iterator[Stopped]:
+    """Stop a motion, and release a jog, at every rate that the arm's first joint can turn at."""
+    arm = bench.ready()
+    home = {f"{name}_deg": angle for name, angle in arm.joints.deg.items()}
+    for how, end in (("stop", _stop), ("release", _release)):
+        for rate_hz in rates_hz:
+            speed = rate_hz / full_rate_hz(bench)
+            if speed > 1.0:
+                continue
+            for number in range(TRIES if bench.real_time else 1):
+                try:
+                    yield end(bench, arm, how, rate_hz, speed, STEADY_S + number * UNEVEN_S)
+                except (ArmError, Broken) as error:
+                    bench.rest()
+                    yield Stopped(how, rate_hz, 0.0, 0.0, 0.0, 0.0, 0, _words(error))
+                arm = _back(bench, arm, home)
+
+
+def full_rate_hz(bench: Bench) -> float:
+    """Return how many steps a second the first joint's motor makes at full speed."""
+    model = bench.config.model
+    assert model.transmission is not None
+    return abs(model.transmission.matrix[0][0]) * model.joint_speeds_rad_s[0]
+
+
+def _stop(
+    bench: Bench, arm: Arm, how: str, rate_hz: float, speed: float, after_s: float
+) -> Stopped:
+    joint_move(2.0 * LONG_DEG)(arm, speed)
+    _moves(bench)
+    bench.sleep(after_s)
+    return _ended(bench, arm, how, rate_hz, arm.request_stop)
+
+
+def _release(
+    bench: Bench, arm: Arm, how: str, rate_hz: float, speed: float, after_s: float
+) -> Stopped:
+    jog = Jog.joint(**{arm.model.arm.joint_names[0]: 1.0})
+    arm.hold(jog, speed=speed, for_s=HOLD_S)
+    _moves(bench)
+    for _ in range(RENEWALS):
+        arm.hold(jog, speed=speed, for_s=HOLD_S)
+        bench.sleep(after_s / RENEWALS)
+    return _ended(bench, arm, how, rate_hz, arm.release)
+
+
+def _moves(bench: Bench) -> None:
+    start = bench.look().motors
+    for _ in bench.watch(lambda: bench.look().motors != start, STANDS_S):
+        pass
+
+
+def _ended(bench: Bench, arm: Arm, how: str, rate_hz: float, end: Callable[[], object]) -> Stopped:
+    status = arm.status
+    told = f"in {status.state.value}, and was to be stopped in motion: {status.error}"
+    check(status.state is State.MOVING, told)
+    watcher = Watcher(bench)
+    end()
+    motion: Motion = watcher.until(lambda: arm.status.state is not State.MOVING, STANDS_S)
+    wrong = ""
+    try:
+        for _ in bench.watch(lambda: arm.status.state is State.STANDBY, STANDS_S):
+            pass
+        arrived(bench, arm)
+    except Broken as error:
+        wrong = f"{error} ({arm.status.error})" if arm.status.error else str(error)
+    return Stopped(
+        how,
+        rate_hz,
+        status.stop_time_s,
+        motion.last_s,
+        status.stop_distance_mm,
+        motion.way_mm,
+        motion.pulses,
+        wrong,
+    )
+
+
+def _words(error: Exception) -> str:
+    code = getattr(error, "code", "")
+    return f"{code} {error}".strip() if code else str(error)

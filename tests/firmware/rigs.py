@@ -1,0 +1,96 @@
+"""What is to be measured: a way to make benches, and the project's simulated board beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import ClassVar
+
+from armdrive.connecting import find
+from armdrive.sim.options import Value
+from armdrive.sim.twin import Twin, make_twin
+from tests.conformance.bench import Bench
+from tests.conformance.memory_bench import MemoryBench
+from tests.conformance.port_bench import PortBench
+
+from .avr_bench import ControlledBench, Pace, Workshop
+from .boards import Board
+from .control import ControlPort
+
+NOWHERE = "/dev/null"
+"""A port that is never opened: an arm that somebody has who has no arm file."""
+
+
+class TwinBench(MemoryBench):
+    """The project's simulated board on simulated time, looked at often, for the same arm."""
+
+    look_s: ClassVar[float] = 0.002
+
+    def __init__(self, dialect: str, options: Mapping[str, Value]) -> None:
+        self._options = dict(options)
+        super().__init__(dialect)
+        # a real arm's: its bursts are shorter than those of an arm that is known to be simulated
+        self._config = find(NOWHERE, dialect_name=dialect).config
+        self.begin_anew()
+
+    def make_twin(self) -> Twin:
+        """Return a new simulated board."""
+        return make_twin(self._config, **self._options)
+
+
+@dataclass(frozen=True, slots=True)
+class Rig:
+    """One device under test.
+
+    `lacking` says why the driver cannot drive an arm with it at all, if that is so.
+    """
+
+    name: str
+    dialect: str
+    transport: str
+    make: Callable[[], Bench]
+    twin: Callable[[], Bench]
+    close: Callable[[], None] = lambda: None
+    pace: Pace = field(default_factory=Pace)
+    lacking: str = ""
+
+
+def simulated(dialect: str) -> Rig:
+    """Return the project's simulated board itself as a rig: what the tests of the bench measure."""
+    twin = twin_maker(dialect, {})
+    return Rig(f"simulated {dialect}", dialect, "memory", twin, twin)
+
+
+def of_image(board: Board, image: Path, simavr: Path | None = None) -> Rig:
+    """Return a rig of a firmware image in the processor simulator."""
+    workshop = Workshop(board, image, simavr)
+    return Rig(
+        board.name,
+        board.dialect,
+        "pty",
+        workshop.bench,
+        twin_maker(board.dialect, board.twin),
+        workshop.close,
+        workshop.pace,
+        board.lacking,
+    )
+
+
+def of_port(dialect: str, port: str, control: str, axes: str) -> Rig:
+    """Return a rig of a device on a port: with a control port, or with a person beside it."""
+
+    pace = Pace()
+
+    def make() -> Bench:
+        if control:
+            return ControlledBench(dialect, port, ControlPort.at(control), axes, pace)
+        return PortBench(dialect, port)
+
+    transport = "pty" if control else "port"
+    return Rig(port, dialect, transport, make, twin_maker(dialect, {}), pace=pace)
+
+
+def twin_maker(dialect: str, options: Mapping[str, Value]) -> Callable[[], Bench]:
+    """Return what makes benches of a simulated board."""
+    return lambda: TwinBench(dialect, options)

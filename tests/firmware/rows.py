@@ -1,0 +1,35 @@
+"""The rows of the conformance table on one rig, one after the other."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterator
+
+from tests.conformance.behaviour import Behaviour
+from tests.conformance.behaviours import BEHAVIOURS
+from tests.conformance.running import Result, run_row
+
+from .rigs import Rig
+
+
+def chosen(rig: Rig, pattern: str) -> list[Behaviour]:
+    """Return the rows whose name has this text; not those that are about another wire alone."""
+    return [
+        row
+        for row in BEHAVIOURS
+        if pattern in row.name and (row.meant_for(rig.transport) or row.meant_for("pty"))
+    ]
+
+
+def run_rows(rig: Rig, pattern: str = "") -> Iterator[Result]:
+    """Run rows, each on a fresh bench.
+
+    On a real arm, what one row records of it, the next one takes up.
+    """
+    kept = rig.transport == "port"
+    with tempfile.TemporaryDirectory(prefix="armdrive-") as one_home:
+        for row in chosen(rig, pattern):
+            with tempfile.TemporaryDirectory(prefix="armdrive-") as home:
+                os.environ["ARMDRIVE_HOME"] = one_home if kept else home
+                yield run_row(row, rig.dialect, rig.transport, lambda _: rig.make())

@@ -1,0 +1,225 @@
+"""Measure the driver against real firmware: rows, missions, durations and stops.
+
+    python -m tests.firmware --mega5x mega.elf --robko robko.elf
+    python -m tests.firmware --mega5x mega.elf --rows --only "a joint motion"
+    python -m tests.firmware --mega5x mega.elf --missions 100 --seed 1 --json mega.json
+    python -m tests.firmware --port /dev/ttyUSB0 --dialect grbl --rows --timing
+
+Images are ELF files that you have built; none comes with this project. Without a choice of --rows,
+--missions, --timing and --stops, all are run. See docs/real-firmware.md. Exit code 1 where anything
+was not as promised, 2 where nothing could be measured.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import json
+import os
+import sys
+import tempfile
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any, TypeVar
+
+from armdrive.dialects import DIALECTS
+from armdrive.errors import ArmError
+from tests.conformance.running import Verdict
+
+from . import report
+from .avrdev import NoSimulator
+from .boards import BOARDS
+from .grbl_setup import SetUpFailed
+from .measuring import durations, stops
+from .missions import fly
+from .rigs import Rig, of_image, of_port, simulated
+from .rows import run_rows
+
+MISSIONS = 10
+AXES = "XYZABC"
+T = TypeVar("T")
+
+
+def options(words: Sequence[str] | None) -> argparse.Namespace:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(prog="python -m tests.firmware", description=__doc__)
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    for board in BOARDS.values():
+        parser.add_argument(f"--{board.name}", metavar="ELF", type=Path, help=board.firmware)
+    parser.add_argument("--simavr", metavar="DIR", type=Path, help="a simavr that is built there")
+    parser.add_argument("--port", help="a device on a port of this computer instead")
+    parser.add_argument("--dialect", choices=list(DIALECTS), help="what it speaks")
+    parser.add_argument("--control", metavar="HOST:PORT", help="its control port, if it has one")
+    parser.add_argument("--axes", default=AXES, help="its motors' names at the control port")
+    parser.add_argument("--simulated", metavar="DIALECT", choices=list(DIALECTS),
+                        help="this project's own simulated board")  # fmt: skip
+    parser.add_argument("--rows", action="store_true", help="the rows of the conformance table")
+    parser.add_argument("--only", default="", metavar="TEXT", help="rows that have this text")
+    parser.add_argument("--missions", type=int, metavar="N", help="so many faulted missions")
+    parser.add_argument("--seed", type=int, default=0, help="the first mission's")
+    parser.add_argument("--timing", action="store_true", help="how long motions take")
+    parser.add_argument("--stops", action="store_true", help="how soon the arm stands")
+    parser.add_argument("--json", metavar="FILE", type=Path, help="write all of it as well")
+    chosen = parser.parse_args(words)
+    if chosen.port and not chosen.dialect:
+        parser.error("--port needs --dialect: nothing is sent to find out")
+    if not (chosen.port or chosen.simulated or any(_images(chosen))):
+        parser.error(f"name an image (--{', --'.join(BOARDS)}), a --port, or --simulated")
+    if not (chosen.rows or chosen.only or chosen.missions or chosen.timing or chosen.stops):
+        chosen.rows = chosen.timing = chosen.stops = True
+        chosen.missions = MISSIONS
+    return chosen
+
+
+def _images(chosen: argparse.Namespace) -> dict[str, Path]:
+    found = {name: getattr(chosen, name) for name in BOARDS}
+    return {name: image for name, image in found.items() if image is not None}
+
+
+def rigs(chosen: argparse.Namespace) -> Iterator[Rig]:
+    """Make what is to be measured, one after the other."""
+    if chosen.simulated:
+        yield simulated(chosen.simulated)
+    if chosen.port:
+        yield of_port(chosen.dialect, chosen.port, chosen.control, chosen.axes)
+    for name, image in _images(chosen).items():
+        yield of_image(BOARDS[name], image, chosen.simavr)
+
+
+class Run:
+    """One rig's measurements: printed as they come, and kept."""
+
+    def __init__(self, rig: Rig, chosen: argparse.Namespace) -> None:
+        self._rig, self._chosen = rig, chosen
+        self.found: dict[str, Any] = {"rig": rig.name, "dialect": rig.dialect}
+        self.broken = False
+
+    def all(self) -> None:
+        """Measure what is asked for."""
+        say(f"== {self._rig.name}")
+        if self._rig.lacking:
+            say(f"not applicable: {self._rig.lacking}")
+            self.found["lacking"] = self._rig.lacking
+            return
+        if self._chosen.rows or self._chosen.only:
+            self.rows()
+        if self._chosen.missions:
+            self.missions()
+        if self._chosen.timing:
+            self.timing()
+        if self._chosen.stops:
+            self.stops()
+
+    def rows(self) -> None:
+        """Run the rows of the conformance table."""
+        say("-- rows")
+        results = []
+        for result in run_rows(self._rig, self._chosen.only):
+            results.append(result)
+            say(report.row_line(result))
+            self._pace(quiet=True)
+        say(report.row_summary(results))
+        self.broken |= any(each.verdict is Verdict.BROKEN for each in results)
+        self.found["rows"] = [asdict(each) | {"verdict": each.verdict.name} for each in results]
+
+    def missions(self) -> None:
+        """Fly missions with faults."""
+        say("-- missions")
+        flown = []
+        for seed in range(self._chosen.seed, self._chosen.seed + self._chosen.missions):
+            with own_home(), self._rig.make() as bench:
+                if not bench.simulated:
+                    say("not applicable: no fault is made on a real arm without a control port")
+                    return
+                flown.append(fly(bench, seed))
+            say(report.mission_line(flown[-1]))
+            self._pace(quiet=True)
+        say(report.mission_summary(flown))
+        self.broken |= any(each.broken for each in flown)
+        self.found["missions"] = [asdict(each) for each in flown]
+
+    def timing(self) -> None:
+        """Measure durations on the device, and on the simulated board on simulated time."""
+        say("-- durations")
+        with own_home(), self._rig.make() as bench:
+            device = list(counted(durations(bench)))
+        with own_home(), self._rig.twin() as bench:
+            twin = list(durations(bench))
+        say(report.duration_table(device, twin))
+        self._pace()
+        self.broken |= any(each.wrong for each in device)
+        self.found["durations"] = [asdict(each) for each in device]
+        self.found["simulated durations"] = [asdict(each) for each in twin]
+
+    def stops(self) -> None:
+        """Stop motions at several rates, on the device and on the simulated board."""
+        say("-- stops")
+        with own_home(), self._rig.make() as bench:
+            device = list(counted(stops(bench)))
+        say(report.stop_table(device))
+        self._pace()
+        with own_home(), self._rig.twin() as bench:
+            twin = list(stops(bench))
+        say("the same on the simulated board:")
+        say(report.stop_table(twin))
+        self.broken |= not all(each.kept for each in device)
+        self.found["stops"] = [asdict(each) for each in device]
+        self.found["simulated stops"] = [asdict(each) for each in twin]
+
+    def _pace(self, *, quiet: bool = False) -> None:
+        ratio = self._rig.pace.taken()
+        if ratio is None:
+            return
+        self.found.setdefault("pace", []).append(ratio)
+        if not quiet or ratio < report.KEEPS_PACE:
+            say(report.pace_line(ratio))
+
+
+@contextlib.contextmanager
+def own_home() -> Iterator[None]:
+    """Remember nothing from one measurement to the next."""
+    before = os.environ.get("ARMDRIVE_HOME")
+    with tempfile.TemporaryDirectory(prefix="armdrive-") as home:
+        os.environ["ARMDRIVE_HOME"] = home
+        try:
+            yield
+        finally:
+            if before is None:
+                del os.environ["ARMDRIVE_HOME"]
+            else:
+                os.environ["ARMDRIVE_HOME"] = before
+
+
+def counted(measurements: Iterable[T]) -> Iterator[T]:
+    """Show how many there are so far: a slow motion takes half a minute."""
+    for number, each in enumerate(measurements, 1):
+        sys.stderr.write(f"\r{number} ")
+        sys.stderr.flush()
+        yield each
+    sys.stderr.write("\r")
+
+
+def say(words: str) -> None:
+    """Print at once: a run takes long."""
+    sys.stdout.write(f"{words}\n")
+    sys.stdout.flush()
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Measure what is asked for."""
+    chosen = options(words)
+    runs = []
+    try:
+        for rig in rigs(chosen):
+            runs.append(Run(rig, chosen))
+            try:
+                runs[-1].all()
+            finally:
+                rig.close()
+    except (NoSimulator, SetUpFailed, ArmError) as error:
+        sys.stderr.write(f"{error}\n")
+        return 2
+    if chosen.json is not None:
+        chosen.json.write_text(json.dumps([run.found for run in runs], indent=1, default=str))
+    return int(any(run.broken for run in runs))
