@@ -24,6 +24,9 @@ from .control import Control, ControlPort, Physical
 from .grbl_setup import pull_off_steps, set_up, settings_for
 from .steps import Step, StepLog
 
+TELLS_S = 1.0
+"""A shorter time tells nothing of how well a processor keeps the pace."""
+
 
 class Pace:
     """How well simulated processors have kept the pace of the wall clock."""
@@ -37,8 +40,10 @@ class Pace:
         self._run_s += after.run_s - before.run_s
 
     def taken(self) -> float | None:
-        """Return simulated seconds for each second since the last call; None without any."""
-        ratio = self._sim_s / self._run_s if self._run_s else None
+        """Return simulated seconds for each second since the last call; None of too few."""
+        if self._run_s < TELLS_S:
+            return None
+        ratio = self._sim_s / self._run_s
         self._sim_s = self._run_s = 0.0
         return ratio
 
@@ -110,11 +115,15 @@ class Workshop:
         self.folder = Path(self._folder.name)
         self.board, self.image = board, image
         self.pace = Pace()
-        self.program = compile_avrdev(self.folder / "avrdev", simavr)
         self.log = StepLog(self.folder / "steps.csv", board.hz)
         self._set_up_eeprom = self.folder / "eeprom"
-        if board.dialect == "grbl":
-            self._set_up()
+        try:
+            self.program = compile_avrdev(self.folder / "avrdev", simavr)
+            if board.dialect == "grbl" and not board.lacking:
+                self._set_up()
+        except BaseException:
+            self.close()
+            raise
 
     def start(self) -> AvrProcess:
         """Switch the board on, with the settings that the arm needs."""
