@@ -43,6 +43,9 @@ class Bench(abc.ABC):
     sees_outputs: ClassVar[bool] = True
     """Whether fingers that hang on an output are seen to move."""
 
+    sees_motion: ClassVar[bool] = True
+    """Whether the motors are seen while they turn."""
+
     @property
     def sees_current(self) -> bool:
         """Whether motors without current are told from those that are held."""

@@ -41,6 +41,7 @@ class PortBench(RealTimeBench):
     transport: ClassVar[str] = "port"
     look_s: ClassVar[float] = 0.02
     simulated: ClassVar[bool] = False
+    sees_motion: ClassVar[bool] = False
     _begun: ClassVar[bool] = False
 
     def __init__(self, dialect_name: str, port: str) -> None:

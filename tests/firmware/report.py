@@ -113,7 +113,7 @@ def stop_table(stops: Sequence[Stopped]) -> str:
 
 
 def _seconds(time_s: float) -> str:
-    return f"{time_s:.3f} s"
+    return f"{time_s:.3f} s" if time_s else "-"
 
 
 def _ratio(a: float, b: float) -> str:

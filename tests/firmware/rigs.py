@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import contextlib
+import os
+import tempfile
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import ClassVar
@@ -39,6 +42,21 @@ class TwinBench(MemoryBench):
         return make_twin(self._config, **self._options)
 
 
+@contextlib.contextmanager
+def own_home() -> Iterator[None]:
+    """Remember nothing from one measurement to the next."""
+    before = os.environ.get("ARMDRIVE_HOME")
+    with tempfile.TemporaryDirectory(prefix="armdrive-") as home:
+        os.environ["ARMDRIVE_HOME"] = home
+        try:
+            yield
+        finally:
+            if before is None:
+                del os.environ["ARMDRIVE_HOME"]
+            else:
+                os.environ["ARMDRIVE_HOME"] = before
+
+
 @dataclass(frozen=True, slots=True)
 class Rig:
     """One device under test.
@@ -54,6 +72,15 @@ class Rig:
     close: Callable[[], None] = lambda: None
     pace: Pace = field(default_factory=Pace)
     lacking: str = ""
+
+    def home(self) -> contextlib.AbstractContextManager[None]:
+        """Return what keeps the records of one measurement from the next one, but a real arm's."""
+        return contextlib.nullcontext() if self.real else own_home()
+
+    @property
+    def real(self) -> bool:
+        """Whether it is an arm without a control port."""
+        return self.transport == PortBench.transport
 
 
 def simulated(dialect: str) -> Rig:

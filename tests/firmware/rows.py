@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 from collections.abc import Iterator
 
 from tests.conformance.behaviour import Behaviour
@@ -23,13 +21,7 @@ def chosen(rig: Rig, pattern: str) -> list[Behaviour]:
 
 
 def run_rows(rig: Rig, pattern: str = "") -> Iterator[Result]:
-    """Run rows, each on a fresh bench.
-
-    On a real arm, what one row records of it, the next one takes up.
-    """
-    kept = rig.transport == "port"
-    with tempfile.TemporaryDirectory(prefix="armdrive-") as one_home:
-        for row in chosen(rig, pattern):
-            with tempfile.TemporaryDirectory(prefix="armdrive-") as home:
-                os.environ["ARMDRIVE_HOME"] = one_home if kept else home
-                yield run_row(row, rig.dialect, rig.transport, lambda _: rig.make())
+    """Run rows, each on a fresh bench."""
+    for row in chosen(rig, pattern):
+        with rig.home():
+            yield run_row(row, rig.dialect, rig.transport, lambda _: rig.make())

@@ -15,9 +15,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import json
-import os
 import sys
-import tempfile
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -33,7 +31,7 @@ from .boards import BOARDS
 from .grbl_setup import SetUpFailed
 from .measuring import durations, stops
 from .missions import fly
-from .rigs import Rig, of_image, of_port, simulated
+from .rigs import Rig, of_image, of_port, own_home, simulated
 from .rows import run_rows
 
 MISSIONS = 10
@@ -52,6 +50,7 @@ def options(words: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--dialect", choices=list(DIALECTS), help="what it speaks")
     parser.add_argument("--control", metavar="HOST:PORT", help="its control port, if it has one")
     parser.add_argument("--axes", default=AXES, help="its motors' names at the control port")
+    parser.add_argument("--yes", action="store_true", help="a person is beside the real arm")
     parser.add_argument("--simulated", metavar="DIALECT", choices=list(DIALECTS),
                         help="this project's own simulated board")  # fmt: skip
     parser.add_argument("--rows", action="store_true", help="the rows of the conformance table")
@@ -102,14 +101,19 @@ class Run:
             say(f"not applicable: {self._rig.lacking}")
             self.found["lacking"] = self._rig.lacking
             return
-        if self._chosen.rows or self._chosen.only:
-            self.rows()
-        if self._chosen.missions:
-            self.missions()
-        if self._chosen.timing:
-            self.timing()
-        if self._chosen.stops:
-            self.stops()
+        if self._rig.real and not self._chosen.yes and not confirmed():
+            say("not run: nobody has said that the arm is ready")
+            return
+        # of a real arm, only the first measurement asks where it stands: the records are kept
+        with own_home() if self._rig.real else contextlib.nullcontext():
+            if self._chosen.rows or self._chosen.only:
+                self.rows()
+            if self._chosen.missions:
+                self.missions()
+            if self._chosen.timing:
+                self.timing()
+            if self._chosen.stops:
+                self.stops()
 
     def rows(self) -> None:
         """Run the rows of the conformance table."""
@@ -126,12 +130,12 @@ class Run:
     def missions(self) -> None:
         """Fly missions with faults."""
         say("-- missions")
+        if self._rig.real:
+            say("not applicable: no fault is made on a real arm without a control port")
+            return
         flown = []
         for seed in range(self._chosen.seed, self._chosen.seed + self._chosen.missions):
-            with own_home(), self._rig.make() as bench:
-                if not bench.simulated:
-                    say("not applicable: no fault is made on a real arm without a control port")
-                    return
+            with self._rig.home(), self._rig.make() as bench:
                 flown.append(fly(bench, seed))
             say(report.mission_line(flown[-1]))
             self._pace(quiet=True)
@@ -142,9 +146,9 @@ class Run:
     def timing(self) -> None:
         """Measure durations on the device, and on the simulated board on simulated time."""
         say("-- durations")
-        with own_home(), self._rig.make() as bench:
+        with self._rig.home(), self._rig.make() as bench:
             device = list(counted(durations(bench)))
-        with own_home(), self._rig.twin() as bench:
+        with self._rig.home(), self._rig.twin() as bench:
             twin = list(durations(bench))
         say(report.duration_table(device, twin))
         self._pace()
@@ -155,11 +159,14 @@ class Run:
     def stops(self) -> None:
         """Stop motions at several rates, on the device and on the simulated board."""
         say("-- stops")
-        with own_home(), self._rig.make() as bench:
+        if self._rig.real:
+            say("not applicable: nobody sees the last step of a real arm without a control port")
+            return
+        with self._rig.home(), self._rig.make() as bench:
             device = list(counted(stops(bench)))
         say(report.stop_table(device))
         self._pace()
-        with own_home(), self._rig.twin() as bench:
+        with self._rig.home(), self._rig.twin() as bench:
             twin = list(stops(bench))
         say("the same on the simulated board:")
         say(report.stop_table(twin))
@@ -176,19 +183,13 @@ class Run:
             say(report.pace_line(ratio))
 
 
-@contextlib.contextmanager
-def own_home() -> Iterator[None]:
-    """Remember nothing from one measurement to the next."""
-    before = os.environ.get("ARMDRIVE_HOME")
-    with tempfile.TemporaryDirectory(prefix="armdrive-") as home:
-        os.environ["ARMDRIVE_HOME"] = home
-        try:
-            yield
-        finally:
-            if before is None:
-                del os.environ["ARMDRIVE_HOME"]
-            else:
-                os.environ["ARMDRIVE_HOME"] = before
+def confirmed() -> bool:
+    """Ask the person beside a real arm."""
+    say(
+        "This moves a real arm. It has to stand in its reference posture, with room on all sides, "
+        "and you beside it with a hand on the switch of its supply."
+    )
+    return input("Type yes to begin: ").strip().lower() == "yes"
 
 
 def counted(measurements: Iterable[T]) -> Iterator[T]:
