@@ -48,6 +48,8 @@ class RealTimeBench(Bench):
     noise_s: ClassVar[float] = 0.25
 
     port: str
+    device_port: str
+    """The port itself, where drivers open an arm file."""
     _config: ArmConfig
 
     def __init__(self, dialect_name: str) -> None:
@@ -58,14 +60,14 @@ class RealTimeBench(Bench):
 
     def take_port(self, port: str) -> None:
         """Have drivers open a port, as somebody does who has no arm file."""
-        self.port = port
+        self.port = self.device_port = port
         self._config = find(port, dialect_name=self.row.name).config
 
     def take_arm_file(self, lines: str, port: str) -> None:
         """Have drivers open an arm file that says more than its preset: `lines` of TOML."""
         path = self._home / "bench.toml"
         path.write_text(arm_file(self.row, lines, port), encoding="utf-8")
-        self.port = str(path)
+        self.port, self.device_port = str(path), port
         self._config = find(self.port).config
 
     @property

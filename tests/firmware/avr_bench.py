@@ -61,7 +61,6 @@ class ControlledBench(RealTimeBench):
         super().__init__(dialect_name)
         self.control, self.letters = control, letters
         self._pace, self._begun = pace, control.look()
-        self._device_port = port
         self._lock = port_lock(port)
         self._lock.acquire()
         self.take_port(port)
@@ -80,7 +79,9 @@ class ControlledBench(RealTimeBench):
         return Seen(time.monotonic(), motors, self.tip(motors), opening_mm, held, told.powered)
 
     def _motors(self, told: Physical) -> Motors:
-        return Motors(told.positions[letter] for letter in self.letters)
+        # a board may have fewer axes than the arm has motors: the others stand
+        stand = [0] * (self.row.abilities.motors - len(self.letters))
+        return Motors([*(told.positions[letter] for letter in self.letters), *stand])
 
     def fault(self, words: str) -> None:
         """Have a fault of the simulator's table, now or later. Raises `BadRequest`."""
@@ -97,7 +98,7 @@ class ControlledBench(RealTimeBench):
     def replug_elsewhere(self) -> None:
         """Put the cable back under another name."""
         there = str(self._home / "elsewhere")
-        self.port = self.port.replace(self._device_port, there)
+        self.port = self.port.replace(self.device_port, there)
         self.control.replug(there)
 
     def end_device(self) -> None:
@@ -119,7 +120,7 @@ class Workshop:
         self._set_up_eeprom = self.folder / "eeprom"
         try:
             self.program = compile_avrdev(self.folder / "avrdev", simavr)
-            if board.dialect == "grbl" and not board.lacking:
+            if board.dialect == "grbl":
                 self._set_up()
         except BaseException:
             self.close()
@@ -167,16 +168,17 @@ class AvrBench(ControlledBench):
         super().__init__(
             workshop.board.dialect, self._process.port, control, letters, workshop.pace
         )
-        control.place(letters, World(ArmBody.of_preset(self.config.model)).motors)
+        found = World(ArmBody.of_preset(self.config.model)).motors
+        control.place(letters, Motors(found[: len(letters)]))
 
     def fit(self, lines: str) -> None:
         """Put an arm on the bench whose file says more, and set the board up for it."""
         self.leave()
-        self.take_arm_file(lines, self._device_port)
+        self.take_arm_file(lines, self.device_port)
         if self.row.name != "grbl":
             return
         values = settings_for(self.config, self.letters)
-        set_up(self._device_port, values)
+        set_up(self.device_port, values)
         if self.config.homing is not None:
             transmission = self.config.model.transmission
             assert transmission is not None

@@ -11,8 +11,10 @@ from armdrive.armfile import ArmConfig
 from armdrive.sim.grbl_settings import PULL_OFF, STEPS
 from armdrive.sim.grbl_wiring import board_axes, motor_letters, well_set_up
 
-GREETS_S = 10.0
+RESETS_S = 3.0
+"""A board that is reset by opening its port has greeted by then."""
 ANSWERS_S = 5.0
+SOFT_RESET = b"\x18"
 SAME = 0.0005
 """Settings are told with three digits."""
 
@@ -26,7 +28,11 @@ class Conversation:
 
     def __init__(self, port: str, baud: int = 115_200) -> None:
         self._port = serial.Serial(port, baud, timeout=0.1)
-        self.heard_until("Grbl", GREETS_S)
+        try:
+            self.heard_until("Grbl", RESETS_S)
+        except SetUpFailed:  # opening its port does not reset it
+            self.say(SOFT_RESET)
+            self.heard_until("Grbl")
 
     def heard_until(self, end: str, longest_s: float = ANSWERS_S) -> list[str]:
         """Return the lines up to one that begins with `end`, or is an error or an alarm."""
@@ -63,9 +69,16 @@ class Conversation:
 
 
 def settings_for(config: ArmConfig, board: str) -> dict[int, float]:
-    """Return the settings that a board with these axes needs for an arm."""
-    letters = motor_letters(config, len(board))
-    return well_set_up(config, letters, board_axes(letters, board))
+    """Return the settings that a board with these axes needs for an arm, or for as much of it."""
+    transmission = config.model.transmission
+    assert transmission is not None
+    letters = motor_letters(config, len(transmission.motors))
+    values = well_set_up(config, letters, board_axes(letters, ""))
+    return {
+        number: value
+        for number, value in values.items()
+        if number < STEPS or number % 10 < len(board)
+    }
 
 
 def pull_off_steps(values: Mapping[int, float], axis: int) -> int:

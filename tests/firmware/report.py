@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 
 from tests.conformance.running import Result, Verdict
 
+from .board_alone import BoardMotion
 from .measuring import Measured, Stopped
 from .missions import Flown
 
@@ -107,6 +108,24 @@ def stop_table(stops: Sequence[Stopped]) -> str:
                 f"{announced_mm:.1f} mm",
                 f"{way_mm:.1f} mm",
                 f"NO: {told}" if told else "yes",
+            )
+        )
+    return _table(rows)
+
+
+def board_table(device: Sequence[BoardMotion], twin: Sequence[BoardMotion]) -> str:
+    """Return a board's own times beside those of the simulated one."""
+    rows = [("what", "steps/s", "time", "steps", "simulated", "steps", "ratio")]
+    for each, other in zip(device, twin, strict=True):
+        rows.append(
+            (
+                each.what,
+                f"{each.rate_hz:.0f}",
+                _seconds(each.took_s),
+                str(each.pulses),
+                _seconds(other.took_s),
+                str(other.pulses),
+                _ratio(each.took_s, other.took_s),
             )
         )
     return _table(rows)

@@ -16,6 +16,8 @@ from armdrive.sim.twin import Twin, make_twin
 from tests.conformance.bench import Bench
 from tests.conformance.memory_bench import MemoryBench
 from tests.conformance.port_bench import PortBench
+from tests.conformance.process_bench import PtyBench
+from tests.conformance.real_time_bench import RealTimeBench
 
 from .avr_bench import ControlledBench, Pace, Workshop
 from .boards import Board
@@ -72,6 +74,8 @@ class Rig:
     close: Callable[[], None] = lambda: None
     pace: Pace = field(default_factory=Pace)
     lacking: str = ""
+    alone: tuple[Callable[[], RealTimeBench], Callable[[], RealTimeBench]] | None = None
+    """Makes benches of the board and of the simulated one, to be spoken to without a driver."""
 
     def home(self) -> contextlib.AbstractContextManager[None]:
         """Return what keeps the records of one measurement from the next one, but a real arm's."""
@@ -101,7 +105,15 @@ def of_image(board: Board, image: Path, simavr: Path | None = None) -> Rig:
         workshop.close,
         workshop.pace,
         board.lacking,
+        (workshop.bench, lambda: served(board)) if board.dialect == "grbl" else None,
     )
+
+
+def served(board: Board) -> PtyBench:
+    """Return the simulated board behind a pseudo-terminal, in real time."""
+    bench = PtyBench(board.dialect)
+    bench.fit("", *(f"{name}={value}" for name, value in board.twin.items()))
+    return bench
 
 
 def of_port(dialect: str, port: str, control: str, axes: str) -> Rig:

@@ -27,6 +27,7 @@ from tests.conformance.running import Verdict
 
 from . import report
 from .avrdev import NoSimulator
+from .board_alone import board_motions, board_stops
 from .boards import BOARDS
 from .grbl_setup import SetUpFailed
 from .measuring import durations, stops
@@ -98,8 +99,9 @@ class Run:
         """Measure what is asked for."""
         say(f"== {self._rig.name}")
         if self._rig.lacking:
-            say(f"not applicable: {self._rig.lacking}")
+            say(f"rows, missions and motions of an arm: not applicable: {self._rig.lacking}")
             self.found["lacking"] = self._rig.lacking
+            self.board_alone()
             return
         if self._rig.real and not self._chosen.yes and not confirmed():
             say("not run: nobody has said that the arm is ready")
@@ -114,6 +116,7 @@ class Run:
                 self.timing()
             if self._chosen.stops:
                 self.stops()
+            self.board_alone()
 
     def rows(self) -> None:
         """Run the rows of the conformance table."""
@@ -174,6 +177,26 @@ class Run:
         self.found["stops"] = [asdict(each) for each in device]
         self.found["simulated stops"] = [asdict(each) for each in twin]
 
+    def board_alone(self) -> None:
+        """Measure the board without a driver, beside the simulated one in real time."""
+        if self._rig.alone is None:
+            return
+        for name, measure, wanted in (
+            ("durations", board_motions, self._chosen.timing),
+            ("stops", board_stops, self._chosen.stops),
+        ):
+            if not wanted:
+                continue
+            say(f"-- {name} of the board without a driver")
+            found = []
+            for make in self._rig.alone:
+                with self._rig.home(), make() as bench:
+                    found.append(list(counted(measure(bench))))
+            say(report.board_table(*found))
+            self._pace()
+            for kind, each in zip(("board", "simulated board"), found, strict=True):
+                self.found[f"{kind} {name}"] = [asdict(one) for one in each]
+
     def _pace(self, *, quiet: bool = False) -> None:
         ratio = self._rig.pace.taken()
         if ratio is None:
@@ -194,11 +217,12 @@ def confirmed() -> bool:
 
 def counted(measurements: Iterable[T]) -> Iterator[T]:
     """Show how many there are so far: a slow motion takes half a minute."""
+    shown = sys.stderr.isatty()
     for number, each in enumerate(measurements, 1):
-        sys.stderr.write(f"\r{number} ")
-        sys.stderr.flush()
+        if shown:
+            sys.stderr.write(f"\r{number} \r")
+            sys.stderr.flush()
         yield each
-    sys.stderr.write("\r")
 
 
 def say(words: str) -> None:
