@@ -18,7 +18,7 @@ from tests.conformance.port_bench import port_lock
 from tests.conformance.real_time_bench import RealTimeBench
 from tests.conformance.seen import Seen
 
-from .avrdev import AvrProcess, compile_avrdev
+from .avrdev import AvrProcess, check_image, compile_avrdev
 from .boards import Board
 from .control import Control, ControlPort, Physical
 from .grbl_setup import pull_off_steps, set_up, settings_for
@@ -119,6 +119,7 @@ class Workshop:
         self.log = StepLog(self.folder / "steps.csv", board.hz)
         self._set_up_eeprom = self.folder / "eeprom"
         try:
+            check_image(image)
             self.program = compile_avrdev(self.folder / "avrdev", simavr)
             if board.dialect == "grbl":
                 self._set_up()

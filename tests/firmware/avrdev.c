@@ -92,7 +92,7 @@ static struct {
   uint64_t from_host, to_host, overruns, lost, changed, resets;
 } count;
 
-static void die(const char *format, ...) {
+__attribute__((noreturn, format(printf, 1, 2))) static void die(const char *format, ...) {
   va_list words;
   va_start(words, format);
   fputs("avrdev: ", stderr);
@@ -281,7 +281,7 @@ static void on_coil_strobe(avr_irq_t *irq, uint32_t value, void *param) {
  * --------------------------------------------------------------------------------------------- */
 
 /* Data addresses of registers; the ATmega328P and the ATmega2560 have them in the same places. */
-enum { EECR = 0x3f, EEDR = 0x40, TCCR0B = 0x45, TCNT0 = 0x46, ACSR = 0x50, OCR1AL = 0x88 };
+enum { EECR = 0x3f, EEDR = 0x40, EEARL = 0x41, TCCR0B = 0x45, TCNT0 = 0x46, ACSR = 0x50, OCR1AL = 0x88 };
 
 /* simavr clears PINx at each reset: inputs have to read again what is wired to them. An IRQ that
  * does not change is not passed on, hence both levels. */
@@ -310,8 +310,8 @@ static void preset_registers(void) {
   avr->data[OCR1AL + 1] = 0;
 }
 
-/* A count that is written into a stopped timer is ignored by simavr. GRBL does that for its step
- * pulse, which would last 2048 cycles and merge with the next one: write the count when it starts. */
+/* simavr ignores a count that is written into a stopped timer. GRBL does that for its step pulse,
+ * which would last 2048 cycles and merge with the next one: write the count when it starts. */
 static void on_timer0_control(avr_t *mcu, avr_io_addr_t address, uint8_t value, void *param) {
   (void)address, (void)param;
   bool starts = (value & 7) && !(timer0_control & 7);
@@ -321,12 +321,17 @@ static void on_timer0_control(avr_t *mcu, avr_io_addr_t address, uint8_t value, 
   if (mcu->io[io].w.c) mcu->io[io].w.c(mcu, TCNT0, mcu->data[TCNT0], mcu->io[io].w.param);
 }
 
-/* GRBL erases a byte of the EEPROM where it wants 0xff; simavr writes the data register instead. */
+/* GRBL erases a byte of the EEPROM where it wants 0xff; simavr writes the data register instead,
+ * before or after this is called: make it 0xff, and the byte as well. */
 static void on_eeprom_control(avr_t *mcu, avr_io_addr_t address, uint8_t value, void *param) {
   (void)address, (void)param;
   enum { EEPE = 1 << 1, EEMPE = 1 << 2, EEPM0 = 1 << 4, EEPM1 = 1 << 5 };
   bool erases = (value & (EEPM0 | EEPM1)) == EEPM0;
-  if (erases && value & (EEMPE | EEPE)) mcu->data[EEDR] = 0xff;
+  if (!erases || !(value & (EEMPE | EEPE))) return;
+  mcu->data[EEDR] = 0xff;
+  uint32_t at = mcu->data[EEARL] | (uint32_t)mcu->data[EEARL + 1] << 8;
+  avr_eeprom_desc_t byte = {.ee = &mcu->data[EEDR], .offset = at, .size = 1};
+  if (value & EEPE) avr_ioctl(mcu, AVR_IOCTL_EEPROM_SET, &byte);
 }
 
 /* ------------------------------------------------------------------------------------------------
@@ -600,7 +605,7 @@ static int control_fd = -1;
 static char answer[4096];
 static size_t answer_length;
 
-static void say(const char *format, ...) {
+__attribute__((format(printf, 1, 2))) static void say(const char *format, ...) {
   va_list words;
   va_start(words, format);
   int length = vsnprintf(answer + answer_length, sizeof answer - answer_length, format, words);
@@ -680,7 +685,8 @@ static void harm_wire(const char *words) {
 
 static void harm_next_bytes(enum side side, enum effect effect, const char *words) {
   long number = atol(words);
-  if (number > 0) add_rule(side, (rule_t){.effect = effect, .amount = FIRST_BYTES, .number = number});
+  rule_t rule = {.effect = effect, .amount = FIRST_BYTES, .number = number};
+  if (number > 0) add_rule(side, rule);
 }
 
 static void drop_rx(const char *words) { harm_next_bytes(HOST, LOSE, words); }
@@ -953,8 +959,10 @@ static void connect_uart(void) {
 static void connect_motors(void) {
   bool coils = false;
   for (int i = 0; i < axis_count; i++) {
-    coils |= axes[i].coil_address >= 0;
-    if (axes[i].coil_address < 0) avr_irq_register_notify(pin_irq(axes[i].step), on_step_pin, &axes[i]);
+    if (axes[i].coil_address >= 0)
+      coils = true;
+    else
+      avr_irq_register_notify(pin_irq(axes[i].step), on_step_pin, &axes[i]);
   }
   if (coils) avr_irq_register_notify(pin_irq(COIL_STROBE), on_coil_strobe, NULL);
   avr_register_io_write(avr, TCCR0B, on_timer0_control, NULL);
@@ -973,8 +981,8 @@ static void load_eeprom(void) {
 
 static void save_eeprom(void) {
   avr_eeprom_desc_t contents = {.ee = NULL, .offset = 0, .size = (uint32_t)avr->e2end + 1};
-  if (!option.eeprom || avr_ioctl(avr, AVR_IOCTL_EEPROM_GET, &contents)) return;
-  FILE *file = fopen(option.eeprom, "wb");
+  avr_ioctl(avr, AVR_IOCTL_EEPROM_GET, &contents); /* what it returns differs between versions */
+  FILE *file = option.eeprom && contents.ee ? fopen(option.eeprom, "wb") : NULL;
   if (!file) return;
   fwrite(contents.ee, 1, contents.size, file);
   fclose(file);

@@ -11,12 +11,25 @@ from collections.abc import Sequence
 from pathlib import Path
 
 SOURCE = Path(__file__).with_name("avrdev.c")
+AVR_MACHINE = (83).to_bytes(2, "little")
+"""What the header of an ELF file has for AVR."""
 COMPILES_S = 120.0
 ENDS_S = 10.0
 
 
 class NoSimulator(Exception):
     """What the processor simulator needs is not here; the sentence says what, and how to get it."""
+
+
+def check_image(image: Path) -> None:
+    """Raise `NoSimulator` unless a file looks like an image for an AVR processor."""
+    try:
+        with image.open("rb") as file:
+            head = file.read(20)
+    except OSError as error:
+        raise NoSimulator(f"{image} cannot be read: {error.strerror}") from None
+    if head[:4] != b"\x7fELF" or head[18:] != AVR_MACHINE:
+        raise NoSimulator(f"{image} is no ELF file for AVR: name that one, not a .hex file")
 
 
 def compile_avrdev(target: Path, simavr: Path | None = None) -> Path:
@@ -82,11 +95,13 @@ class AvrProcess:
                 text=True,
             )
         assert self._process.stdout is not None
-        word, _, rest = self._process.stdout.readline().strip().partition(" ")
-        if word != "ready":
+        # simavr itself may say something first
+        told = (line for line in self._process.stdout if line.startswith("ready "))
+        ready = next(told, "").split()
+        if not ready:
             self.end()
             raise NoSimulator(f"{image} does not run: {log.read_text(encoding='utf-8').strip()}")
-        self.port, _, port = rest.rpartition(" ")
+        _, self.port, port = ready
         self.control_port = int(port)
 
     def end(self) -> None:

@@ -29,26 +29,26 @@ class Conversation:
     def __init__(self, port: str, baud: int = 115_200) -> None:
         self._port = serial.Serial(port, baud, timeout=0.1)
         try:
-            self.heard_until("Grbl", RESETS_S)
+            self.heard_until("Grbl", longest_s=RESETS_S)
         except SetUpFailed:  # opening its port does not reset it
             self.say(SOFT_RESET)
             self.heard_until("Grbl")
 
-    def heard_until(self, end: str, longest_s: float = ANSWERS_S) -> list[str]:
-        """Return the lines up to one that begins with `end`, or is an error or an alarm."""
+    def heard_until(self, *ends: str, longest_s: float = ANSWERS_S) -> list[str]:
+        """Return the lines up to one that begins with any of `ends`."""
         lines, end_s = [], time.monotonic() + longest_s
         while time.monotonic() < end_s:
             line = self._port.readline().decode("latin-1").strip()
             if line:
                 lines.append(line)
-            if line.startswith((end, "error")):
+            if line.startswith(ends):
                 return lines
-        raise SetUpFailed(f"the board did not say {end!r} within {longest_s:g} s: {lines}")
+        raise SetUpFailed(f"the board said no {' or '.join(ends)} within {longest_s:g} s: {lines}")
 
     def ask(self, line: str) -> list[str]:
         """Say a line and return what answers it."""
         self._port.write(f"{line}\n".encode())
-        lines = self.heard_until("ok")
+        lines = self.heard_until("ok", "error")
         if lines[-1] != "ok":
             raise SetUpFailed(f"the board refuses {line!r}: {lines[-1]}")
         return lines[:-1]

@@ -198,6 +198,12 @@ def test_what_is_missing_is_told(tmp_path, capsys, monkeypatch):
         main([])
     assert "name an image" in capsys.readouterr().err
     image = tmp_path / "robko.elf"
+    assert main(["--robko", str(image)]) == 2
+    assert "cannot be read" in capsys.readouterr().err
+    image.write_text(":100000000C9434000C9451000C9451000C945100", encoding="ascii")
+    assert main(["--robko", str(image)]) == 2
+    assert "no ELF file for AVR" in capsys.readouterr().err
+    image.write_bytes(b"\x7fELF".ljust(18, b"\0") + avrdev.AVR_MACHINE)
     assert main(["--robko", str(image), "--simavr", str(tmp_path)]) == 2
     assert "no sim_avr.h" in capsys.readouterr().err
     monkeypatch.delenv("CC", raising=False)
