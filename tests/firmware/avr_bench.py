@@ -79,9 +79,12 @@ class ControlledBench(RealTimeBench):
         return Seen(time.monotonic(), motors, self.tip(motors), opening_mm, held, told.powered)
 
     def _motors(self, told: Physical) -> Motors:
-        # a board may have fewer axes than the arm has motors: the others stand
-        stand = [0] * (self.row.abilities.motors - len(self.letters))
-        return Motors([*(told.positions[letter] for letter in self.letters), *stand])
+        # a board may have fewer axes than the arm has motors, or one for fingers on a servo
+        transmission = self.config.model.transmission
+        assert transmission is not None
+        count = len(transmission.motors)
+        turned = [told.positions[letter] for letter in self.letters[:count]]
+        return Motors([*turned, *[0] * (count - len(turned))])
 
     def fault(self, words: str) -> None:
         """Have a fault of the simulator's table, now or later. Raises `BadRequest`."""

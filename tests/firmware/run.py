@@ -106,17 +106,28 @@ class Run:
         if self._rig.real and not self._chosen.yes and not confirmed():
             say("not run: nobody has said that the arm is ready")
             return
-        # of a real arm, only the first measurement asks where it stands: the records are kept
-        with own_home() if self._rig.real else contextlib.nullcontext():
-            if self._chosen.rows or self._chosen.only:
-                self.rows()
-            if self._chosen.missions:
-                self.missions()
-            if self._chosen.timing:
-                self.timing()
-            if self._chosen.stops:
-                self.stops()
+        try:
+            # of a real arm, only the first measurement asks where it stands: the records are kept
+            with own_home() if self._rig.real else contextlib.nullcontext():
+                self._with_a_driver()
             self.board_alone()
+        except ArmError as error:
+            say(f"ended: {error}")
+            self.found["ended"] = str(error)
+            self.broken = True
+
+    def _with_a_driver(self) -> None:
+        if self._chosen.rows or self._chosen.only:
+            self.rows()
+            if self._rig.real and self.broken:
+                say("ended: look at the arm, bring it to its reference posture, and begin anew")
+                return
+        if self._chosen.missions:
+            self.missions()
+        if self._chosen.timing:
+            self.timing()
+        if self._chosen.stops:
+            self.stops()
 
     def rows(self) -> None:
         """Run the rows of the conformance table."""
@@ -126,6 +137,8 @@ class Run:
             results.append(result)
             say(report.row_line(result))
             self._pace(quiet=True)
+            if self._rig.real and result.verdict is Verdict.BROKEN:
+                break
         say(report.row_summary(results))
         self.broken |= any(each.verdict is Verdict.BROKEN for each in results)
         self.found["rows"] = [asdict(each) | {"verdict": each.verdict.name} for each in results]
