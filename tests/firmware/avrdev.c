@@ -550,7 +550,9 @@ static void unplug(uint64_t until_ns) {
   if (tty_fd >= 0) close(tty_fd);
   tty_fd = -1;
   unlink(tty_path);
+  forget_bytes();
   to_host_length = 0;
+  for (int side = 0; side < SIDES; side++) wire[side].late_count = 0;
   unplugged_until_ns = until_ns;
 }
 
@@ -564,6 +566,7 @@ static void read_host(void) {
 static void exchange_with_host(uint64_t wall_ns) {
   static uint64_t sent_ns;
   if (tty_fd < 0) {
+    spoken_length = 0; /* into the void */
     if (wall_ns < unplugged_until_ns) return;
     open_tty();
     if (option.reset_on_open) reset("plugged in", 0);

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import socket
+import sys
 import threading
 
 import pytest
@@ -85,6 +86,7 @@ class ControlStandIn:
         return json.dumps({**clock, "powered": state["powered"], "axes": axes})
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 def test_a_device_on_a_port_with_a_control_port(tmp_path, capsys):
     found = tmp_path / "found.json"
     program, door = ("armdrive", "sim", "grbl"), ("--pty", str(tmp_path / "board"))
