@@ -1,4 +1,4 @@
-"""Benches on a serial port whose device has a control port: one that runs, or one begun here."""
+"""Benches for a device that has a control port: one on a port, or an image in the simulator."""
 
 from __future__ import annotations
 
@@ -20,27 +20,27 @@ from tests.conformance.seen import Seen
 
 from .avrdev import AvrProcess, check_image, compile_avrdev
 from .boards import Board
-from .control import Control, ControlPort, Physical
+from .control import Control, ControlPort, PhysicalState
 from .grbl_setup import pull_off_steps, set_up, settings_for
 from .steps import Step, StepLog
 
 TELLS_S = 1.0
-"""A shorter time tells nothing of how well a processor keeps the pace."""
+"""The ratio of simulated to real time is meaningless over a shorter time."""
 
 
 class Pace:
-    """How well simulated processors have kept the pace of the wall clock."""
+    """Measures how well simulated processors keep real time."""
 
     def __init__(self) -> None:
         self._sim_s = self._run_s = 0.0
 
-    def add(self, before: Physical, after: Physical) -> None:
-        """Count what a processor has done between two moments."""
+    def add(self, before: PhysicalState, after: PhysicalState) -> None:
+        """Add what a processor did between two moments."""
         self._sim_s += after.sim_s - before.sim_s
         self._run_s += after.run_s - before.run_s
 
     def taken(self) -> float | None:
-        """Return simulated seconds for each second since the last call; None of too few."""
+        """Return simulated seconds per second since the last call; None if that is too short."""
         if self._run_s < TELLS_S:
             return None
         ratio = self._sim_s / self._run_s
@@ -49,7 +49,7 @@ class Pace:
 
 
 class ControlledBench(RealTimeBench):
-    """A device on a port, whose motors a control port sees and whose faults it makes."""
+    """A device on a port; a control port reports its motors and injects its faults."""
 
     transport: ClassVar[str] = "pty"
     look_s: ClassVar[float] = 0.01
@@ -67,7 +67,7 @@ class ControlledBench(RealTimeBench):
 
     @property
     def device(self) -> type:
-        """The class of the simulated device, which has the same abilities."""
+        """The class of the simulated device, which has the same abilities as the real one."""
         return twin_kind(self.row.name).device
 
     def look(self) -> Seen:
@@ -78,7 +78,7 @@ class ControlledBench(RealTimeBench):
         held = told.energised or not self.sees_current
         return Seen(time.monotonic(), motors, self.tip(motors), opening_mm, held, told.powered)
 
-    def _motors(self, told: Physical) -> Motors:
+    def _motors(self, told: PhysicalState) -> Motors:
         # a board may have fewer axes than the arm has motors, or one for fingers on a servo
         transmission = self.config.model.transmission
         assert transmission is not None
@@ -105,14 +105,14 @@ class ControlledBench(RealTimeBench):
         self.control.replug(there)
 
     def end_device(self) -> None:
-        """Let others have the port."""
+        """Release the port."""
         self._pace.add(self._begun, self.control.look())
         self.control.close()
         self._lock.release()
 
 
-class Workshop:
-    """What the benches of one image share: the compiled simulator, and a board that is set up."""
+class ImageRunner:
+    """What the benches of one image share: the compiled simulator and a configured EEPROM."""
 
     def __init__(self, board: Board, image: Path, simavr: Path | None = None) -> None:
         self._folder = tempfile.TemporaryDirectory(prefix="firmware-")
@@ -131,7 +131,7 @@ class Workshop:
             raise
 
     def start(self) -> AvrProcess:
-        """Switch the board on, with the settings that the arm needs."""
+        """Start the board with the settings that the arm needs."""
         eeprom = self.folder / "eeprom-in-use"
         if self._set_up_eeprom.exists():
             shutil.copy(self._set_up_eeprom, eeprom)
@@ -144,15 +144,15 @@ class Workshop:
         )
 
     def bench(self, _dialect: str = "") -> AvrBench:
-        """Return a bench with the board that has just been switched on."""
+        """Return a bench whose board has just been switched on."""
         return AvrBench(self)
 
     def close(self) -> None:
-        """Remove what was made."""
+        """Remove the temporary files."""
         self._folder.cleanup()
 
     def _set_up(self) -> None:
-        """Write the settings that the arm needs, once: the EEPROM keeps them."""
+        """Write the settings that the arm needs; the EEPROM keeps them for every bench."""
         process = self._start(self._set_up_eeprom)
         try:
             config = simulated_config(self.board.dialect)
@@ -164,19 +164,17 @@ class Workshop:
 class AvrBench(ControlledBench):
     """Real firmware in a processor simulator, which has just been switched on."""
 
-    def __init__(self, workshop: Workshop) -> None:
-        self._log, self._process = workshop.log, workshop.start()
-        self._workshop = workshop
+    def __init__(self, runner: ImageRunner) -> None:
+        self._log, self._process = runner.log, runner.start()
+        self._runner = runner
         control = ControlPort("127.0.0.1", self._process.control_port)
-        letters = workshop.board.letters
-        super().__init__(
-            workshop.board.dialect, self._process.port, control, letters, workshop.pace
-        )
+        letters = runner.board.letters
+        super().__init__(runner.board.dialect, self._process.port, control, letters, runner.pace)
         found = World(ArmBody.of_preset(self.config.model)).motors
         control.place(letters, Motors(found[: len(letters)]))
 
     def fit(self, lines: str) -> None:
-        """Put an arm on the bench whose file says more, and set the board up for it."""
+        """Use an arm file with more lines, and configure the board for it."""
         self.leave()
         self.take_arm_file(lines, self.device_port)
         if self.row.name != "grbl":
@@ -193,8 +191,8 @@ class AvrBench(ControlledBench):
 
     @property
     def sees_current(self) -> bool:
-        """Coils are switched off between steps: that tells nothing."""
-        return self._workshop.board.tells_current
+        """Whether pins show the motor current; coils are off between steps anyway."""
+        return self._runner.board.tells_current
 
     def device_now_s(self) -> float:
         """Return the time by the processor's clock."""

@@ -1,4 +1,4 @@
-"""The processor simulator as a process: it is compiled where it is needed, started and ended."""
+"""Compile the processor simulator, and run it as a process."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ENDS_S = 10.0
 
 
 class NoSimulator(Exception):
-    """What the processor simulator needs is not here; the sentence says what, and how to get it."""
+    """Something that the processor simulator needs is missing; the message says what to do."""
 
 
 def check_image(image: Path) -> None:
@@ -33,7 +33,7 @@ def check_image(image: Path) -> None:
 
 
 def compile_avrdev(target: Path, simavr: Path | None = None) -> Path:
-    """Compile the simulator against simavr: what pkg-config finds, or what lies in a folder."""
+    """Compile the simulator against the simavr that pkg-config finds, or the one in a folder."""
     compiler = os.environ.get("CC") or shutil.which("cc") or shutil.which("gcc")
     if compiler is None:
         raise NoSimulator("there is no C compiler: install one, or name it in CC")
@@ -65,7 +65,7 @@ def _flags_of_package() -> list[str]:
 
 
 def _flags_of_folder(folder: Path) -> list[str]:
-    """Return the flags for a simavr that lies in a folder, built but not installed perhaps."""
+    """Return the flags for a simavr checkout that is built but not installed."""
     header = next(iter(sorted(folder.rglob("sim_avr.h"))), None)
     library = next(
         (each for name in ("libsimavr.a", "libsimavr.so") for each in sorted(folder.rglob(name))),
@@ -82,7 +82,7 @@ def _flags_of_folder(folder: Path) -> list[str]:
 
 
 class AvrProcess:
-    """One image that runs. `port` is its serial port, `control_port` its UDP port."""
+    """A running image. `port` is its serial port, `control_port` its UDP port."""
 
     def __init__(self, program: Path, image: Path, tty: Path, options: Sequence[str]) -> None:
         log = tty.with_suffix(".log")
@@ -95,7 +95,7 @@ class AvrProcess:
                 text=True,
             )
         assert self._process.stdout is not None
-        # simavr itself may say something first
+        # some versions of simavr print to standard output
         told = (line for line in self._process.stdout if line.startswith("ready "))
         ready = next(told, "").split()
         if not ready:
@@ -105,7 +105,7 @@ class AvrProcess:
         self.control_port = int(port)
 
     def end(self) -> None:
-        """End it: it ends with its input."""
+        """End the process by closing its input."""
         with contextlib.suppress(BrokenPipeError):
             try:
                 self._process.communicate(timeout=ENDS_S)

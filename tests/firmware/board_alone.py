@@ -1,7 +1,7 @@
-"""A GRBL board without a driver: how long its motions take, and how soon it stands when told to.
+"""A GRBL board without a driver: how long its motions take, and how soon it stops.
 
-These are the board's own figures. They hold for boards that have too few axes for an arm as well,
-and they say whether the simulated board moves as the real one does.
+This works for boards with too few axes for an arm, and compares the simulated board with the real
+one directly.
 """
 
 from __future__ import annotations
@@ -23,7 +23,10 @@ FEED_HOLD, JOG_CANCEL = b"!", b"\x85"
 
 @dataclass(frozen=True, slots=True)
 class BoardMotion:
-    """One motion of the board's first axis: seconds from the first step to the last."""
+    """One motion or stop of the board's first axis.
+
+    `took_s` is the time from the first step to the last, or from the stop command to the last step.
+    """
 
     what: str
     rate_hz: float
@@ -34,7 +37,7 @@ class BoardMotion:
 def board_motions(
     bench: RealTimeBench, speeds: tuple[float, ...] = SPEEDS
 ) -> Iterator[BoardMotion]:
-    """Time motions of one line each."""
+    """Time motions of one line each, from the first step to the last."""
     with Conversation(bench.device_port) as board:
         unlock(board)
         for steps in LENGTHS:
@@ -65,7 +68,7 @@ def board_stops(
 
 
 def unlock(board: Conversation) -> None:
-    """Begin with a board that holds nothing and has no alarm."""
+    """Reset the board and clear its alarm."""
     board.say(SOFT_RESET)
     board.heard_until("Grbl")
     board.ask("$X")

@@ -1,7 +1,7 @@
-"""The boards that the bench can simulate: which image each needs, and how its motors are wired.
+"""The boards that the bench can simulate: the image that each needs, and the pins of its motors.
 
-An image is an ELF file that its user has built by the firmware's own instructions. Pins are those
-of the processor: F0 is bit 0 of port F.
+An image is an ELF file that the user has built by the firmware's own instructions. Pins are named
+by port and bit: F0 is bit 0 of port F.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from armdrive.sim.options import Value
 
 @dataclass(frozen=True, slots=True)
 class Driver:
-    """One motor on a step and direction driver: the pins, by what they are for."""
+    """The pins of a motor with a step and direction driver."""
 
     step: str
     dir: str
@@ -24,19 +24,19 @@ class Driver:
     enable: str
 
     def option(self, axis: str) -> list[str]:
-        """Return the words that wire it in the processor simulator."""
+        """Return the options for the processor simulator."""
         pins = f"step={self.step},dir={self.dir},limit={self.limit},enable={self.enable}"
         return ["--axis", f"{axis}:{pins}"]
 
 
 @dataclass(frozen=True, slots=True)
 class Coil:
-    """One motor on the coil bus of a Robko 01 board, by its address there."""
+    """The address of a motor on the coil bus of a Robko 01 board."""
 
     address: int
 
     def option(self, axis: str) -> list[str]:
-        """Return the words that wire it in the processor simulator."""
+        """Return the options for the processor simulator."""
         return ["--coil", f"{axis}:{self.address}"]
 
 
@@ -44,9 +44,9 @@ class Coil:
 class Board:
     """One kind of board with its firmware.
 
-    `axes` wires each motor by the letter of its axis, in the order of the arm's motors.
-    `resets_on_open`: opening the port resets the processor, by DTR. `twin` is how the simulated
-    board of the project is made that stands for this one.
+    `axes` maps the letter of each axis to its wiring, in the order of the arm's motors.
+    `resets_on_open`: opening the port resets the processor, by DTR. `twin` holds the settings of
+    the simulated board that corresponds to this one.
     """
 
     name: str
@@ -60,7 +60,7 @@ class Board:
 
     @property
     def lacking(self) -> str:
-        """Return why no arm of this project can be driven by it; empty where one can."""
+        """Return why this board cannot drive an arm; empty if it can."""
         needed = DIALECTS[self.dialect].abilities.motors
         if len(self.axes) >= needed:
             return ""
@@ -68,7 +68,7 @@ class Board:
 
     @property
     def tells_current(self) -> bool:
-        """Whether its pins tell that the motors have current: coils are off between steps."""
+        """Whether its pins show the motor current; coils are off between steps anyway."""
         return all(isinstance(motor, Driver) for motor in self.axes.values())
 
     @property
@@ -81,7 +81,7 @@ class Board:
 
     @property
     def letters(self) -> str:
-        """The axes in the order of the arm's motors."""
+        """The axis letters in the order of the arm's motors."""
         return "".join(self.axes)
 
 
@@ -125,4 +125,4 @@ ROBKO = Board(
 BOARDS: Mapping[str, Board] = MappingProxyType(
     {board.name: board for board in (MEGA_5X, GRBL_328P, ROBKO)}
 )
-"""Every board by the option that names its image."""
+"""Every board, by the name of its option on the command line."""

@@ -1,7 +1,7 @@
-"""The control port of a device: where its motors really stand, and faults by command.
+"""The control port of a device: it reports where the motors stand, and injects faults.
 
-The processor simulator has one, and a rig around a real board can have one: datagrams on the
-loopback interface, one command in each, one answer to each (`commands` in avrdev.c).
+The processor simulator has one, and a rig around a real board can have one. Each UDP datagram is
+one command and gets one answer (see `commands` in avrdev.c).
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ NOISE_BYTES = 8
 
 
 @dataclass(frozen=True, slots=True)
-class Physical:
-    """What a control port tells of a device at one moment.
+class PhysicalState:
+    """The physical state of a device at one moment.
 
-    `time_s` is the device's own clock. `sim_s` and `run_s` are how long its processor has run and
-    should have run: they are the same where the computer is quick enough.
+    `time_s` is the device's own clock. `sim_s` is how long its processor ran and `run_s` how long
+    it should have run; they differ if the computer is too slow.
     """
 
     time_s: float
@@ -40,13 +40,13 @@ class Physical:
 
 
 class Control(Protocol):
-    """Somebody who sees a device's motors, and can make things go wrong."""
+    """Reports the physical motors of a device, and injects faults."""
 
-    def look(self) -> Physical:
+    def look(self) -> PhysicalState:
         """Return the physical state."""
 
     def fault(self, request: FaultRequest, letters: str) -> None:
-        """Have a fault now; motors are numbered as the axes' letters are. Raises `BadRequest`."""
+        """Inject a fault now; motor 1 has the first letter. Raises `BadRequest`."""
 
     def heal(self) -> None:
         """Undo every fault."""
@@ -55,20 +55,20 @@ class Control(Protocol):
         """Put the cable back under another name."""
 
     def place(self, letters: str, motors: Motors) -> None:
-        """Say where the motors stand."""
+        """Set where the motors stand."""
 
     def switch_at(self, letter: str, position: int) -> None:
-        """Have an axis's limit switch close from a position on, upwards."""
+        """Set the position at and above which the limit switch of an axis is closed."""
 
     def flush(self) -> None:
-        """Have the step log written."""
+        """Write the step log to disk."""
 
     def close(self) -> None:
-        """Leave the device alone."""
+        """Close the connection."""
 
 
 class ControlPort:
-    """A control port that is reached by UDP."""
+    """A control port reached by UDP."""
 
     def __init__(self, host: str, port: int) -> None:
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -78,14 +78,14 @@ class ControlPort:
 
     @classmethod
     def at(cls, address: str) -> ControlPort:
-        """Reach a port that is written HOST:PORT."""
+        """Return the control port at HOST:PORT."""
         host, _, port = address.rpartition(":")
         if not port.isdecimal():
             raise BadRequest(f"a control port is written HOST:PORT, not {address!r}")
         return cls(host or "127.0.0.1", int(port))
 
     def say(self, words: str) -> str:
-        """Give a command and return its answer. Raises `BadRequest` where it was refused."""
+        """Send a command and return the answer. Raises `BadRequest` if it is refused."""
         with self._alone:
             self._socket.send(words.encode())
             answer = self._socket.recv(65536).decode()
@@ -93,11 +93,11 @@ class ControlPort:
             raise BadRequest(f"{words!r}: {answer}")
         return answer
 
-    def look(self) -> Physical:
+    def look(self) -> PhysicalState:
         """Return the physical state."""
         told: dict[str, Any] = json.loads(self.say("stat"))
         axes = told["axes"]
-        return Physical(
+        return PhysicalState(
             told["cycle"] / told["hz"],
             {name: axis["pos"] for name, axis in axes.items()},
             all(axis["on"] for axis in axes.values()),
@@ -108,7 +108,7 @@ class ControlPort:
         )
 
     def fault(self, request: FaultRequest, letters: str) -> None:
-        """Have a fault now."""
+        """Inject a fault now."""
         for words in commands_of(request, letters):
             self.say(words)
 
@@ -121,20 +121,20 @@ class ControlPort:
         self.say(f"replug {port}")
 
     def place(self, letters: str, motors: Motors) -> None:
-        """Say where the motors stand."""
+        """Set where the motors stand."""
         pairs = (f"{name} {at}" for name, at in zip(letters, motors, strict=True))
         self.say(f"pos {' '.join(pairs)}")
 
     def switch_at(self, letter: str, position: int) -> None:
-        """Have an axis's limit switch close from a position on, upwards."""
+        """Set the position at and above which the limit switch of an axis is closed."""
         self.say(f"limit_at {letter} {position} 1")
 
     def flush(self) -> None:
-        """Have the step log written."""
+        """Write the step log to disk."""
         self.say("flush")
 
     def close(self) -> None:
-        """Leave the port."""
+        """Close the socket."""
         self._socket.close()
 
 
@@ -143,9 +143,9 @@ SWITCHES = {"closed": 1, "open": 0, "free": -1}
 
 
 def commands_of(request: FaultRequest, letters: str) -> Iterator[str]:
-    """Return the commands for a fault of the simulator's table, in the words of a control port.
+    """Translate a fault of `armdrive.sim` into commands of a control port.
 
-    Raises `BadRequest` for one that a control port does not have.
+    Raises `BadRequest` if a control port has no such fault.
     """
     words, for_s = request.words, request.for_s or 0.0
     match request.name:

@@ -1,4 +1,4 @@
-"""Setting a GRBL board up for an arm, as its owner does with `$` lines before the first motion."""
+"""Configure a GRBL board for an arm with `$` lines, as its owner does before the first motion."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from armdrive.sim.grbl_settings import PULL_OFF, STEPS
 from armdrive.sim.grbl_wiring import board_axes, motor_letters, well_set_up
 
 RESETS_S = 3.0
-"""A board that is reset by opening its port has greeted by then."""
+"""A board that resets when its port is opened greets within this time."""
 ANSWERS_S = 5.0
 SOFT_RESET = b"\x18"
 SAME = 0.0005
-"""Settings are told with three digits."""
+"""Boards print settings with three decimals."""
 
 
 class SetUpFailed(Exception):
-    """A board does not say what it should while it is set up."""
+    """A board gave no answer, or a wrong one, while it was configured."""
 
 
 class Conversation:
-    """Lines to a board and their answers, without a driver in between."""
+    """Sends lines to a board and returns the answers, without a driver."""
 
     def __init__(self, port: str, baud: int = 115_200) -> None:
         self._port = serial.Serial(port, baud, timeout=0.1)
@@ -46,7 +46,7 @@ class Conversation:
         raise SetUpFailed(f"the board said no {' or '.join(ends)} within {longest_s:g} s: {lines}")
 
     def ask(self, line: str) -> list[str]:
-        """Say a line and return what answers it."""
+        """Send a line and return the answer without its `ok`."""
         self._port.write(f"{line}\n".encode())
         lines = self.heard_until("ok", "error")
         if lines[-1] != "ok":
@@ -54,7 +54,7 @@ class Conversation:
         return lines[:-1]
 
     def say(self, data: bytes) -> None:
-        """Say real-time commands, which nothing answers."""
+        """Send real-time commands, which have no answer."""
         self._port.write(data)
 
     def close(self) -> None:
@@ -69,7 +69,7 @@ class Conversation:
 
 
 def settings_for(config: ArmConfig, board: str) -> dict[int, float]:
-    """Return the settings that a board with these axes needs for an arm, or for as much of it."""
+    """Return the settings for an arm, limited to the axes that the board has."""
     transmission = config.model.transmission
     assert transmission is not None
     letters = motor_letters(config, len(transmission.motors))
@@ -82,7 +82,7 @@ def settings_for(config: ArmConfig, board: str) -> dict[int, float]:
 
 
 def pull_off_steps(values: Mapping[int, float], axis: int) -> int:
-    """Return how far homing leaves a switch behind, in steps of an axis counted from 0."""
+    """Return how far homing backs off from a switch, in steps of an axis counted from 0."""
     return round(values[PULL_OFF] * values[STEPS + axis])
 
 
@@ -91,7 +91,7 @@ def set_up(port: str, values: Mapping[int, float]) -> None:
     with Conversation(port) as board:
         told = (line[1:].split("=") for line in board.ask("$$") if line.startswith("$"))
         before = {int(number): float(text.split()[0]) for number, text in told}
-        # what depends on homing is refused before homing is on
+        # $20 needs $22=1
         for number, value in sorted(values.items(), key=lambda each: (each[0] == 20, each[0])):
             if abs(before.get(number, -1.0) - value) > SAME:
                 board.ask(f"${number}={value:.3f}".rstrip("0").rstrip("."))

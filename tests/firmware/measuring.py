@@ -1,4 +1,4 @@
-"""What is measured on a bench: how long motions take, and how soon the arm stands at a stop."""
+"""Measurements on a bench: how long motions take, and how soon the arm stands after a stop."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ LONGEST_S = 300.0
 RATES_HZ = (25.0, 50.0, 100.0, 400.0)
 TRIES = 3
 STEADY_S = 1.0
-"""So long a motion has been under way before it is stopped: every buffer is full by then."""
+"""How long a motion runs before it is stopped, so that every buffer is full."""
 UNEVEN_S = 0.037
-"""So much later it is stopped at each try: at other places of the motion and of its buffers."""
+"""Each try is stopped this much later, to vary the state of the buffers."""
 HOLD_S, RENEWALS = 0.8, 5
 STANDS_S = 10.0
 
@@ -39,9 +39,9 @@ STANDS_S = 10.0
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """One motion at one speed. Seconds; `wrong` says what was not as it should be.
+    """One motion at one speed; `wrong` says what failed.
 
-    `physical_s` is from the first step to the last, 0 where nobody sees them.
+    `physical_s` is the time from the first step to the last, 0 if the bench cannot see steps.
     """
 
     motion: str
@@ -53,7 +53,7 @@ class Measured:
 
 
 def joint_move(angle_deg: float) -> Callable[[Arm, float], Handle[Moved]]:
-    """Return what begins a motion of the first joint."""
+    """Return a function that begins a motion of the first joint."""
 
     def begin(arm: Arm, speed: float) -> Handle[Moved]:
         first = arm.model.arm.joint_names[0]
@@ -64,7 +64,7 @@ def joint_move(angle_deg: float) -> Callable[[Arm, float], Handle[Moved]]:
 
 
 def line(arm: Arm, speed: float) -> Handle[Moved]:
-    """Begin a straight line to the side."""
+    """Begin a straight sideways line."""
     return arm.move_l(beside(arm.pose, y_mm=LINE_MM), wait=False, speed=speed)
 
 
@@ -84,7 +84,7 @@ MOTIONS = {
 
 
 def durations(bench: Bench, speeds: tuple[float, ...] = SPEEDS) -> Iterator[Measured]:
-    """Measure every motion at every speed, always from the same posture."""
+    """Measure every motion at every speed, each from the same posture."""
     arm = bench.ready()
     home = {f"{name}_deg": angle for name, angle in arm.joints.deg.items()}
     for name, begin in MOTIONS.items():
@@ -111,7 +111,7 @@ def _duration(
 
 
 def _back(bench: Bench, arm: Arm, home: dict[str, float]) -> Arm:
-    """Go back to where the next motion begins, whatever has become of the last one."""
+    """Recover from the last motion if necessary, and return to the start posture."""
     if arm.status.state is State.ERROR_STOP:
         arm.reset()
     if arm.status.state is State.DISCONNECTED:
@@ -127,7 +127,7 @@ def _back(bench: Bench, arm: Arm, home: dict[str, float]) -> Arm:
 
 @dataclass(frozen=True, slots=True)
 class Stopped:
-    """One stop: what was announced, and what came. Seconds, mm, steps of the quickest motor."""
+    """One stop: the announced bounds and the result. `pulses` counts the quickest motor's steps."""
 
     how: str
     rate_hz: float
@@ -140,17 +140,17 @@ class Stopped:
 
     @property
     def within(self) -> bool:
-        """Whether it stood within what was announced."""
+        """Whether the arm stood within the announced bounds."""
         return self.took_s <= self.announced_s and self.way_mm <= self.announced_mm
 
     @property
     def kept(self) -> bool:
-        """Whether it did, and the arm knows where it stands."""
+        """Whether the arm also knows its position."""
         return not self.wrong and self.within
 
 
 def stops(bench: Bench, rates_hz: tuple[float, ...] = RATES_HZ) -> Iterator[Stopped]:
-    """Stop a motion, and release a jog, at every rate that the arm's first joint can turn at."""
+    """Stop a motion and release a jog at every rate that the arm's first joint reaches."""
     arm = bench.ready()
     home = {f"{name}_deg": angle for name, angle in arm.joints.deg.items()}
     for how, end in (("stop", _stop), ("release", _release)):
@@ -168,7 +168,7 @@ def stops(bench: Bench, rates_hz: tuple[float, ...] = RATES_HZ) -> Iterator[Stop
 
 
 def full_rate_hz(bench: Bench) -> float:
-    """Return how many steps a second the first joint's motor makes at full speed."""
+    """Return the step rate of the first joint's motor at full speed."""
     model = bench.config.model
     assert model.transmission is not None
     return abs(model.transmission.matrix[0][0]) * model.joint_speeds_rad_s[0]

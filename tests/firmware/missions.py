@@ -1,8 +1,8 @@
-"""A sample of the campaign on a bench: short missions with faults, on whatever stands there.
+"""A sample of the campaign on any bench: short missions with faults.
 
-The law is that of `tests.campaign`: a position that is trusted is where the physical arm stands, a
-call ends well or with a typed error, and once the faults are over the arm works as before. All of a
-mission is drawn from the dialect's name and a seed. What real time adds is not repeatable.
+The laws are those of `tests.campaign`: a trusted position is where the physical arm stands, a call
+succeeds or raises a typed error, and the arm works again once the faults are over. The dialect's
+name and a seed determine a mission's actions and faults, but not their exact timing.
 """
 
 from __future__ import annotations
@@ -25,19 +25,19 @@ from tests.conformance.laws import brought_back, cause, works
 from tests.conformance.seen import ON_THE_STEP, Broken
 
 FAULTY = 0.75
-"""The share of actions during which something goes wrong."""
+"""The share of actions that a fault disturbs."""
 LATEST_S = 1.2
-"""A fault comes so long after an action began, at the latest."""
+"""The longest time from the start of an action to its fault."""
 NOTICED_S = 3.0
-"""An idle program has looked at the device by then, more than once."""
+"""An idle driver polls its device at least twice within this time."""
 TRUSTED = (Trust.REFERENCED, Trust.RESTORED)
 SPEEDS = (0.1, 0.3, 0.6, 1.0)
 ACTIONS_EACH = (2, 4)
 
 
 @dataclass(frozen=True, slots=True)
-class Flown:
-    """What became of a mission; `broken` says which promise was not kept, `log` how it went."""
+class MissionResult:
+    """The outcome of a mission; `broken` is the promise that was not kept, empty if none."""
 
     seed: int
     faults: tuple[str, ...]
@@ -108,7 +108,7 @@ ACTIONS: Mapping[str, tuple[Action, int]] = MappingProxyType(
         "rest": (_rest, 1),
     }
 )
-"""Every action, and how often it is drawn."""
+"""Every action with its weight."""
 
 
 class Mission:
@@ -120,13 +120,13 @@ class Mission:
         self._faults: list[str] = []
         self._log: list[str] = []
         self._blind = False
-        """Whether a motor may have slipped since the last reference, which no stepper tells."""
+        """Whether a motor may have slipped since the last reference: no stepper reports that."""
 
-    def fly(self) -> Flown:
-        """Run it to its end."""
+    def run(self) -> MissionResult:
+        """Run the mission to its end."""
         broken = ""
         try:
-            self._fly()
+            self._run()
         except Broken as law:
             broken = str(law)
         except (ArmError, KinematicsError) as error:
@@ -135,12 +135,12 @@ class Mission:
             broken = f"a traceback: {traceback.format_exc(limit=-4)}"
         if broken:
             self._log.append(f"BROKEN: {broken}")
-        return Flown(self._seed, tuple(self._faults), broken, tuple(self._log))
+        return MissionResult(self._seed, tuple(self._faults), broken, tuple(self._log))
 
-    def _fly(self) -> None:
+    def _run(self) -> None:
         bench, draw = self._bench, self._draw
         arm = bench.ready()
-        arm.move_j(**joints_from(arm, 3.0, -2.0))  # counts that are not zero tell of a reset
+        arm.move_j(**joints_from(arm, 3.0, -2.0))  # so that a reset, which zeroes the counts, shows
         befalling = [each for each in FAULTS if not any(rule(bench) for rule in each.needs)]
         names, weights = list(ACTIONS), [weight for _, weight in ACTIONS.values()]
         for _ in range(draw.randint(*ACTIONS_EACH)):
@@ -182,7 +182,7 @@ class Mission:
             )
 
     def _brought_back(self, arm: Arm, *, spoiled: bool) -> Arm:
-        """Have the person bring the arm back, and see that it works."""
+        """Reset and reference the arm, and check that it moves."""
         bench = self._bench
         arm = self._referred(arm)
         try:
@@ -190,7 +190,7 @@ class Mission:
         except ArmError:
             if not spoiled:
                 raise
-            # what was left in the device's ear has spoiled the first motion: once more
+            # a damaged line in the device's buffer may spoil the first motion after a fault
             arm = self._referred(arm)
             works(bench, arm)
         return arm
@@ -209,6 +209,6 @@ class Mission:
         self._log.append(words)
 
 
-def fly(bench: Bench, seed: int) -> Flown:
-    """Fly one mission."""
-    return Mission(bench, seed).fly()
+def run_mission(bench: Bench, seed: int) -> MissionResult:
+    """Run one mission."""
+    return Mission(bench, seed).run()

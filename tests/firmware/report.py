@@ -1,4 +1,4 @@
-"""What was measured, as plain text: a line for each row, mission, motion and stop."""
+"""Results as plain text: a line for each row, mission, motion and stop."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from tests.conformance.running import Result, Verdict
 
 from .board_alone import BoardMotion
 from .measuring import Measured, Stopped
-from .missions import Flown
+from .missions import MissionResult
 
 KEEPS_PACE = 0.98
-"""A processor that is simulated slower than this distorts what is measured."""
+"""Below this ratio of simulated to real time, measurements are distorted."""
 WORDS = {Verdict.KEPT: "passed", Verdict.BROKEN: "FAILED", Verdict.NOT_APPLICABLE: "n/a"}
 
 
@@ -30,30 +30,31 @@ def row_summary(results: Sequence[Result]) -> str:
     return ", ".join(counts)
 
 
-def mission_line(flown: Flown) -> str:
-    """Return the line of one mission, and its log where it broke a promise."""
-    faults = ", ".join(flown.faults) or "no fault"
-    if not flown.broken:
-        return f"mission {flown.seed}: kept ({faults})"
-    return "\n    ".join([f"mission {flown.seed}: BROKEN ({faults})", *flown.log])
+def mission_line(result: MissionResult) -> str:
+    """Return the line of one mission, with its log if it broke a promise."""
+    faults = ", ".join(result.faults) or "no fault"
+    if not result.broken:
+        return f"mission {result.seed}: kept ({faults})"
+    return "\n    ".join([f"mission {result.seed}: BROKEN ({faults})", *result.log])
 
 
-def mission_summary(flown: Sequence[Flown]) -> str:
+def mission_summary(results: Sequence[MissionResult]) -> str:
     """Count the missions."""
-    faulted, broken = sum(bool(each.faults) for each in flown), sum(bool(e.broken) for e in flown)
-    return f"{len(flown)} missions, {faulted} with faults, {broken} with a broken promise"
+    faulted = sum(bool(each.faults) for each in results)
+    broken = sum(bool(each.broken) for each in results)
+    return f"{len(results)} missions, {faulted} with faults, {broken} with a broken promise"
 
 
 def pace_line(ratio: float) -> str:
-    """Say how well the simulated processor has kept real time."""
-    line = f"processor time: {ratio:.3f} s for each second"
+    """Report how well the simulated processor kept real time."""
+    line = f"processor time: {ratio:.3f} s per second"
     if ratio >= KEEPS_PACE:
         return line
-    return f"WARNING: {line}. The computer is too slow or too busy: what was measured means little."
+    return f"WARNING: {line}. The computer is too slow or too busy for valid measurements."
 
 
 def duration_table(device: Sequence[Measured], twin: Sequence[Measured]) -> str:
-    """Return the durations on the device beside those on the project's simulated board."""
+    """Return the durations on the device and on the simulated board."""
     beside = {(each.motion, each.speed): each for each in twin}
     rows = [
         (
@@ -83,7 +84,7 @@ def duration_table(device: Sequence[Measured], twin: Sequence[Measured]) -> str:
 
 
 def stop_table(stops: Sequence[Stopped]) -> str:
-    """Return the stops: the worst of each kind beside what was announced."""
+    """Return the worst stop of each kind and the announced bounds."""
     rows = [("how", "steps/s", "announced", "last step", "steps", "announced", "went", "kept")]
     for how, rate_hz in dict.fromkeys((each.how, each.rate_hz) for each in stops):
         tries = [each for each in stops if (each.how, each.rate_hz) == (how, rate_hz)]
@@ -96,7 +97,7 @@ def stop_table(stops: Sequence[Stopped]) -> str:
         took_s, pulses = max(each.took_s for each in good), max(each.pulses for each in good)
         announced_mm = min(each.announced_mm for each in good)
         way_mm = max(each.way_mm for each in good)
-        late = [] if all(each.within for each in good) else ["it went on beyond what was announced"]
+        late = [] if all(each.within for each in good) else ["beyond the announced bound"]
         told = "; ".join([*late, *([wrong] if wrong else [])])
         rows.append(
             (
@@ -114,7 +115,7 @@ def stop_table(stops: Sequence[Stopped]) -> str:
 
 
 def board_table(device: Sequence[BoardMotion], twin: Sequence[BoardMotion]) -> str:
-    """Return a board's own times beside those of the simulated one."""
+    """Return a board's own times and those of the simulated board."""
     rows = [("what", "steps/s", "time", "steps", "simulated", "steps", "ratio")]
     for each, other in zip(device, twin, strict=True):
         rows.append(

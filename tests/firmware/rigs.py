@@ -1,4 +1,4 @@
-"""What is to be measured: a way to make benches, and the project's simulated board beside it."""
+"""The devices under test: how to make their benches, and those of the simulated board."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ from tests.conformance.port_bench import PortBench
 from tests.conformance.process_bench import PtyBench
 from tests.conformance.real_time_bench import RealTimeBench
 
-from .avr_bench import ControlledBench, Pace, Workshop
+from .avr_bench import ControlledBench, ImageRunner, Pace
 from .boards import Board
 from .control import ControlPort
 
 NOWHERE = "/dev/null"
-"""A port that is never opened: an arm that somebody has who has no arm file."""
+"""A port that is never opened, to get the configuration of an arm without an arm file."""
 
 
 class TwinBench(MemoryBench):
-    """The project's simulated board on simulated time, looked at often, for the same arm."""
+    """The simulated board in simulated time, sampled often enough to time its steps."""
 
     look_s: ClassVar[float] = 0.002
 
     def __init__(self, dialect: str, options: Mapping[str, Value]) -> None:
         self._options = dict(options)
         super().__init__(dialect)
-        # a real arm's: its bursts are shorter than those of an arm that is known to be simulated
+        # as for a real arm, whose bursts are shorter than those of `sim:`
         self._config = find(NOWHERE, dialect_name=dialect).config
         self.begin_anew()
 
@@ -46,7 +46,7 @@ class TwinBench(MemoryBench):
 
 @contextlib.contextmanager
 def own_home() -> Iterator[None]:
-    """Remember nothing from one measurement to the next."""
+    """Use an empty ARMDRIVE_HOME."""
     before = os.environ.get("ARMDRIVE_HOME")
     with tempfile.TemporaryDirectory(prefix="armdrive-") as home:
         os.environ["ARMDRIVE_HOME"] = home
@@ -63,7 +63,7 @@ def own_home() -> Iterator[None]:
 class Rig:
     """One device under test.
 
-    `lacking` says why the driver cannot drive an arm with it at all, if that is so.
+    `lacking` is the reason why the driver cannot drive an arm with it; empty if it can.
     """
 
     name: str
@@ -75,37 +75,37 @@ class Rig:
     pace: Pace = field(default_factory=Pace)
     lacking: str = ""
     alone: tuple[Callable[[], RealTimeBench], Callable[[], RealTimeBench]] | None = None
-    """Makes benches of the board and of the simulated one, to be spoken to without a driver."""
+    """Makers of benches for the board and the simulated one, to talk to without a driver."""
 
     def home(self) -> contextlib.AbstractContextManager[None]:
-        """Return what keeps the records of one measurement from the next one, but a real arm's."""
+        """Isolate the records of one measurement from the next, unless the arm is real."""
         return contextlib.nullcontext() if self.real else own_home()
 
     @property
     def real(self) -> bool:
-        """Whether it is an arm without a control port."""
+        """Whether it is a real arm, without a control port."""
         return self.transport == PortBench.transport
 
 
 def simulated(dialect: str) -> Rig:
-    """Return the project's simulated board itself as a rig: what the tests of the bench measure."""
+    """Return the simulated board itself as a rig."""
     twin = twin_maker(dialect, {})
     return Rig(f"simulated {dialect}", dialect, "memory", twin, twin)
 
 
 def of_image(board: Board, image: Path, simavr: Path | None = None) -> Rig:
-    """Return a rig of a firmware image in the processor simulator."""
-    workshop = Workshop(board, image, simavr)
+    """Return the rig of a firmware image in the processor simulator."""
+    runner = ImageRunner(board, image, simavr)
     return Rig(
         board.name,
         board.dialect,
         "pty",
-        workshop.bench,
+        runner.bench,
         twin_maker(board.dialect, board.twin),
-        workshop.close,
-        workshop.pace,
+        runner.close,
+        runner.pace,
         board.lacking,
-        (workshop.bench, lambda: served(board)) if board.dialect == "grbl" else None,
+        (runner.bench, lambda: served(board)) if board.dialect == "grbl" else None,
     )
 
 
@@ -117,8 +117,7 @@ def served(board: Board) -> PtyBench:
 
 
 def of_port(dialect: str, port: str, control: str, axes: str) -> Rig:
-    """Return a rig of a device on a port: with a control port, or with a person beside it."""
-
+    """Return the rig of a device on a port: with a control port, or with a person beside it."""
     pace = Pace()
 
     def make() -> Bench:
@@ -131,5 +130,5 @@ def of_port(dialect: str, port: str, control: str, axes: str) -> Rig:
 
 
 def twin_maker(dialect: str, options: Mapping[str, Value]) -> Callable[[], Bench]:
-    """Return what makes benches of a simulated board."""
+    """Return a maker of benches for the simulated board."""
     return lambda: TwinBench(dialect, options)

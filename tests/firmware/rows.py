@@ -12,7 +12,7 @@ from .rigs import Rig
 
 
 def chosen(rig: Rig, pattern: str) -> list[Behaviour]:
-    """Return the rows whose name has this text; not those that are about another wire alone."""
+    """Return the rows whose name contains the pattern, without those for another transport only."""
     return [
         row
         for row in BEHAVIOURS

@@ -5,9 +5,9 @@
     python -m tests.firmware --mega5x mega.elf --missions 100 --seed 1 --json mega.json
     python -m tests.firmware --port /dev/ttyUSB0 --dialect grbl --rows --timing
 
-Images are ELF files that you have built; none comes with this project. Without a choice of --rows,
---missions, --timing and --stops, all are run. See docs/real-firmware.md. Exit code 1 where anything
-was not as promised, 2 where nothing could be measured.
+Images are ELF files that you have built; the project contains none. Without --rows, --missions,
+--timing or --stops, all four run. See docs/real-firmware.md. Exit code 1: something was not as
+promised; 2: nothing could be measured.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ import json
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -31,7 +32,7 @@ from .board_alone import board_motions, board_stops
 from .boards import BOARDS
 from .grbl_setup import SetUpFailed
 from .measuring import durations, stops
-from .missions import fly
+from .missions import run_mission
 from .rigs import Rig, of_image, of_port, own_home, simulated
 from .rows import run_rows
 
@@ -44,23 +45,23 @@ def options(words: Sequence[str] | None) -> argparse.Namespace:
     """Read the command line."""
     parser = argparse.ArgumentParser(prog="python -m tests.firmware", description=__doc__)
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    add, flag = parser.add_argument, partial(parser.add_argument, action="store_true")
     for board in BOARDS.values():
-        parser.add_argument(f"--{board.name}", metavar="ELF", type=Path, help=board.firmware)
-    parser.add_argument("--simavr", metavar="DIR", type=Path, help="a simavr that is built there")
-    parser.add_argument("--port", help="a device on a port of this computer instead")
-    parser.add_argument("--dialect", choices=list(DIALECTS), help="what it speaks")
-    parser.add_argument("--control", metavar="HOST:PORT", help="its control port, if it has one")
-    parser.add_argument("--axes", default=AXES, help="its motors' names at the control port")
-    parser.add_argument("--yes", action="store_true", help="a person is beside the real arm")
-    parser.add_argument("--simulated", metavar="DIALECT", choices=list(DIALECTS),
-                        help="this project's own simulated board")  # fmt: skip
-    parser.add_argument("--rows", action="store_true", help="the rows of the conformance table")
-    parser.add_argument("--only", default="", metavar="TEXT", help="rows that have this text")
-    parser.add_argument("--missions", type=int, metavar="N", help="so many faulted missions")
-    parser.add_argument("--seed", type=int, default=0, help="the first mission's")
-    parser.add_argument("--timing", action="store_true", help="how long motions take")
-    parser.add_argument("--stops", action="store_true", help="how soon the arm stands")
-    parser.add_argument("--json", metavar="FILE", type=Path, help="write all of it as well")
+        add(f"--{board.name}", metavar="ELF", type=Path, help=board.firmware)
+    add("--simavr", metavar="DIR", type=Path, help="a simavr checkout that is built")
+    add("--port", help="a device on a port, instead of an image")
+    add("--dialect", choices=list(DIALECTS), help="the dialect that the device speaks")
+    add("--control", metavar="HOST:PORT", help="its control port, if it has one")
+    add("--axes", default=AXES, help="the names of its motors at the control port")
+    flag("--yes", help="do not ask whether the real arm is ready")
+    add("--simulated", choices=list(DIALECTS), help="the simulated board, in simulated time")
+    flag("--rows", help="the rows of the conformance table")
+    add("--only", default="", metavar="TEXT", help="rows whose name contains TEXT")
+    add("--missions", type=int, metavar="N", help="run N missions with faults")
+    add("--seed", type=int, default=0, help="the seed of the first mission")
+    flag("--timing", help="how long motions take")
+    flag("--stops", help="how soon the arm stands after a stop")
+    add("--json", metavar="FILE", type=Path, help="also write all results to FILE")
     chosen = parser.parse_args(words)
     if chosen.port and not chosen.dialect:
         parser.error("--port needs --dialect: nothing is sent to find out")
@@ -78,7 +79,7 @@ def _images(chosen: argparse.Namespace) -> dict[str, Path]:
 
 
 def rigs(chosen: argparse.Namespace) -> Iterator[Rig]:
-    """Make what is to be measured, one after the other."""
+    """Make the rigs, one after the other."""
     if chosen.simulated:
         yield simulated(chosen.simulated)
     if chosen.port:
@@ -88,7 +89,7 @@ def rigs(chosen: argparse.Namespace) -> Iterator[Rig]:
 
 
 class Run:
-    """One rig's measurements: printed as they come, and kept."""
+    """The measurements of one rig, printed as they arrive and kept for JSON."""
 
     def __init__(self, rig: Rig, chosen: argparse.Namespace) -> None:
         self._rig, self._chosen = rig, chosen
@@ -96,7 +97,7 @@ class Run:
         self.broken = False
 
     def all(self) -> None:
-        """Measure what is asked for."""
+        """Run the chosen measurements."""
         say(f"== {self._rig.name}")
         if self._rig.lacking:
             say(f"rows, missions and motions of an arm: not applicable: {self._rig.lacking}")
@@ -104,10 +105,10 @@ class Run:
             self.board_alone()
             return
         if self._rig.real and not self._chosen.yes and not confirmed():
-            say("not run: nobody has said that the arm is ready")
+            say("not run: not confirmed")
             return
         try:
-            # of a real arm, only the first measurement asks where it stands: the records are kept
+            # a real arm keeps its records: only the first measurement needs its reference posture
             with own_home() if self._rig.real else contextlib.nullcontext():
                 self._with_a_driver()
             self.board_alone()
@@ -120,7 +121,7 @@ class Run:
         if self._chosen.rows or self._chosen.only:
             self.rows()
             if self._rig.real and self.broken:
-                say("ended: look at the arm, bring it to its reference posture, and begin anew")
+                say("ended: look at the arm, bring it to its reference posture, and start again")
                 return
         if self._chosen.missions:
             self.missions()
@@ -144,23 +145,23 @@ class Run:
         self.found["rows"] = [asdict(each) | {"verdict": each.verdict.name} for each in results]
 
     def missions(self) -> None:
-        """Fly missions with faults."""
+        """Run missions with faults."""
         say("-- missions")
         if self._rig.real:
-            say("not applicable: no fault is made on a real arm without a control port")
+            say("not applicable: faults need a control port")
             return
-        flown = []
+        results = []
         for seed in range(self._chosen.seed, self._chosen.seed + self._chosen.missions):
             with self._rig.home(), self._rig.make() as bench:
-                flown.append(fly(bench, seed))
-            say(report.mission_line(flown[-1]))
+                results.append(run_mission(bench, seed))
+            say(report.mission_line(results[-1]))
             self._pace(quiet=True)
-        say(report.mission_summary(flown))
-        self.broken |= any(each.broken for each in flown)
-        self.found["missions"] = [asdict(each) for each in flown]
+        say(report.mission_summary(results))
+        self.broken |= any(each.broken for each in results)
+        self.found["missions"] = [asdict(each) for each in results]
 
     def timing(self) -> None:
-        """Measure durations on the device, and on the simulated board on simulated time."""
+        """Measure durations on the device, and on the simulated board in simulated time."""
         say("-- durations")
         with self._rig.home(), self._rig.make() as bench:
             device = list(counted(durations(bench)))
@@ -176,7 +177,7 @@ class Run:
         """Stop motions at several rates, on the device and on the simulated board."""
         say("-- stops")
         if self._rig.real:
-            say("not applicable: nobody sees the last step of a real arm without a control port")
+            say("not applicable: without a control port the last step cannot be seen")
             return
         with self._rig.home(), self._rig.make() as bench:
             device = list(counted(stops(bench)))
@@ -184,14 +185,14 @@ class Run:
         self._pace()
         with self._rig.home(), self._rig.twin() as bench:
             twin = list(stops(bench))
-        say("the same on the simulated board:")
+        say("simulated board:")
         say(report.stop_table(twin))
         self.broken |= not all(each.kept for each in device)
         self.found["stops"] = [asdict(each) for each in device]
         self.found["simulated stops"] = [asdict(each) for each in twin]
 
     def board_alone(self) -> None:
-        """Measure the board without a driver, beside the simulated one in real time."""
+        """Measure the board and the simulated one without a driver, both in real time."""
         if self._rig.alone is None:
             return
         for name, measure, wanted in (
@@ -220,16 +221,16 @@ class Run:
 
 
 def confirmed() -> bool:
-    """Ask the person beside a real arm."""
+    """Ask whether the real arm is ready."""
     say(
-        "This moves a real arm. It has to stand in its reference posture, with room on all sides, "
-        "and you beside it with a hand on the switch of its supply."
+        "This moves a real arm. It must stand in its reference posture with room on all sides, and "
+        "you must stand beside it with a hand on the switch of its power supply."
     )
     return input("Type yes to begin: ").strip().lower() == "yes"
 
 
 def counted(measurements: Iterable[T]) -> Iterator[T]:
-    """Show how many there are so far: a slow motion takes half a minute."""
+    """Show progress on a terminal, because a slow motion takes half a minute."""
     shown = sys.stderr.isatty()
     for number, each in enumerate(measurements, 1):
         if shown:
@@ -239,7 +240,7 @@ def counted(measurements: Iterable[T]) -> Iterator[T]:
 
 
 def say(words: str) -> None:
-    """Print at once: a run takes long."""
+    """Print a line immediately."""
     sys.stdout.write(f"{words}\n")
     sys.stdout.flush()
 

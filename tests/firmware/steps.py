@@ -1,4 +1,4 @@
-"""When the motors made their steps: by the step log of a processor, or by looking often."""
+"""Step times: from the step log of a simulated processor, or by sampling positions."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Step:
 
 @runtime_checkable
 class LogsSteps(Protocol):
-    """A bench that knows the time of every step."""
+    """A bench that logs the time of every step."""
 
     def device_now_s(self) -> float:
         """Return the time by the clock of the step log."""
@@ -33,7 +33,7 @@ class LogsSteps(Protocol):
 
 
 class StepLog:
-    """The file in which a processor simulator writes every step."""
+    """The step log that the processor simulator writes."""
 
     def __init__(self, path: Path, hz: int) -> None:
         self.path, self._hz = path, hz
@@ -51,10 +51,10 @@ class StepLog:
 
 @dataclass(frozen=True, slots=True)
 class Motion:
-    """What was seen of a motion: seconds from the moment at which it was asked for.
+    """A motion as it was observed. Times are in seconds from the start of watching.
 
-    `first_s` and `last_s` are when the first and the last step was made; `pulses` counts the steps
-    of the motor that made most of them.
+    `first_s` and `last_s` are the times of the first and the last step; `pulses` is the number of
+    steps of the motor that made most.
     """
 
     first_s: float
@@ -65,12 +65,12 @@ class Motion:
 
     @property
     def physical_s(self) -> float:
-        """How long the motors turned."""
+        """The time from the first step to the last."""
         return self.last_s - self.first_s
 
 
 class Watcher:
-    """Watches a bench from now on."""
+    """Observes a bench from its creation on."""
 
     def __init__(self, bench: Bench) -> None:
         self._bench = bench
@@ -79,7 +79,7 @@ class Watcher:
         self._log_start_s = self._log.device_now_s() if self._log else 0.0
 
     def until(self, done: Callable[[], bool], longest_s: float) -> Motion:
-        """Watch until `done()` and the arm stands."""
+        """Observe until `done()` and until the arm stands."""
         seen = list(self._bench.watch(done, longest_s))
         seen.append(self._bench.rest(longest_s=longest_s).end)
         way_mm = max(each.off_mm(self._start) for each in seen)

@@ -1,4 +1,4 @@
-"""The bench works against a simulated board behind the same interface; no firmware is needed."""
+"""The bench runs against simulated boards; these tests need no firmware and no compiler."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from . import avrdev, report
 from .boards import BOARDS, GRBL_328P, MEGA_5X
 from .control import commands_of
 from .measuring import MOTIONS, Stopped, durations, stops
-from .missions import Mission, fly
+from .missions import Mission, run_mission
 from .rigs import simulated
 from .run import main
 from .steps import Step, StepLog
@@ -138,7 +138,7 @@ def test_stops_on_a_simulated_board():
 
 def test_a_stop_beyond_its_bound_is_told():
     late = Stopped("stop", 25.0, 0.3, 0.43, 60.0, 1.0, 14)
-    assert "NO: it went on beyond" in report.stop_table([late])
+    assert "NO: beyond the announced bound" in report.stop_table([late])
     lost = Stopped("stop", 25.0, 0.0, 0.0, 0.0, 0.0, 0, "E501 off the path")
     assert "NO: E501 off the path" in report.stop_table([lost])
 
@@ -156,7 +156,7 @@ def test_a_position_that_is_trusted_and_wrong_is_found(monkeypatch):
         bench.ready()
         monkeypatch.setattr(bench, "ready", lambda: bench.arm)
         bench.twin.world.drive_to([0] * len(AXES))
-        assert "but the motors stand at" in fly(bench, 0).broken
+        assert "but the motors stand at" in run_mission(bench, 0).broken
 
 
 @pytest.mark.parametrize(
