@@ -17,7 +17,7 @@ from tests.conformance.going import beside
 from tests.conformance.rows_moving import arrived
 from tests.conformance.seen import Broken, check
 
-from .steps import Motion, Watcher
+from .steps import Watcher
 
 SPEEDS = (1.0, 0.5, 0.3, 0.1)
 SHORT_DEG, LONG_DEG = 3.0, 30.0
@@ -127,10 +127,15 @@ def _back(bench: Bench, arm: Arm, home: dict[str, float]) -> Arm:
 
 @dataclass(frozen=True, slots=True)
 class Stopped:
-    """One stop: the announced bounds and the result. `pulses` counts the quickest motor's steps."""
+    """One stop: the announced bounds and the result.
+
+    `rate_hz` is the rate that was asked for, and `actual_hz` the rate before the stop. `pulses`
+    counts the steps of the quickest motor after it.
+    """
 
     how: str
     rate_hz: float
+    actual_hz: float
     announced_s: float
     took_s: float
     announced_mm: float
@@ -153,17 +158,14 @@ def stops(bench: Bench, rates_hz: tuple[float, ...] = RATES_HZ) -> Iterator[Stop
     """Stop a motion and release a jog at every rate that the arm's first joint reaches."""
     arm = bench.ready()
     home = {f"{name}_deg": angle for name, angle in arm.joints.deg.items()}
-    for how, end in (("stop", _stop), ("release", _release)):
-        for rate_hz in rates_hz:
-            speed = rate_hz / full_rate_hz(bench)
-            if speed > 1.0:
-                continue
+    for how in ("stop", "release"):
+        for rate_hz in (each for each in rates_hz if each <= full_rate_hz(bench)):
             for number in range(TRIES if bench.real_time else 1):
                 try:
-                    yield end(bench, arm, how, rate_hz, speed, STEADY_S + number * UNEVEN_S)
+                    yield _stopped(bench, arm, how, rate_hz, STEADY_S + number * UNEVEN_S)
                 except (ArmError, Broken) as error:
                     bench.rest()
-                    yield Stopped(how, rate_hz, 0.0, 0.0, 0.0, 0.0, 0, _words(error))
+                    yield Stopped(how, rate_hz, 0.0, 0.0, 0.0, 0.0, 0.0, 0, _words(error))
                 arm = _back(bench, arm, home)
 
 
@@ -174,57 +176,58 @@ def full_rate_hz(bench: Bench) -> float:
     return abs(model.transmission.matrix[0][0]) * model.joint_speeds_rad_s[0]
 
 
-def _stop(
-    bench: Bench, arm: Arm, how: str, rate_hz: float, speed: float, after_s: float
-) -> Stopped:
-    joint_move(2.0 * LONG_DEG)(arm, speed)
-    _moves(bench)
-    bench.sleep(after_s)
-    return _ended(bench, arm, how, rate_hz, arm.request_stop)
-
-
-def _release(
-    bench: Bench, arm: Arm, how: str, rate_hz: float, speed: float, after_s: float
-) -> Stopped:
+def _stopped(bench: Bench, arm: Arm, how: str, rate_hz: float, after_s: float) -> Stopped:
+    """Move the first joint at a rate, and end that after some time."""
+    speed = rate_hz / full_rate_hz(bench)
     jog = Jog.joint(**{arm.model.arm.joint_names[0]: 1.0})
-    arm.hold(jog, speed=speed, for_s=HOLD_S)
-    _moves(bench)
-    for _ in range(RENEWALS):
-        arm.hold(jog, speed=speed, for_s=HOLD_S)
-        bench.sleep(after_s / RENEWALS)
-    return _ended(bench, arm, how, rate_hz, arm.release)
 
+    def keep_moving() -> None:
+        if how == "release":
+            arm.hold(jog, speed=speed, for_s=HOLD_S)
 
-def _moves(bench: Bench) -> None:
-    start = bench.look().motors
-    for _ in bench.watch(lambda: bench.look().motors != start, STANDS_S):
+    start = bench.look()
+    if how == "stop":
+        joint_move(2.0 * LONG_DEG)(arm, speed)
+    keep_moving()
+    for _ in bench.watch(lambda: bench.look().motors != start.motors, STANDS_S):
         pass
-
-
-def _ended(bench: Bench, arm: Arm, how: str, rate_hz: float, end: Callable[[], object]) -> Stopped:
+    before = bench.look()
+    for _ in range(RENEWALS):
+        keep_moving()
+        bench.sleep(after_s / RENEWALS)
+    seen = bench.look()
+    actual_hz = seen.off_steps(before.motors) / (seen.time_s - before.time_s)
     status = arm.status
     told = f"in {status.state.value}, and was to be stopped in motion: {status.error}"
     check(status.state is State.MOVING, told)
     watcher = Watcher(bench)
-    end()
-    motion: Motion = watcher.until(lambda: arm.status.state is not State.MOVING, STANDS_S)
-    wrong = ""
-    try:
-        for _ in bench.watch(lambda: arm.status.state is State.STANDBY, STANDS_S):
-            pass
-        arrived(bench, arm)
-    except Broken as error:
-        wrong = f"{error} ({arm.status.error})" if arm.status.error else str(error)
+    if how == "stop":
+        arm.request_stop()
+    else:
+        arm.release()
+    motion = watcher.until(lambda: arm.status.state is not State.MOVING, STANDS_S)
     return Stopped(
         how,
         rate_hz,
+        actual_hz,
         status.stop_time_s,
         motion.last_s,
         status.stop_distance_mm,
         motion.way_mm,
         motion.pulses,
-        wrong,
+        _settled(bench, arm),
     )
+
+
+def _settled(bench: Bench, arm: Arm) -> str:
+    """Return what is wrong with a stopped arm; empty if it knows where it stands."""
+    try:
+        for _ in bench.watch(lambda: arm.status.state is State.STANDBY, STANDS_S):
+            pass
+        arrived(bench, arm)
+    except Broken as error:
+        return f"{error} ({arm.status.error})" if arm.status.error else str(error)
+    return ""
 
 
 def _words(error: Exception) -> str:

@@ -85,13 +85,15 @@ def duration_table(device: Sequence[Measured], twin: Sequence[Measured]) -> str:
 
 def stop_table(stops: Sequence[Stopped]) -> str:
     """Return the worst stop of each kind and the announced bounds."""
-    rows = [("how", "steps/s", "announced", "last step", "steps", "announced", "went", "kept")]
+    rows = [
+        ("how", "steps/s", "actual", "announced", "last step", "steps", "announced", "went", "kept")
+    ]
     for how, rate_hz in dict.fromkeys((each.how, each.rate_hz) for each in stops):
         tries = [each for each in stops if (each.how, each.rate_hz) == (how, rate_hz)]
         good = [each for each in tries if each.announced_s]
         wrong = "; ".join(dict.fromkeys(each.wrong for each in tries if each.wrong))
         if not good:
-            rows.append((how, f"{rate_hz:g}", *"-----", f"NO: {wrong}"))
+            rows.append((how, f"{rate_hz:g}", *"------", f"NO: {wrong}"))
             continue
         announced_s = min(each.announced_s for each in good)
         took_s, pulses = max(each.took_s for each in good), max(each.pulses for each in good)
@@ -103,6 +105,7 @@ def stop_table(stops: Sequence[Stopped]) -> str:
             (
                 how,
                 f"{rate_hz:g}",
+                f"{sum(each.actual_hz for each in good) / len(good):.0f}",
                 _seconds(announced_s),
                 _seconds(took_s),
                 str(pulses),

@@ -137,9 +137,9 @@ def test_stops_on_a_simulated_board():
 
 
 def test_a_stop_beyond_its_bound_is_told():
-    late = Stopped("stop", 25.0, 0.3, 0.43, 60.0, 1.0, 14)
+    late = Stopped("stop", 25.0, 30.5, 0.3, 0.43, 60.0, 1.0, 14)
     assert "NO: beyond the announced bound" in report.stop_table([late])
-    lost = Stopped("stop", 25.0, 0.0, 0.0, 0.0, 0.0, 0, "E501 off the path")
+    lost = Stopped("stop", 25.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0, "E501 off the path")
     assert "NO: E501 off the path" in report.stop_table([lost])
 
 
