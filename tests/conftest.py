@@ -40,8 +40,13 @@ def pytest_addoption(parser):
 
 
 @pytest.hookimpl(optionalhook=True)
-def pytest_xdist_auto_num_workers():
-    """Have one worker more than cores: much of the time goes by in waiting for real processes."""
+def pytest_xdist_auto_num_workers(config):
+    """Have one worker more than cores: much of the time goes by in waiting for real processes.
+
+    A real arm has one worker: what its first test confirms, the next one takes up.
+    """
+    if config.getoption("--arm-port"):
+        return 1
     if "PYTEST_XDIST_AUTO_NUM_WORKERS" in os.environ:
         return None
     return (os.cpu_count() or 1) + 1

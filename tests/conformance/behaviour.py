@@ -69,6 +69,8 @@ def grip_switch(bench: Bench) -> str:
 
 def switches_current(bench: Bench) -> str:
     """Motors that the host can let go."""
+    if not bench.sees_current:
+        return "the bench does not see the motors' current"
     able = bench.abilities.current is not Switching.NONE
     return "" if able else "its motors are always on"
 
@@ -96,17 +98,23 @@ def own_homing(bench: Bench) -> str:
 
 def servo(bench: Bench) -> str:
     """A controller that can be told where a servo goes."""
-    return "" if hasattr(bench.config.device, "servo") else "no servo on its controller"
+    able = hasattr(bench.config.device, "servo")
+    return _unseen(bench) if able else "no servo on its controller"
 
 
 def no_servo(bench: Bench) -> str:
     """A controller whose motors are all that moves the arm."""
-    return "" if servo(bench) else "its controller can move one"
+    return "its controller can move one" if hasattr(bench.config.device, "servo") else ""
 
 
 def valve(bench: Bench) -> str:
     """A controller with an output that can be wired to a gripper."""
-    return "" if hasattr(bench.config.device, "gripper_output") else "no output for a gripper"
+    able = hasattr(bench.config.device, "gripper_output")
+    return _unseen(bench) if able else "no output for a gripper"
+
+
+def _unseen(bench: Bench) -> str:
+    return "" if bench.sees_outputs else "the bench does not see what an output moves"
 
 
 def limit_switches(bench: Bench) -> str:

@@ -40,6 +40,17 @@ class Bench(abc.ABC):
     knows_geometry: ClassVar[bool] = False
     """Whether the driver takes the arm's numbers for true, whoever has verified them."""
 
+    sees_outputs: ClassVar[bool] = True
+    """Whether fingers that hang on an output are seen to move."""
+
+    sees_motion: ClassVar[bool] = True
+    """Whether the motors are seen while they turn."""
+
+    @property
+    def sees_current(self) -> bool:
+        """Whether motors without current are told from those that are held."""
+        return True
+
     def __init__(self, dialect_name: str) -> None:
         self.row = dialect(dialect_name)
         self.arm: Arm | None = None

@@ -113,25 +113,25 @@ def _aftermath(bench: Bench, arm: Arm, fault: Fault, *, sagged: bool) -> None:
         check(bench.look().motors == before.motors, "the arm moved by itself after the fault")
     if fault.evident:
         bench.honest(arm)
-    arm = _brought_back(bench, arm)
+    arm = brought_back(bench, arm)
     bench.refer(arm)
     try:
-        _works(bench, arm)
+        works(bench, arm)
     except ArmError:
         if not fault.strays(bench):
             raise
         # what was left in the device's ear has spoiled the first line: once more, then it is gone
-        arm = _brought_back(bench, arm)
+        arm = brought_back(bench, arm)
         bench.refer(arm)
-        _works(bench, arm)
+        works(bench, arm)
 
 
-def _works(bench: Bench, arm: Arm) -> None:
+def works(bench: Bench, arm: Arm) -> None:
     arm.move_j(**joints_from(arm, -6.0, 3.0))
     arrived(bench, arm)
 
 
-def _brought_back(bench: Bench, arm: Arm) -> Arm:
+def brought_back(bench: Bench, arm: Arm) -> Arm:
     """Reset, or connect again where the wire broke; neither moves anything."""
     before = bench.look()
     if arm.status.state is State.DISCONNECTED:

@@ -109,7 +109,11 @@ class MemoryBench(Bench):
         super().leave()
         self._record_file.unlink(missing_ok=True)
         self._now_s = 0.0
-        self.twin: Twin = make_twin(self._config)
+        self.twin: Twin = self.make_twin()
+
+    def make_twin(self) -> Twin:
+        """Return a new twin of the arm on the bench."""
+        return make_twin(self._config)
 
     def fit(self, lines: str) -> None:
         """Put the twin of an arm file on the bench."""

@@ -5,57 +5,61 @@ Nobody sees the motors here but the arm's own registers, which are asked while i
 
 from __future__ import annotations
 
+import hashlib
+import tempfile
 import time
-from typing import Any, ClassVar
+from pathlib import Path
+from typing import ClassVar
+
+from filelock import FileLock
 
 from armdrive.arm import Arm
-from armdrive.armfile import ArmConfig
-from armdrive.connecting import find
 from armdrive.errors import ArmError, Refused
 from armdrive.posture import Operator
 from armdrive.sim.found import found_posture
 from armdrive.status import State, Status, Trust
 from kinematics import Motors
 
-from .bench import Bench
+from .real_time_bench import RealTimeBench
 from .seen import Seen
 
 SLOWLY = 0.3
 
 
-class PortBench(Bench):
+def port_lock(port: str) -> FileLock:
+    """Return the lock of a port: tests take turns on it, whichever process they run in.
+
+    The driver's own lock lies under `ARMDRIVE_HOME`, of which every test has another one.
+    """
+    name = hashlib.sha256(str(Path(port).resolve()).encode()).hexdigest()[:16]
+    return FileLock(Path(tempfile.gettempdir()) / f"armdrive-bench-{name}.lock")
+
+
+class PortBench(RealTimeBench):
     """A real arm, which stands in its reference posture when the first row begins."""
 
     transport: ClassVar[str] = "port"
-    real_time: ClassVar[bool] = True
     look_s: ClassVar[float] = 0.02
-    noise_s: ClassVar[float] = 0.25
     simulated: ClassVar[bool] = False
+    sees_motion: ClassVar[bool] = False
     _begun: ClassVar[bool] = False
 
     def __init__(self, dialect_name: str, port: str) -> None:
         super().__init__(dialect_name)
-        self.port = port
-        self._config = find(port, dialect_name=dialect_name).config
+        self._lock = port_lock(port)
+        self._lock.acquire()
+        self.take_port(port)
         self._last = Motors([0] * self.row.abilities.motors)
 
-    @property
-    def config(self) -> ArmConfig:
-        """The arm as somebody has it who opens a port without an arm file."""
-        return self._config
-
-    def _open(self, **options: Any) -> Arm:
-        return Arm.connect(self.port, dialect=self.row.name, **options)
+    def end_device(self) -> None:
+        """Let others have the port."""
+        self._lock.release()
 
     def look(self) -> Seen:
         """Ask a standing arm for its registers; of a moving one, take what was told last."""
         if self.arm is not None:
             self._last = _told(self.arm, self._last)
         return Seen(time.monotonic(), self._last, self.tip(self._last), self.posture(self._last)[1])
-
-    def sleep(self, time_s: float) -> None:
-        """Sleep."""
-        time.sleep(time_s)
 
     def refer(self, arm: Arm) -> None:
         """Confirm what the last row has left behind; of the first, the reference posture.

@@ -2,62 +2,26 @@
 
 from __future__ import annotations
 
-import tempfile
-import threading
 import time
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any, ClassVar, cast
+from typing import ClassVar
 
-from armdrive.arm import Arm
-from armdrive.armfile import ArmConfig
-from armdrive.connecting import find
 from armdrive.errors import BadRequest
-from armdrive.posture import Operator
-from armdrive.sim.body import ArmBody
-from armdrive.sim.operator import SimulatedOperator
 from armdrive.sim.twins import twin_kind
-from armdrive.sim.world import World
-from kinematics import Joints, Motors
+from kinematics import Motors
 
-from .bench import Bench
 from .device_process import DeviceProcess
 from .fitted import arm_file
+from .real_time_bench import RealTimeBench
 from .seen import Seen
 
 
-class SeenWorld:
-    """As much of another process's world as an operator has to see."""
-
-    def __init__(self, bench: ProcessBench) -> None:
-        self._bench = bench
-        self.body = ArmBody.of_preset(bench.config.model)
-
-    @property
-    def motors(self) -> Motors:
-        """Where the motors are, physically."""
-        return self._bench.look().motors
-
-    @property
-    def joints(self) -> Joints:
-        """The joint angles, physically."""
-        return self._bench.posture(self.motors)[0]
-
-
-class ProcessBench(Bench):
+class ProcessBench(RealTimeBench):
     """`armdrive sim` in a process of its own, steered and looked at through its console."""
-
-    real_time: ClassVar[bool] = True
-    look_s: ClassVar[float] = 0.002
-    noise_s: ClassVar[float] = 0.25
 
     def __init__(self, dialect_name: str) -> None:
         super().__init__(dialect_name)
-        self._folder = tempfile.TemporaryDirectory(prefix="conformance-")
-        self._home = Path(self._folder.name)
         self._sim = self._start("armdrive", "sim", dialect_name)
-        self.port = self._sim.port
-        self._config = find(self.port, dialect_name=dialect_name).config
+        self.take_port(self._sim.port)
 
     def _door(self) -> tuple[str, str]:
         """Return the option of `armdrive sim` that offers the device, and its address."""
@@ -73,31 +37,15 @@ class ProcessBench(Bench):
         """
         self.leave()
         self._sim.__exit__()
-        path = self._home / "bench.toml"
+        path = self._home / "device.toml"
         path.write_text(arm_file(self.row, lines, "/dev/null"), encoding="utf-8")
         self._sim = self._start("tests.conformance.fitted", str(path), *settings)
-        path.write_text(arm_file(self.row, lines, self._sim.port), encoding="utf-8")
-        self.port = str(path)
-        self._config = find(self.port).config
-
-    def later(self, time_s: float, call: Callable[[], object]) -> None:
-        """Have a thread do it."""
-        timer = threading.Timer(time_s, call)
-        timer.daemon = True
-        timer.start()
-
-    @property
-    def config(self) -> ArmConfig:
-        """The arm as somebody has it who opens a port without an arm file."""
-        return self._config
+        self.take_arm_file(lines, self._sim.port)
 
     @property
     def device(self) -> type:
         """The class of the simulated device."""
         return twin_kind(self.row.name).device
-
-    def _open(self, **options: Any) -> Arm:
-        return Arm.connect(self.port, dialect=self.row.name, **options)
 
     def look(self) -> Seen:
         """Ask the console for the physical state."""
@@ -112,21 +60,9 @@ class ProcessBench(Bench):
             state["powered"],
         )
 
-    def sleep(self, time_s: float) -> None:
-        """Sleep."""
-        time.sleep(time_s)
-
-    def operator(self) -> Operator:
-        """Return a simulated operator who looks at the other process's arm."""
-        return SimulatedOperator(cast(World, SeenWorld(self)))
-
-    def close(self) -> None:
-        """End the driver and the simulation."""
-        try:
-            super().close()
-        finally:
-            self._sim.__exit__()
-            self._folder.cleanup()
+    def end_device(self) -> None:
+        """End the simulation."""
+        self._sim.__exit__()
 
     def fault(self, words: str) -> None:
         """Have a fault, at the console."""

@@ -13,7 +13,7 @@ from .behaviour import Behaviour
 from .device_process import ROOT
 from .going import begin_joints, begin_sweep, refused, sweep_plan
 from .laws import between
-from .process_bench import ProcessBench
+from .real_time_bench import RealTimeBench
 from .rows_conducting import RATE_S, SLOW, STANDS_S, slowed_enough, steps_made
 from .rows_moving import arrived
 from .rows_stopping import settled, under_way, within_bound
@@ -26,7 +26,7 @@ SLOWLY = 0.15
 """A motion that outlasts the beginning of another program on a busy computer."""
 
 
-def begin_command(bench: ProcessBench, *words: str) -> subprocess.Popen[str]:
+def begin_command(bench: RealTimeBench, *words: str) -> subprocess.Popen[str]:
     """Begin a command of the command line about the arm on the bench."""
     where = ["--port", bench.port, "--dialect", bench.row.name]
     return subprocess.Popen(
@@ -38,7 +38,7 @@ def begin_command(bench: ProcessBench, *words: str) -> subprocess.Popen[str]:
     )
 
 
-def command(bench: ProcessBench, *words: str) -> None:
+def command(bench: RealTimeBench, *words: str) -> None:
     """Give a command, and wait until that program has ended."""
     with begin_command(bench, *words) as program:
         told, _ = program.communicate(timeout=ENDS_S)
@@ -46,7 +46,7 @@ def command(bench: ProcessBench, *words: str) -> None:
     check("asked" in told, f"`armdrive {words[0]}` found no arm: {told}")
 
 
-def another_program_pauses_and_resumes_it(bench: ProcessBench) -> None:
+def another_program_pauses_and_resumes_it(bench: RealTimeBench) -> None:
     arm = bench.ready()
     _, goal, _ = sweep_plan(arm)
     handle = begin_sweep(arm, speed=SLOWLY)
@@ -67,7 +67,7 @@ def another_program_pauses_and_resumes_it(bench: ProcessBench) -> None:
     settled(bench, arm)
 
 
-def another_program_stops_it(bench: ProcessBench) -> None:
+def another_program_stops_it(bench: RealTimeBench) -> None:
     arm = bench.ready()
     handle = begin_sweep(arm, speed=SLOWLY)
     under_way(bench)
@@ -78,7 +78,7 @@ def another_program_stops_it(bench: ProcessBench) -> None:
     settled(bench, arm)
 
 
-def another_program_slows_it(bench: ProcessBench) -> None:
+def another_program_slows_it(bench: RealTimeBench) -> None:
     arm = bench.ready()
     plan = sweep_plan(arm)
     command(bench, "slow", f"{SLOW * 100.0:g}")
@@ -90,7 +90,7 @@ def another_program_slows_it(bench: ProcessBench) -> None:
     settled(bench, arm)
 
 
-def another_program_watches_it(bench: ProcessBench) -> None:
+def another_program_watches_it(bench: RealTimeBench) -> None:
     arm = bench.ready()
     with begin_command(bench, "watch", "--every", "0.02") as program:
         end = threading.Timer(ENDS_S, program.kill)

@@ -1,0 +1,1 @@
+"""The driver against real firmware, in a processor simulator or on a real board."""

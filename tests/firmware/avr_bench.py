@@ -1,0 +1,209 @@
+"""Benches for a device that has a control port: one on a port, or an image in the simulator."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+import time
+from pathlib import Path
+from typing import ClassVar
+
+from armdrive.connecting import simulated_config
+from armdrive.sim.body import ArmBody
+from armdrive.sim.fault_request import parse_words
+from armdrive.sim.twins import twin_kind
+from armdrive.sim.world import World
+from kinematics import Motors
+from tests.conformance.port_bench import port_lock
+from tests.conformance.real_time_bench import RealTimeBench
+from tests.conformance.seen import Seen
+
+from .avrdev import AvrProcess, check_image, compile_avrdev
+from .boards import Board
+from .control import Control, ControlPort, PhysicalState
+from .grbl_setup import pull_off_steps, set_up, settings_for
+from .steps import Step, StepLog
+
+TELLS_S = 1.0
+"""The ratio of simulated to real time is meaningless over a shorter time."""
+
+
+class Pace:
+    """Measures how well simulated processors keep real time."""
+
+    def __init__(self) -> None:
+        self._sim_s = self._run_s = 0.0
+
+    def add(self, before: PhysicalState, after: PhysicalState) -> None:
+        """Add what a processor did between two moments."""
+        self._sim_s += after.sim_s - before.sim_s
+        self._run_s += after.run_s - before.run_s
+
+    def taken(self) -> float | None:
+        """Return simulated seconds per second since the last call; None if that is too short."""
+        if self._run_s < TELLS_S:
+            return None
+        ratio = self._sim_s / self._run_s
+        self._sim_s = self._run_s = 0.0
+        return ratio
+
+
+class ControlledBench(RealTimeBench):
+    """A device on a port; a control port reports its motors and injects its faults."""
+
+    transport: ClassVar[str] = "pty"
+    look_s: ClassVar[float] = 0.01
+    sees_outputs: ClassVar[bool] = False
+
+    def __init__(
+        self, dialect_name: str, port: str, control: Control, letters: str, pace: Pace
+    ) -> None:
+        super().__init__(dialect_name)
+        self.control, self.letters = control, letters
+        self._pace, self._begun = pace, control.look()
+        self._lock = port_lock(port)
+        self._lock.acquire()
+        self.take_port(port)
+
+    @property
+    def device(self) -> type:
+        """The class of the simulated device, which has the same abilities as the real one."""
+        return twin_kind(self.row.name).device
+
+    def look(self) -> Seen:
+        """Ask the control port for the physical state."""
+        told = self.control.look()
+        motors = self._motors(told)
+        opening_mm = self.posture(motors)[1]
+        held = told.energised or not self.sees_current
+        return Seen(time.monotonic(), motors, self.tip(motors), opening_mm, held, told.powered)
+
+    def _motors(self, told: PhysicalState) -> Motors:
+        # a board may have fewer axes than the arm has motors, or one for fingers on a servo
+        transmission = self.config.model.transmission
+        assert transmission is not None
+        count = len(transmission.motors)
+        turned = [told.positions[letter] for letter in self.letters[:count]]
+        return Motors([*turned, *[0] * (count - len(turned))])
+
+    def fault(self, words: str) -> None:
+        """Have a fault of the simulator's table, now or later. Raises `BadRequest`."""
+        request = parse_words(words.split())
+        if request.after_s:
+            self.later(request.after_s, lambda: self.control.fault(request, self.letters))
+        else:
+            self.control.fault(request, self.letters)
+
+    def heal(self) -> None:
+        """Undo every fault."""
+        self.control.heal()
+
+    def replug_elsewhere(self) -> None:
+        """Put the cable back under another name."""
+        there = str(self._home / "elsewhere")
+        self.port = self.port.replace(self.device_port, there)
+        self.control.replug(there)
+
+    def end_device(self) -> None:
+        """Release the port."""
+        self._pace.add(self._begun, self.control.look())
+        self.control.close()
+        self._lock.release()
+
+
+class ImageRunner:
+    """What the benches of one image share: the compiled simulator and a configured EEPROM."""
+
+    def __init__(self, board: Board, image: Path, simavr: Path | None = None) -> None:
+        self._folder = tempfile.TemporaryDirectory(prefix="firmware-")
+        self.folder = Path(self._folder.name)
+        self.board, self.image = board, image
+        self.pace = Pace()
+        self.log = StepLog(self.folder / "steps.csv", board.hz)
+        self._set_up_eeprom = self.folder / "eeprom"
+        try:
+            check_image(image)
+            self.program = compile_avrdev(self.folder / "avrdev", simavr)
+            if board.dialect == "grbl":
+                self._set_up()
+        except BaseException:
+            self.close()
+            raise
+
+    def start(self) -> AvrProcess:
+        """Start the board with the settings that the arm needs."""
+        eeprom = self.folder / "eeprom-in-use"
+        if self._set_up_eeprom.exists():
+            shutil.copy(self._set_up_eeprom, eeprom)
+        return self._start(eeprom)
+
+    def _start(self, eeprom: Path) -> AvrProcess:
+        options = ["--eeprom", str(eeprom), "--step-log", str(self.log.path)]
+        return AvrProcess(
+            self.program, self.image, self.folder / "tty", [*self.board.wiring, *options]
+        )
+
+    def bench(self, _dialect: str = "") -> AvrBench:
+        """Return a bench whose board has just been switched on."""
+        return AvrBench(self)
+
+    def close(self) -> None:
+        """Remove the temporary files."""
+        self._folder.cleanup()
+
+    def _set_up(self) -> None:
+        """Write the settings that the arm needs; the EEPROM keeps them for every bench."""
+        process = self._start(self._set_up_eeprom)
+        try:
+            config = simulated_config(self.board.dialect)
+            set_up(process.port, settings_for(config, self.board.letters))
+        finally:
+            process.end()
+
+
+class AvrBench(ControlledBench):
+    """Real firmware in a processor simulator, which has just been switched on."""
+
+    def __init__(self, runner: ImageRunner) -> None:
+        self._log, self._process = runner.log, runner.start()
+        self._runner = runner
+        control = ControlPort("127.0.0.1", self._process.control_port)
+        letters = runner.board.letters
+        super().__init__(runner.board.dialect, self._process.port, control, letters, runner.pace)
+        found = World(ArmBody.of_preset(self.config.model)).motors
+        control.place(letters, Motors(found[: len(letters)]))
+
+    def fit(self, lines: str) -> None:
+        """Use an arm file with more lines, and configure the board for it."""
+        self.leave()
+        self.take_arm_file(lines, self.device_port)
+        if self.row.name != "grbl":
+            return
+        values = settings_for(self.config, self.letters)
+        set_up(self.device_port, values)
+        if self.config.homing is not None:
+            transmission = self.config.model.transmission
+            assert transmission is not None
+            homing = self.config.homing
+            ends = transmission.to_motors(homing.joints, homing.opening_mm)
+            for axis, (letter, end) in enumerate(zip(self.letters, ends, strict=True)):
+                self.control.switch_at(letter, end + pull_off_steps(values, axis))
+
+    @property
+    def sees_current(self) -> bool:
+        """Whether pins show the motor current; coils are off between steps anyway."""
+        return self._runner.board.tells_current
+
+    def device_now_s(self) -> float:
+        """Return the time by the processor's clock."""
+        return self.control.look().time_s
+
+    def steps_since(self, time_s: float) -> list[Step]:
+        """Return the steps after a time."""
+        self.control.flush()
+        return self._log.since(time_s)
+
+    def end_device(self) -> None:
+        """End the simulator."""
+        super().end_device()
+        self._process.end()

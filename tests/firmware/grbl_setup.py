@@ -1,0 +1,97 @@
+"""Configure a GRBL board for an arm with `$` lines, as its owner does before the first motion."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+
+import serial
+
+from armdrive.armfile import ArmConfig
+from armdrive.sim.grbl_settings import PULL_OFF, STEPS
+from armdrive.sim.grbl_wiring import board_axes, motor_letters, well_set_up
+
+RESETS_S = 3.0
+"""A board that resets when its port is opened greets within this time."""
+ANSWERS_S = 5.0
+SOFT_RESET = b"\x18"
+SAME = 0.0005
+"""Boards print settings with three decimals."""
+
+
+class SetUpFailed(Exception):
+    """A board gave no answer, or a wrong one, while it was configured."""
+
+
+class Conversation:
+    """Sends lines to a board and returns the answers, without a driver."""
+
+    def __init__(self, port: str, baud: int = 115_200) -> None:
+        self._port = serial.Serial(port, baud, timeout=0.1)
+        try:
+            self.heard_until("Grbl", longest_s=RESETS_S)
+        except SetUpFailed:  # opening its port does not reset it
+            self.say(SOFT_RESET)
+            self.heard_until("Grbl")
+
+    def heard_until(self, *ends: str, longest_s: float = ANSWERS_S) -> list[str]:
+        """Return the lines up to one that begins with any of `ends`."""
+        lines, end_s = [], time.monotonic() + longest_s
+        while time.monotonic() < end_s:
+            line = self._port.readline().decode("latin-1").strip()
+            if line:
+                lines.append(line)
+            if line.startswith(ends):
+                return lines
+        raise SetUpFailed(f"the board said no {' or '.join(ends)} within {longest_s:g} s: {lines}")
+
+    def ask(self, line: str) -> list[str]:
+        """Send a line and return the answer without its `ok`."""
+        self._port.write(f"{line}\n".encode())
+        lines = self.heard_until("ok", "error")
+        if lines[-1] != "ok":
+            raise SetUpFailed(f"the board refuses {line!r}: {lines[-1]}")
+        return lines[:-1]
+
+    def say(self, data: bytes) -> None:
+        """Send real-time commands, which have no answer."""
+        self._port.write(data)
+
+    def close(self) -> None:
+        """Close the port."""
+        self._port.close()
+
+    def __enter__(self) -> Conversation:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.close()
+
+
+def settings_for(config: ArmConfig, board: str) -> dict[int, float]:
+    """Return the settings for an arm, limited to the axes that the board has."""
+    transmission = config.model.transmission
+    assert transmission is not None
+    letters = motor_letters(config, len(transmission.motors))
+    values = well_set_up(config, letters, board_axes(letters, ""))
+    return {
+        number: value
+        for number, value in values.items()
+        if number < STEPS or number % 10 < len(board)
+    }
+
+
+def pull_off_steps(values: Mapping[int, float], axis: int) -> int:
+    """Return how far homing backs off from a switch, in steps of an axis counted from 0."""
+    return round(values[PULL_OFF] * values[STEPS + axis])
+
+
+def set_up(port: str, values: Mapping[int, float]) -> None:
+    """Write the settings that differ. Raises `SetUpFailed`."""
+    with Conversation(port) as board:
+        told = (line[1:].split("=") for line in board.ask("$$") if line.startswith("$"))
+        before = {int(number): float(text.split()[0]) for number, text in told}
+        # $20 needs $22=1
+        for number, value in sorted(values.items(), key=lambda each: (each[0] == 20, each[0])):
+            if abs(before.get(number, -1.0) - value) > SAME:
+                board.ask(f"${number}={value:.3f}".rstrip("0").rstrip("."))

@@ -1,0 +1,154 @@
+"""Results as plain text: a line for each row, mission, motion and stop."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from tests.conformance.running import Result, Verdict
+
+from .board_alone import BoardMotion
+from .measuring import Measured, Stopped
+from .missions import MissionResult
+
+KEEPS_PACE = 0.98
+"""Below this ratio of simulated to real time, measurements are distorted."""
+WORDS = {Verdict.KEPT: "passed", Verdict.BROKEN: "FAILED", Verdict.NOT_APPLICABLE: "n/a"}
+
+
+def row_line(result: Result) -> str:
+    """Return the line of one behaviour."""
+    why = f": {result.words}" if result.words else ""
+    return f"{WORDS[result.verdict]:<7} {result.took_s:5.1f} s  {result.behaviour}{why}"
+
+
+def row_summary(results: Sequence[Result]) -> str:
+    """Count the rows by verdict."""
+    counts = (
+        f"{sum(each.verdict is verdict for each in results)} {word}"
+        for verdict, word in WORDS.items()
+    )
+    return ", ".join(counts)
+
+
+def mission_line(result: MissionResult) -> str:
+    """Return the line of one mission, with its log if it broke a promise."""
+    faults = ", ".join(result.faults) or "no fault"
+    if not result.broken:
+        return f"mission {result.seed}: kept ({faults})"
+    return "\n    ".join([f"mission {result.seed}: BROKEN ({faults})", *result.log])
+
+
+def mission_summary(results: Sequence[MissionResult]) -> str:
+    """Count the missions."""
+    faulted = sum(bool(each.faults) for each in results)
+    broken = sum(bool(each.broken) for each in results)
+    return f"{len(results)} missions, {faulted} with faults, {broken} with a broken promise"
+
+
+def pace_line(ratio: float) -> str:
+    """Report how well the simulated processor kept real time."""
+    line = f"processor time: {ratio:.3f} s per second"
+    if ratio >= KEEPS_PACE:
+        return line
+    return f"WARNING: {line}. The computer is too slow or too busy for valid measurements."
+
+
+def duration_table(device: Sequence[Measured], twin: Sequence[Measured]) -> str:
+    """Return the durations on the device and on the simulated board."""
+    beside = {(each.motion, each.speed): each for each in twin}
+    rows = [
+        (
+            "motion", "speed", "motors turn", "simulated", "ratio", "whole call", "simulated",
+            "ratio", "more", "underruns", "wrong",
+        )
+    ]  # fmt: skip
+    for each in device:
+        other = beside.get((each.motion, each.speed))
+        physical_s, call_s = (other.physical_s, other.call_s) if other else (0.0, 0.0)
+        rows.append(
+            (
+                each.motion,
+                f"{each.speed:g}",
+                _seconds(each.physical_s),
+                _seconds(physical_s),
+                _ratio(each.physical_s, physical_s),
+                _seconds(each.call_s),
+                _seconds(call_s),
+                _ratio(each.call_s, call_s),
+                _seconds(each.call_s - call_s) if each.call_s and call_s else "-",
+                str(each.underruns),
+                each.wrong,
+            )
+        )
+    return _table(rows)
+
+
+def stop_table(stops: Sequence[Stopped]) -> str:
+    """Return the worst stop of each kind and the announced bounds."""
+    rows = [
+        ("how", "steps/s", "actual", "announced", "last step", "steps", "announced", "went", "kept")
+    ]
+    for how, rate_hz in dict.fromkeys((each.how, each.rate_hz) for each in stops):
+        tries = [each for each in stops if (each.how, each.rate_hz) == (how, rate_hz)]
+        good = [each for each in tries if each.announced_s]
+        wrong = "; ".join(dict.fromkeys(each.wrong for each in tries if each.wrong))
+        if not good:
+            rows.append((how, f"{rate_hz:g}", *"------", f"NO: {wrong}"))
+            continue
+        announced_s = min(each.announced_s for each in good)
+        took_s, pulses = max(each.took_s for each in good), max(each.pulses for each in good)
+        announced_mm = min(each.announced_mm for each in good)
+        way_mm = max(each.way_mm for each in good)
+        late = [] if all(each.within for each in good) else ["beyond the announced bound"]
+        told = "; ".join([*late, *([wrong] if wrong else [])])
+        rows.append(
+            (
+                how,
+                f"{rate_hz:g}",
+                f"{sum(each.actual_hz for each in good) / len(good):.0f}",
+                _seconds(announced_s),
+                _seconds(took_s),
+                str(pulses),
+                f"{announced_mm:.1f} mm",
+                f"{way_mm:.1f} mm",
+                f"NO: {told}" if told else "yes",
+            )
+        )
+    return _table(rows)
+
+
+def board_table(device: Sequence[BoardMotion], twin: Sequence[BoardMotion]) -> str:
+    """Return a board's own times and those of the simulated board."""
+    rows = [("what", "steps/s", "time", "steps", "simulated", "steps", "ratio")]
+    for each, other in zip(device, twin, strict=True):
+        rows.append(
+            (
+                each.what,
+                f"{each.rate_hz:.0f}",
+                _seconds(each.took_s),
+                str(each.pulses),
+                _seconds(other.took_s),
+                str(other.pulses),
+                _ratio(each.took_s, other.took_s),
+            )
+        )
+    return _table(rows)
+
+
+def _seconds(time_s: float) -> str:
+    return f"{time_s:.3f} s" if time_s else "-"
+
+
+def _ratio(a: float, b: float) -> str:
+    return f"{a / b:.3f}" if a and b else "-"
+
+
+def _table(rows: Iterable[Sequence[str]]) -> str:
+    lines = list(rows)
+    widths = [max(len(line[i]) for line in lines) for i in range(len(lines[0]) - 1)]
+    return "\n".join(
+        "  ".join(
+            [*(f"{cell:<{w}}" for cell, w in zip(line, widths, strict=False)), line[-1]]
+        ).rstrip()
+        for line in lines
+    )

@@ -1,0 +1,134 @@
+"""The devices under test: how to make their benches, and those of the simulated board."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import tempfile
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import ClassVar
+
+from armdrive.connecting import find
+from armdrive.sim.options import Value
+from armdrive.sim.twin import Twin, make_twin
+from tests.conformance.bench import Bench
+from tests.conformance.memory_bench import MemoryBench
+from tests.conformance.port_bench import PortBench
+from tests.conformance.process_bench import PtyBench
+from tests.conformance.real_time_bench import RealTimeBench
+
+from .avr_bench import ControlledBench, ImageRunner, Pace
+from .boards import Board
+from .control import ControlPort
+
+NOWHERE = "/dev/null"
+"""A port that is never opened, to get the configuration of an arm without an arm file."""
+
+
+class TwinBench(MemoryBench):
+    """The simulated board in simulated time, sampled often enough to time its steps."""
+
+    look_s: ClassVar[float] = 0.002
+
+    def __init__(self, dialect: str, options: Mapping[str, Value]) -> None:
+        self._options = dict(options)
+        super().__init__(dialect)
+        # as for a real arm, whose bursts are shorter than those of `sim:`
+        self._config = find(NOWHERE, dialect_name=dialect).config
+        self.begin_anew()
+
+    def make_twin(self) -> Twin:
+        """Return a new simulated board."""
+        return make_twin(self._config, **self._options)
+
+
+@contextlib.contextmanager
+def own_home() -> Iterator[None]:
+    """Use an empty ARMDRIVE_HOME."""
+    before = os.environ.get("ARMDRIVE_HOME")
+    with tempfile.TemporaryDirectory(prefix="armdrive-") as home:
+        os.environ["ARMDRIVE_HOME"] = home
+        try:
+            yield
+        finally:
+            if before is None:
+                del os.environ["ARMDRIVE_HOME"]
+            else:
+                os.environ["ARMDRIVE_HOME"] = before
+
+
+@dataclass(frozen=True, slots=True)
+class Rig:
+    """One device under test.
+
+    `lacking` is the reason why the driver cannot drive an arm with it; empty if it can.
+    """
+
+    name: str
+    dialect: str
+    transport: str
+    make: Callable[[], Bench]
+    twin: Callable[[], Bench]
+    close: Callable[[], None] = lambda: None
+    pace: Pace = field(default_factory=Pace)
+    lacking: str = ""
+    alone: tuple[Callable[[], RealTimeBench], Callable[[], RealTimeBench]] | None = None
+    """Makers of benches for the board and the simulated one, to talk to without a driver."""
+
+    def home(self) -> contextlib.AbstractContextManager[None]:
+        """Isolate the records of one measurement from the next, unless the arm is real."""
+        return contextlib.nullcontext() if self.real else own_home()
+
+    @property
+    def real(self) -> bool:
+        """Whether it is a real arm, without a control port."""
+        return self.transport == PortBench.transport
+
+
+def simulated(dialect: str) -> Rig:
+    """Return the simulated board itself as a rig."""
+    twin = twin_maker(dialect, {})
+    return Rig(f"simulated {dialect}", dialect, "memory", twin, twin)
+
+
+def of_image(board: Board, image: Path, simavr: Path | None = None) -> Rig:
+    """Return the rig of a firmware image in the processor simulator."""
+    runner = ImageRunner(board, image, simavr)
+    return Rig(
+        board.name,
+        board.dialect,
+        "pty",
+        runner.bench,
+        twin_maker(board.dialect, board.twin),
+        runner.close,
+        runner.pace,
+        board.lacking,
+        (runner.bench, lambda: served(board)) if board.dialect == "grbl" else None,
+    )
+
+
+def served(board: Board) -> PtyBench:
+    """Return the simulated board behind a pseudo-terminal, in real time."""
+    bench = PtyBench(board.dialect)
+    bench.fit("", *(f"{name}={value}" for name, value in board.twin.items()))
+    return bench
+
+
+def of_port(dialect: str, port: str, control: str, axes: str) -> Rig:
+    """Return the rig of a device on a port: with a control port, or with a person beside it."""
+    pace = Pace()
+
+    def make() -> Bench:
+        if control:
+            return ControlledBench(dialect, port, ControlPort.at(control), axes, pace)
+        return PortBench(dialect, port)
+
+    transport = "pty" if control else "port"
+    return Rig(port, dialect, transport, make, twin_maker(dialect, {}), pace=pace)
+
+
+def twin_maker(dialect: str, options: Mapping[str, Value]) -> Callable[[], Bench]:
+    """Return a maker of benches for the simulated board."""
+    return lambda: TwinBench(dialect, options)

@@ -1,0 +1,221 @@
+"""The bench runs against simulated boards; these tests need no firmware and no compiler."""
+
+from __future__ import annotations
+
+import json
+import re
+import socket
+import sys
+import threading
+
+import pytest
+from filelock import Timeout
+
+from armdrive.errors import BadRequest
+from armdrive.sim.fault_request import parse_words
+from tests.conformance.behaviour import on_bus
+from tests.conformance.device_process import DeviceProcess
+from tests.conformance.faults import FAULTS
+from tests.conformance.port_bench import port_lock
+from tests.conformance.running import Verdict
+
+from . import avrdev, report
+from .boards import BOARDS, GRBL_328P, MEGA_5X
+from .control import commands_of
+from .measuring import MOTIONS, Stopped, durations, stops
+from .missions import Mission, run_mission
+from .rigs import simulated
+from .run import main
+from .steps import Step, StepLog
+
+AXES = "XYZABC"
+JOINT_MOTION = "a joint motion arrives"
+SOURCE = avrdev.SOURCE.read_text(encoding="utf-8")
+
+
+def console_words(command: str) -> str:
+    """Return what the console of a simulated board is told for a command of a control port."""
+    name, *words = command.split()
+    if name == "heal":
+        return "fault off"
+    side, effect, amount, *_ = words
+    kinds = {"lose": "drop", "flip": "corrupt", "repeat": "duplicate"}
+    return f"fault {kinds[effect]} {amount} --from {side}"
+
+
+class ControlStandIn:
+    """A control port whose device is a simulated board: asks its console, answers as `avrdev`."""
+
+    def __init__(self, device: DeviceProcess) -> None:
+        self._device = device
+        self.heard: list[str] = []
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.bind(("127.0.0.1", 0))
+        self.address = "{}:{}".format(*self._socket.getsockname())
+        self._thread = threading.Thread(target=self._serve)
+        self._thread.start()
+
+    def __enter__(self) -> ControlStandIn:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as last:
+            last.sendto(b"quit", self._socket.getsockname())
+        self._thread.join()
+        self._socket.close()
+
+    def _serve(self) -> None:
+        while True:
+            data, asker = self._socket.recvfrom(4096)
+            command = data.decode()
+            if command == "quit":
+                return
+            self._socket.sendto(self._answer(command).encode(), asker)
+
+    def _answer(self, command: str) -> str:
+        if command != "stat":
+            self.heard.append(command)
+            told = self._device.say(f"{console_words(command)} --json")
+            return "ok" if '"ok": false' not in told else f"error: {told}"
+        state = self._device.state()
+        axes = {
+            letter: {"pos": at, "on": state["energised"]}
+            for letter, at in zip(AXES, state["motors"], strict=True)
+        }
+        clock = {"cycle": 0, "hz": 1, "sim_s": 0.0, "run_s": 0.0, "resets": 0}
+        return json.dumps({**clock, "powered": state["powered"], "axes": axes})
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
+def test_a_device_on_a_port_with_a_control_port(tmp_path, capsys):
+    found = tmp_path / "found.json"
+    program, door = ("armdrive", "sim", "grbl"), ("--pty", str(tmp_path / "board"))
+    device = DeviceProcess(program, door, "grbl")
+    with device, ControlStandIn(device) as control:
+        words = ["--port", device.port, "--dialect", "grbl", "--control", control.address]
+        lost = "a message to the device is lost, in motion"
+        codes = [
+            main([*words, "--only", row, "--json", str(found)]) for row in (JOINT_MOTION, lost)
+        ]
+    assert codes == [0, 0], capsys.readouterr().out
+    (row,) = json.loads(found.read_text())[0]["rows"]
+    assert row["verdict"] == Verdict.KEPT.name
+    assert "wire host lose next 0 0" in control.heard
+
+
+def test_rows_and_missions_on_a_simulated_board(tmp_path, capsys):
+    found = tmp_path / "found.json"
+    words = ["--only", JOINT_MOTION, "--missions", "2", "--seed", "2", "--json", str(found)]
+    assert main(["--simulated", "grbl", *words]) == 0
+    told = capsys.readouterr().out
+    assert f"{JOINT_MOTION}, and its read-back says so" in told
+    assert "2 missions" in told
+    (rig,) = json.loads(found.read_text())
+    assert all(each["verdict"] == Verdict.KEPT.name for each in rig["rows"])
+    assert [each["broken"] for each in rig["missions"]] == ["", ""]
+    assert any(each["faults"] for each in rig["missions"])
+
+
+def test_durations_on_a_simulated_board():
+    rig = simulated("grbl")
+    with rig.make() as bench:
+        measured = list(durations(bench, speeds=(1.0,)))
+    assert [each.motion for each in measured] == list(MOTIONS)
+    assert not [each.wrong for each in measured if each.wrong]
+    for each in measured:
+        assert 0.0 < each.physical_s < each.call_s
+    table = report.duration_table(measured, measured)
+    assert table.count("1.000  ") == 2 * len(measured)
+
+
+def test_stops_on_a_simulated_board():
+    with simulated("grbl").make() as bench:
+        found = list(stops(bench, rates_hz=(100.0, 9_999.0)))
+    assert [(each.how, each.rate_hz) for each in found] == [("stop", 100.0), ("release", 100.0)]
+    assert all(each.kept and 0 < each.pulses < 40 for each in found)
+    assert report.stop_table(found).count("yes") == len(found)
+
+
+def test_a_stop_beyond_its_bound_is_told():
+    late = Stopped("stop", 25.0, 30.5, 0.3, 0.43, 60.0, 1.0, 14)
+    assert "NO: beyond the announced bound" in report.stop_table([late])
+    lost = Stopped("stop", 25.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0, "E501 off the path")
+    assert "NO: E501 off the path" in report.stop_table([lost])
+
+
+def test_a_computer_that_is_too_slow_is_told():
+    assert "WARNING" in report.pace_line(0.9)
+    assert "WARNING" not in report.pace_line(0.995)
+
+
+def test_a_position_that_is_trusted_and_wrong_is_found(monkeypatch):
+    """A driver for which every position stays referenced does not pass."""
+    monkeypatch.setattr(Mission, "_act", lambda self, arm, *_: self._honest(arm))
+    rig = simulated("grbl")
+    with rig.make() as bench:
+        bench.ready()
+        monkeypatch.setattr(bench, "ready", lambda: bench.arm)
+        bench.twin.world.drive_to([0] * len(AXES))
+        assert "but the motors stand at" in run_mission(bench, 0).broken
+
+
+@pytest.mark.parametrize(
+    "words", [words for fault in FAULTS if on_bus not in fault.needs for words in fault.words]
+)
+def test_every_fault_of_a_serial_line_is_a_command_of_the_control_port(words):
+    known = set(re.findall(r'^    \{"(\w+)", \w+,', SOURCE, re.MULTILINE))
+    commands = list(commands_of(parse_words(words.split()), AXES))
+    assert commands
+    assert {each.split()[0] for each in commands} <= known
+
+
+def test_what_only_drives_on_a_bus_have_is_refused():
+    with pytest.raises(BadRequest):
+        list(commands_of(parse_words(["bus-off"]), AXES))
+
+
+def test_a_step_log_is_read_from_a_time_on(tmp_path):
+    path = tmp_path / "steps.csv"
+    path.write_text("cycle,axis,direction,position\n16,X,1,1\n32,Y,-1,-1\n48,X,-1,0\n")
+    assert StepLog(path, 16).since(1.0) == [Step(2.0, "Y", -1), Step(3.0, "X", -1)]
+
+
+def test_two_tests_do_not_share_a_port():
+    with port_lock("/dev/ttyUSB7"), pytest.raises(Timeout):
+        port_lock("/dev/ttyUSB7").acquire(timeout=0)
+
+
+def test_the_control_port_is_for_this_computer_alone():
+    assert "INADDR_LOOPBACK" in SOURCE
+    assert "INADDR_ANY" not in SOURCE
+
+
+def test_a_board_of_three_axes_is_not_applicable(capsys):
+    assert "3 axes" in GRBL_328P.lacking
+    assert not MEGA_5X.lacking
+
+
+def test_what_is_missing_is_told(tmp_path, capsys, monkeypatch):
+    with pytest.raises(SystemExit):
+        main([])
+    assert "name an image" in capsys.readouterr().err
+    image = tmp_path / "robko.elf"
+    assert main(["--robko", str(image)]) == 2
+    assert "cannot be read" in capsys.readouterr().err
+    image.write_text(":100000000C9434000C9451000C9451000C945100", encoding="ascii")
+    assert main(["--robko", str(image)]) == 2
+    assert "no ELF file for AVR" in capsys.readouterr().err
+    image.write_bytes(b"\x7fELF".ljust(18, b"\0") + avrdev.AVR_MACHINE)
+    assert main(["--robko", str(image), "--simavr", str(tmp_path)]) == 2
+    assert "no sim_avr.h" in capsys.readouterr().err
+    monkeypatch.delenv("CC", raising=False)
+    monkeypatch.setattr(avrdev.shutil, "which", lambda _: None)
+    assert main(["--robko", str(image)]) == 2
+    assert "C compiler" in capsys.readouterr().err
+
+
+def test_every_pin_is_one_that_the_simulator_reads():
+    words = [word for board in BOARDS.values() for word in board.wiring]
+    pins = [pin for word in words for pin in re.findall(r"=(\w+)", word)]
+    assert pins
+    assert all(re.fullmatch(r"[A-L][0-7]", pin) for pin in pins)
