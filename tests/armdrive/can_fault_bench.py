@@ -129,7 +129,7 @@ def goes_on(arm: Arm, stood=None) -> None:
     try:
         arm.enable()
     except DeviceFault as error:  # of a drive in fault, which forgets nothing by itself
-        if "`reset` clears that" not in str(error):
+        if "`reset()` clears that" not in str(error):
             raise
         arm.reset()
         arm.enable()
