@@ -45,6 +45,13 @@ STALLED_S = 2.0
 """A motion that does not go on for so long, beyond what it should take, is given up."""
 FEW_STEPS = 2
 """A line of no more of them is single steps: the arm stands between those anyway."""
+CLEAR_S = 0.02
+"""No line is sent so shortly before the motion under way ends: the board has to be Idle then.
+
+A line that GRBL plans as its motors stop is either left in the segment buffer, with the board Idle,
+or carried out in Run although it was a jog, so that no jog cancel ends it. Both were seen on a
+grbl-Mega-5X at 25 steps/s. The time covers the line's way and what the host may be late by.
+"""
 OVERRIDDEN = 12.0
 """The lowest feed override makes a motion ten times longer."""
 
@@ -148,6 +155,8 @@ class GrblMotion(GrblStopping):
     def _may_say(self, trip: Trip, line: Line) -> bool:
         if trip.waits_for_ok:
             return False
+        if trip.road.ends_by(self.now_s + CLEAR_S):
+            return False
         return trip.road.waiting < self.blocks and self._host.room_for(line)
 
     def _text(self, trip: Trip, steps: Motors, ahead: Way) -> str:
@@ -201,7 +210,8 @@ class GrblMotion(GrblStopping):
         self.tell(Progress(self.registers()))
         left = trip.road.waiting, trip.road.start
         idle = self.state is State.IDLE and self.planner_empty()
-        on_it = trip.road.report(position, idle=idle, planned=self.planner_holds())
+        planned = self.planner_holds()
+        on_it = trip.road.report(position, self.now_s, idle=idle, planned=planned)
         self._note_dry(trip, idle)
         if left != (trip.road.waiting, trip.road.start):
             trip.changed_s = self.now_s
@@ -241,7 +251,7 @@ class GrblMotion(GrblStopping):
             if standing and self.position is not None and road.at_end(self.position):
                 road.take_as_answered()  # the line was driven: only its ok was lost
                 self._host.forget_outstanding()
-                road.report(self.position, idle=True)
+                road.report(self.position, self.now_s, idle=True)
             elif standing or not road.oks:
                 return Denied("the board answered a line with nothing: it was lost on the wire")
         patience_s = STALLED_S + OVERRIDDEN * road.expected_s()

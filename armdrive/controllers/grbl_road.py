@@ -53,6 +53,7 @@ class Road:
         self._limits = limits
         self._tolerance = tolerance
         self._segments = segments
+        self._ends_s = -math.inf
         self._lines: deque[Line] = deque()
         self._share = 0.0
 
@@ -73,6 +74,8 @@ class Road:
 
     def send(self, steps: Motors, way: Way, now_s: float) -> None:
         """Take in a line that is sent now."""
+        lasts_s = way.nominal_s if self._lines else planned_s([way], self._limits)
+        self._ends_s = max(self._ends_s, now_s) + lasts_s
         self._lines.append(Line(self.end, self.end + steps, way, now_s))
         self.end = self.end + steps
         self.unanswered += 1
@@ -116,6 +119,10 @@ class Road:
         ahead_s += self._segments.holds_s(ways)
         return sum(each.nominal_s for each in ways) + guess_s <= ahead_s + 1e-6
 
+    def ends_by(self, time_s: float) -> bool:
+        """Tell whether the motion that is known to be under way may have ended by a time."""
+        return bool(self._lines) and self._ends_s <= time_s
+
     def expected_s(self) -> float:
         """Return how long the rest should take."""
         return planned_s(self.rest(), self._limits)
@@ -124,7 +131,9 @@ class Road:
         """Tell whether a position is where the last line leads."""
         return position == self.end
 
-    def report(self, position: Motors, *, idle: bool, planned: int | None = None) -> bool:
+    def report(
+        self, position: Motors, now_s: float, *, idle: bool, planned: int | None = None
+    ) -> bool:
         """Take in a report; False where its position is off every line that can be under way.
 
         `idle` says that the board stands and that its planner is empty: what it has acknowledged
@@ -140,6 +149,7 @@ class Road:
                 late = self._too_late(position, index, share, planned)
                 self._drop(index)
                 self._share = share
+                self._ends_s = now_s + sum(each.nominal_s for each in self.rest())
                 return not late
         return False
 

@@ -21,9 +21,8 @@ class BoardDrive(Drive[PathRack]):
     """A path in the space of the board's axes; the build gives the axis of each motor."""
 
     def __init__(self, world: World, build: Build, limits: PathLimits) -> None:
-        axes, firmware = len(build.axes), build.firmware
-        rack = PathRack((0,) * axes, limits, firmware.segments, firmware.slowest_hz)
-        super().__init__(world, rack)
+        axes = len(build.axes)
+        super().__init__(world, PathRack((0,) * axes, limits, build.firmware.stepping))
         self._followed_s = math.nan
         self._axes = axes
         self._order = tuple(build.order)

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 from types import MappingProxyType
 
+from armdrive.sim.path_rack import Stepping
 from firmware_protocol.grbl import (
     AxesInfo,
     Banner,
@@ -53,12 +54,11 @@ class Firmware:
     """How many lines its planner queues."""
     max_line: int
     """The characters of a line. Seen: the Mega takes more than 200."""
-    segments: int
-    """How many segments of the motion are computed ahead. A hold begins to brake behind them, and
-    a line leaves the planner with its last one. Seen, from a hold to the last step: 0.43 s (Mega)
-    and 0.24 s (328p) at 31 steps/s, 0.27 s and 0.15 s at 50. A guess of grblHAL and FluidNC."""
-    slowest_hz: float
-    """No motor turns slower. Seen: 40 steps at 5, 10, 20 and 30 steps/s in 1.278 s each."""
+    stepping: Stepping
+    """How it steps. A hold begins to brake behind the segments that are computed, and a line leaves
+    the planner with its last one. Seen, from a hold to the last step: 0.43 s (Mega) and 0.24 s
+    (328p) at 31 steps/s, 0.27 s and 0.15 s at 50; 40 steps at 5, 10, 20 and 30 steps/s in 1.278 s
+    each. A guess of grblHAL and FluidNC."""
 
     # the words that it knows
     outputs: bool
@@ -165,8 +165,7 @@ _GRBL = Firmware(
     unknown=frozenset(("M7",)),
     letters_to_home=0,
     crlf_answers_twice=True,
-    segments=5,
-    slowest_hz=16e6 / (8 * 65535),
+    stepping=Stepping(5, 1e-3, 16e6 / (8 * 65535)),
     parse_s=0.35e-3,
     plan_s=0.85e-3,
     eeprom_s=17e-3,
@@ -193,7 +192,7 @@ _MEGA_5X = replace(
     ring_bytes=255,
     blocks=35,
     max_line=255,
-    segments=9,
+    stepping=replace(_GRBL.stepping, segments=9),
     unknown=frozenset(),
     letters_to_home=1,
     cancel_clears_ring=True,
@@ -215,8 +214,7 @@ _GRBLHAL = Firmware(
     unknown=frozenset(),
     letters_to_home=9,
     crlf_answers_twice=False,
-    segments=10,
-    slowest_hz=0.0,
+    stepping=Stepping(10),
     parse_s=0.05e-3,
     plan_s=0.1e-3,
     eeprom_s=5e-3,
@@ -246,8 +244,7 @@ _FLUIDNC = Firmware(
     unknown=frozenset(),
     letters_to_home=1,
     crlf_answers_twice=False,
-    segments=12,
-    slowest_hz=0.0,
+    stepping=Stepping(12),
     parse_s=0.1e-3,
     plan_s=0.2e-3,
     eeprom_s=5e-3,

@@ -13,7 +13,7 @@ import math
 from bisect import bisect_right
 from collections import deque
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from armdrive.sim.path_line import Line, PathLimits, line
@@ -26,28 +26,32 @@ STEPS_A_SEGMENT = 1.25
 of its line."""
 
 
-class PathRack:
-    """The lines under way. A device that bounds their number looks at `waiting`.
+@dataclass(frozen=True, slots=True)
+class Stepping:
+    """How a processor steps: `segments` are computed ahead of the motors, each in `compute_s`.
 
-    `segments` is how many segments of the motion are computed ahead of the motors, and
-    `slowest_hz` the slowest rate, in steps a second, of the motor that makes most steps.
+    The motor that makes most steps of a line makes no fewer than `slowest_hz` a second.
     """
 
+    segments: int = 0
+    compute_s: float = 0.0
+    slowest_hz: float = 0.0
+
+
+class PathRack:
+    """The lines under way. A device that bounds their number looks at `waiting`."""
+
     def __init__(
-        self,
-        counts: Sequence[int],
-        limits: PathLimits,
-        segments: int = 0,
-        slowest_hz: float = 0.0,
+        self, counts: Sequence[int], limits: PathLimits, stepping: Stepping | None = None
     ) -> None:
         self.limits = limits
-        self._slowest_hz = slowest_hz
-        self._segments = segments
+        self._stepping = stepping or Stepping()
         self._base = Motors(counts)
         self._lines: deque[Line] = deque()
         self._stretches: list[Stretch] = []
         self._next_line_s = math.inf
         self._computed = math.nan, math.nan
+        self._began_s = -math.inf
         self._along = 0.0
         self._held = False
         self._scale = (1.0, 1.0)
@@ -99,7 +103,7 @@ class PathRack:
 
         A `rapid` one goes as fast as the axes allow.
         """
-        added = line(deltas, self.limits, rate, self._slowest_hz, rapid=rapid, tag=tag)
+        added = line(deltas, self.limits, rate, self._stepping.slowest_hz, rapid=rapid, tag=tag)
         if added is None:
             return False
         computed_s = self.computed_s(now_s)
@@ -129,10 +133,17 @@ class PathRack:
         """Return up to when the motion is computed; the moment itself while there is none."""
         if self._computed[0] != now_s:
             until_s, index = now_s, self._index(now_s)
-            for _ in range(self._segments):
+            for _ in range(self._count(now_s)):
                 until_s, index = self._segment_end(until_s, index)
             self._computed = now_s, until_s
         return self._computed[1]
+
+    def _count(self, now_s: float) -> int:
+        """Return how many segments there has been time to compute since the motors stood."""
+        stepping = self._stepping
+        if not stepping.compute_s:
+            return stepping.segments
+        return int(min((now_s - self._began_s) / stepping.compute_s, stepping.segments))
 
     def _segment_end(self, start_s: float, index: int) -> tuple[float, int]:
         """Return when a segment ends that begins in a stretch, and the stretch behind it."""
@@ -254,6 +265,8 @@ class PathRack:
         self.settle(now_s)
 
     def _follow_on(self, stretches: list[Stretch]) -> None:
+        if stretches and not self._stretches:
+            self._began_s = stretches[0].piece.start_s
         self._stretches = stretches
         self._computed = math.nan, math.nan
         ends = (each.piece.end_s for each in stretches if each.last)

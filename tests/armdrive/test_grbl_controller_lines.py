@@ -97,15 +97,15 @@ def test_a_road_knows_where_on_it_a_position_is():
         steps = Motors((100, 10 * index, 0, 0, 0, 0))
         road.send(steps, way(steps, 0.3, LIMITS), 0.0)
         road.answered()
-    assert road.report(Motors((50, 1, 0, 0, 0, 0)), idle=False)
+    assert road.report(Motors((50, 1, 0, 0, 0, 0)), 0.0, idle=False)
     assert road.waiting == 3
-    assert road.report(Motors((150, 5, 0, 0, 0, 0)), idle=False)
+    assert road.report(Motors((150, 5, 0, 0, 0, 0)), 0.0, idle=False)
     assert road.waiting == 2
-    assert not road.report(Motors((150, 15, 0, 0, 0, 0)), idle=False)
-    assert not road.report(Motors((320, 30, 0, 0, 0, 0)), idle=False)
-    assert road.report(Motors((300, 30, 0, 0, 0, 0)), idle=True)
+    assert not road.report(Motors((150, 15, 0, 0, 0, 0)), 0.0, idle=False)
+    assert not road.report(Motors((320, 30, 0, 0, 0, 0)), 0.0, idle=False)
+    assert road.report(Motors((300, 30, 0, 0, 0, 0)), 0.0, idle=True)
     assert road.empty
-    assert not road.report(Motors((300, 40, 0, 0, 0, 0)), idle=True)
+    assert not road.report(Motors((300, 40, 0, 0, 0, 0)), 0.0, idle=True)
 
 
 def told(**changes):
