@@ -52,6 +52,10 @@ A line that GRBL plans as its motors stop is either left in the segment buffer, 
 or carried out in Run although it was a jog, so that no jog cancel ends it. Both were seen on a
 grbl-Mega-5X at 25 steps/s. The time covers the line's way and what the host may be late by.
 """
+FILLED_S = 0.1
+"""By then, the lines that a motion begins with have filled segment buffer and planner."""
+LEAD_S = 0.1
+"""A motion that is too slow for the board gets so far ahead of its time before it waits."""
 OVERRIDDEN = 12.0
 """The lowest feed override makes a motion ten times longer."""
 
@@ -132,7 +136,7 @@ class GrblMotion(GrblStopping):
         if trip.drawn is None:
             return
         lasts_s = trip.drawn.duration_s
-        # what is slower than the board's slowest rate is driven at that rate, and waited for
+        # what is slower than the board's slowest rate is driven at that rate, ahead of its time
         driven_s = min(lasts_s, trip.drawn.steps.largest / SLOWEST_HZ)
         ahead = way(trip.drawn.steps, driven_s, self.limits)
         if not trip.road.fits(ahead, trip.ahead_s, self.ramp_s):
@@ -141,12 +145,14 @@ class GrblMotion(GrblStopping):
         if not self._may_say(trip, line):
             return
         self.speak(line)
+        trip.began_s = self.now_s if trip.road.empty else trip.began_s
         trip.road.send(trip.drawn.steps, ahead, self.now_s)
         trip.guess_s, trip.steps, trip.drawn = driven_s, trip.drawn.steps.largest, None
         trip.changed_s = self.now_s
-        trip.waits = lasts_s > driven_s
-        if trip.waits:
-            trip.not_before_s = max(trip.not_before_s, self.now_s) + lasts_s
+        trip.lead_s += lasts_s - driven_s
+        trip.waits = False
+        if trip.lead_s >= LEAD_S:
+            trip.not_before_s, trip.lead_s = trip.road.ends_s + trip.lead_s, 0.0
 
     def _has_room(self, trip: Trip) -> bool:
         """Tell whether one more segment like the last would fit: it is drawn no earlier."""
@@ -183,7 +189,7 @@ class GrblMotion(GrblStopping):
         """Take in what was heard; return what the motion has come to, where it has come to one."""
         match heard:
             case Acknowledged():
-                trip.road.answered()
+                trip.road.answered(self.now_s)
                 trip.changed_s = self.now_s
             case Refused():
                 moved = trip.road.oks > 0 or trip.road.unanswered > 1
@@ -225,9 +231,9 @@ class GrblMotion(GrblStopping):
 
         Between single steps, and where the driver waits between lines, they stand anyway.
         """
-        planned = self.planner_holds()
-        empty = idle if planned is None else planned == 0
-        dry = empty and trip.road.oks > 1 and trip.steps > FEW_STEPS and not trip.waits
+        empty = idle or (self.now_s >= trip.began_s + FILLED_S and self.planner_holds() == 0)
+        meant = trip.waits or self.now_s < trip.not_before_s + FILLED_S
+        dry = empty and trip.road.oks > 1 and trip.steps > FEW_STEPS and not meant
         if dry and not trip.dry:
             if trip.road.unanswered:
                 self.underruns += 1  # the next line is on the wire still

@@ -42,7 +42,10 @@ class Line:
 
 
 class Road:
-    """The lines under way. `unanswered` counts the last of them, which have had no ok."""
+    """The lines under way. `unanswered` counts the last of them, which have had no ok.
+
+    `ends_s` is when the motors should come to a stand.
+    """
 
     def __init__(
         self, start: Motors, limits: Limits, tolerance: float, segments: SegmentBuffer
@@ -53,7 +56,7 @@ class Road:
         self._limits = limits
         self._tolerance = tolerance
         self._segments = segments
-        self._ends_s = -math.inf
+        self.ends_s = -math.inf
         self._lines: deque[Line] = deque()
         self._share = 0.0
 
@@ -75,13 +78,15 @@ class Road:
     def send(self, steps: Motors, way: Way, now_s: float) -> None:
         """Take in a line that is sent now."""
         lasts_s = way.nominal_s if self._lines else planned_s([way], self._limits)
-        self._ends_s = max(self._ends_s, now_s) + lasts_s
+        self.ends_s = max(self.ends_s, now_s) + lasts_s
         self._lines.append(Line(self.end, self.end + steps, way, now_s))
         self.end = self.end + steps
         self.unanswered += 1
 
-    def answered(self) -> None:
-        """Take in an ok: the oldest line without one is in the planner."""
+    def answered(self, now_s: float) -> None:
+        """Take in an ok: the oldest line without one is planned, and begins if it is alone."""
+        if len(self._lines) == 1:
+            self.ends_s = max(self.ends_s, now_s + planned_s(self.rest(), self._limits))
         self.unanswered = max(self.unanswered - 1, 0)
         self.oks += 1
 
@@ -121,7 +126,7 @@ class Road:
 
     def ends_by(self, time_s: float) -> bool:
         """Tell whether the motion that is known to be under way may have ended by a time."""
-        return bool(self._lines) and self._ends_s <= time_s
+        return bool(self._lines) and self.ends_s <= time_s
 
     def expected_s(self) -> float:
         """Return how long the rest should take."""
@@ -149,7 +154,7 @@ class Road:
                 late = self._too_late(position, index, share, planned)
                 self._drop(index)
                 self._share = share
-                self._ends_s = now_s + sum(each.nominal_s for each in self.rest())
+                self.ends_s = now_s + sum(each.nominal_s for each in self.rest())
                 return not late
         return False
 
@@ -174,8 +179,8 @@ class Road:
 class Trip:
     """One motion under way: where its lines come from, and what is known of those sent.
 
-    No line is sent before `not_before_s`. `waits` is true while the driver lets motors stand: in a
-    pause, and behind a line that was to be slower than the board's slowest rate.
+    A motion that is slower than the board can is `lead_s` ahead of its time, and no line is sent
+    before `not_before_s`. `waits` is true in a pause. The motors began to turn at `began_s`.
     """
 
     segments: Iterator[MoveBy]
@@ -186,6 +191,8 @@ class Trip:
     exhausted: bool = False
     not_before_s: float = -math.inf
     waits: bool = False
+    lead_s: float = 0.0
+    began_s: float = -math.inf
     polled_s: float = -math.inf
     awaiting: bool = False
     changed_s: float = 0.0

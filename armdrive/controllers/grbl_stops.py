@@ -137,7 +137,7 @@ class GrblStopping(GrblTalk):
         while road.unanswered and self.now_s < end_s and not self.stop_hard:
             heard = yield from self.listen(min(end_s, self.now_s + LATE_OK_S))
             if isinstance(heard, Acknowledged):
-                road.answered()
+                road.answered(self.now_s)
             elif heard is None and self.now_s >= road.oldest_sent_s + LATE_OK_S:
                 break
         end_s = self.now_s + self.brake_s + self.settings.answer_s

@@ -96,7 +96,7 @@ def test_a_road_knows_where_on_it_a_position_is():
     for index in range(3):
         steps = Motors((100, 10 * index, 0, 0, 0, 0))
         road.send(steps, way(steps, 0.3, LIMITS), 0.0)
-        road.answered()
+        road.answered(0.0)
     assert road.report(Motors((50, 1, 0, 0, 0, 0)), 0.0, idle=False)
     assert road.waiting == 3
     assert road.report(Motors((150, 5, 0, 0, 0, 0)), 0.0, idle=False)

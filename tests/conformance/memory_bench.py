@@ -167,3 +167,14 @@ class ThoroughMemoryBench(MemoryBench):
     """The same with faults at more moments, for the whole table."""
 
     moments_s: ClassVar[tuple[float, ...]] = (0.0, 0.05, 0.11, 0.21, 0.32, 0.45, 0.67)
+
+
+class SmallGrblBench(MemoryBench):
+    """The simulated GRBL board of the smaller 8-bit build: other buffers, words and lines."""
+
+    def __init__(self) -> None:
+        super().__init__("grbl")
+
+    def make_twin(self) -> Twin:
+        """Make a twin with the firmware of an ATmega328P, and as many axes as the arm needs."""
+        return make_twin(self._config, firmware="grbl")

@@ -17,7 +17,7 @@ from .behaviours import BEHAVIOURS
 from .bench import Bench
 from .faults import FAULTS
 from .laws import survives_while_idle
-from .memory_bench import MemoryBench, ThoroughMemoryBench
+from .memory_bench import MemoryBench, SmallGrblBench, ThoroughMemoryBench
 from .port_bench import PortBench
 from .process_bench import PtyBench
 
@@ -65,6 +65,16 @@ def test_on_simulated_time(behaviour, dialect):
         if not THOROUGH:
             turn = (BEHAVIOURS.index(behaviour) + SIMULATED.index(dialect)) // 2
             bench.moments_s = bench.moments_s[turn % len(bench.moments_s) :][:1]
+        run(behaviour, bench)
+
+
+@pytest.mark.parametrize(
+    "behaviour",
+    [row for row in BEHAVIOURS if row.meant_for("memory") and tried(row, "grbl")],
+    ids=lambda row: row.name,
+)
+def test_on_the_smaller_grbl_build(behaviour):
+    with SmallGrblBench() as bench:
         run(behaviour, bench)
 
 
