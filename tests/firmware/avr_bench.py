@@ -8,6 +8,7 @@ import time
 from pathlib import Path
 from typing import ClassVar
 
+from armdrive.arm import Arm
 from armdrive.connecting import simulated_config
 from armdrive.sim.body import ArmBody
 from armdrive.sim.fault_request import parse_words
@@ -188,6 +189,18 @@ class AvrBench(ControlledBench):
             ends = transmission.to_motors(homing.joints, homing.opening_mm)
             for axis, (letter, end) in enumerate(zip(self.letters, ends, strict=True)):
                 self.control.switch_at(letter, end + pull_off_steps(values, axis))
+
+    def refer(self, arm: Arm) -> None:
+        """Make the arm ready for planned motion, once its motors stand where the board has them.
+
+        A board that drives coils counts its steps from the first coil pattern after a restart, and
+        pulls each motor there with its first step: by two steps at most.
+        """
+        if self._runner.board.drives_coils:
+            self.switch_on(arm)
+            for way in (1, -1):
+                arm.move_motors(*(way,) * arm.abilities.motors)
+        super().refer(arm)
 
     @property
     def sees_current(self) -> bool:

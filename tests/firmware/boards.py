@@ -69,7 +69,12 @@ class Board:
     @property
     def tells_current(self) -> bool:
         """Whether its pins show the motor current; coils are off between steps anyway."""
-        return all(isinstance(motor, Driver) for motor in self.axes.values())
+        return not self.drives_coils
+
+    @property
+    def drives_coils(self) -> bool:
+        """Whether it drives the motors' coils itself, instead of a driver's step pins."""
+        return any(isinstance(motor, Coil) for motor in self.axes.values())
 
     @property
     def wiring(self) -> list[str]:
