@@ -83,8 +83,9 @@ RESTING_STEPS_S = 5000
 """The speed for axes that rest: the top speed that the AVR firmware begins with."""
 STANDSTILL = Axes((0,) * AXES)
 SENDS = 2
-OVERSHOOT_STEPS = 1
-"""A stop ramps down in a step more than it takes: close to its target, an axis passes it by one."""
+OVERSHOOT_STEPS = 3
+"""How far a stop can take an axis beyond its target. It gives up the target, and the firmware then
+reckons a step more than the axis needs, from a speed that its coarse ramp may exceed by a step."""
 PATIENCE, PATIENCE_S = 4.0, 2.0
 """A motion that takes this many times longer than expected, and then some, is given up."""
 

@@ -128,6 +128,8 @@ class Watch:
         self.world = world
         self.on_the_step = on_the_step
         """So many steps may be between two counts of the same place."""
+        self.overshoot_steps = 0
+        """How many steps a stop may take a motor beyond where it was sent."""
         self.broken: list[str] = []
         self.stray = False
         """Something has happened that no driver can prevent: the way is nobody's promise now."""
@@ -266,7 +268,8 @@ class Watch:
         assert command is not None
         if command.span is not None:
             for here, a, b in zip(self.world.motors, *command.span, strict=True):
-                if not min(a, b) - self.on_the_step <= here <= max(a, b) + self.on_the_step:
+                near = self.on_the_step + self.overshoot_steps
+                if not min(a, b) - near <= here <= max(a, b) + near:
                     self._break(f"a motor was at {here}, commanded from {a} to {b}")
         violations = self._guarded.arm.violations(self.world.joints)
         depth_mm = self.inside_mm(self.world.joints)

@@ -13,6 +13,7 @@ from armdrive.abilities import Abilities
 from armdrive.arm import Arm
 from armdrive.armfile import ArmConfig
 from armdrive.connecting import simulated_config
+from armdrive.controllers.robko01_motion import OVERSHOOT_STEPS
 from armdrive.dialects import dialect
 from armdrive.mending import Rewiring
 from armdrive.posture import PostureRequest
@@ -144,6 +145,8 @@ class Stage:
         self.mute_until_s: dict[int, float] = {}
         """Until when drives say nothing, by their motors, counted from 0."""
         self.watch = Watch(self.world, guarded, self._step_mm() * near, near)
+        # its firmware gives up the target of a motion that is stopped
+        self.watch.overshoot_steps = OVERSHOOT_STEPS if name == "robko01" else 0
         if isinstance(self.twin.device, DrivesOnBus):  # others catch nothing up
             self.watch.freed.hears = self._hears
 
