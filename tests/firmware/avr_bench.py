@@ -49,6 +49,10 @@ class Pace:
         return ratio
 
 
+PLUGGED_S = 5.0
+"""How long a device may take to appear under the name of another port."""
+
+
 class ControlledBench(RealTimeBench):
     """A device on a port; a control port reports its motors and injects its faults."""
 
@@ -104,6 +108,9 @@ class ControlledBench(RealTimeBench):
         there = str(self._home / "elsewhere")
         self.port = self.port.replace(self.device_port, there)
         self.control.replug(there)
+        end_s = time.monotonic() + PLUGGED_S
+        while not Path(there).exists() and time.monotonic() < end_s:
+            time.sleep(self.look_s)
 
     def end_device(self) -> None:
         """Release the port."""
