@@ -108,6 +108,22 @@ def test_a_road_knows_where_on_it_a_position_is():
     assert not road.report(Motors((300, 40, 0, 0, 0, 0)), 0.0, idle=True)
 
 
+def test_a_road_knows_when_its_motion_may_have_ended():
+    road = Road(ZERO, LIMITS, 2.0, SegmentBuffer(9))
+    assert not road.ends_by(1.0)  # nothing is under way
+    steps = Motors((100, 0, 0, 0, 0, 0))
+    road.send(steps, way(steps, 0.5, LIMITS), 0.0)
+    road.answered(0.01)
+    ends_s = road.ends_s
+    assert 0.5 <= ends_s <= 0.8
+    assert road.ends_by(ends_s)
+    assert not road.ends_by(ends_s - 0.001)
+    road.report(Motors((50, 0, 0, 0, 0, 0)), 1.0, idle=False)
+    assert road.ends_s == pytest.approx(1.25)  # it is late: half of it is still to come
+    road.report(steps, 1.4, idle=True)
+    assert not road.ends_by(9.0)
+
+
 def told(**changes):
     board = "XYZABC"
     axes = axes_of()
