@@ -133,10 +133,11 @@ class GrblContact(GrblStopping):
         critical = self.alarm is not None and self.alarm.code in CRITICAL
         if heard and self.state in TURNING:
             yield from self.hold()
-        elif heard and not critical and self.state not in DEAF and (yield from self.spoil()):
-            pass  # it reads lines
-        elif not (yield from self.soft_reset()):
-            return self.silence(began_s)
+        else:
+            may_read = heard and not critical and self.state not in DEAF
+            reads = may_read and (yield from self.spoil())
+            if not reads and not (yield from self.soft_reset()):
+                return self.silence(began_s)
         yield from self.look(self.settings.answer_s)
         if self.state is State.ALARM:
             answer = yield from self.ask(Unlock(), self.settings.answer_s)

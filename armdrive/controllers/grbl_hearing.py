@@ -217,7 +217,7 @@ class GrblHearing(Scripted[HostEvent]):
         return self._host.dialect.variant
 
     @property
-    def segments(self) -> SegmentBuffer:
+    def segment_buffer(self) -> SegmentBuffer:
         """The board's segment buffer; as the largest of all, until the firmware is known."""
         if self.settings.segments is not None:
             return SegmentBuffer(self.settings.segments)

@@ -86,13 +86,13 @@ class GrblMotion(GrblStopping):
 
         It drives what its segment buffer holds, brakes, and makes the step that it has begun.
         """
-        return self.segments.longest_s + self.ramp_s + 1.0 / SLOWEST_HZ
+        return self.segment_buffer.longest_s + self.ramp_s + 1.0 / SLOWEST_HZ
 
     @property
     def held_full_speed_s(self) -> float:
         """How long a motor at full speed takes for the steps that the segment buffer can hold."""
         return max(
-            (self.segments.most_steps(fastest_hz) + 1.0) / fastest_hz
+            (self.segment_buffer.most_steps(fastest_hz) + 1.0) / fastest_hz
             for fastest_hz, _ in self._fastest
         )
 
@@ -102,7 +102,7 @@ class GrblMotion(GrblStopping):
         if hindrance is not None:
             return hindrance
         start = self.position or self.registers().positions
-        road = Road(start, self.limits, self.settings.corridor_steps, self.segments)
+        road = Road(start, self.limits, self.settings.corridor_steps, self.segment_buffer)
         trip = Trip(request.segments, road, request.ahead_s, request.jog)
         trip.changed_s = self.now_s
         self.brake_s = self.slowest_stop_s + self.ramp_s

@@ -164,7 +164,7 @@ def test_one_false_report_of_outputs_that_are_off_lets_go_of_nothing():
 
 def segments(arm):
     """How many segments of 10 ms the board may drive before it begins to brake."""
-    return arm.core.controller.segments.segments
+    return arm.core.controller.segment_buffer.segments
 
 
 @pytest.mark.parametrize(
