@@ -17,7 +17,7 @@ from armdrive.status import State, Trust
 from kinematics import KinematicsError
 
 from .clock import Hangs, Killed
-from .physical import Command
+from .physical import Aim, Command
 from .stage import Stage
 
 LONGEST_S = 20.0
@@ -53,9 +53,10 @@ def call(
         runs_on_s = arm.core.controller.stopping(burst_s).silent_s
         stage.watch.begin(command)
     error: Typed | None = None
+    result: object = None
     stage.jumped_s = 0.0
     try:
-        act()
+        result = act()
     except (ArmError, KinematicsError) as typed:
         error = typed
         said_well(typed)
@@ -75,7 +76,19 @@ def call(
     if took_s > longest_s + stage.jumped_s:
         raise Broken(f"it lasted {took_s:.1f} s, and its deadline was {longest_s:.1f} s")
     honest(stage, strict=command is not None and command.verified and error is None)
+    if error is None and command is not None and command.aim is not None:
+        arrived(stage, command, command.aim, result)
     return error
+
+
+def arrived(stage: Stage, command: Command, aim: Aim, result: object) -> None:
+    """Check that a call that ended well has brought the physical arm where it was asked to."""
+    watch = stage.watch
+    excused = set(watch.adrift)
+    if stage.now_s <= watch.changed_s + FRESH_S:
+        excused |= watch.disturbed
+    if missed := aim.missed(stage.world, result, excused):
+        raise Broken(f"{command.what} ended well, but {missed}")
 
 
 def said_well(error: Typed) -> None:
@@ -106,7 +119,7 @@ def honest(stage: Stage, *, strict: bool = False) -> None:
     off = {
         motor: real - told
         for motor, (real, told) in enumerate(zip(here, there, strict=True))
-        if abs(real - told) > stage.watch.on_the_step and motor not in stage.watch.slips
+        if abs(real - told) > stage.watch.on_the_step and motor not in stage.watch.unknowable
     }
     if off:
         raise Broken(
