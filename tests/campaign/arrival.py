@@ -112,7 +112,7 @@ class PoseAim:
             math.fsum(map(abs, row)) * rounded + ALMOST
             for row, _ in zip(body.transmission.inverse, joints, strict=False)
         ]
-        levers_mm = body.arm.levers_mm(None)
+        levers_mm = body.arm.levers_mm(joints)
         most_mm = math.fsum(a * b for a, b in zip(turns_rad, levers_mm, strict=True)) + ALMOST
         goal = self.goal
         if self.clipped and isinstance(result, Jogged) and result.note:

@@ -116,7 +116,7 @@ def _pendant(stage: Stage) -> str:
     except ArmError as error:
         return f"nobody could turn it: {error}"
     if done and stage.now_s <= stage.vouched_s + PROMPT_S:
-        stage.watch.untold(motors={motor for motor, each in enumerate(steps) if each})
+        stage.watch.overlooked(Motors(steps))
     return f"turned by hand: {steps}" if done else "nobody could turn it"
 
 

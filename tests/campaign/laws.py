@@ -84,7 +84,7 @@ def call(
 def arrived(stage: Stage, command: Command, aim: Aim, result: object) -> None:
     """Check that a call that ended well has brought the physical arm where it was asked to."""
     watch = stage.watch
-    excused = set(watch.adrift)
+    excused = watch.with_coupled(watch.adrift)
     if stage.now_s <= watch.changed_s + FRESH_S:
         excused |= watch.disturbed
     if missed := aim.missed(stage.world, result, excused):

@@ -104,6 +104,8 @@ class WatchedWorld(World):
             self._all_follow = told is not None
             super().force(steps, time_s)
             self._all_follow = False
+            if told is None and self.watch is not None:
+                self.watch.speeds.forget()  # it ran on from a dead stop, and is shown at once
             return
         last = len(told) - self.body.transmission.has_gripper
         pieces = 1 + max(map(abs, told[:last]), default=0) // self._sample_steps
@@ -370,12 +372,32 @@ class Watch:
         stepper's commands are judged in place of its shaft.
         """
         lost = self.slips | self.sags if self.world.measured else self.adrift
-        return lost | self.disturbed
+        return self.with_coupled(lost | self.disturbed)
+
+    def with_coupled(self, motors: set[int]) -> set[int]:
+        """Return motors with those that see a joint which they turn: its angle decides of all."""
+        turned = self._turned_by(motors)
+        matrix = self.world.body.transmission.matrix
+        return motors | {
+            motor
+            for motor, row in enumerate(matrix)
+            for name, share in zip(self.world.joints.names, row, strict=False)
+            if share and name in turned
+        }
 
     @property
     def unknowable(self) -> set[int]:
         """Motors of which nobody can know where they stand: no stepper notices that it slips."""
         return self.adrift if self.world.measured else self.slips
+
+    def overlooked(self, steps: Motors) -> None:
+        """Hear that somebody has turned motors of which no driver can know that they were."""
+        turned = {motor for motor, count in enumerate(steps) if count}
+        self.slips |= turned
+        if self.world.measured:
+            self.adrift |= turned
+        else:
+            self.world.suppose(self.world.supposed - steps)
 
     def _turned_by(self, motors: Collection[int]) -> set[str]:
         """Return the joints that any of these motors turns."""
