@@ -69,6 +69,7 @@ class Connected(Waiting):
         self.core = Core(config, controller, recorder, wake)
         self.core.allow_restored = allow_restored
         self.core.witness = witness
+        self.core.tempo.others = isinstance(pace, RealPace)
         self.core.geometry_known |= simulated  # a simulated arm is what its numbers say
         self.engine = Engine(
             link,

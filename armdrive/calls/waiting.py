@@ -105,10 +105,11 @@ class Waiting(Knowing):
         """Wait for a task, and for as much longer as it is paused or slowed down."""
         tempo = self.core.tempo
         simulated, delay_s = not isinstance(self.pace, RealPace), tempo.delay_s
+        waited_s = -tempo.waited_s
 
         def ended() -> bool:
             if simulated and not task.done:
-                tempo.breathe()
+                tempo.breathe(waited_s + tempo.waited_s)
             return task.done
 
         while not self.pace.wait(ended, timeout_s):
