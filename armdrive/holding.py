@@ -104,6 +104,7 @@ class Holding:
         }
         for name in self._names:
             notice_path(name, "holder").write_text(json.dumps(notice), encoding="utf-8")
+        arm.core.tempo.others = True  # `armdrive resume` reaches it from now on
         threading.Thread(
             target=self._answer, args=(Neighbours(arm),), name="armdrive-socket", daemon=True
         ).start()
