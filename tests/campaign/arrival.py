@@ -173,13 +173,21 @@ class GraspAim:
     """A width that the fingers found, against what is between them."""
 
     def missed(self, world: WatchedWorld, result: object, excused: Collection[int]) -> str:
-        """Compare the width that was told with the width of the block, or with nothing."""
+        """Compare the width that was told with the width of the block, or with nothing.
+
+        A finger motor that has slipped measures as much more or less, from when it slipped.
+        """
         if excused or not isinstance(result, float):
             return ""
-        most_mm = TRIP_STEPS / world.body.grip_steps_per_mm
-        wide_mm = world.scene.contact_mm
         if not world.grip_switch:
             return f"the fingers press with {world.grip_force_n:.1f} N, and hold nothing"
-        if abs(result - wide_mm) > most_mm:
+        transmission = world.body.transmission
+        supposed_mm, real_mm = (
+            transmission.to_joints(there)[1] for there in (world.supposed, world.motors)
+        )
+        wide_mm = world.scene.contact_mm
+        low_mm, high_mm = sorted((wide_mm, wide_mm + supposed_mm - real_mm))
+        most_mm = TRIP_STEPS / world.body.grip_steps_per_mm
+        if not low_mm - most_mm <= result <= high_mm + most_mm:
             return f"{result:.2f} mm were measured, and {wide_mm:.2f} mm are between the fingers"
         return ""

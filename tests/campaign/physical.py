@@ -101,11 +101,11 @@ class WatchedWorld(World):
         """Turn motors; what was told to those that do not follow goes on in the same pieces."""
         told, self._told = self._told, None
         if told is None or tuple(told) == tuple(steps):
+            if told is None and self.watch is not None:
+                self.watch.speeds.forget()  # what runs on from a dead stop is shown at once
             self._all_follow = told is not None
             super().force(steps, time_s)
             self._all_follow = False
-            if told is None and self.watch is not None:
-                self.watch.speeds.forget()  # it ran on from a dead stop, and is shown at once
             return
         last = len(told) - self.body.transmission.has_gripper
         pieces = 1 + max(map(abs, told[:last]), default=0) // self._sample_steps
