@@ -24,7 +24,17 @@ TRIES = 4
 QUIET_S = 0.6
 LONGEST_REST_S = 30.0
 UPKEEP = frozenset(
-    ("connect", "reset", "enable", "home", "declare", "confirm", "reconnect", "close")
+    (
+        "connect",
+        "reset",
+        "enable",
+        "home",
+        "declare",
+        "confirm",
+        "reconnect",
+        "close",
+        "close and connect",
+    )
 )
 """What a program or an operator does for an arm that is to work: faults strike there as well."""
 UPKEEP_FAULTS = 0.08
