@@ -365,7 +365,11 @@ def home(stage: Stage) -> Typed | None:
     assert reference is not None
     joints, near = arm.model.arm.ik(reference.pose), stage.watch.on_the_step
     command = Command("home", aim=PostureAim(joints, reference.opening_mm, near))
-    return call(stage, arm.home, command, 120.0)
+    with stage.watch.referencing() as ended_well:
+        error = call(stage, arm.home, command, 120.0)
+        if error is None:
+            ended_well()
+    return error
 
 
 def close_and_connect(stage: Stage) -> Typed | None:

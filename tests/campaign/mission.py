@@ -207,14 +207,17 @@ class Mission:
         if stage.arm.model.arm.violations(joints):  # it has sagged or slipped beyond its limits
             self._act("home", home)
             return
-        stage.watch.referred(faultless=stage.faultless)
-        stage.vouched_s = stage.now_s
-        self._act(
-            "declare",
-            lambda stage: call(
-                stage, lambda: stage.arm.declare_posture(joints, opening_mm=opening_mm)
-            ),
-        )
+        with stage.watch.referencing() as ended_well:
+            stage.watch.referred(faultless=stage.faultless)
+            stage.vouched_s = stage.now_s
+            error = self._act(
+                "declare",
+                lambda stage: call(
+                    stage, lambda: stage.arm.declare_posture(joints, opening_mm=opening_mm)
+                ),
+            )
+            if error is None and stage.arm is not None:
+                ended_well()
 
     def _stands(self) -> None:
         """Wait until the arm has been seen to stand."""

@@ -11,7 +11,8 @@ have not slipped it is where they stand, and for a motor that has, the commands 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -227,6 +228,10 @@ class Watch:
         self._until_s = -math.inf
         self._bounds: list[Bound] = []
         self._last_what = "nothing"
+        self._before: tuple[set[int], set[int], bool, float, tuple[float, float, float]] | None = (
+            None
+        )
+        """What was excused before the latest reference, which may not have been taken."""
         self.disturbed: set[int] = set()
         """Motors that somebody has turned since the present command began."""
         self._turning = tuple(
@@ -276,10 +281,17 @@ class Watch:
         self._bounds.clear()
 
     def referred(self, *, faultless: bool = True) -> None:
-        """Hear that somebody looks at the arm and says where it stands.
+        """Hear that somebody looks at the arm and is about to say where it stands.
 
         While faults go on, what they excuse of the wire and of the future stays excused.
         """
+        self._before = (
+            self.slips | self.adrift,
+            set(self.sags),
+            self.stray,
+            self.late_s,
+            (self.changed_s, self.evidence_by_s, self.told_by_s),
+        )
         self.slips.clear()
         self.adrift.clear()
         self.world.suppose(self.world.motors)
@@ -288,6 +300,37 @@ class Watch:
             self.late_s = 0.0
             self.sags.clear()
             self.changed_s = self.evidence_by_s = self.told_by_s = -math.inf
+
+    def not_referred(self) -> None:
+        """Hear that nothing may have come of that: the old reference may hold, or the new one."""
+        if self._before is None:
+            return
+        lost, sags, stray, late_s, (changed_s, evidence_by_s, told_by_s) = self._before
+        self._before = None
+        self.slips |= lost
+        self.adrift |= lost
+        self.sags |= sags
+        self.stray = self.stray or stray
+        self.late_s = max(self.late_s, late_s)
+        self.changed_s = max(self.changed_s, changed_s)
+        self.evidence_by_s = max(self.evidence_by_s, evidence_by_s)
+        self.told_by_s = max(self.told_by_s, told_by_s)
+
+    @contextmanager
+    def referencing(self) -> Iterator[Callable[[], None]]:
+        """Hold a call that references; what this gives is to be called when it has ended well."""
+        self._before = None
+        well = False
+
+        def ended_well() -> None:
+            nonlocal well
+            well = True
+
+        try:
+            yield ended_well
+        finally:
+            if not well:
+                self.not_referred()
 
     def change(self, now_s: float, known_by_s: float) -> None:
         """Hear of a change that no command made, and when it can be known at the latest."""

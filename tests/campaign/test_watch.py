@@ -55,6 +55,19 @@ def test_what_a_slipped_motor_is_told_is_judged_as_well():
     assert "motor 3 was at" in stage.watch.broken[0]
 
 
+@pytest.mark.parametrize(("well", "left"), [(True, set()), (False, {ELBOW})])
+def test_a_slip_is_over_only_when_a_reference_was_taken(well, left):
+    stage = a_stage()
+    stage.world.lose(ELBOW, 20)
+    stage.world.drive(steps(elbow=20), 1.0)
+    with stage.watch.referencing() as ended_well:
+        stage.watch.referred()
+        assert stage.world.supposed == stage.world.motors
+        if well:
+            ended_well()
+    assert stage.watch.slips == stage.watch.adrift == left
+
+
 def test_the_limits_hold_for_joints_that_a_slipped_motor_does_not_turn():
     stage = a_stage()
     limit = stage.config.model.arm.limits[BASE].high_rad
