@@ -53,9 +53,9 @@ class Engine:
     ) -> None:
         """Take a link and a controller, and four calls.
 
-        `call_limit_s` is how long a routine look may take, and `received` tells what came
-        meanwhile in words. `idle(now)` gives work for quiet times and when to ask again; `stopping` hears that a
+        `idle(now)` gives work for quiet times and when to ask again; `stopping` hears that a
         stop was asked for, `lost` that the wire broke, `noticed` what the device says unasked.
+        `call_limit_s` is how long a routine look may take; `received` keeps what came meanwhile.
         """
         self.link = link
         self.controller = controller
@@ -115,9 +115,7 @@ class Engine:
         """The loss of the wire, once it has happened."""
         return self._broken
 
-    def start(
-        self, flow: Flow[T], *, alone: bool = False, within_s: float = math.inf
-    ) -> Task[T]:
+    def start(self, flow: Flow[T], *, alone: bool = False, within_s: float = math.inf) -> Task[T]:
         """Hand over a flow; it begins at an `advance`, when what is at work has ended.
 
         It ends with `NoAnswer` where it takes longer than `within_s`. The time counts from now

@@ -37,9 +37,7 @@ Flow = Generator[Ask | Until, Any, T]
 class Task(Generic[T]):
     """A flow that was handed to the engine, and what became of it."""
 
-    def __init__(
-        self, flow: Flow[T], *, routine: bool = False, within_s: float = math.inf
-    ) -> None:
+    def __init__(self, flow: Flow[T], *, routine: bool = False, within_s: float = math.inf) -> None:
         """`routine` marks what the engine does by itself in quiet times.
 
         `within_s` is how long the flow may take. The engine ends it then, whatever the wire says.

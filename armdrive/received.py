@@ -10,6 +10,8 @@ MOST_SHOWN = 48
 """Bytes of an excerpt."""
 MOST_IDS = 6
 """Ids of frames that are named."""
+NOT_THE_ANSWER = "but not the answer"
+"""Stands before what was received, in an error's words."""
 ANOTHER = "Check the port, the baud rate and the dialect"
 
 
@@ -48,8 +50,8 @@ class Received:
         if self._on_bus:
             named = [f"{each:X}" for each in list(self._ids)[:MOST_IDS]]
             more = ", ..." if len(self._ids) > MOST_IDS else ""
-            return f"{_many(self.count, 'frame')}, but not the answer: ids {', '.join(named)}{more}"
-        return f"{_many(self.count, 'byte')}, but not the answer: {excerpt(bytes(self._first))}"
+            return f"{_many(self.count, 'frame')}, {NOT_THE_ANSWER}: ids {', '.join(named)}{more}"
+        return f"{_many(self.count, 'byte')}, {NOT_THE_ANSWER}: {excerpt(bytes(self._first))}"
 
 
 def _many(count: int, noun: str) -> str:

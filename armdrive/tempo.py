@@ -32,7 +32,7 @@ LONGEST_SIMULATED_PAUSE_S = 600.0
 
 GIVEN_UP = (
     "the arm has been paused for {:.0f} s, so the motion was given up. The arm is still paused: "
-    "`arm.resume()` or `armdrive resume` lets it move again, then ask for the motion again"
+    "call `resume()`, or run `armdrive resume` in another terminal, then ask for the motion again"
 )
 
 

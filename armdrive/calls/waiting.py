@@ -76,9 +76,7 @@ class Waiting(Knowing):
 
     # -- waiting ------------------------------------------------------------------------------
 
-    def submit(
-        self, flow: Flow[T], *, alone: bool = False, within_s: float = math.inf
-    ) -> Task[T]:
+    def submit(self, flow: Flow[T], *, alone: bool = False, within_s: float = math.inf) -> Task[T]:
         """Hand a flow to the engine. Raises `WrongState` while another is waiting there.
 
         With `alone` also while one is at work: what moves the arm never waits for its turn. The

@@ -35,8 +35,15 @@ if TYPE_CHECKING:
 
 def connect(wire: Wire) -> Flow[None]:
     """Find the controller, take up its record, and end in stand-still. Moves nothing."""
+    try:
+        yield from _connect(wire)
+    except NoAnswer as error:  # there is no arm yet that could be reset
+        raise NoAnswer(f"{without_reset(error)}, then connect again") from None
+
+
+def _connect(wire: Wire) -> Flow[None]:
     core = wire.core
-    registers = yield from _find(wire)
+    registers = yield from wire.ask_registers()
     switched = core.controller.abilities.current is Switching.BOTH
     core.happen(Event.OPENED_SWITCHED if switched else Event.OPENED_HELD)
     _take_up_record(wire, registers)
@@ -46,14 +53,6 @@ def connect(wire: Wire) -> Flow[None]:
     if core.belief.trust is Trust.SUSPECT:
         core.remember()  # else registers that come back by chance would be believed once more
     core.still_since_s = wire.now_s
-
-
-def _find(wire: Wire) -> Flow[Registers]:
-    """Ask for the registers of an arm that nobody has seen yet, and that cannot be reset."""
-    try:
-        return (yield from wire.ask_registers())
-    except NoAnswer as error:
-        raise NoAnswer(f"{without_reset(error)}, then connect again") from None
 
 
 def _take_up_record(wire: Wire, registers: Registers) -> None:

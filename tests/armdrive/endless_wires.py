@@ -188,8 +188,6 @@ def wire_to(dialect: str) -> tuple[Wire, Pace]:
 
 def connected(dialect: str, wire: Wire, pace: Pace) -> Arm:
     """Connect over a wire, as it is."""
-    arm = Arm(
-        simulated_config(dialect), wire, pace, simulated=True, operator=wire.twin.operator
-    )
+    arm = Arm(simulated_config(dialect), wire, pace, simulated=True, operator=wire.twin.operator)
     arm.twin = wire.twin
     return arm
