@@ -22,6 +22,7 @@ from tests.conformance.going import beside
 from .arrival import GraspAim, JointsAim, PostureAim
 from .goals import (
     arm_of,
+    beyond_a_limit,
     command_of,
     joint_goal,
     joints_aim,
@@ -49,6 +50,8 @@ def move_j(stage: Stage) -> Typed | None:
     speed = speed_of(stage.draw)
     if stage.draw.random() < 0.1:
         goal[next(iter(goal))] = stage.draw.choice((-400.0, 400.0))
+    elif stage.draw.random() < 0.1:
+        goal = beyond_a_limit(stage)
     return move_to_joints(stage, goal, takes_s, speed)
 
 

@@ -75,7 +75,7 @@ def joint_goal(
     chosen = draw.sample(start.joints.names, draw.randint(1, 3))
     turns = {name: math.radians(draw.uniform(-most_deg, most_deg)) for name in chosen}
     here = dict(zip(start.joints.names, start.joints, strict=True))
-    if draw.random() < 0.8:  # up to the limit, and not beyond it
+    if draw.random() < 0.5:  # up to the limit, and not beyond it
         limits = dict(zip(start.joints.names, arm.model.arm.limits, strict=True))
         for name, turn in turns.items():
             low, high = limits[name].low_rad, limits[name].high_rad
@@ -88,6 +88,21 @@ def joint_goal(
     share = min(longest_s / whole_s, 1.0) if whole_s > 0.0 else 1.0
     goal = {f"{name}_deg": math.degrees(here[name] + share * turn) for name, turn in turns.items()}
     return goal, whole_s * share
+
+
+BEYOND_DEG = (1.0, 6.0)
+"""A goal beyond a limit by so little that an arm could be driven there."""
+
+
+def beyond_a_limit(stage: Stage) -> dict[str, float]:
+    """Return a goal of one joint just beyond the limit that is nearer to it."""
+    place, limits = supposed_place(stage), stage.config.model.arm.limits
+    index = stage.draw.randrange(len(place.joints))
+    bounds, here = limits[index], place.joints[index]
+    past_deg = stage.draw.uniform(*BEYOND_DEG)
+    up = bounds.high_rad - here < here - bounds.low_rad
+    bound_deg = math.degrees(bounds.high_rad if up else bounds.low_rad)
+    return {f"{place.joints.names[index]}_deg": bound_deg + (past_deg if up else -past_deg)}
 
 
 def supposed_motors(stage: Stage) -> Motors:

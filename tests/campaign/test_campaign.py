@@ -61,6 +61,23 @@ def test_a_driver_without_an_audit_is_found_out(monkeypatch):
     assert found_by_the_campaign()
 
 
+def test_limits_that_are_moved_by_three_degrees_are_found_out(monkeypatch):
+    monkeypatch.setattr(planning, "SLACK_RAD", math.radians(3.0))
+    assert "beyond its limit" in found_by_the_campaign()
+
+
+def test_a_speed_override_that_is_ignored_is_found_out(monkeypatch):
+    only(monkeypatch, "pause")
+    monkeypatch.setattr(Tempo, "slowed_s", lambda _, duration_s: duration_s)
+    assert "degrees a second" in found_by_the_campaign("grbl")
+
+
+def test_a_jog_that_is_clipped_and_does_not_say_so_is_found_out(monkeypatch):
+    only(monkeypatch, "jog by an increment")
+    monkeypatch.setattr(jogging, "tell", lambda *_: None)
+    assert "ended well, but" in found_by_the_campaign()
+
+
 def test_a_driver_that_sends_all_at_once_is_found_out(monkeypatch):
     monkeypatch.setattr(motion, "next_share", lambda _wire, _leg, _burst_s, done: 1.0 - done)
     assert found_by_the_campaign()
