@@ -8,10 +8,13 @@ from typing import Any
 
 from armdrive import places
 from armdrive.armfile import read_arm_table
+from armdrive.durable import DISK, replace_file
 from armdrive.errors import ArmFileError
 from kinematics.near_words import suggestion
 
 ENDING = ".toml"
+LONGEST_NAME = 4096
+"""Bytes that are read of the file with the default arm's name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,15 +64,13 @@ def _default_path() -> Path:
 def chosen_default() -> str | None:
     """Return the arm that was chosen as default, None where none was."""
     try:
-        return _default_path().read_text(encoding="utf-8").strip() or None
+        return DISK.read(_default_path(), LONGEST_NAME).decode().strip() or None
     except (OSError, UnicodeDecodeError):
         return None
 
 
 def choose_default(name: str | None) -> None:
     """Choose the default arm, or none."""
-    from armdrive.record import replace_file
-
     if name is None:
         _default_path().unlink(missing_ok=True)
     else:

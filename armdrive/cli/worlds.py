@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 
 from armdrive import places
 from armdrive.connecting import connect_simulated, state_file
+from armdrive.durable import DISK, replace_file
 from armdrive.errors import StateFileError
 from armdrive.holding import hold
 from armdrive.logbook import logbook_file
-from armdrive.record import FileRecorder, replace_file
+from armdrive.record import FileRecorder
 from armdrive.recorder.files import recordings
 from armdrive.recorder.flight import FlightRecorder
 from armdrive.sim.twin import Twin, make_twin
@@ -19,6 +20,9 @@ from armdrive.sim.twin import Twin, make_twin
 if TYPE_CHECKING:
     from armdrive.arm import Arm
     from armdrive.armfile import ArmConfig
+
+LARGEST_BYTES = 1_000_000
+"""A world takes a few kilobytes, however many blocks stand on its table."""
 
 
 def world_file(arm: str) -> Path:
@@ -70,10 +74,15 @@ def _twin(config: ArmConfig) -> Twin:
 def _load(arm: str) -> object:
     path = world_file(arm)
     try:
-        return json.loads(path.read_text(encoding="utf-8"))
+        text = DISK.read_own(path, LARGEST_BYTES + 1)
+        if len(text) > LARGEST_BYTES:
+            raise StateFileError(f"it is longer than {LARGEST_BYTES} bytes")
+        return json.loads(text)
     except FileNotFoundError:
         return None
-    except (OSError, ValueError) as error:
+    except OSError as error:
+        raise StateFileError(error.strerror or str(error)) from None
+    except (ValueError, RecursionError) as error:
         raise StateFileError(str(error)) from None
 
 

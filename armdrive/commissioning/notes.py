@@ -12,9 +12,12 @@ from pathlib import Path
 from typing import Any
 
 from armdrive import places
+from armdrive.durable import DISK, replace_file
 from armdrive.errors import StateFileError
 
 ENDING = "can-setup.json"
+LARGEST_BYTES = 65536
+"""What is longer is cut, and is no JSON then; the notes of a motor take 200 bytes."""
 
 
 @dataclass(slots=True)
@@ -47,14 +50,15 @@ def read(arm: str, calibration: str) -> dict[str, Notes]:
     """
     path = path_of(arm)
     try:
-        known = json.loads(path.read_text(encoding="utf-8"))
+        known = json.loads(DISK.read_own(path, LARGEST_BYTES))
         found = {name: _one(given) for name, given in known["motors"].items()}
         same = known["calibration"] == calibration
     except FileNotFoundError:
         return {}
-    except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:
+    except (OSError, ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
+        why = error.strerror if isinstance(error, OSError) else error
         raise StateFileError(
-            f"{path} cannot be read ({error}): delete it; ids and settings are in the drives, and "
+            f"{path} cannot be read ({why}): delete it; ids and settings are in the drives, and "
             "only directions and gears have to be found once more"
         ) from None
     return found if same else {name: absorbed(each) for name, each in found.items()}
@@ -67,10 +71,7 @@ def absorbed(notes: Notes) -> Notes:
 
 def write(arm: str, calibration: str, notes: Mapping[str, Notes]) -> None:
     """Keep the notes of an arm, whose file has that calibration."""
-    from armdrive.record import replace_file
-
     path = path_of(arm)
-    path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
     motors = {name: asdict(each) for name, each in notes.items()}
     replace_file(path, json.dumps({"calibration": calibration, "motors": motors}, indent=1))
 
