@@ -13,10 +13,10 @@ import json
 import os
 import struct
 import threading
-import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from queue import Empty, Queue
+from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from armdrive.holder_notice import AGAIN, PATIENCE_S
@@ -123,7 +123,7 @@ class ControlServer:
         if not self._callers:
             return None
         first_s = min(caller.until_s for caller in self._callers.values())
-        return max(first_s - time.monotonic(), 0.0)
+        return max(first_s - monotonic(), 0.0)
 
     def _admit(self) -> None:
         """Take in who was accepted, and let those go that have been silent for longest."""
@@ -132,7 +132,7 @@ class ControlServer:
                 connection = self._accepted.get_nowait()
             except Empty:
                 return
-            self._callers[connection] = _Caller(connection, time.monotonic() + PATIENCE_S)
+            self._callers[connection] = _Caller(connection, monotonic() + PATIENCE_S)
             while len(self._callers) > MOST_INCOMPLETE:
                 self._make_room(next(iter(self._callers.values())))
 
@@ -144,7 +144,7 @@ class ControlServer:
             self._refuse(oldest, f"{MOST_INCOMPLETE} newer callers came: call again", again=True)
 
     def _drop_silent(self) -> None:
-        now_s = time.monotonic()
+        now_s = monotonic()
         for caller in [each for each in self._callers.values() if each.until_s <= now_s]:
             self._refuse(caller, f"no whole request came within {PATIENCE_S:g} s")
 

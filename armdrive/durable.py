@@ -202,8 +202,7 @@ def append_line(path: Path, line: str) -> None:
     DISK.make_folder(path.parent)
     handle = _open_own(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
     try:
-        if os.fstat(handle).st_nlink > 1:
-            raise OSError(errno.EMLINK, "the file has a second name (a hard link)", str(path))
+        _require_one_name(os.fstat(handle), path)
         _set_mode(handle)
         left = memoryview(line.encode() + b"\n")
         while left:
@@ -215,13 +214,16 @@ def append_line(path: Path, line: str) -> None:
 def create_lock(path: Path) -> None:
     """Have a plain file at `path`, for a lock to be taken on; one that is there is left as it is.
 
-    Raises `OSError` where something else is there: a link, a pipe, a device, a folder.
+    Raises `OSError` where something else is there: a link, a pipe, a device, a folder, or a file
+    with a second name, which a lock that empties its file would empty.
     """
     DISK.make_folder(path.parent)
     try:
         os.close(DISK.create(path))
     except FileExistsError:
-        _require_plain(path.lstat(), path)
+        found = path.lstat()
+        _require_plain(found, path)
+        _require_one_name(found, path)
 
 
 def followed(path: Path) -> Path:
@@ -308,6 +310,11 @@ def _require_plain(found: os.stat_result, path: Path) -> None:
         raise OSError(errno.ELOOP, "it is a link and no plain file", str(path))
     if not stat.S_ISREG(found.st_mode):
         raise OSError(errno.EINVAL, "it is no plain file", str(path))
+
+
+def _require_one_name(found: os.stat_result, path: Path) -> None:
+    if found.st_nlink > 1:
+        raise OSError(errno.EMLINK, "it has a second name (a hard link)", str(path))
 
 
 def _require_followable(path: Path) -> None:
