@@ -136,7 +136,9 @@ class Files:
                 each.mkdir(PRIVATE_FOLDER)
             except FileExistsError:
                 if not each.is_dir():  # another program may have made it just now
-                    raise
+                    raise NotADirectoryError(
+                        errno.ENOTDIR, "a file stands where the folder should be", str(each)
+                    ) from None
             else:
                 _widen(each)
 
