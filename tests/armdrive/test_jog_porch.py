@@ -14,6 +14,7 @@ from armdrive.cli.jog_porch import MOST_CALLERS, MOST_HEAD_BYTES, UNREADABLE, Po
 KEY = "the-key"
 KEY_BYTES = KEY.encode()
 SOON_S = 20.0
+LONG_S = 3600.0
 LONG = b"a" * 100_000
 
 
@@ -173,6 +174,7 @@ def test_who_says_no_whole_head_is_hung_up_on(monkeypatch, data):
 
 def test_who_goes_on_talking_after_a_refusal_is_hung_up_on(monkeypatch):
     monkeypatch.setattr(jog_porch, "LINGER_S", 0.05)
+    monkeypatch.setattr(jog_porch, "HEAD_S", LONG_S)
 
     async def talk(port):
         _, writer = await asyncio.open_connection(HOST, port)
@@ -185,7 +187,9 @@ def test_who_goes_on_talking_after_a_refusal_is_hung_up_on(monkeypatch):
     talked(talk)
 
 
-def test_silent_callers_make_room_for_new_ones():
+def test_silent_callers_make_room_for_new_ones(monkeypatch):
+    monkeypatch.setattr(jog_porch, "HEAD_S", LONG_S)
+
     async def talk(port):
         silent = [await asyncio.open_connection(HOST, port) for _ in range(3 * MOST_CALLERS)]
         each = head(port, cookie(port))
