@@ -482,3 +482,22 @@ def test_where_a_system_cannot_refuse_links_they_are_seen_first(monkeypatch, tmp
     monkeypatch.setattr("armdrive.durable._CAREFULLY", 0)
     a_link(state_file("bench"), tmp_path)
     assert "it is a link" in read_record()
+
+
+@pytest.mark.skipif(not hasattr(os, "O_NOFOLLOW"), reason="the system cannot refuse links")
+def test_a_link_that_comes_between_the_look_and_the_open_is_refused(monkeypatch, precious):
+    path, opened = logbook_file("bench"), os.open
+    append_line(path, "a line")
+
+    def late(name, flags, *mode):
+        Path(name).unlink()
+        Path(name).symlink_to(precious)
+        return opened(name, flags, *mode)
+
+    monkeypatch.setattr("armdrive.durable.os.open", late)
+    with pytest.raises(OSError, match="symbolic"):
+        DISK.read_own(path, 100)
+    path.unlink()
+    path.write_text("")
+    with pytest.raises(OSError, match="symbolic"):
+        append_line(path, "another line")
