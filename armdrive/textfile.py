@@ -47,15 +47,22 @@ Failure = Callable[[str], ArmError]
 
 
 def read_bytes(
-    path: Path, what: str, failure: Failure, *, most_bytes: int = LARGEST_BYTES
+    path: Path,
+    what: str,
+    failure: Failure,
+    *,
+    most_bytes: int = LARGEST_BYTES,
+    own: bool = False,
 ) -> bytes:
     """Return the content of a regular file. `what` names its kind in errors, as "the arm file".
 
     Raises the error that `failure` makes for anything that is missing, unreadable, no regular
-    file, or larger than `most_bytes`. A pipe or a device is not opened.
+    file, or larger than `most_bytes`. A pipe or a device is not opened. With `own`, for files that
+    armdrive alone writes, neither a link nor another user's file is.
     """
+    read = DISK.read_own if own else DISK.read
     try:
-        data = DISK.read(path, most_bytes + 1)
+        data = read(path, most_bytes + 1)
     except (OSError, ValueError) as error:  # ValueError: a path with a NUL or a lone surrogate
         reason = getattr(error, "strerror", None) or error
         raise failure(f"{what} {path} cannot be read: {reason}") from None
@@ -64,12 +71,19 @@ def read_bytes(
     return data
 
 
-def read_text(path: Path, what: str, failure: Failure, *, most_bytes: int = LARGEST_BYTES) -> str:
+def read_text(
+    path: Path,
+    what: str,
+    failure: Failure,
+    *,
+    most_bytes: int = LARGEST_BYTES,
+    own: bool = False,
+) -> str:
     """Return the text of a regular file in UTF-8, without a byte order mark.
 
     Raises as `read_bytes` does, and for bytes that are no UTF-8.
     """
-    data = read_bytes(path, what, failure, most_bytes=most_bytes)
+    data = read_bytes(path, what, failure, most_bytes=most_bytes, own=own)
     try:
         text = data.decode("utf-8").removeprefix(_MARK)
         return text.replace("\r\n", "\n").replace("\r", "\n")
@@ -94,10 +108,15 @@ def read_toml(
 
 
 def read_json(
-    path: Path, what: str, failure: Failure, *, most_bytes: int = LARGEST_BYTES
+    path: Path,
+    what: str,
+    failure: Failure,
+    *,
+    most_bytes: int = LARGEST_BYTES,
+    own: bool = False,
 ) -> object:
     """Return what a JSON file holds. Raises as `read_text` and `parse_json` do."""
-    text = read_text(path, what, failure, most_bytes=most_bytes)
+    text = read_text(path, what, failure, most_bytes=most_bytes, own=own)
     return parse_json(text, lambda words: failure(f"{what} {path} is not valid JSON: {words}"))
 
 

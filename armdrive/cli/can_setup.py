@@ -208,9 +208,8 @@ def _question(path: Path, *, there: bool) -> str:
 
 
 def _write(path: Path, text: str, *, there: bool) -> None:
-    from armdrive.record import replace_file
+    from armdrive.durable import replace_file
 
-    path.parent.mkdir(parents=True, exist_ok=True)
     if there:
         old = path.with_name(path.name + BEFORE)
         replace_file(old, read_text(path, "the arm file", ArmFileError).rstrip("\n"))

@@ -81,7 +81,7 @@ def run_command(name: str, words: list[str]) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except OSError as error:  # a state folder that cannot be written, a disk that is full
-        return _say(options, error, ArmError.exit_code)
+        return _say(options, _in_words(error), ArmError.exit_code)
     except Exception as error:
         if raises_unexpected():
             raise
@@ -96,6 +96,17 @@ def _fill_closed_streams() -> None:
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
             setattr(sys, name, Path(os.devnull).open(mode, encoding="utf-8"))  # noqa: SIM115
+
+
+def _in_words(error: OSError) -> OSError:
+    """Return an error of the system that reads as a sentence, with the file that it is about."""
+    if error.filename is None or not error.strerror:
+        return error
+    file = os.fsdecode(error.filename)
+    return OSError(
+        f"{file} cannot be used ({error.strerror}): make room or its folder writable, or set "
+        "ARMDRIVE_HOME to a folder that is"
+    )
 
 
 def _say(options: argparse.Namespace, error: BaseException, code: int) -> int:

@@ -19,8 +19,8 @@ from pathlib import Path
 from armdrive import places
 from armdrive.catalogue import tagged
 from armdrive.cli.output import complain
+from armdrive.durable import replace_file
 from armdrive.printable import printable_lines, shortened
-from armdrive.record import replace_file
 
 FAULT = 70
 """The exit code, which sysexits.h calls EX_SOFTWARE: an internal error."""

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 
 from armdrive import places
 from armdrive.connecting import connect_simulated, state_file
+from armdrive.durable import replace_file
 from armdrive.errors import StateFileError
 from armdrive.holding import hold
 from armdrive.logbook import logbook_file
-from armdrive.record import FileRecorder, replace_file
+from armdrive.record import FileRecorder
 from armdrive.recorder.files import recordings
 from armdrive.recorder.flight import FlightRecorder
 from armdrive.sim.twin import Twin, make_twin
@@ -76,7 +77,7 @@ def _load(arm: str) -> object:
     path = world_file(arm)
     if not is_there(path):
         return None
-    return read_json(path, "the file", StateFileError, most_bytes=LARGEST_BYTES)
+    return read_json(path, "the file", StateFileError, most_bytes=LARGEST_BYTES, own=True)
 
 
 def _save(arm: str, twin: Twin) -> None:

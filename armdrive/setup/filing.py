@@ -33,7 +33,7 @@ def checked(files: Files, name: str) -> ArmConfig:
 
 def write(files: Files, path: Path) -> None:
     """Write the model file, then the arm file that names it."""
-    from armdrive.record import replace_file
+    from armdrive.durable import replace_file
 
     if files.model is not None:
         replace_file(path.parent / files.model_path, files.model.rstrip("\n"))
@@ -62,7 +62,7 @@ class Proposal:
 
     def write(self) -> None:
         """Write it. Raises `ArmFileError` if the file is no longer the one that was compared."""
-        from armdrive.record import replace_file
+        from armdrive.durable import replace_file
 
         if _text(self.path) != self.before:
             raise ArmFileError(
