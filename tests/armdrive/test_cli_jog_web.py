@@ -36,7 +36,7 @@ LET_IN = [
     Visit("/", GOOD["host"], given=KEY),
     Visit("/", GOOD["host"], kept=KEY),
     Visit("/ws", kept=KEY, **GOOD),
-    Visit("/static/js/textual.js", GOOD["host"]),
+    Visit("/static/js/textual.js", GOOD["host"], kept=KEY),
 ]
 REFUSED = {
     "another name of this computer": Visit("/", "localhost:8765", given=KEY),
@@ -50,6 +50,9 @@ REFUSED = {
     "a wrong key": Visit("/", GOOD["host"], given="the-kez"),
     "a socket without a cookie": Visit("/ws", **GOOD),
     "a socket with a wrong cookie": Visit("/ws", kept="é", **GOOD),
+    "a cookie that is no UTF-8": Visit("/", GOOD["host"], kept="\udcff\udcfe"),
+    "a file of the page without a key": Visit("/static/js/textual.js", GOOD["host"]),
+    "the list of the files": Visit("/static/", GOOD["host"]),
 }
 
 

@@ -13,10 +13,11 @@ import pytest
 
 from armdrive import Arm, places
 from armdrive.connecting import connect_simulated, simulated_config
+from armdrive.control_server import MOST_WATCHERS
 from armdrive.errors import ArmError, ArmInUse, StateFileError
 from armdrive.holder import ask_holder, follow_holder, held_arms, watch_holder
 from armdrive.holding import hold
-from armdrive.neighbours import MOST_WATCHERS, REQUESTS
+from armdrive.neighbours import REQUESTS
 from armdrive.places import file_name
 
 SOON_S = 5.0
