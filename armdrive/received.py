@@ -12,7 +12,7 @@ MOST_IDS = 6
 """Ids of frames that are named."""
 NOT_THE_ANSWER = "but not the answer"
 """Stands before what was received, in an error's words."""
-ANOTHER = "Check the port, the baud rate and the dialect"
+ANOTHER = "and that port, baud rate and dialect are right"
 
 
 class Received:
@@ -41,8 +41,8 @@ class Received:
         self._first += data[: MOST_BYTES - len(self._first)]
 
     def look_at(self, silent: str) -> str:
-        """Return what a person does about it; `silent` where nothing came, or on a bus."""
-        return silent if self._on_bus or not self.count else ANOTHER
+        """Return what a person does about it: `silent`, and more where bytes came."""
+        return silent if self._on_bus or not self.count else f"{silent}, {ANOTHER}"
 
     def __str__(self) -> str:
         if not self.count:

@@ -14,6 +14,7 @@ from armdrive.controllers.requests import (
     ClearFault,
     Done,
     DropCurrent,
+    Halted,
     HomeDevice,
     Registers,
     SwitchOn,
@@ -130,14 +131,16 @@ def home_device(
 
 def _home_group(wire: Wire, request: HomeDevice) -> Flow[None]:
     """Have some of the motors homed; whatever ends it early leaves nothing referenced."""
-    core = wire.core
+    core, began_s = wire.core, wire.now_s
     reply = yield from wire.request(request, Evidence.ANSWER_LOST)
     if isinstance(reply, Done) and not wire.stopping:
         return
     core.learn(Evidence.HOMING_FAILED, wire.now_s)
     if wire.stopping:
         raise wire.stopped("homing was stopped: nothing was referenced")
-    core.fault(f"homing failed: {reply}. Look at the switches and the arm, then call `reset()`")
+    late = f"it had not ended after {wire.now_s - began_s:.0f} s, {wire.engine.received}"
+    why = late if isinstance(reply, Halted) else reply  # nobody stopped it: its time was over
+    core.fault(f"homing failed: {why}. Look at the switches and the arm, then call `reset()`")
     raise DeviceFault(core.error)
 
 

@@ -9,6 +9,7 @@ import pytest
 from endless_wires import KINDS, Pace, connected, wire_to
 
 from armdrive.arm import Arm
+from armdrive.armsections import HomingSettings
 from armdrive.connecting import simulated_config
 from armdrive.controllers.grbl_settings import GrblSettings
 from armdrive.deadlines import CALL_LIMIT_S, call_limit_s
@@ -206,3 +207,18 @@ def test_an_excerpt_holds_nothing_that_a_terminal_obeys():
     every = bytes(range(256))
     assert excerpt(every, 256).isprintable()
     assert excerpt(every, 256).isascii()
+
+
+@pytest.mark.parametrize("kind", ["silent", "flooding with noise", "dripping"])
+def test_homing_by_switches_ends_on_time_and_says_what_was_received(kind):
+    wire, pace = wire_to("grbl")
+    config = simulated_config("grbl")
+    joints = config.model.arm.ik(config.model.reference.pose)
+    config = replace(config, homing=HomingSettings(joints=joints))
+    arm = Arm(config, wire, pace, simulated=True, operator=wire.twin.operator)
+    arm.enable()
+    wire.spoil(kind)
+    began_s = pace.now_s()
+    with pytest.raises(DeviceFault, match=r"not ended after 1\d\d s, .*received"):
+        arm.home()
+    assert pace.now_s() - began_s <= config.device.homing_s + CALL_LIMIT_S
