@@ -56,6 +56,8 @@ def call(
         motion = stage.config.motion
         burst_s = max(motion.planned_burst_s, motion.jog_burst_s)
         runs_on_s = arm.core.controller.stopping(burst_s).silent_s
+        if stage.twin.device.moving:  # where it comes to rest decides where the command begins
+            command.span = command.aim = None
         stage.watch.begin(command)
     if arm is not None and arm.paused and command is not None:
         longest_s += LONGEST_SIMULATED_PAUSE_S  # it waits, and is given up then

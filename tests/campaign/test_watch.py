@@ -11,6 +11,7 @@ from kinematics import Motors
 
 from .arrival import GraspAim, JointsAim, PoseAim
 from .goals import certain_goal, stand_beside_limits
+from .laws import call
 from .mission import Mission
 from .physical import Bound, Command
 from .speeds import FASTER, WINDOW_S
@@ -158,6 +159,21 @@ def test_a_pose_is_missed_where_the_hand_points_elsewhere():
 def test_a_grasp_of_nothing_is_no_grasp():
     stage = a_stage()
     assert "hold nothing" in GraspAim().missed(stage.world, 12.0, ())
+
+
+def test_a_command_that_comes_while_the_arm_stops_has_no_ends_of_its_own():
+    stage = a_stage("grbl")
+    arm = stage.connect(allow_restored=False, automatic=False, recorded=False)
+    joints, opening_mm = stage.posture()
+    arm.declare_posture(joints, opening_mm=opening_mm)
+    stage.watch.begin(Command("move_j", known=True))
+    arm.move_j(wait=False, **certain_goal(stage))
+    arm.sleep(0.3)
+    here = stage.look()
+    call(stage, arm.stop, Command("stop", known=True, span=(here, here)))
+    assert stage.look() != here
+    assert not stage.watch.broken
+    arm.close()
 
 
 @pytest.mark.parametrize("variant", range(VARIANTS))
