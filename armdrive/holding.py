@@ -112,6 +112,7 @@ class Holding:
         }
         for name in self._names:
             replace_file(notice_path(name, "holder"), json.dumps(notice))
+        arm.core.tempo.others = True  # `armdrive resume` reaches it from now on
         self._server.start()
 
     def release(self) -> None:

@@ -147,8 +147,8 @@ REFUSALS = (
     Entry(
         "E202", "WrongState", "not in this state",
         "The arm is disconnected, disabled, in motion or in error-stop, and the call is not "
-        "allowed then.",
-        NOTHING_SENT,
+        "allowed then. Or the arm was paused for so long that the motion was given up.",
+        "Nothing was sent, nothing moved. After a pause, the arm stands on its way, still paused.",
         "Wait for the end of a motion, call `enable()`, or look at the arm and call `reset()`, "
         "as the sentence says.",
     ),
