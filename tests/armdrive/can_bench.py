@@ -7,11 +7,10 @@ import time
 from collections import deque
 
 import can
+from waiting import LONG_S
 
 from armdrive.transports.can_link import CanLink
 from firmware_protocol.frames import Frame, Unpacker, pack
-
-LONG_S = 5.0
 
 
 def frames_of(link, count: int = 1, patience_s: float = LONG_S) -> list[Frame]:

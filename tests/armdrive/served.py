@@ -4,26 +4,14 @@ from __future__ import annotations
 
 import io
 import os
-import select
 import threading
-import time
-from collections.abc import Callable
 from pathlib import Path
+
+from waiting import LONG_S, until
 
 from armdrive.connecting import simulated_config
 from armdrive.sim.run import make_server, run_device
 from armdrive.sim.twin import make_device
-
-PATIENCE_S = 8.0
-
-
-def until(true: Callable[[], bool], patience_s: float = PATIENCE_S) -> float:
-    """Wait until something is true; return how long that took."""
-    began_s = time.monotonic()
-    while not true():
-        assert time.monotonic() - began_s < patience_s, "it never came true"
-        select.select([], [], [], 0.002)
-    return time.monotonic() - began_s
 
 
 class Served:
@@ -64,5 +52,5 @@ class Served:
 
     def __exit__(self, *error: object) -> None:
         os.write(self._mouth, b"quit\n")
-        self._thread.join(PATIENCE_S)
+        self._thread.join(LONG_S)
         os.close(self._mouth)

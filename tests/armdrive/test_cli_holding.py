@@ -9,6 +9,7 @@ from itertools import count
 
 import pytest
 from cli_calls import Caller
+from waiting import LONG_S
 
 from armdrive import Pose, Stopped
 from armdrive.cli.worlds import connect_remembered
@@ -16,7 +17,6 @@ from armdrive.connecting import simulated_config
 from armdrive.status import State
 
 ARM = "sim:teachmover"
-SOON_S = 10.0
 
 
 @pytest.fixture
@@ -66,7 +66,7 @@ def test_a_stop_from_outside_ends_a_motion(call, held):
     said = call("stop", code=0).out
     assert f"asked {ARM} to stop" in said
     with pytest.raises(Stopped):
-        handle.wait(SOON_S)
+        handle.wait(LONG_S)
     assert held.status.state is State.STANDBY
     assert held.status.joints["base"] < 1.4
     held.move_j(base_deg=0)  # a stop latches nothing
@@ -81,7 +81,7 @@ def test_a_motion_is_paused_slowed_and_resumed_from_outside(call, held):
     assert held.speed_override == 0.5
     assert "asked" in call("slow", "100", "--sim", "teachmover", code=0).out
     assert call("resume", "--json", code=0).json == {"resumed": 1, "failures": []}
-    handle.wait(SOON_S)
+    handle.wait(LONG_S)
     assert held.joints.deg["base"] == pytest.approx(60, abs=0.1)
 
 

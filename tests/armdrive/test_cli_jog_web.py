@@ -16,7 +16,8 @@ from argparse import Namespace
 
 import pytest
 from cli_calls import write_arm_file
-from served import Served, until
+from served import Served
+from waiting import LONG_S, until
 
 from armdrive import places
 from armdrive.cli import jog_web
@@ -28,7 +29,6 @@ KEY = "the-key"
 DOOR = Door(8765, KEY)
 GOOD = {"host": "127.0.0.1:8765", "origin": "http://127.0.0.1:8765"}
 REPEAT_S = 0.04
-PATIENCE_S = 20.0
 SLACK_S = 0.1
 """For a busy computer to see that the page is closed, and the test that the arm stands."""
 
@@ -172,12 +172,12 @@ class Browsed:
 
     def jog(self):
         """Have the arm move by a held key; return what its status announces then."""
-        until(lambda: b"DISARMED" in self.painted, PATIENCE_S)
+        until(lambda: b"DISARMED" in self.painted, LONG_S)
         self.press(b"\r")
-        until(lambda: b"armed:" in self.painted, PATIENCE_S)
+        until(lambda: b"armed:" in self.painted, LONG_S)
         start = self.motors
         self.hold(b"q")
-        until(lambda: self.motors != start, PATIENCE_S)
+        until(lambda: self.motors != start, LONG_S)
         said = ask_holder("bench", "status")
         return max(said["stop_time_s"], said["silent_time_s"])
 
@@ -188,7 +188,7 @@ class Browsed:
             if (now := self.motors) != last:
                 last, moved_s = now, time.monotonic()
             select.select([], [], [], 0.002)
-            assert time.monotonic() - since_s < PATIENCE_S
+            assert time.monotonic() - since_s < LONG_S
         return moved_s - since_s
 
     def __enter__(self):
@@ -220,7 +220,7 @@ def test_a_page_that_is_closed_ends_its_desk_and_the_arm_stands_within_the_annou
         ended_s = time.monotonic()
         do(desk)
         went_on_s = desk.still_after_s(ended_s)
-        assert desk.process.wait(PATIENCE_S) == code
+        assert desk.process.wait(LONG_S) == code
         assert went_on_s <= bound_s + SLACK_S
 
 
@@ -228,10 +228,10 @@ def test_whoever_only_looks_away_from_the_page_disarms_it():
     with Browsed() as desk:
         desk.jog()
         desk.meta("blur")
-        until(lambda: b"lost the keyboard focus" in desk.painted, PATIENCE_S)
+        until(lambda: b"lost the keyboard focus" in desk.painted, LONG_S)
         desk.lift()
         desk.meta("quit")
-        assert desk.process.wait(PATIENCE_S) == 0
+        assert desk.process.wait(LONG_S) == 0
 
 
 # -- the page ---------------------------------------------------------------------------------
@@ -257,7 +257,7 @@ def test_a_browser_opens_jogs_and_closes_a_desk(tmp_path):
     finally:
         server.send_signal(signal.SIGINT)
         server.stdout.read()
-        assert server.wait(PATIENCE_S) == 0
+        assert server.wait(LONG_S) == 0
         server.stdout.close()
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from cli_calls import Caller
+from waiting import LONG_S
 
 from kinematics import Motors
 
@@ -21,8 +22,6 @@ from sim_process import SimProcess
 
 NOISE_S = 0.25
 """What a busy computer may add to a time; the bounds themselves are of the arm alone."""
-
-PATIENCE_S = 20.0
 
 
 @pytest.fixture
@@ -61,7 +60,7 @@ class Moving:
 
     def end(self) -> tuple[int, str]:
         """Wait for its end; return its exit code and what it complained of."""
-        _, err = self.process.communicate(timeout=PATIENCE_S)
+        _, err = self.process.communicate(timeout=LONG_S)
         assert "Traceback" not in err
         return self.process.returncode, err
 

@@ -10,6 +10,7 @@ import threading
 import time
 
 import pytest
+from waiting import LONG_S
 
 from armdrive import Arm, places
 from armdrive.connecting import connect_simulated, simulated_config
@@ -18,8 +19,6 @@ from armdrive.holder import ask_holder, follow_holder, held_arms, watch_holder
 from armdrive.holding import hold
 from armdrive.neighbours import MOST_WATCHERS, REQUESTS
 from armdrive.places import file_name
-
-SOON_S = 5.0
 
 
 @pytest.fixture
@@ -81,7 +80,7 @@ def test_nobody_goes_on_listening_for_an_arm_that_was_given_back(arm):
     holding.serve(arm)
     (listening,) = [each for each in socket_threads() if each not in before]
     holding.release()
-    listening.join(SOON_S)
+    listening.join(LONG_S)
     assert not listening.is_alive()
 
 
@@ -180,7 +179,7 @@ def test_who_follows_hears_of_a_program_in_a_long_act_and_not_of_every_moment(ar
 def test_watchers_that_went_away_make_room_for_others(arm, holding):
     for _ in range(MOST_WATCHERS + 4):
         views = watch_holder("bench", 0.02)
-        deadline_s = time.monotonic() + SOON_S
+        deadline_s = time.monotonic() + LONG_S
         while "state" not in next(views):
             assert time.monotonic() < deadline_s
             views.close()

@@ -8,6 +8,7 @@ import time
 import pytest
 import serial
 from serial.rfc2217 import PortManager
+from waiting import LONG_S
 
 from armdrive.errors import BadRequest, LinkLost
 from armdrive.transports import udp
@@ -17,7 +18,6 @@ from armdrive.transports.udp import UdpLink
 from armdrive.transports.url import host_and_port, open_link, scheme
 
 LOOPBACK = "127.0.0.1"
-LONG_S = 5.0
 
 
 @pytest.fixture

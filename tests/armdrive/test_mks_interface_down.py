@@ -17,7 +17,7 @@ import time
 import can
 import pytest
 from can_kernel_bus import Interface
-from served import PATIENCE_S, until
+from waiting import LONG_S, until
 
 from armdrive import Arm
 from armdrive.connecting import simulated_config
@@ -58,7 +58,7 @@ def ends(arm, motion, world, tip, error, code, words):
     """Check that it ended in words, stands within what was announced, and trusts nothing."""
     most_mm = arm.status.silent_distance_mm
     with pytest.raises(error, match=words):
-        motion.wait(PATIENCE_S)
+        motion.wait(LONG_S)
     assert arm.status.error_code == code
     assert re.search(words, arm.status.error), arm.status.error
     comes_to_rest(world)
@@ -169,7 +169,7 @@ class SerialBus:
     def end(self) -> None:
         """End the simulation."""
         os.write(self._mouth, b"quit\n")
-        self._thread.join(PATIENCE_S)
+        self._thread.join(LONG_S)
         os.close(self._mouth)
 
 

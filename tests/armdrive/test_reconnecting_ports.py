@@ -7,7 +7,8 @@ from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
-from served import Served, until
+from served import Served
+from waiting import until
 
 from armdrive import Arm, LinkLost
 from armdrive.armsections import Connection

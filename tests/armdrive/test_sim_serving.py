@@ -15,6 +15,7 @@ from pathlib import Path
 
 import pytest
 import serial
+from waiting import LONG_S
 
 from armdrive.errors import PortUnavailable
 from armdrive.sim.fault_request import parse_option
@@ -30,7 +31,6 @@ needs_pty = pytest.mark.skipif(
 needs_signals = pytest.mark.skipif(
     sys.platform == "win32", reason="Windows cannot send itself these signals"
 )
-PATIENCE_S = 5.0
 
 
 class Running:
@@ -60,14 +60,14 @@ class Running:
         return self.out.getvalue().splitlines()[-1]
 
     def until(self, true):
-        deadline = time.monotonic() + PATIENCE_S
+        deadline = time.monotonic() + LONG_S
         while not true():
             assert time.monotonic() < deadline, "it never came true"
             select.select([], [], [], 0.002)
 
     def end(self):
         self.command("quit")
-        self._thread.join(PATIENCE_S)
+        self._thread.join(LONG_S)
         assert not self._thread.is_alive()
         os.close(self._mouth)
 
@@ -98,7 +98,7 @@ def read_line(client):
 class TestTcp:
     def test_a_motion_is_made_and_answered(self, serve):
         running = serve(TcpServer())
-        with socket.create_connection(("127.0.0.1", running.server.port), PATIENCE_S) as client:
+        with socket.create_connection(("127.0.0.1", running.server.port), LONG_S) as client:
             began = time.monotonic()
             client.sendall(b"@STEP 240, 40,0,0,0,0,0\r")
             assert read_line(client) == b"1\r"
@@ -108,20 +108,20 @@ class TestTcp:
     def test_one_client_at_a_time_and_then_the_next(self, serve):
         running = serve(TcpServer())
         where = ("127.0.0.1", running.server.port)
-        with socket.create_connection(where, PATIENCE_S) as first:
+        with socket.create_connection(where, LONG_S) as first:
             first.sendall(b"@STEP 0,0,0,0,0,0,0\r")
             assert read_line(first) == b"1\r"
-            with socket.create_connection(where, PATIENCE_S) as second:
+            with socket.create_connection(where, LONG_S) as second:
                 assert second.recv(10) == b""
             first.sendall(b"@STEP 0,0,0,0,0,0,0\r")
             assert read_line(first) == b"1\r"
-        with socket.create_connection(where, PATIENCE_S) as third:
+        with socket.create_connection(where, LONG_S) as third:
             third.sendall(b"@STEP 0,0,0,0,0,0,0\r")
             assert read_line(third) == b"1\r"
 
     def test_a_client_that_floods_the_line_has_to_wait_for_it(self, serve):
         running = serve(TcpServer())
-        with socket.create_connection(("127.0.0.1", running.server.port), PATIENCE_S) as client:
+        with socket.create_connection(("127.0.0.1", running.server.port), LONG_S) as client:
             client.setblocking(False)
             most = 0
             for _ in range(200):
@@ -137,13 +137,13 @@ class TestTcp:
     def test_unplugged_and_plugged_in_again(self, serve):
         running = serve(TcpServer())
         where = ("127.0.0.1", running.server.port)
-        with socket.create_connection(where, PATIENCE_S) as client:
+        with socket.create_connection(where, LONG_S) as client:
             client.sendall(b"@STEP 0,0,0,0,0,0,0\r")
             read_line(client)
             assert running.answer("unplug") == "unplugged"
             assert client.recv(10) == b""
         assert f"127.0.0.1:{where[1]}" in running.answer("replug")
-        with socket.create_connection(where, PATIENCE_S) as client:
+        with socket.create_connection(where, LONG_S) as client:
             client.sendall(b"@STEP 0,0,0,0,0,0,0\r")
             assert read_line(client) == b"1\r"
 
@@ -174,7 +174,7 @@ class TestUdp:
         where = ("127.0.0.1", running.server.port)
         for _ in range(2):
             with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as client:
-                client.settimeout(PATIENCE_S)
+                client.settimeout(LONG_S)
                 client.sendto(b"@STEP 240,40,0,0,0,0,0\r", where)
                 assert client.recv(100) == b"1\r"
                 client.sendto(b"@READ\r", where)
@@ -186,7 +186,7 @@ class TestUdp:
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as client:
             for data in (b"one", b"two"):
                 client.sendto(data, ("127.0.0.1", server.port))
-            select.select([*server.filenos()], [], [], PATIENCE_S)
+            select.select([*server.filenos()], [], [], LONG_S)
             assert (server.read(), server.read(), server.read()) == (b"one", b"two", b"")
         server.close()
         assert (server.filenos(), server.read()) == ((), b"")
@@ -209,7 +209,7 @@ class TestUdp:
 class TestFaults:
     def test_a_fault_of_the_command_line_befalls_a_served_arm(self, serve):
         running = serve(TcpServer(), "drop:#3,from=host", "stall:1")
-        with socket.create_connection(("127.0.0.1", running.server.port), PATIENCE_S) as client:
+        with socket.create_connection(("127.0.0.1", running.server.port), LONG_S) as client:
             client.sendall(b"@READ\r")
             assert read_line(client) == b"0\r"
             before = running.device.world.motors
@@ -219,7 +219,7 @@ class TestFaults:
 
     def test_the_cable_is_pulled_by_itself_after_a_while(self, serve):
         running = serve(TcpServer(), "unplug@0.05")
-        with socket.create_connection(("127.0.0.1", running.server.port), PATIENCE_S) as client:
+        with socket.create_connection(("127.0.0.1", running.server.port), LONG_S) as client:
             assert client.recv(10) == b""
         assert running.answer("fault") == "unplug @0.05"
 
@@ -281,7 +281,7 @@ class TestPty:
     def test_a_program_for_the_real_arm_runs_against_it(self, serve, tmp_path):
         link = tmp_path / "arm"
         running = serve(PtyServer(link))
-        with serial.Serial(str(link), 9600, timeout=PATIENCE_S) as port:
+        with serial.Serial(str(link), 9600, timeout=LONG_S) as port:
             port.write(b"@STEP 240, 100,0,0,0,0,0\r")
             assert port.read_until(b"\r") == b"1\r"
             port.write(b"@READ\r")
@@ -296,7 +296,7 @@ class TestPty:
             os.write(client, b"@BAD\x03\x04\r")
             said = b""
             while not said.endswith(b"\r"):
-                assert select.select([client], [], [], PATIENCE_S)[0]
+                assert select.select([client], [], [], LONG_S)[0]
                 said += os.read(client, 10)
             assert said == b"0\r"
         finally:

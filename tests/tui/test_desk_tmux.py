@@ -11,11 +11,11 @@ import time
 from pathlib import Path
 
 import pytest
+from waiting import LONG_S
 
 from armdrive import places
 
 ROOT = Path(__file__).parents[2]
-PATIENCE_S = 30.0
 LOOK_S = 0.05
 
 pytestmark = pytest.mark.skipif(shutil.which("tmux") is None, reason="there is no tmux here")
@@ -45,7 +45,7 @@ class Tmux:
 
     def seen(self, pattern):
         """Wait until the screen shows something; return what was found."""
-        end_s = time.monotonic() + PATIENCE_S
+        end_s = time.monotonic() + LONG_S
         while time.monotonic() < end_s:
             if found := re.search(pattern, self.shown or ""):
                 return found
@@ -54,7 +54,7 @@ class Tmux:
 
     def gone(self):
         """Wait until the desk has ended, and tmux with it."""
-        end_s = time.monotonic() + PATIENCE_S
+        end_s = time.monotonic() + LONG_S
         while self.shown is not None:
             assert time.monotonic() < end_s, self.shown
             select.select([], [], [], LOOK_S)
@@ -88,7 +88,7 @@ def test_a_person_arms_jogs_stops_and_leaves_inside_tmux(tmux):
     start = base(tmux)
     tmux.press("Enter")
     tmux.seen("keys ARMED")
-    there, end_s = start, time.monotonic() + PATIENCE_S
+    there, end_s = start, time.monotonic() + LONG_S
     while there == start:  # a busy desk leaves out a key that it hears too late
         assert time.monotonic() < end_s, "the key jogged nothing"
         if "DISARMED" in tmux.shown:

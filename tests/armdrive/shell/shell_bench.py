@@ -10,7 +10,8 @@ import subprocess
 import sys
 import time
 
-PATIENCE_S = 30.0
+from waiting import LONG_S
+
 AGAIN_S = 1.0
 PROMPT, MORE = "\n> ", "\n... "
 _OWN_TERMINAL = """\
@@ -60,7 +61,7 @@ class Prompt:
 
     def until(self, text: str = PROMPT) -> str:
         """Return what is shown from the last such call up to a text, which has to come."""
-        end_s = time.monotonic() + PATIENCE_S
+        end_s = time.monotonic() + LONG_S
         while text not in "\n" + (shown := self._shown()):
             left_s = end_s - time.monotonic()
             assert left_s > 0.0, (text, shown)
@@ -71,12 +72,12 @@ class Prompt:
 
     def end(self) -> int:
         """Return the exit code, once it has ended by itself."""
-        while select.select([self._number], [], [], PATIENCE_S)[0]:
+        while select.select([self._number], [], [], LONG_S)[0]:
             data = self._data()
             self._raw += data
             if not data:
                 break
-        return self.process.wait(PATIENCE_S)
+        return self.process.wait(LONG_S)
 
     def close(self) -> None:
         """End it in any case."""
