@@ -9,10 +9,10 @@ in simulated time, or on the clock of the simulated device.
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import threading
 import time
 from collections.abc import Awaitable, Callable, Iterator
+from pathlib import Path
 from typing import Any, TypeVar
 
 LONG_S = 60.0
@@ -29,7 +29,10 @@ class NeverHappened(AssertionError):
 
 
 def looks(what: str = "it never happened") -> Iterator[None]:
-    """Yield for each look of a caller who waits; raise `NeverHappened` instead of hanging."""
+    """Yield for each look of a caller who waits; raise `NeverHappened` instead of hanging.
+
+    Leave the loop once it has been seen.
+    """
     end_s = time.monotonic() + LONG_S
     while True:
         yield
@@ -45,7 +48,7 @@ def until(happened: Callable[[], Any], what: str = "it never happened") -> None:
             return
 
 
-def ends(call: Callable[[], T], what: str = "the call never returned") -> T:
+def returns(call: Callable[[], T], what: str = "the call never returned") -> T:
     """Return what a call returns, or raise what it raises; fail if it hangs.
 
     Give the call itself a wait of `FOREVER_S`: that it returns proves that something ended it.
@@ -61,7 +64,7 @@ def ends(call: Callable[[], T], what: str = "the call never returned") -> T:
         else:
             outcome.append(lambda: returned)
 
-    thread = threading.Thread(target=run, name="test-waits", daemon=True)
+    thread = threading.Thread(target=run, name="test-returns", daemon=True)
     thread.start()
     thread.join(LONG_S)
     if not outcome:
@@ -71,19 +74,6 @@ def ends(call: Callable[[], T], what: str = "the call never returned") -> T:
 
 FOREVER_S = 100.0 * LONG_S
 """A time that no test lets pass."""
-
-
-@contextlib.contextmanager
-def meanwhile(call: Callable[[], object]) -> Iterator[None]:
-    """Have another thread make a call while the block runs, and join it."""
-    thread = threading.Thread(target=call, name="test-meanwhile", daemon=True)
-    thread.start()
-    try:
-        yield
-    finally:
-        thread.join(LONG_S)
-        if thread.is_alive():
-            raise NeverHappened("what another thread was asked for never ended")
 
 
 async def until_seen(
@@ -102,3 +92,21 @@ async def until_seen(
 
 def _raise(error: BaseException) -> Any:
     raise error
+
+
+def soon(call: Callable[..., object], *args: object) -> threading.Thread:
+    """Have another thread make a call a moment later; return that thread.
+
+    Use it only where the test holds in whichever order the call and what follows here happen. The
+    moment makes it likely, and no more, that whoever is to be woken already sleeps.
+    """
+    timer = threading.Timer(10.0 * LOOK_S, call, args)
+    timer.daemon = True
+    timer.start()
+    return timer
+
+
+def suspended(pid: int) -> bool:
+    """Tell whether a process of this computer is stopped, as by SIGSTOP (Linux)."""
+    text = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8")
+    return text.rpartition(")")[2].split()[0] == "T"

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import io
+import json
 import os
 import threading
 from pathlib import Path
+from typing import Any
 
 from waiting import LONG_S, until
 
@@ -41,11 +43,17 @@ class Served:
         address = self.server.address
         return address if address.startswith("/") else f"{self._scheme}://{address}"
 
-    def tell(self, line: str) -> None:
-        """Give a command of the console and wait for its answer."""
+    def tell(self, line: str) -> str:
+        """Give a command of the console and return its answer."""
         count = self.out.getvalue().count("\n")
         os.write(self._mouth, line.encode() + b"\n")
         until(lambda: self.out.getvalue().count("\n") > count)
+        return self.out.getvalue().splitlines()[count]
+
+    def look(self) -> tuple[float, dict[str, Any]]:
+        """Return the time on the device's own clock, and its physical state then."""
+        state = json.loads(self.tell("state --json"))
+        return state.pop("time_s"), state
 
     def __enter__(self) -> Served:
         return self

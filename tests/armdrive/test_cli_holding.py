@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import os
 import signal
-import threading
 from itertools import count
 
 import pytest
 from cli_calls import Caller
-from waiting import LONG_S
+from waiting import LONG_S, soon, until
 
 from armdrive import Pose, Stopped
 from armdrive.cli.worlds import connect_remembered
@@ -60,9 +59,7 @@ def test_the_status_of_a_held_arm_comes_from_its_holder(call, held):
 
 def test_a_stop_from_outside_ends_a_motion(call, held):
     handle = held.move_j(base_deg=85, speed=0.05, wait=False)
-    moving = threading.Event()
-    while held.status.state is not State.MOVING:
-        moving.wait(0.001)
+    until(lambda: held.status.state is State.MOVING)
     said = call("stop", code=0).out
     assert f"asked {ARM} to stop" in said
     with pytest.raises(Stopped):
@@ -98,7 +95,7 @@ def test_what_nobody_holds_is_neither_paused_nor_resumed(call, word):
 
 
 def test_a_held_arm_is_watched_until_it_is_given_back(call, held):
-    threading.Timer(0.2, held.close).start()
+    soon(held.close)
     views = call("watch", "--every", "0.05", code=0).json_lines
     assert views[0]["state"] == "standby"
     assert views[-1]["state"] == "disconnected"

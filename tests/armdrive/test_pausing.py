@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import math
 import random
-import threading
 
 import pytest
 
@@ -319,7 +318,7 @@ def test_an_override_that_is_no_share_is_refused(share):
 def test_a_script_on_simulated_time_waits_until_somebody_resumes_it():
     arm = raised(BY_BURSTS)
     arm.pause()
-    threading.Timer(0.1, arm.resume).start()
+    arm.twin.device.at(arm.pace.now_s() + 5.0, arm.resume)
     arm.move_j(base_deg=10.0)
     assert arm.joints.deg["base"] == pytest.approx(10.0, abs=0.1)
 
@@ -327,7 +326,7 @@ def test_a_script_on_simulated_time_waits_until_somebody_resumes_it():
 def test_a_pause_is_no_part_of_a_motions_patience():
     arm = raised(BY_BURSTS)
     handle, _ = paused(arm)
-    threading.Timer(0.3, arm.resume).start()  # hundreds of simulated seconds by then
+    arm.twin.device.at(arm.pace.now_s() + 300.0, arm.resume)
     handle._timeout_s = 5.0
     handle.wait()
 

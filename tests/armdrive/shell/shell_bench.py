@@ -8,9 +8,8 @@ import re
 import select
 import subprocess
 import sys
-import time
 
-from waiting import LONG_S
+from waiting import LONG_S, looks
 
 AGAIN_S = 1.0
 PROMPT, MORE = "\n> ", "\n... "
@@ -61,11 +60,10 @@ class Prompt:
 
     def until(self, text: str = PROMPT) -> str:
         """Return what is shown from the last such call up to a text, which has to come."""
-        end_s = time.monotonic() + LONG_S
-        while text not in "\n" + (shown := self._shown()):
-            left_s = end_s - time.monotonic()
-            assert left_s > 0.0, (text, shown)
-            if select.select([self._number], [], [], left_s)[0]:
+        for _ in looks(f"{text!r} was never shown"):
+            if text in "\n" + (shown := self._shown()):
+                break
+            if select.select([self._number], [], [], LONG_S)[0]:
                 self._raw += self._data()
         self._raw = ""
         return shown
