@@ -21,6 +21,9 @@ LONG_S = 60.0
 LOOK_S = 0.002
 """How often a test looks. Only its speed depends on this."""
 
+AGAIN_S = 0.5
+"""How often something is tried anew: slower than any keyboard repeats a key."""
+
 T = TypeVar("T")
 
 
@@ -46,6 +49,20 @@ def until(happened: Callable[[], Any], what: str = "it never happened") -> None:
     for _ in looks(what):
         if happened():
             return
+
+
+def tried(attempt: Callable[[], object], happened: Callable[[], Any], what: str) -> None:
+    """Try something anew, unhurriedly, until it is seen to have worked.
+
+    For what a busy program may rightly ignore: a key that it hears too late, say.
+    """
+    again_s = -1.0
+    for _ in looks(what):
+        if happened():
+            return
+        if time.monotonic() > again_s:
+            attempt()
+            again_s = time.monotonic() + AGAIN_S
 
 
 def returns(call: Callable[[], T], what: str = "the call never returned") -> T:

@@ -8,7 +8,7 @@ from itertools import count
 
 import pytest
 from cli_calls import Caller
-from waiting import LONG_S, soon, until
+from waiting import FOREVER_S, soon, until
 
 from armdrive import Pose, Stopped
 from armdrive.cli.worlds import connect_remembered
@@ -63,7 +63,7 @@ def test_a_stop_from_outside_ends_a_motion(call, held):
     said = call("stop", code=0).out
     assert f"asked {ARM} to stop" in said
     with pytest.raises(Stopped):
-        handle.wait(LONG_S)
+        handle.wait(FOREVER_S)
     assert held.status.state is State.STANDBY
     assert held.status.joints["base"] < 1.4
     held.move_j(base_deg=0)  # a stop latches nothing
@@ -78,7 +78,7 @@ def test_a_motion_is_paused_slowed_and_resumed_from_outside(call, held):
     assert held.speed_override == 0.5
     assert "asked" in call("slow", "100", "--sim", "teachmover", code=0).out
     assert call("resume", "--json", code=0).json == {"resumed": 1, "failures": []}
-    handle.wait(LONG_S)
+    handle.wait(FOREVER_S)
     assert held.joints.deg["base"] == pytest.approx(60, abs=0.1)
 
 

@@ -266,8 +266,18 @@ async def _browse(aiohttp, address, port):
             await _painted(page, b"armed:")
             held = find("sim:teachmover").config.name
             assert ask_holder(held, "status")["state"] == "standby"
-        async with browser.ws_connect(socket, headers=own) as page:
+        async with await _let_in(aiohttp, browser, socket, own) as page:
             await _painted(page, b"DISARMED")
+
+
+async def _let_in(aiohttp, browser, socket, own):
+    """Open the page anew, once the desk of the page before has ended."""
+    while True:
+        try:
+            return await browser.ws_connect(socket, headers=own)
+        except aiohttp.WSServerHandshakeError as error:
+            assert error.status == 409
+            await asyncio.sleep(0)
 
 
 async def _reached(aiohttp, browser, address):

@@ -17,7 +17,7 @@ from armdrive.cli import main
 from armdrive.demo import JOBS, NEAR_ENOUGH_MM, blocks_of
 
 CURSOR_OFF, CURSOR_ON = b"\x1b[?25l", b"\x1b[?25h"
-PACE = "60"
+PACE = "20"
 """Deadlines are in the arm's seconds: much faster, and a busy computer would miss them."""
 
 needs_pty = pytest.mark.skipif(

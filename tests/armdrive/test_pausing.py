@@ -6,7 +6,10 @@ import contextlib
 import math
 import random
 
+import threading
+
 import pytest
+from waiting import soon, until
 
 from armdrive import Arm, Jog
 from armdrive.dialects import DIALECTS
@@ -318,7 +321,7 @@ def test_an_override_that_is_no_share_is_refused(share):
 def test_a_script_on_simulated_time_waits_until_somebody_resumes_it():
     arm = raised(BY_BURSTS)
     arm.pause()
-    arm.twin.device.at(arm.pace.now_s() + 5.0, arm.resume)
+    soon(arm.resume)
     arm.move_j(base_deg=10.0)
     assert arm.joints.deg["base"] == pytest.approx(10.0, abs=0.1)
 
@@ -326,9 +329,17 @@ def test_a_script_on_simulated_time_waits_until_somebody_resumes_it():
 def test_a_pause_is_no_part_of_a_motions_patience():
     arm = raised(BY_BURSTS)
     handle, _ = paused(arm)
-    arm.twin.device.at(arm.pace.now_s() + 300.0, arm.resume)
     handle._timeout_s = 5.0
+    beyond_s = arm.pace.now_s() + 4.0 * handle._timeout_s
+
+    def resume():
+        until(lambda: arm.pace.now_s() > beyond_s)
+        arm.resume()
+
+    operator = threading.Thread(target=resume)
+    operator.start()
     handle.wait()
+    operator.join()
 
 
 def test_an_arm_that_is_killed_in_a_pause_is_remembered_where_it_stands(tmp_path):

@@ -1,5 +1,7 @@
 """Acts on an arm: each does what it says, and a stop or a pause holds at whatever moment."""
 
+import threading
+
 import pytest
 from running_bench import BLOCK, PICK_AND_PLACE, Listener, Script, down, performer, table_arm
 from waiting import until
