@@ -21,8 +21,12 @@ FRESH_S = 0.3
 MODE_TURNS = 50
 """So many turns a drive may take to be in another mode."""
 SETTLE_S = 0.6
-LATE_REPORTS_S = 3.0
 """So long a drive may take to its target when that moves no more."""
+LATE_REPORTS_S = 3.0
+"""How much longer to wait where every drive was at its target when it last reported.
+
+Reports are late where the computer is busy; drives that have fallen silent are found sooner.
+"""
 EXACT_REACH = 1
 """A drive that is no farther from its target has heard of it for certain."""
 REST_TURNS, EXACT = 8, 4

@@ -234,7 +234,7 @@ def test_a_browser_opens_jogs_and_closes_a_desk(tmp_path):
         said = server.stdout.readline()
         address = said.partition(" at ")[2].strip()
         assert address.startswith(f"http://{HOST}:{port}/?key=")
-        asyncio.run(asyncio.wait_for(_browse(aiohttp, address, port), LONG_S))
+        asyncio.run(_browse(aiohttp, address, port))
     finally:
         server.send_signal(signal.SIGINT)
         server.stdout.read()
@@ -276,7 +276,8 @@ async def _let_in(aiohttp, browser, socket, own):
         try:
             return await browser.ws_connect(socket, headers=own)
         except aiohttp.WSServerHandshakeError as error:
-            assert error.status == 409
+            if error.status != 409:
+                raise
             await asyncio.sleep(0)
 
 

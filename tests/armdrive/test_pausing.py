@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import math
 import random
-
 import threading
 
 import pytest
