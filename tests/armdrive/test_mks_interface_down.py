@@ -198,9 +198,8 @@ def test_a_serial_adapter_whose_channel_is_closed_ends_a_motion_and_is_opened_ag
     with Arm.connect(bus.port, dialect="mks") as arm:
         motion = in_motion(arm, device)
         bus.restart(mute=False)
-        ends(
-            arm, motion, device, device.world.tip, LinkLost, "E407", "refuses frames: .* restarted"
-        )
+        words = "refuses frames: .* restarted"
+        ends(arm, motion, device, device.world.tip, LinkLost, "E407", words)
         goes_on(arm, device)
 
 
