@@ -15,7 +15,7 @@ from argparse import Namespace
 import pytest
 from cli_calls import write_arm_file
 from served import Served
-from waiting import LONG_S, until
+from waiting import LONG_S, tried, until
 from watched_sim import Watch
 
 from armdrive import places
@@ -149,6 +149,7 @@ class Browsed:
 
     def hold(self, key):
         """Hold a key from now on, whatever happens to the desk."""
+        self._lifted.clear()
 
         def repeat():
             while not self._lifted.wait(REPEAT_S):
@@ -162,15 +163,24 @@ class Browsed:
 
     def lift(self):
         self._lifted.set()
-        self._finger.join()
+        if self._finger is not None:
+            self._finger.join()
+
+    def _hold_on(self):
+        """Hold the key anew; arm again first where the desk was too busy for a held key."""
+        self.lift()
+        if self.painted.rfind(b"DISARMED") > self.painted.rfind(b"armed:"):
+            self.press(b"\r")
+        else:
+            self.hold(b"q")
 
     def jog(self):
         """Have the arm move by a held key; return what its status announces then."""
         until(lambda: b"DISARMED" in self.painted)
         self.press(b"\r")
         until(lambda: b"armed:" in self.painted)
-        self.hold(b"q")
-        self.watch.moves_by(1)
+        start = self.watch.motors
+        tried(self._hold_on, lambda: self.watch.motors != start, "the key jogged nothing")
         said = ask_holder("bench", "status")
         return max(said["stop_time_s"], said["silent_time_s"])
 
