@@ -22,11 +22,6 @@ MODE_TURNS = 50
 """So many turns a drive may take to be in another mode."""
 SETTLE_S = 0.6
 """So long a drive may take to its target when that moves no more."""
-LATE_REPORTS_S = 3.0
-"""How much longer to wait where every drive was at its target when it last reported.
-
-Reports are late where the computer is busy; drives that have fallen silent are found sooner.
-"""
 EXACT_REACH = 1
 """A drive that is no farther from its target has heard of it for certain."""
 REST_TURNS, EXACT = 8, 4
@@ -87,7 +82,7 @@ class Cia402Ending(Cia402Current):
             off = [each for each in self.drives if not each.near(self.settings.rest_window)]
             fresh = all(drive.missed == 0 for drive in self.drives)
             there = there + self._weight() if fresh and not off else 0
-            if self.now_s > (until_s if off else until_s + LATE_REPORTS_S):
+            if self.now_s > until_s:
                 return (yield from self.broken_off(self.beside(off[0] if off else None)))
         self.progress()
         return Done()

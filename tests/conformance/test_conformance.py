@@ -104,7 +104,7 @@ class UnhurriedPtyBench(PtyBench):
     punctual = False
 
 
-UNHURRIED = {"cia402": "[cia402]\nheartbeat_ms = 2000\n"}
+UNHURRIED = {"cia402": "[cia402]\nheartbeat_ms = 2000\nperiod_ms = 40\n"}
 """Settings without which real drives rightly stop where their program is kept from its work."""
 
 
