@@ -140,10 +140,9 @@ settled = at_rest
 def _is_laid_out(app):
     """Tell whether nothing waits for the timer by which the framework lays out and paints.
 
-    A screen behind a dialog keeps its mark of a repaint, so only its layout counts.
+    A screen behind a dialog was at rest when the dialog came, and may keep its marks for good.
     """
-    behind = any(each._layout_required for each in app.screen_stack if each.is_current)
-    return not (behind or app.screen._repaint_required or app.screen._dirty_widgets)
+    return not (app.screen._layout_required or app.screen._dirty_widgets)
 
 
 def _speeds():
