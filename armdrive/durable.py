@@ -17,6 +17,7 @@ BESIDE = ".new"
 """The ending of a file that is being written; one that was left behind is overwritten."""
 
 PRIVATE = 0o600
+_CHUNK = 1_000_000  # a read allocates what it asks for, whatever the file has
 _NO_SUCH_SYNC = frozenset({errno.EINVAL, errno.ENOTSUP, errno.EBADF})
 """What a file system says that cannot bring a folder to the disk by itself."""
 
@@ -25,11 +26,14 @@ class Files:
     """The operations on a disk. Each raises `OSError`, and each is a moment for a power cut."""
 
     def read(self, path: Path, most: int) -> bytes:
-        """Return the first `most` bytes of a plain file; whatever else is there is an `OSError`."""
+        """Return the first `most` bytes of a plain file; whatever else is there is an `OSError`.
+
+        A device is not even opened: opening a serial port resets the board behind it.
+        """
+        _require_plain(path.stat(), path)
         handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
         try:
-            if not stat.S_ISREG(os.fstat(handle).st_mode):
-                raise OSError(errno.EINVAL, "it is no plain file", str(path))
+            _require_plain(os.fstat(handle), path)
             return _read(handle, most)
         finally:
             os.close(handle)
@@ -166,8 +170,13 @@ def _write_whole(files: Files, path: Path, data: bytes) -> None:
         files.close(handle)
 
 
+def _require_plain(found: os.stat_result, path: Path) -> None:
+    if not stat.S_ISREG(found.st_mode):
+        raise OSError(errno.EINVAL, "it is no plain file", str(path))
+
+
 def _read(handle: int, most: int) -> bytes:
-    data = b""
-    while len(data) < most and (more := os.read(handle, most - len(data))):
+    data = bytearray()
+    while len(data) < most and (more := os.read(handle, min(most - len(data), _CHUNK))):
         data += more
-    return data
+    return bytes(data)

@@ -77,11 +77,14 @@ class PointFile:
 
     def _bytes(self) -> bytes:
         try:
-            return self._files.read(self.path, LARGEST_BYTES)
+            data = self._files.read(self.path, LARGEST_BYTES + 1)
         except FileNotFoundError:
             return b""
         except OSError as error:
             raise PointsFileError(f"{self.path} cannot be read: {error}") from None
+        if len(data) > LARGEST_BYTES:  # half of it must never be taken for the whole, and kept
+            raise PointsFileError(f"{self.path} is larger than {LARGEST_BYTES} bytes")
+        return data
 
     def _parsed(self, data: bytes) -> Taught:
         try:

@@ -31,6 +31,13 @@ GENERAL = (
         "An arm that moved was stopped. " + STANDS,
         "None is needed; the position is kept.",
     ),
+    Entry(
+        "E005", "Unexpected", "a fault of armdrive itself",
+        "Something happened that armdrive does not foresee. The sentence names the file with the "
+        "details; `ARMDRIVE_TRACEBACK=1` in the environment prints them instead.",
+        "Where an arm was connected, it was stopped and given back.",
+        "Look at the arm, then at `armdrive status`. Report the fault with the file.",
+    ),
 )  # fmt: skip
 
 REQUESTS = (

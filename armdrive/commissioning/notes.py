@@ -13,6 +13,7 @@ from typing import Any
 
 from armdrive import places
 from armdrive.errors import StateFileError
+from armdrive.textfile import is_there, read_json
 
 ENDING = "can-setup.json"
 
@@ -47,12 +48,12 @@ def read(arm: str, calibration: str) -> dict[str, Notes]:
     """
     path = path_of(arm)
     try:
-        known = json.loads(path.read_text(encoding="utf-8"))
+        if not is_there(path):
+            return {}
+        known: Any = read_json(path, "the file", StateFileError)
         found = {name: _one(given) for name, given in known["motors"].items()}
         same = known["calibration"] == calibration
-    except FileNotFoundError:
-        return {}
-    except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:
+    except (StateFileError, ValueError, TypeError, KeyError, AttributeError) as error:
         raise StateFileError(
             f"{path} cannot be read ({error}): delete it; ids and settings are in the drives, and "
             "only directions and gears have to be found once more"

@@ -13,6 +13,7 @@ from armdrive.errors import ArmFileError
 from armdrive.interview.amending import amended
 from armdrive.interview.corrections import Verdict, changes, swapped
 from armdrive.interview.problems import problems_of
+from armdrive.textfile import read_text
 
 if TYPE_CHECKING:
     from armdrive.armfile import ArmConfig
@@ -114,7 +115,4 @@ def _remarks(verdict: Verdict, order: dict[str, str]) -> list[str]:
 
 
 def _text(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise ArmFileError(f"{path} cannot be read: {error}") from None
+    return read_text(path, "the arm file", ArmFileError)
