@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from armdrive.arm import Arm
 from armdrive.armfile import ArmConfig
@@ -101,6 +101,26 @@ class Overrun:
     bound: StopBound
     time_s: float
     way_mm: float
+    announced_s: float
+    announced_mm: float
+
+    @property
+    def silent(self) -> Overrun:
+        """The same beside what was announced of a host that is silent."""
+        bound = self.bound
+        return replace(
+            self, announced_s=bound.silent_time_s, announced_mm=bound.silent_distance_mm
+        )
+
+    @property
+    def time_share(self) -> float:
+        """Which share of the announced time passed."""
+        return self.time_s / self.announced_s
+
+    @property
+    def way_share(self) -> float:
+        """Which share of the announced way the tip went."""
+        return self.way_mm / self.announced_mm
 
 
 class Stand:
@@ -144,7 +164,13 @@ class Stand:
 
     def overrun(self, bound: StopBound) -> Overrun:
         """Return how long and how far the arm has gone since the mark."""
-        return Overrun(bound, self.world.moved_s - self.marked_s, self.world.furthest_mm)
+        return Overrun(
+            bound,
+            self.world.moved_s - self.marked_s,
+            self.world.furthest_mm,
+            bound.time_s,
+            bound.distance_mm,
+        )
 
     def abandon(self, for_s: float) -> None:
         """Let time pass for the arm alone: its program is dead, or suspended."""
