@@ -39,6 +39,9 @@ PROBE_RAD = 1e-6
 LEAST_S = 1e-9
 """No part of a motion is taken for shorter."""
 
+LEAST_HZ = 1e-6
+"""No motor is taken for slower."""
+
 Vector = tuple[float, float, float]
 Turn = tuple[float, ...]
 """What a joint or a motor turns by itself, in rad of each joint."""
@@ -164,7 +167,7 @@ def _single_motors(config: ArmConfig, controller: Controller) -> list[Stretch]:
     found = []
     for motor, row in enumerate(transmission.matrix):
         wanted_hz = math.fsum(abs(one * speed) for one, speed in zip(row, speeds, strict=False))
-        rate_hz = min(wanted_hz, controller.usable_rate_hz(math.inf))
+        rate_hz = max(min(wanted_hz, controller.usable_rate_hz(math.inf)), LEAST_HZ)
         rates_hz = tuple(rate_hz if index == motor else 0.0 for index in range(len(row)))
         found.append(Stretch(Part(math.inf, rate_hz), config.model.joint_speeds_rad_s, rates_hz))
     return found
@@ -208,7 +211,9 @@ def _times(turn: Turn, factor: float) -> Turn:
 def _widest(found: Sequence[Turns]) -> Turns:
     """Return turns that none of some exceeds: they are of the same joints or motors, in order."""
     return Turns(
-        tuple(max(alike, key=_size) for alike in zip(*(turns.each for turns in found), strict=True)),
+        tuple(
+            max(alike, key=_size) for alike in zip(*(turns.each for turns in found), strict=True)
+        ),
         tuple(
             max(alike, key=_size) for alike in zip(*(turns.beside for turns in found), strict=True)
         ),

@@ -140,9 +140,7 @@ class RobkoController(RobkoMotion):
         usable_hz = self.usable_rate_hz(rate_hz)
         motion_s = self._pacing.most_steps(burst_s, rate_hz) / min(rate_hz, usable_hz)
         stands_s = HOST_S + LONGEST_MOVE_BYTES * self._byte_s + lasts_s
-        return Stopping(
-            stands_s, motion_s, stands_s, motion_s, stands_s + LOOKS_S, OVERSHOOT_STEPS
-        )
+        return Stopping(stands_s, motion_s, stands_s, motion_s, stands_s + LOOKS_S, OVERSHOOT_STEPS)
 
     def strays_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:
         """Bound how many steps an axis strays from the straight way in such a motion."""

@@ -303,8 +303,8 @@ REASONS: Mapping[str, Reason] = MappingProxyType(
         ),
         "may lag": Reason(
             0.25,
-            "Drives that lag are told to go up to a quarter and 30 rpm faster, and make up for what "
-            "they lag. The simulated ones follow their orders at once.",
+            "Drives that lag are told to go up to a quarter and 30 rpm faster, and make up for "
+            "what they lag. The simulated ones follow their orders at once.",
         ),
         "dead stop": Reason(
             0.25,
@@ -364,7 +364,10 @@ def _grbl_rows() -> tuple[Row, ...]:
         *(Row("grbl", _P, cause, (0.05, 0.5)) for cause in (Cause.PAUSE, *_DEATHS)),
         Row("grbl", _P, Cause.PULLED, (0.05, 0.5)),
         Row("grbl", _P, Cause.KILLED, (0.05, 0.5), options=_328P),
-        *(Row("grbl", _J, cause, (0.5, 0.6), loses=cancelled, time="any speed", way="any speed") for cause in _ENDS),
+        *(
+            Row("grbl", _J, cause, (0.5, 0.6), loses=cancelled, time="any speed", way="any speed")
+            for cause in _ENDS
+        ),
         *(
             Row("grbl", _S, cause, (0.6,), speed=0.12, loses=cancelled, way="slow is near")
             for cause in _ENDS
@@ -383,7 +386,7 @@ def _bus_rows() -> tuple[Row, ...]:
         Row("mks", _P, Cause.PULLED, (0.3,), way="may lag"),
         *(Row("mks", _J, cause, (0.6,), **lost, way="may lag") for cause in _ENDS),
         *(Row("cia402", _P, cause, (0.603, 0.607), **on) for cause in _STOPS),
-        Row("cia402", _P, Cause.PAUSE, (0.4,), late_s=0.0, time="as if dead", way="as if dead"),
+        Row("cia402", _P, Cause.PAUSE, (0.5,), late_s=0.0, way="as if dead"),
         *(Row("cia402", _P, cause, (0.34,), options=_RUN_ON) for cause in _DEATHS),
         Row("cia402", _P, Cause.PULLED, (0.34,), options=_RUN_ON),
         *(Row("cia402", _J, cause, (0.603, 0.607), **on) for cause in _ENDS),

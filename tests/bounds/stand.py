@@ -108,9 +108,7 @@ class Overrun:
     def silent(self) -> Overrun:
         """The same beside what was announced of a host that is silent."""
         bound = self.bound
-        return replace(
-            self, announced_s=bound.silent_time_s, announced_mm=bound.silent_distance_mm
-        )
+        return replace(self, announced_s=bound.silent_time_s, announced_mm=bound.silent_distance_mm)
 
     @property
     def time_share(self) -> float:

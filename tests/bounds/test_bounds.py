@@ -69,6 +69,20 @@ def test_the_bound_of_a_planned_motion_ends_with_it(dialect: str) -> None:
     stand.arm.move_j(base_deg=3.0, speed=0.3, wait=False)
     stand.arm.sleep(0.1)
     assert stand.arm.core.stop_bound().distance_mm < before.distance_mm
-    stand.arm.move_j(base_deg=0.0) if stand.arm.stop() else None
-    stand.arm.declare_posture(start_of(dialect), opening_mm=20.0)
-    assert stand.arm.core.stop_bound().time_s == before.time_s
+    stand.arm.stop()
+    after = stand.arm.core.stop_bound()
+    assert after.time_s == before.time_s
+    assert after.distance_mm == pytest.approx(before.distance_mm, rel=0.01)
+
+
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_a_motion_that_is_slowed_is_no_longer_the_planned_one(dialect: str) -> None:
+    stand = Stand(simulated_config(dialect), start_of(dialect))
+    stand.arm.core.burst_s = stand.arm.config.motion.planned_burst_s
+    anything = stand.arm.core.stop_bound()
+    begin(stand, Begin.PLANNED, 1.0, 1.0)
+    stand.arm.sleep(0.05)
+    stand.arm.speed_override = 0.1
+    assert stand.arm.core.stop_bound().time_s >= anything.time_s
+    stand.arm.speed_override = 1.0  # what was sent slowly is under way still
+    assert stand.arm.core.stop_bound().time_s >= anything.time_s
