@@ -68,6 +68,7 @@ class Begin(Enum):
     """How a motion begins."""
 
     PLANNED = "a planned motion of all joints at full speed"
+    UPWARDS = "the same without the base, whose way is at right angles to that of the others"
     JOG = "a held jog of all joints at full speed"
     SLOW_JOG = "a held jog of the base, as slow as the board turns a motor"
 
@@ -76,7 +77,9 @@ def begin(stand: Stand, how: Begin, for_s: float, speed: float) -> None:
     """Have the arm begin to move."""
     arm = stand.arm
     speeds = full_speeds(arm.config)
-    if how is Begin.PLANNED:
+    if how is Begin.UPWARDS:
+        speeds = (0.0, *speeds[1:])
+    if how in (Begin.PLANNED, Begin.UPWARDS):
         lasts_s = PLANNED_S
         if arm.config.connection.dialect in EVEN_STEPS:
             steps = EVEN_STEPS[arm.config.connection.dialect]
@@ -301,11 +304,6 @@ REASONS: Mapping[str, Reason] = MappingProxyType(
             0.04,
             "As above: the row of the fast jog reaches the distance.",
         ),
-        "may lag": Reason(
-            0.25,
-            "Drives that lag are told to go up to a quarter and 30 rpm faster, and make up for "
-            "what they lag. The simulated ones follow their orders at once.",
-        ),
         "dead stop": Reason(
             0.25,
             "The status has one bound for both stops, that of the gentler one: drives that are "
@@ -321,7 +319,7 @@ REASONS: Mapping[str, Reason] = MappingProxyType(
 
 # -- the table ----------------------------------------------------------------------------------
 
-_P, _J, _S = Begin.PLANNED, Begin.JOG, Begin.SLOW_JOG
+_P, _U, _J, _S = Begin.PLANNED, Begin.UPWARDS, Begin.JOG, Begin.SLOW_JOG
 _RUN_ON: Mapping[str, Value] = MappingProxyType({"hold_after_loss": "extrapolate"})
 _328P: Mapping[str, Value] = MappingProxyType({"firmware": "grbl"})
 _STOPS = (Cause.STOP, Cause.EMERGENCY)
@@ -376,15 +374,18 @@ def _grbl_rows() -> tuple[Row, ...]:
 
 
 def _bus_rows() -> tuple[Row, ...]:
-    """Return the rows of drives on a bus, whose first stop is lost."""
-    lost = {"loses": everything_first}
+    """Return the rows of drives on a bus, whose first stop is lost.
+
+    MKS drives have lost the orders that would have made them faster, and catch up.
+    """
+    lost, late = {"loses": everything_first}, {"cut": (0.1, 0.15)}
     on = {"options": _RUN_ON}
     return (
-        Row("mks", _P, Cause.STOP, (0.6,), **lost, way="may lag"),
+        Row("mks", _U, Cause.STOP, (0.45,), **late, **lost),
         Row("mks", _P, Cause.EMERGENCY, (0.6,), **lost, time="dead stop", way="dead stop"),
-        *(Row("mks", _P, each, (0.3,), way="may lag") for each in (Cause.PAUSE, *_DEATHS)),
-        Row("mks", _P, Cause.PULLED, (0.3,), way="may lag"),
-        *(Row("mks", _J, cause, (0.6,), **lost, way="may lag") for cause in _ENDS),
+        *(Row("mks", _U, each, (0.3,)) for each in (Cause.PAUSE, *_DEATHS)),
+        Row("mks", _U, Cause.PULLED, (0.31, 0.33), late_s=0.0),
+        *(Row("mks", _J, cause, (0.45,), **late, **lost) for cause in _ENDS),
         *(Row("cia402", _P, cause, (0.603, 0.607), **on) for cause in _STOPS),
         Row("cia402", _P, Cause.PAUSE, (0.5,), late_s=0.0, way="as if dead"),
         *(Row("cia402", _P, cause, (0.34,), options=_RUN_ON) for cause in _DEATHS),
