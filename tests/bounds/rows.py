@@ -306,7 +306,7 @@ REASONS: Mapping[str, Reason] = MappingProxyType(
         ),
         "dead stop": Reason(
             0.25,
-            "The status has one bound for both stops, that of the gentler one: drives that are "
+            "The status has one bound for both stops, that of the gentler one: motors that are "
             "stopped dead do not brake on their ramp.",
         ),
         "as if dead": Reason(
@@ -358,7 +358,7 @@ def _grbl_rows() -> tuple[Row, ...]:
     return (
         Row("grbl", _P, Cause.STOP, fast, loses=held),
         Row("grbl", _P, Cause.STOP, fast, loses=held, options=_328P),
-        Row("grbl", _P, Cause.EMERGENCY, fast, loses=first(b"\x18")),
+        Row("grbl", _P, Cause.EMERGENCY, fast, loses=first(b"\x18"), way="dead stop"),
         *(Row("grbl", _P, cause, (0.05, 0.5)) for cause in (Cause.PAUSE, *_DEATHS)),
         Row("grbl", _P, Cause.PULLED, (0.05, 0.5)),
         Row("grbl", _P, Cause.KILLED, (0.05, 0.5), options=_328P),

@@ -36,7 +36,13 @@ class RecordingWorld(World):
         self.moved_s = -math.inf
         self.mark: tuple[float, float, float] | None = None
         self.furthest_mm = 0.0
+        self.sags = False
         super().__init__(body)
+
+    def cut_current(self, time_s: float = 0.0) -> None:
+        """Let the arm sag: how far is a matter of its weight, and bounded by no number."""
+        self.sags = True
+        super().cut_current(time_s)
 
     def _shift(self, steps: Motors, time_s: float) -> None:
         before = self._motors
@@ -44,7 +50,7 @@ class RecordingWorld(World):
         if self._motors == before:
             return
         self.moved_s = time_s
-        if self.mark is not None:
+        if self.mark is not None and not self.sags:
             self.furthest_mm = max(self.furthest_mm, math.dist(self.mark, self.tip))
 
 
