@@ -117,23 +117,28 @@ class Cia402Contact(Cia402States):
         self.choose(frozenset.intersection(*modes) if modes else frozenset())
 
     def _calm_down(self) -> Hindrance:
-        """Wait for the end of what an earlier program left in motion, then end it."""
-        began_s, stopped = self.now_s, False
-        before: dict[int, int] = {}
+        """Wait for the end of what an earlier program left in motion, then end it.
+
+        One look shows no motion. A drive is refused only if it goes on turning after it was told
+        to stop: a program that was suspended meanwhile has seen too little to refuse it.
+        """
+        began_s, told_s = self.now_s, math.inf
+        before: dict[int, int] | None = None
         while True:
             lanes = yield from self.everywhere(Read(POSITION), Read(STATUSWORD))
             if (missing := self.missing(lanes, began_s)) is not None:
                 return missing
-            turning = self._turning(lanes, before)
-            if before and not turning:
-                return None
+            if before is not None:
+                turning = self._turning(lanes, before)
+                if not turning:
+                    return None
+                if self.now_s > told_s + CALM_S:
+                    return Denied(f"{turning[0]} turns, and does not come to rest", moved=False)
+                if self.now_s > began_s + CALM_S and math.isinf(told_s):
+                    write = Write(CONTROLWORD, DataType.U16, STOP.value)
+                    yield from self.transfer({drive.node: (write,) for drive in turning})
+                    told_s = self.now_s
             before = {node: lane.values.get(POSITION, 0) for node, lane in lanes.items()}
-            if self.now_s > began_s + 2.0 * CALM_S:
-                return Denied(f"{turning[0]} turns, and does not come to rest", moved=False)
-            if turning and self.now_s > began_s + CALM_S and not stopped:
-                stopped = True
-                write = Write(CONTROLWORD, DataType.U16, STOP.value)
-                yield from self.transfer({drive.node: (write,) for drive in turning})
             yield from self.wait(self.now_s + LOOK_S)
 
     def _turning(self, lanes: Mapping[int, Lane], before: Mapping[int, int]) -> list[Drive]:

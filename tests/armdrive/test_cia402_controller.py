@@ -107,6 +107,16 @@ def test_another_master_on_the_bus_refuses_contact():
     assert "another program" in reply.reason
 
 
+@pytest.mark.parametrize("when_s", [0.001 * ms for ms in range(0, 40, 2)])
+@pytest.mark.parametrize("for_s", [1.5, 30.0])
+def test_a_program_that_is_suspended_while_it_looks_for_the_drives_finds_them(when_s, for_s):
+    rig = Rig()
+    rig.begin(ReadPosition())
+    rig.run(when_s)
+    rig.now_s += for_s
+    assert isinstance(rig.finish(), Registers)
+
+
 # -- current --------------------------------------------------------------------------------------
 
 

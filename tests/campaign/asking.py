@@ -22,6 +22,8 @@ class Fault:
     name: str
     begin: Callable[[Stage], str]
     needs: type | None = None
+    of_programs: bool = False
+    """Whether it befalls a program: where there is none, nothing happens."""
 
     def befalls(self, device: SimDevice) -> bool:
         """Tell whether this device can have it."""

@@ -15,7 +15,7 @@ from kinematics import Motors
 
 from .asking import DEVICE, HOST, Fault, ask, motor
 from .faults_can import ON_A_BUS
-from .stage import STATE, Stage
+from .stage import STATE, Stage, suspend
 from .unled import half_told
 from .untold import fail_power, seen_by_s
 
@@ -116,7 +116,7 @@ def _pendant(stage: Stage) -> str:
     except ArmError as error:
         return f"nobody could turn it: {error}"
     if done and stage.now_s <= stage.vouched_s + PROMPT_S:
-        stage.watch.slips |= {motor for motor, each in enumerate(steps) if each}
+        stage.watch.overlooked(Motors(steps))
     return f"turned by hand: {steps}" if done else "nobody could turn it"
 
 
@@ -152,12 +152,7 @@ def _power_cut(stage: Stage) -> str:
 
 def _jump(stage: Stage) -> str:
     by_s = stage.draw.choice((0.3, 1.5, 20.0, 4000.0))
-    if stage.told_zeros and not stage.hears_greetings:
-        stage.watch.untold()  # a power failure that nobody was awake for may leave what was told
-    stage.watch.asleep(stage.now_s, by_s)
-    stage.promise_silence("the program stood still", by_s)
-    stage.pace.jump(by_s)
-    stage.jumped_s += by_s
+    suspend(stage, by_s)
     return f"the program stood still for {by_s} s"
 
 
@@ -200,12 +195,12 @@ FAULTS: tuple[Fault, ...] = (
     Fault("a stalled motor", _stall),
     Fault("a stuck switch", _switch, HasSwitches),
     Fault("somebody at the pendant", _pendant),
-    Fault("program killed", _kill),
-    Fault("killed in mid-message", _kill_at_write),
-    Fault("killed while recording", _kill_at_disk),
+    Fault("program killed", _kill, of_programs=True),
+    Fault("killed in mid-message", _kill_at_write, of_programs=True),
+    Fault("killed while recording", _kill_at_disk, of_programs=True),
     Fault("power cut", _power_cut),
     Fault("record damaged", _damage),
-    Fault("program suspended", _jump),
+    Fault("program suspended", _jump, of_programs=True),
     Fault("disk full", _disk_full),
     *ON_A_BUS,
 )

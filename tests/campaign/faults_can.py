@@ -67,7 +67,7 @@ def _begins_anew(stage: Stage, number: int) -> None:
     stage.watch.untold(stage.now_s)
     stage.watch.change(stage.now_s, seen_by_s(stage))
     if abs(stage.twin.device.registers[number - 1]) <= NEAR_ZERO:
-        stage.watch.untold()
+        stage.watch.untold(motors={number - 1})
 
 
 def _other_mode(stage: Stage) -> str:

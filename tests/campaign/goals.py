@@ -5,13 +5,16 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Mapping
+from dataclasses import replace
 
 from armdrive.arm import Arm
 from armdrive.whereabouts import Coordinates
-from kinematics import Motors, Pose
+from kinematics import Joints, Motors, Pose
+from kinematics.guards import GuardedArm
 from tests.conformance.going import beside
 
-from .physical import Command
+from .arrival import JointsAim, PoseAim
+from .physical import Aim, Command
 from .stage import Stage
 
 LONGEST_S = 0.8
@@ -43,10 +46,19 @@ def speed_of(draw: random.Random) -> float:
     return draw.choice((0.3, 0.6, 1.0))
 
 
-def command_of(stage: Stage, what: str, span: tuple[Motors, Motors] | None = None) -> Command:
+def command_of(
+    stage: Stage,
+    what: str,
+    aim: Aim | None = None,
+    *,
+    speed: float = 1.0,
+    span: tuple[Motors, Motors] | None = None,
+) -> Command:
+    """Return a command and what is promised of it: a goal in joints is also where its way ends."""
     arm = arm_of(stage)
     slack_mm = 0.0 if arm.abilities.coordinated else stage.config.motion.straying_mm
-    return Command(what, arm.core.position_known, span, slack_mm=slack_mm)
+    known = arm.core.position_known
+    return Command(what, known, span, aim if known else None, speed, slack_mm=slack_mm)
 
 
 def arm_of(stage: Stage) -> Arm:
@@ -54,14 +66,16 @@ def arm_of(stage: Stage) -> Arm:
     return stage.arm
 
 
-def joint_goal(stage: Stage, most_deg: float = 15.0) -> tuple[dict[str, float], float]:
+def joint_goal(
+    stage: Stage, most_deg: float = 15.0, longest_s: float = LONGEST_S
+) -> tuple[dict[str, float], float]:
     """Return a goal beside the present posture, and how long the way there takes."""
     arm, draw = arm_of(stage), stage.draw
-    start = arm.core.coordinates
+    start = supposed_place(stage)
     chosen = draw.sample(start.joints.names, draw.randint(1, 3))
     turns = {name: math.radians(draw.uniform(-most_deg, most_deg)) for name in chosen}
     here = dict(zip(start.joints.names, start.joints, strict=True))
-    if draw.random() < 0.8:  # up to the limit, and not beyond it
+    if draw.random() < 0.5:  # up to the limit, and not beyond it
         limits = dict(zip(start.joints.names, arm.model.arm.limits, strict=True))
         for name, turn in turns.items():
             low, high = limits[name].low_rad, limits[name].high_rad
@@ -71,21 +85,108 @@ def joint_goal(stage: Stage, most_deg: float = 15.0) -> tuple[dict[str, float], 
         start.opening_mm,
     )
     whole_s = arm.speeds.duration_s(start, whole, 1.0)
-    share = min(LONGEST_S / whole_s, 1.0) if whole_s > 0.0 else 1.0
+    share = min(longest_s / whole_s, 1.0) if whole_s > 0.0 else 1.0
     goal = {f"{name}_deg": math.degrees(here[name] + share * turn) for name, turn in turns.items()}
     return goal, whole_s * share
 
 
-def span_to(stage: Stage, goal_deg: Mapping[str, float]) -> tuple[Motors, Motors]:
-    arm = arm_of(stage)
-    turned = {name.removesuffix("_deg"): math.radians(deg) for name, deg in goal_deg.items()}
-    start = arm.core.coordinates
+BEYOND_DEG = (1.0, 6.0)
+"""A goal beyond a limit by so little that an arm could be driven there."""
+
+
+def beyond_a_limit(stage: Stage) -> dict[str, float]:
+    """Return a goal of one joint just beyond the limit that is nearer to it."""
+    place, limits = supposed_place(stage), stage.config.model.arm.limits
+    index = stage.draw.randrange(len(place.joints))
+    bounds, here = limits[index], place.joints[index]
+    past_deg = stage.draw.uniform(*BEYOND_DEG)
+    up = bounds.high_rad - here < here - bounds.low_rad
+    bound_deg = math.degrees(bounds.high_rad if up else bounds.low_rad)
+    return {f"{place.joints.names[index]}_deg": bound_deg + (past_deg if up else -past_deg)}
+
+
+def supposed_motors(stage: Stage) -> Motors:
+    """Return where the motors would stand now if none had slipped."""
+    stage.look()
+    return stage.world.supposed
+
+
+def supposed_place(stage: Stage) -> Coordinates:
+    """Return the posture that the arm would have if no motor had slipped."""
+    joints, opening_mm = stage.world.body.transmission.to_joints(supposed_motors(stage))
+    return Coordinates(joints, opening_mm)
+
+
+def joints_aim(stage: Stage, goal_deg: Mapping[str, float], *, clipped: bool = False) -> JointsAim:
+    """Return what becomes of joints that are named as `shoulder_deg`, the others staying."""
+    named = {name.removesuffix("_deg"): math.radians(deg) for name, deg in goal_deg.items()}
+    return JointsAim(supposed_motors(stage), named, near=stage.near_steps, clipped=clipped)
+
+
+def span_to(stage: Stage, aim: JointsAim) -> tuple[Motors, Motors]:
+    """Return between which ends the motors stay on the way to a goal, rounding included."""
     transmission = stage.world.body.transmission
-    return stage.look(), transmission.to_motors(start.joints.replace(**turned), start.opening_mm)
+    rounding = [int(most) - aim.near for most in aim.tolerance(transmission)]
+    ends = list(zip(aim.start, aim.goal(transmission), rounding, strict=True))
+    low = Motors(min(a, b) - most for a, b, most in ends)
+    return low, Motors(max(a, b) + most for a, b, most in ends)
 
 
 def pose_beside(stage: Stage) -> Pose:
+    """Return a pose a few mm away, now and then one that is out of reach."""
     draw, arm = stage.draw, arm_of(stage)
-    here = arm.model.arm.fk(arm.core.coordinates.joints)
+    here = arm.model.arm.fk(supposed_place(stage).joints)
     reach = 12.0 if draw.random() < 0.9 else 2000.0
     return beside(here, *(draw.uniform(-reach, reach) for _ in range(3)))
+
+
+def pose_aim(stage: Stage, goal: Pose, *, clipped: bool = False) -> PoseAim:
+    """Return what becomes of a tip that is to be at a pose."""
+    beside_mm = stage.config.motion.line_tolerance_mm
+    return PoseAim(supposed_motors(stage), goal, stage.near_steps, clipped, beside_mm)
+
+
+CERTAIN_DEG = (4.0, 10.0)
+CERTAIN_STEPS = 5
+CERTAIN_MOTORS = 3
+CERTAIN_SAMPLES = 12
+CERTAIN_TRIES = 60
+
+
+def certain_goal(stage: Stage) -> dict[str, float] | None:
+    """Return a goal that nothing forbids, and that turns several motors; None if none was found.
+
+    Each joint turns towards the middle of its range, and the way leads no deeper into any guard.
+    """
+    draw, arm = stage.draw, stage.config.model.arm
+    transmission = stage.world.body.transmission
+    strict = replace(stage.config.model.guards, tolerance_mm=0.0).over(arm)
+    joints, opening_mm = transmission.to_joints(stage.look())
+    begins_mm = _depth_mm(strict, joints)
+    if stage.watch.inside_mm(joints):
+        return None
+    for _ in range(CERTAIN_TRIES):
+        goal = joints
+        for index in draw.sample(range(len(joints)), 3):
+            limits, turn = arm.limits[index], math.radians(draw.uniform(*CERTAIN_DEG))
+            up = joints[index] < (limits.low_rad + limits.high_rad) / 2.0
+            goal = goal.replace(**{joints.names[index]: joints[index] + (turn if up else -turn)})
+        steps = transmission.to_motors(goal, opening_mm) - stage.world.motors
+        if sum(abs(each) >= CERTAIN_STEPS for each in steps) < CERTAIN_MOTORS:
+            continue
+        way = (_between(joints, goal, n / CERTAIN_SAMPLES) for n in range(1, CERTAIN_SAMPLES + 1))
+        if all(_depth_mm(strict, each) <= begins_mm for each in way):
+            return {
+                f"{name}_deg": math.degrees(angle)
+                for name, angle, before in zip(goal.names, goal, joints, strict=True)
+                if angle != before
+            }
+    return None
+
+
+def _between(start: Joints, end: Joints, share: float) -> Joints:
+    return Joints(tuple(a + share * (b - a) for a, b in zip(start, end, strict=True)), start.names)
+
+
+def _depth_mm(guarded: GuardedArm, joints: Joints) -> float:
+    return max((each.excess_mm for each in guarded.violations(joints)), default=0.0)

@@ -19,7 +19,7 @@ from armdrive.tempo import LONGEST_SIMULATED_PAUSE_S
 from kinematics import KinematicsError
 
 from .clock import Hangs, Killed
-from .physical import Command
+from .physical import Aim, Command
 from .stage import Stage
 
 LONGEST_S = CALL_LIMIT_S + 0.1
@@ -56,15 +56,18 @@ def call(
         motion = stage.config.motion
         burst_s = max(motion.planned_burst_s, motion.jog_burst_s)
         runs_on_s = arm.core.controller.stopping(burst_s).silent_s
+        if stage.twin.device.moving:  # where it comes to rest decides where the command begins
+            command.span = command.aim = None
         stage.watch.begin(command)
     if arm is not None and arm.paused and command is not None:
         longest_s += LONGEST_SIMULATED_PAUSE_S  # it waits, and is given up then
     name = command.what if command is not None else getattr(act, "__qualname__", "a call")
     stage.agenda.patience.begin(name, stage.now_s + longest_s)
     error: Typed | None = None
+    result: object = None
     stage.jumped_s = 0.0
     try:
-        act()
+        result = act()
     except (ArmError, KinematicsError) as typed:
         error = typed
         said_well(typed)
@@ -86,7 +89,19 @@ def call(
     if took_s > longest_s + stage.jumped_s:
         raise Broken(f"it lasted {took_s:.1f} s, and its deadline was {longest_s:.1f} s")
     honest(stage, strict=command is not None and command.verified and error is None)
+    if error is None and command is not None and command.aim is not None:
+        arrived(stage, command, command.aim, result)
     return error
+
+
+def arrived(stage: Stage, command: Command, aim: Aim, result: object) -> None:
+    """Check that a call that ended well has brought the physical arm where it was asked to."""
+    watch = stage.watch
+    excused = watch.with_coupled(watch.adrift)
+    if not command.verified or stage.now_s <= watch.changed_s + FRESH_S:
+        excused |= watch.with_coupled(watch.disturbed)  # it had ended by then, perhaps
+    if missed := aim.missed(stage.world, result, excused):
+        raise Broken(f"{command.what} ended well, but {missed}")
 
 
 def said_well(error: Typed) -> None:
@@ -119,7 +134,7 @@ def honest(stage: Stage, *, strict: bool = False) -> None:
     off = {
         motor: real - told
         for motor, (real, told) in enumerate(zip(here, there, strict=True))
-        if abs(real - told) > stage.watch.on_the_step and motor not in stage.watch.slips
+        if abs(real - told) > stage.watch.on_the_step and motor not in stage.watch.unknowable
     }
     if off:
         raise Broken(

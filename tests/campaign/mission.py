@@ -11,10 +11,10 @@ from armdrive.errors import LinkError, OutOfBounds, Refused, Stopped
 from armdrive.status import State, Trust
 from kinematics import KinematicsError, Motors
 
-from .actions import ACTIONS, connect, home, move_j
+from .actions import ACTIONS, connect, home, move_certainly
 from .clock import CPU_S, Hangs, Killed, cpu_limit
 from .faults import FAULTS, NONE, Fault
-from .goals import stand_beside_limits
+from .goals import certain_goal, stand_beside_limits
 from .laws import Broken, Typed, call, honest, kept
 from .outcome import Outcome, Result
 from .stage import Stage
@@ -23,6 +23,23 @@ FAULT_COUNTS = (0, 1, 1, 1, 1, 1, 2, 2, 3)
 TRIES = 4
 QUIET_S = 0.6
 LONGEST_REST_S = 30.0
+UPKEEP = frozenset(
+    (
+        "connect",
+        "reset",
+        "enable",
+        "home",
+        "declare",
+        "confirm",
+        "reconnect",
+        "close",
+        "close and connect",
+    )
+)
+"""What a program or an operator does for an arm that is to work: faults strike there as well."""
+UPKEEP_FAULTS = 0.08
+UPKEEP_S = (0.01, 0.1, 1.0)
+"""Within what time of its beginning: some take some hundredths of a second, others many."""
 
 
 class Mission:
@@ -37,6 +54,7 @@ class Mission:
         self.outcome = Outcome.ENDED_WELL
         self.happened: list[str] = []
         self.log: list[str] = []
+        self._faults_over = False
 
     def run(self, *, keep_log: bool = False) -> Result:
         """Run it to its end; the log is kept of one that broke a promise."""
@@ -89,7 +107,7 @@ class Mission:
 
     def _arrange(self, fault: Fault, after_s: float) -> None:
         def happen() -> None:
-            if self.stage.arm is not None:
+            if self.stage.alive or not fault.of_programs:
                 self.happened.append(fault.name)
                 self._say(f"  fault: {fault.name}: {fault.begin(self.stage)}")
 
@@ -102,6 +120,9 @@ class Mission:
         if self.stage.arm is None and action is not connect:
             return None
         self._say(name)
+        if name in UPKEEP and not self._faults_over and self.draw.random() < UPKEEP_FAULTS:
+            after_s = self.draw.random() * self.draw.choice(UPKEEP_S)
+            self._arrange(FAULTS[self._fault()], after_s)
         try:
             error = action(self.stage)
         except Killed:
@@ -170,7 +191,7 @@ class Mission:
             self._act("reconnect", lambda stage: call(stage, stage.arm.reconnect))
             return
         self._act("close", lambda stage: call(stage, stage.arm.close))
-        stage.arm = None
+        stage.leave()
         self._act("connect", connect)
 
     def _refer(self) -> None:
@@ -186,15 +207,17 @@ class Mission:
         if stage.arm.model.arm.violations(joints):  # it has sagged or slipped beyond its limits
             self._act("home", home)
             return
-        if not stage.twin.faults.active and stage.link.line.faults.next_s > 1e9:
-            stage.watch.referred()
-        stage.vouched_s = stage.now_s
-        self._act(
-            "declare",
-            lambda stage: call(
-                stage, lambda: stage.arm.declare_posture(joints, opening_mm=opening_mm)
-            ),
-        )
+        with stage.watch.referencing() as ended_well:
+            stage.watch.referred(faultless=stage.faultless)
+            stage.vouched_s = stage.now_s
+            error = self._act(
+                "declare",
+                lambda stage: call(
+                    stage, lambda: stage.arm.declare_posture(joints, opening_mm=opening_mm)
+                ),
+            )
+            if error is None and stage.arm is not None:
+                ended_well()
 
     def _stands(self) -> None:
         """Wait until the arm has been seen to stand."""
@@ -209,6 +232,7 @@ class Mission:
     def _finale(self) -> None:
         """End every fault: then the arm comes back, and works as before."""
         stage = self.stage
+        self._faults_over = True
         stage.watch.untold(stage.now_s)
         stage.agenda.clear()
         stage.twin.faults.end()
@@ -228,14 +252,25 @@ class Mission:
         self._act("close", lambda stage: call(stage, stage.arm.close))
 
     def _works(self) -> bool:
-        """Move; the physical arm arrives."""
+        """Move to where nothing forbids it; the physical arm arrives, which `call` checks."""
         stage = self.stage
         if stage.watch.slips:  # nobody has noticed but the person who looks
             self._refer()
-        error = self._act("last move_j", move_j)
+        goal = certain_goal(stage)
+        if goal is None:  # it stands inside a guard, or where every way leads deeper into one
+            self._act("home", home)
+            goal = certain_goal(stage)
+        if goal is None or stage.arm is None or not stage.arm.core.position_known:
+            return False
+        before = stage.look()
+        error = self._act("last move_j", lambda stage: move_certainly(stage, goal))
         if isinstance(error, OutOfBounds | KinematicsError):
-            error = None
-        return error is None and stage.arm.core.state is State.STANDBY
+            raise Broken(f"a motion that nothing forbids was refused: {error}")
+        if error is not None or stage.arm.core.state is not State.STANDBY:
+            return False
+        if not (stage.look() - before).largest:
+            raise Broken("the arm was brought back, and its motors do not turn")
+        return True
 
 
 def run_mission(dialect: str, seed: int, *, keep_log: bool = False) -> Result:

@@ -19,8 +19,8 @@ from .soak_memory import Census, census, process_kb
 from .stage import Stage
 
 HOUR_S = 3600.0
-LEFT_OUT = ("disable", "estop", "home")
-"""After these a person has to look at the arm, or it counts anew."""
+LEFT_OUT = ("disable", "estop", "home", "hold and vanish")
+"""After these a person has to look at the arm, or it counts anew, or the program is gone."""
 ENDING = "close and connect"
 WARM_SHARE = 0.1
 """Memory is compared from here on: the first work fills caches."""

@@ -13,6 +13,7 @@ from armdrive.abilities import Abilities
 from armdrive.arm import Arm
 from armdrive.armfile import ArmConfig
 from armdrive.connecting import simulated_config
+from armdrive.controllers.controller import Controller
 from armdrive.controllers.robko01_motion import OVERSHOOT_STEPS
 from armdrive.dialects import dialect
 from armdrive.mending import Rewiring
@@ -135,25 +136,38 @@ class Stage:
         """How long programs have been suspended, since this was last set to 0."""
         self.vouched_s = -math.inf
         """When somebody last said where the arm stands."""
+        self.connecting = False
+        """Whether a program is connecting, which has no arm yet."""
+        self._left_at_zeros = False
+        """Whether the last program had been told zeros when it ended."""
         self._now_s = 0.0
         guarded = self.config.model.guards.over(self.config.model.arm)
         # a drive that measures its shaft has arrived within some counts of its target
         device = self.config.device
         near = max(getattr(device, name, 0) for name in ("rest_counts", "rest_window"))
+        self.near_steps = near
+        """How far from its target a drive may rest; 0 for steppers, which stand on it."""
         near = max(ON_THE_STEP, near)
         self.unheard_until_s = -math.inf
         self.mute_until_s: dict[int, float] = {}
         """Until when drives say nothing, by their motors, counted from 0."""
-        self.watch = Watch(self.world, guarded, self._step_mm() * near, near)
+        speeds = self.config.model.joint_speeds_rad_s
+        slowest_hz = self._controller.usable_rate_hz(0.0)
+        self.watch = Watch(self.world, guarded, self._step_mm() * near, speeds, near, slowest_hz)
         # its firmware gives up the target of a motion that is stopped
         self.watch.overshoot_steps = OVERSHOOT_STEPS if name == "robko01" else 0
         if isinstance(self.twin.device, DrivesOnBus):  # others catch nothing up
             self.watch.freed.hears = self._hears
+            self.world.measured = True
 
     @property
     def config_abilities(self) -> Abilities:
         """What the arm's controller can do, by the settings of this arm."""
-        return dialect(self.config.connection.dialect).controller(self.config).abilities
+        return self._controller.abilities
+
+    @property
+    def _controller(self) -> Controller:
+        return dialect(self.config.connection.dialect).controller(self.config)
 
     # -- programs -------------------------------------------------------------------------------
 
@@ -166,26 +180,41 @@ class Stage:
         opened = getattr(self.twin.device, "opened", None)
         if opened is not None:
             opened()
-        self.arm = None
+        self.leave()
         self.watch.untold(self.now_s)
-        self.arm = arm = Arm(
-            self.config,
-            self.link,
-            pace,
-            simulated=True,
-            recorder=FileRecorder(STATE, self.disk),
-            allow_restored=allow_restored,
-            operator=self._look_and_vouch,
-            witness=FlightRecorder() if recorded else NO_WITNESS,
-            rewiring=Rewiring(self.link.reopen, automatic=automatic),
-        )
+        self.connecting = True
+        try:
+            self.arm = arm = Arm(
+                self.config,
+                self.link,
+                pace,
+                simulated=True,
+                recorder=FileRecorder(STATE, self.disk),
+                allow_restored=allow_restored,
+                operator=self._look_and_vouch,
+                witness=FlightRecorder() if recorded else NO_WITNESS,
+                rewiring=Rewiring(self.link.reopen, automatic=automatic),
+            )
+        finally:
+            self.connecting = False
         arm.twin = self.twin
         return arm
+
+    def leave(self) -> None:
+        """Note that no program drives the arm any more."""
+        if self.arm is not None:
+            self._left_at_zeros = self.told_zeros
+            self.arm = None
+
+    @property
+    def alive(self) -> bool:
+        """Whether there is a program, that connects or is connected."""
+        return (self.arm is not None or self.connecting) and not self.pace.dead
 
     def bury(self) -> None:
         """Take away a program that was killed: the arm lives on."""
         self._now_s = self.now_s
-        self.arm = None
+        self.leave()
         self.disk.owner = self.link.owner = None
         self.disk.ends_in = self.link.ends_in = None
 
@@ -216,8 +245,15 @@ class Stage:
     def _look_and_vouch(self, request: PostureRequest) -> bool:
         """Bring the arm to a posture, and say so."""
         confirmed = self.twin.operator(request)
+        if confirmed:
+            self.watch.referred(faultless=self.faultless)
         self.vouched_s = self.now_s
         return confirmed
+
+    @property
+    def faultless(self) -> bool:
+        """Whether no fault is under way, or about to come on the wire."""
+        return not self.twin.faults.active and self.link.line.faults.next_s > 1e9
 
     @property
     def hears_greetings(self) -> bool:
@@ -241,7 +277,7 @@ class Stage:
     def told_zeros(self) -> bool:
         """Whether all that the program has been told of the registers last is that they are 0."""
         if self.arm is None:
-            return False
+            return self._left_at_zeros
         core = self.arm.core
         return not ((core.read_back or core.acknowledged) - core.offset).largest
 
@@ -286,6 +322,12 @@ class Stage:
         """Whether what the driver says reaches nobody, which it cannot know at once."""
         return self.now_s < self.unheard_until_s
 
+    def promise_stop(self, what: str) -> None:
+        """Note what the status announces of a motion that is to end now."""
+        if self.arm is not None and self.arm.core.state is not State.DISCONNECTED:
+            bound = self.arm.core.stop_bound()
+            self.promise(what, bound.time_s, bound.distance_mm)
+
     def promise_silence(self, what: str, more_s: float = 0.0) -> None:
         """Note what the status announces of a program that falls silent now."""
         if self.arm is not None:
@@ -303,3 +345,13 @@ class Stage:
         transmission = self.world.body.transmission
         turns = (sum(map(abs, row)) for row in transmission.inverse)
         return sum(turn * lever for turn, lever in zip(turns, levers, strict=False))
+
+
+def suspend(stage: Stage, by_s: float) -> None:
+    """Have the program stand still for so long, as a computer that sleeps does."""
+    if stage.told_zeros and not stage.hears_greetings:
+        stage.watch.untold()  # a power failure that nobody was awake for may leave what was told
+    stage.watch.asleep(stage.now_s, by_s)
+    stage.promise_silence("the program stood still", by_s)
+    stage.pace.jump(by_s)
+    stage.jumped_s += by_s

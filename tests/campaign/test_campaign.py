@@ -2,15 +2,28 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
+
 import pytest
 from amounts import amount
 
 from armdrive import planning
+from armdrive.calls.waiting import Waiting
+from armdrive.core import Core
 from armdrive.dialects import DIALECTS
-from armdrive.flows import jog_aims, motion
+from armdrive.errors import OutOfBounds
+from armdrive.flows import gripping, jog_aims, jogging, motion
+from armdrive.flows import held as held_jog
+from armdrive.flows.gripping import Grasped
 from armdrive.flows.turns import Corridor
+from armdrive.gripper import Gripper
+from armdrive.tempo import Tempo
 from armdrive.trust import Belief, Evidence
+from kinematics.timing_limits import MotionLimits
 
+from . import mission
+from .actions import ACTIONS
 from .faults import FAULTS
 from .mission import run_mission
 from .outcome import Outcome, Result
@@ -37,7 +50,9 @@ def test_a_mission_comes_again_by_its_seed(dialect):
 
 
 def found_by_the_campaign(dialect="teachmover", first=0):
-    return any(run_mission(dialect, seed).broken for seed in range(first, first + ENOUGH))
+    """Return what the first mission has found that broke a promise; nothing where none has."""
+    results = (run_mission(dialect, seed) for seed in range(first, first + ENOUGH))
+    return "; ".join(next((each.broken for each in results if each.broken), ()))
 
 
 def test_a_driver_without_an_audit_is_found_out(monkeypatch):
@@ -46,25 +61,168 @@ def test_a_driver_without_an_audit_is_found_out(monkeypatch):
     assert found_by_the_campaign()
 
 
+def test_limits_that_are_moved_by_three_degrees_are_found_out(monkeypatch):
+    monkeypatch.setattr(planning, "SLACK_RAD", math.radians(3.0))
+    assert "beyond its limit" in found_by_the_campaign()
+
+
+def test_a_speed_override_that_is_ignored_is_found_out(monkeypatch):
+    only(monkeypatch, "pause")
+    monkeypatch.setattr(Tempo, "slowed_s", lambda _, duration_s: duration_s)
+    assert "degrees a second" in found_by_the_campaign("grbl")
+
+
+def test_a_jog_that_is_clipped_and_does_not_say_so_is_found_out(monkeypatch):
+    only(monkeypatch, "jog by an increment")
+    monkeypatch.setattr(jogging, "tell", lambda *_: None)
+    assert "ended well, but" in found_by_the_campaign()
+
+
 def test_a_driver_that_sends_all_at_once_is_found_out(monkeypatch):
     monkeypatch.setattr(motion, "next_share", lambda _wire, _leg, _burst_s, done: 1.0 - done)
     assert found_by_the_campaign()
 
 
-def test_a_driver_that_trusts_on_is_found_out(monkeypatch):
+def ignoring(monkeypatch, *ignored):
+    """Have the driver keep its trust whatever these kinds of evidence say."""
     after = Belief.after
-    ignored = (Evidence.ANSWER_LOST, Evidence.READ_BACK_DIFFERS, Evidence.SILENT)
 
     def trusting(self, evidence, now_s, detail=""):
         return self if evidence in ignored else after(self, evidence, now_s, detail)
 
     monkeypatch.setattr(Belief, "after", trusting)
+
+
+def test_a_driver_that_trusts_on_is_found_out(monkeypatch):
+    ignoring(monkeypatch, Evidence.ANSWER_LOST, Evidence.READ_BACK_DIFFERS, Evidence.SILENT)
     assert found_by_the_campaign()
 
 
+@pytest.mark.parametrize("dialect", ["teachmover", "robko01", "armdroid", "grbl"])
+def test_a_driver_that_trusts_a_board_that_was_reset_is_found_out(monkeypatch, dialect):
+    ignoring(monkeypatch, Evidence.RESTARTED, Evidence.CONTROLLER_RESTARTED, Evidence.SILENT)
+    index = next(i for i, each in enumerate(FAULTS) if each.name == "brown-out")
+    monkeypatch.setattr(mission.Mission, "_fault", lambda _: index)
+    assert found_by_the_campaign(dialect)
+
+
+DRIVES_LEGS = (motion, jogging, gripping)
+"""Every module that has a motion driven."""
+
+
+def with_legs(monkeypatch, change):
+    """Have each motion drive other legs than were planned, and report success all the same."""
+    drive_legs = motion.drive_legs
+
+    def drive(wire, legs, burst_s, *, let_go=None):
+        yield from drive_legs(wire, change(wire, legs), burst_s, let_go=let_go)
+
+    for module in DRIVES_LEGS:
+        monkeypatch.setattr(module, "drive_legs", drive)
+
+
+def half(legs):
+    whole = legs[: len(legs) // 2]
+    if whole or not legs:
+        return whole
+    (leg,) = legs
+    return (replace(leg, end=leg.start.towards(leg.end, 0.5)),)
+
+
+@pytest.mark.parametrize("dialect", ["teachmover", "mks"])
+def test_motions_that_do_nothing_are_found_out(monkeypatch, dialect):
+    with_legs(monkeypatch, lambda _wire, _legs: ())
+    assert "ended well, but" in found_by_the_campaign(dialect)
+
+
+def test_motions_that_go_half_way_are_found_out(monkeypatch):
+    with_legs(monkeypatch, lambda _wire, legs: half(legs))
+    assert "ended well, but" in found_by_the_campaign()
+
+
+def test_jogs_that_do_nothing_are_found_out(monkeypatch):
+    only(monkeypatch, "jog by an increment")
+    monkeypatch.setattr(jogging, "drive_legs", lambda *_, **__: iter(()))
+    assert "ended well, but" in found_by_the_campaign()
+
+
+def test_a_grasp_that_does_nothing_is_found_out(monkeypatch):
+    only(monkeypatch, "gripper")
+    monkeypatch.setattr(Gripper, "feel", lambda *_, **__: Grasped(0.0, 8.9))
+    assert "hold nothing" in found_by_the_campaign()
+
+
+def only(monkeypatch, action):
+    """Have missions draw one action alone."""
+    monkeypatch.setattr(mission, "ACTIONS", {action: ACTIONS[action]})
+
+
+def test_a_grasp_that_measures_wrongly_is_found_out(monkeypatch):
+    only(monkeypatch, "gripper")
+    feel = Gripper.feel
+
+    def wider(self, **words):
+        found = feel(self, **words)
+        return replace(found, width_mm=found.width_mm + 3.0)
+
+    monkeypatch.setattr(Gripper, "feel", wider)
+    assert "between the fingers" in found_by_the_campaign()
+
+
+def test_an_arm_that_is_recovered_and_never_moves_is_found_out(monkeypatch):
+    faulty, fault = set(), Core.fault
+
+    def remembered(self, *words):
+        faulty.add(id(self))
+        fault(self, *words)
+
+    monkeypatch.setattr(Core, "fault", remembered)
+    with_legs(monkeypatch, lambda wire, legs: () if id(wire.core) in faulty else legs)
+    assert "ended well, but" in found_by_the_campaign()
+
+
+def test_a_final_motion_that_is_refused_is_found_out(monkeypatch):
+    def refuse(*_):
+        raise OutOfBounds("no", name="base", value=1.0, bound=0.0)
+
+    monkeypatch.setattr(planning, "audit", refuse)
+    assert "nothing forbids was refused" in found_by_the_campaign()
+
+
+@pytest.mark.parametrize("more_s", [0.6, math.inf])
+@pytest.mark.parametrize("dialect", ["teachmover", "grbl", "mks"])
+def test_a_hold_that_expires_late_or_never_is_found_out(monkeypatch, dialect, more_s):
+    def held(wire):
+        hold = wire.core.hold
+        return hold is not None and hold.until_s + more_s > wire.now_s
+
+    only(monkeypatch, "abandon a hold")
+    for module in (held_jog, jogging):
+        monkeypatch.setattr(module, "is_held", held)
+    assert "an abandoned hold expired" in found_by_the_campaign(dialect)
+
+
+def test_a_stop_that_is_ignored_is_found_out(monkeypatch):
+    monkeypatch.setattr(Waiting, "request_stop", lambda *_, **__: None)
+    assert "stop" in found_by_the_campaign("grbl")
+
+
+def test_a_pause_that_is_ignored_is_found_out(monkeypatch):
+    monkeypatch.setattr(Tempo, "pause", lambda _: None)
+    assert "pause" in found_by_the_campaign("grbl")
+
+
+def test_doubled_speeds_are_found_out(monkeypatch):
+    least_s = MotionLimits.least_s
+    twice = lambda self, change: least_s(self, change) / 2.0  # noqa: E731
+    monkeypatch.setattr(MotionLimits, "least_s", twice)
+    assert "degrees a second" in found_by_the_campaign()
+
+
 def test_a_driver_whose_joints_pass_their_limits_within_a_burst_is_found_out(monkeypatch):
+    only(monkeypatch, "pause")
     monkeypatch.setattr(Corridor, "holds", lambda *_: True)
-    assert found_by_the_campaign("armdroid", first=30)
+    assert "beyond its limit" in found_by_the_campaign("armdroid")
 
 
 def test_a_traceback_is_found_out(monkeypatch):

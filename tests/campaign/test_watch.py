@@ -1,0 +1,215 @@
+"""What the watch sees of the physical arm: a slip excuses one motor, and a sag no bound."""
+
+from __future__ import annotations
+
+import math
+import random
+
+import pytest
+
+from kinematics import Motors
+
+from .arrival import GraspAim, JointsAim, PoseAim
+from .goals import certain_goal, stand_beside_limits
+from .laws import call
+from .mission import Mission
+from .physical import Bound, Command
+from .speeds import FASTER, WINDOW_S
+from .stage import VARIANTS, Stage
+
+BASE, SHOULDER, ELBOW, FINGERS = 0, 1, 2, 5
+
+
+def a_stage(dialect: str = "teachmover", variant: int = 0) -> Stage:
+    return Stage(dialect, random.Random(1), variant)
+
+
+def steps(**counts: int) -> Motors:
+    names = ("base", "shoulder", "elbow", "right", "left", "fingers")
+    return Motors(counts.get(name, 0) for name in names)
+
+
+def commanded(stage: Stage, by: Motors, **words) -> None:
+    """Begin a command that goes by some steps from where the arm stands."""
+    here = stage.world.supposed
+    stage.watch.begin(Command("move_j", known=True, span=(here, here + by), **words))
+
+
+def test_a_slipped_motor_leaves_the_others_on_their_way():
+    stage = a_stage()
+    stage.world.lose(ELBOW, 20)
+    commanded(stage, steps(base=30, elbow=20))
+    stage.world.drive(steps(base=30, elbow=20), 1.0)
+    assert stage.watch.slips == {ELBOW}
+    assert not stage.watch.broken
+    stage.world.drive(steps(base=5), 2.0)
+    assert "motor 1 was at" in stage.watch.broken[0]
+
+
+def test_what_a_slipped_motor_is_told_is_judged_as_well():
+    stage = a_stage()
+    stage.world.lose(ELBOW, 20)
+    commanded(stage, steps(elbow=20))
+    stage.world.drive(steps(elbow=20), 1.0)
+    assert not stage.watch.broken
+    stage.world.drive(steps(elbow=5), 2.0)
+    assert "motor 3 was at" in stage.watch.broken[0]
+
+
+@pytest.mark.parametrize(("well", "left"), [(True, set()), (False, {ELBOW})])
+def test_a_slip_is_over_only_when_a_reference_was_taken(well, left):
+    stage = a_stage()
+    stage.world.lose(ELBOW, 20)
+    stage.world.drive(steps(elbow=20), 1.0)
+    with stage.watch.referencing() as ended_well:
+        stage.watch.referred()
+        assert stage.world.supposed == stage.world.motors
+        if well:
+            ended_well()
+    assert stage.watch.slips == stage.watch.adrift == left
+
+
+def test_the_limits_hold_for_joints_that_a_slipped_motor_does_not_turn():
+    stage = a_stage()
+    limit = stage.config.model.arm.limits[BASE].high_rad
+    transmission = stage.world.body.transmission
+    stage.world.lose(FINGERS, 3)
+    stage.watch.begin(Command("move_j", known=True))
+    stage.world.drive(steps(fingers=3), 1.0)
+    there = transmission.to_motors(stage.world.joints.replace(base=limit + 0.03), 0.0)
+    stage.world.drive(steps(base=there[BASE] - stage.world.motors[BASE]), 9.0)
+    assert any("base was" in each and "beyond its limit" in each for each in stage.watch.broken)
+
+
+def test_a_restarted_drive_leaves_the_joints_of_the_others_their_limits():
+    stage = a_stage("mks")
+    stage.watch.untold(motors={BASE})
+    stage.watch.begin(Command("move_j", known=True))
+    transmission, arm = stage.world.body.transmission, stage.config.model.arm
+
+    def turn(joint: int) -> None:
+        name = arm.joint_names[joint]
+        past_rad = arm.limits[joint].high_rad + 0.03
+        goal = transmission.to_motors(stage.world.joints.replace(**{name: past_rad}), 0.0)
+        stage.world.drive_to(Motors((*goal[:FINGERS], stage.world.motors[FINGERS])), 9.0)
+
+    turn(BASE)
+    assert not any("base" in each and "limit" in each for each in stage.watch.broken)
+    turn(SHOULDER)
+    assert any("shoulder" in each for each in stage.watch.broken)
+
+
+def test_a_sag_is_not_a_way_and_leaves_the_bounds_in_force():
+    stage = a_stage()
+    stage.world.energised = True
+    stage.watch.promise(Bound("stop", 1.0, stage.world.tip, 0.5, 5.0))
+    stage.world.cut_current(1.1)
+    assert stage.watch.sags
+    assert not stage.watch.broken
+    stage.world.energised = True
+    stage.world.drive(steps(base=3), 1.2)
+    assert not [each for each in stage.watch.broken if "stop" in each]
+    stage.world.drive(steps(base=3), 2.0)
+    assert any("stop: it moved" in each for each in stage.watch.broken)
+
+
+def test_a_joint_is_no_faster_than_its_limit_nor_than_was_asked_for():
+    stage = a_stage("mks")
+    limit, name = stage.config.model.joint_speeds_rad_s[BASE], "base"
+    per_rad = stage.world.body.transmission.matrix[BASE][BASE]
+
+    def turn(share: float, asked: float) -> list[str]:
+        stage.watch.begin(Command("jog", speed=asked))
+        count = round(share * limit * WINDOW_S * per_rad)
+        for number in range(3):
+            stage.world.drive(steps(base=count), 10.0 + number * WINDOW_S)
+        found, stage.watch.broken = stage.watch.broken, []
+        return [each for each in found if name in each]
+
+    assert not turn(1.0, 1.0)
+    assert turn(1.2 * FASTER, 1.0)
+    assert turn(1.0, 0.5)
+    assert not turn(0.5, 0.5)
+
+
+def test_a_goal_is_missed_by_a_step_more_than_rounding_explains():
+    stage = a_stage()
+    world, arm = stage.world, stage.config.model.arm
+    aim = JointsAim(world.motors, {"base": world.joints[BASE] + 0.2})
+    there = aim.goal(world.body.transmission)
+    assert "motors [1]" in aim.missed(world, None, ())
+    assert not aim.missed(world, None, {BASE})
+    world.drive(there - world.motors)
+    assert not aim.missed(world, None, ())
+    pose = PoseAim(world.motors, arm.fk(world.joints))
+    assert not pose.missed(world, None, ())
+    world.drive(steps(base=1, shoulder=6))
+    assert "motors [2]" in aim.missed(world, None, ())
+    assert "mm from" in pose.missed(world, None, ())
+
+
+def test_a_pose_is_missed_where_the_hand_points_elsewhere():
+    stage = a_stage()
+    world = stage.world
+    pose = PoseAim(world.motors, stage.config.model.arm.fk(world.joints))
+    world.drive(steps(right=12, left=-12))
+    assert "hand points" in pose.missed(world, None, ())
+
+
+def test_a_grasp_of_nothing_is_no_grasp():
+    stage = a_stage()
+    assert "hold nothing" in GraspAim().missed(stage.world, 12.0, ())
+
+
+def test_a_command_that_comes_while_the_arm_stops_has_no_ends_of_its_own():
+    stage = a_stage("grbl")
+    arm = stage.connect(allow_restored=False, automatic=False, recorded=False)
+    joints, opening_mm = stage.posture()
+    arm.declare_posture(joints, opening_mm=opening_mm)
+    stage.watch.begin(Command("move_j", known=True))
+    arm.move_j(wait=False, **certain_goal(stage))
+    arm.sleep(0.3)
+    here = stage.look()
+    call(stage, arm.stop, Command("stop", known=True, span=(here, here)))
+    assert stage.look() != here
+    assert not stage.watch.broken
+    arm.close()
+
+
+@pytest.mark.parametrize("variant", range(VARIANTS))
+def test_the_last_goal_is_one_that_the_driver_allows(variant):
+    for seed in range(3):
+        stage = Stage("teachmover", random.Random(seed), variant)
+        stand_beside_limits(stage)
+        goal = certain_goal(stage)
+        arm = stage.connect(allow_restored=False, automatic=False, recorded=False)
+        joints, opening_mm = stage.posture()
+        arm.declare_posture(joints, opening_mm=opening_mm)
+        before = stage.look()
+        arm.move_j(**goal)
+        assert sum(map(bool, stage.look() - before)) >= 3
+        arm.close()
+
+
+def test_faults_strike_while_a_program_connects_and_between_programs():
+    struck = set()
+    for seed in range(40):
+        mission = Mission("teachmover", seed)
+        mission.run(keep_log=True)
+        act = ""
+        for line in mission.log:
+            words = line.split("] ", 1)[1]
+            act = act if words.startswith(" ") else words
+            if words.startswith("  fault") and "[no program]" in line:
+                struck.add(act)
+    assert {"connect", "close and connect"} <= struck
+
+
+def test_a_program_fault_needs_a_program():
+    stage = a_stage()
+    assert not stage.alive
+    stage.connect(allow_restored=False, automatic=False, recorded=False)
+    assert stage.alive
+    stage.bury()
+    assert not stage.alive
+    assert math.isfinite(stage.now_s)
