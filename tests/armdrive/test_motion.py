@@ -110,6 +110,18 @@ def test_long_ways_over_many_goals_come_back_to_the_same_steps(goals):
     assert arm.twin.world.motors == began
 
 
+def test_a_motion_reports_where_the_motors_stand_and_not_where_they_were_sent():
+    arm = ready_arm()
+    goal = Pose.of(x_mm=250.3, y_mm=40.7, z_mm=120.1, pitch_deg=-81.3)
+    moved = arm.move_to(goal)
+    pose, tip = moved.pose, arm.twin.world.tip
+    assert math.dist((pose.x_mm, pose.y_mm, pose.z_mm), tip) < 1e-6
+    off_mm = math.dist((goal.x_mm, goal.y_mm, goal.z_mm), tip)
+    assert moved.rounding_mm == pytest.approx(off_mm, abs=1e-6)
+    assert off_mm > 0.001
+    assert moved.joints == arm.twin.world.joints
+
+
 def test_joints_that_are_not_named_keep_their_angle_to_the_last_digit():
     arm = ready_arm()
     before = arm.core.coordinates.joints

@@ -12,6 +12,7 @@ from armdrive.errors import ArmError, NotReferenced, StateFileError
 from armdrive.record import FileRecorder, Record
 from armdrive.sim.twin import make_twin
 from armdrive.status import State, Trust
+from armdrive.trust import Evidence
 
 
 @pytest.fixture
@@ -86,6 +87,29 @@ def test_a_program_that_dies_in_mid_motion_leaves_a_mark(bench, after_s):
     bench.twin.device.transmit(arm.status.time_s + 5.0)
     after = bench.connect()
     assert after.status.trust is Trust.SUSPECT
+
+
+def test_counts_that_agree_by_chance_do_not_hide_an_end_in_mid_motion(bench):
+    """The house lost its power: counts that were zero before are zero again."""
+    arm = bench.connect()
+    arm.declare_posture(OVER_THE_TABLE, opening_mm=20.0)
+    assert not arm.core.counts.largest
+    arm.move_j(base_deg=80, wait=False)
+    arm.sleep(0.5)
+    bench.twin.device.power_off()
+    bench.twin.device.power_on()
+    after = bench.connect()
+    assert after.status.trust is Trust.SUSPECT
+    assert after.status.trust_reason == Evidence.ENDED_IN_MOTION.value
+
+
+def test_an_arm_that_was_moved_before_it_was_confirmed_is_not_confirmed(bench):
+    referenced(bench).close()
+    arm = bench.connect()
+    bench.twin.device.pendant_move((0, 25, 0, 0, 0, 0))
+    with pytest.raises(NotReferenced, match="no restored position"):
+        arm.confirm_restored()
+    assert arm.status.trust is Trust.SUSPECT
 
 
 def test_the_mark_is_taken_away_two_seconds_after_the_arm_stands(bench):

@@ -240,6 +240,27 @@ def test_the_pendants_stop_ends_a_burst_and_the_position_is_still_known():
     assert arm.twin.world.joints.deg["base"] == pytest.approx(0.0, abs=0.1)
 
 
+def test_motors_that_a_stop_left_off_their_way_are_not_believed():
+    """Somebody pressed STOP, and moved the arm before the registers were read."""
+    arm = ready_arm()
+    device, link = arm.twin.device, arm.twin.link
+
+    def moves_it(data):
+        if data.startswith(b"@READ"):
+            link.on_write = lambda _: None
+            device.pendant_move((0, 0, 40, 0, 0, 0))
+
+    def press():
+        device.press(Key.STOP)
+        link.on_write = moves_it
+
+    device.at(device.now_s + 0.8, press)
+    with pytest.raises(ArmError, match="STOP key"):
+        arm.move_j(base_deg=60)
+    assert arm.status.trust is Trust.SUSPECT
+    assert arm.twin.world.motors == arm.status.acknowledged
+
+
 @pytest.mark.parametrize("how", ["request_stop", "stop", "estop"])
 def test_a_stop_while_homing_ends_the_homing_and_nothing_is_referenced(how):
     arm = sim_arm()

@@ -99,6 +99,8 @@ def _unmutated(copies: Copies, wanted: Sequence[Mutant], jobs: int) -> str | Non
     run = run_tests(copies.untouched, tests, workers=max(jobs, 1), first=False)
     if run.code == PASSED:
         return None
+    if not run.failed:  # several processes do not say which test there is none of
+        run = run_tests(copies.untouched, tests)
     return "\n".join(run.failed) or run.words
 
 

@@ -43,7 +43,7 @@ def project_files(root: Path) -> list[Path]:
     """
     words = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
     try:
-        told = subprocess.run(words, cwd=root, capture_output=True, check=True)  # noqa: S603
+        told = subprocess.run(words, cwd=root, capture_output=True, check=True)
     except (OSError, subprocess.CalledProcessError):
         return sorted(_walked(root))
     names = sorted(set(told.stdout.decode("utf-8", "surrogateescape").split("\0")) - {""})
@@ -76,7 +76,7 @@ def require_imported(folder: Path, packages: Sequence[str]) -> None:
     """Raise `CopyError` unless the product's packages are imported from this copy."""
     code = "import importlib,sys\nfor n in sys.argv[1:]: print(importlib.import_module(n).__file__)"
     words = [sys.executable, "-c", code, *packages]
-    told = subprocess.run(  # noqa: S603
+    told = subprocess.run(
         words, cwd=folder, env=environment(folder), capture_output=True, text=True, check=False
     )
     if told.returncode:
@@ -86,15 +86,13 @@ def require_imported(folder: Path, packages: Sequence[str]) -> None:
             raise CopyError(f"{line} would be tested instead of the copy in {folder}")
 
 
-def run_tests(
-    folder: Path, tests: Sequence[str], *, workers: int = 0, first: bool = True
-) -> Run:
+def run_tests(folder: Path, tests: Sequence[str], *, workers: int = 0, first: bool = True) -> Run:
     """Run tests in a copy; `first` ends the run at the first failure."""
     words = [sys.executable, "-m", "pytest", "-q", "-rfE", "--tb=line", "-p", "no:cacheprovider"]
     words += ["--color=no", "-n", str(workers), *(["-x"] if first else []), *tests]
     began_s = time.monotonic()
     try:
-        told = subprocess.run(  # noqa: S603
+        told = subprocess.run(
             words,
             cwd=folder,
             env=environment(folder),

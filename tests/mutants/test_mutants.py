@@ -1,4 +1,4 @@
-"""The table of mutants fits the code, and the command that tries them tells killed from survived."""
+"""The table of mutants fits the code, and the command tells a killed mutant from a survivor."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def test_a_mutant_says_what_it_breaks_and_which_tests_notice(mutant):
     assert mutant.tests, "without tests of its own, a mutant would be tried on all of them"
     for test in mutant.tests:
         path, _, name = test.partition("::")
-        function = name.partition("[")[0]
+        function = name.partition("[")[0].rpartition("::")[2]
         assert path.startswith("tests/")
         assert f"def {function}(" in (ROOT / path).read_text(encoding="utf-8"), test
 
