@@ -233,6 +233,19 @@ def test_an_arm_that_stands_beyond_a_guard_may_leave_it_but_not_go_deeper():
     assert arm.pose.z_mm > 0.0
 
 
+def test_an_arm_that_stands_beyond_a_limit_may_come_back_but_go_no_further():
+    arm = ready_arm()
+    arm.declare_posture(OVER_THE_TABLE.replace(base=math.radians(89.0)))
+    arm.move_motors(79, 0, 0, 0, 0, 0)  # knows no limits
+    assert arm.joints.deg["base"] == pytest.approx(93.0, abs=0.1)
+    for further_deg in (93.5, 170.0):
+        with pytest.raises(OutOfBounds, match="nothing was moved"):
+            arm.move_j(base_deg=further_deg)
+    arm.move_j(base_deg=92.0)
+    arm.move_j(base_deg=80.0)
+    assert arm.joints.deg["base"] == pytest.approx(80.0, abs=0.1)
+
+
 @pytest.mark.parametrize("speed", [1.0, 0.3, 0.04])
 def test_a_motion_is_never_faster_than_asked(speed):
     arm = ready_arm()
