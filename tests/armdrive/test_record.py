@@ -13,6 +13,7 @@ from armdrive.record import FileRecorder, Record
 from armdrive.sim.twin import make_twin
 from armdrive.status import State, Trust
 from armdrive.trust import Evidence
+from armdrive.writing import Keeper, Outcome
 
 
 @pytest.fixture
@@ -110,6 +111,30 @@ def test_an_arm_that_was_moved_before_it_was_confirmed_is_not_confirmed(bench):
     with pytest.raises(NotReferenced, match="no restored position"):
         arm.confirm_restored()
     assert arm.status.trust is Trust.SUSPECT
+
+
+def test_a_wire_that_is_lost_soon_after_a_motion_leaves_the_mark(bench):
+    """Nobody has seen the arm stand for two seconds, nor will this program."""
+    arm = referenced(bench)
+    bench.link.cut()
+    arm.sleep(2.5)
+    assert arm.status.state is State.DISCONNECTED
+    arm.close()
+    assert bench.recorder.load().in_motion
+    assert bench.connect().status.trust is Trust.SUSPECT
+
+
+def test_a_program_that_has_ended_changes_nothing_on_the_disk_any_more(tmp_path):
+    """Its last thread may still be at work on a slow disk while the next program moves the arm."""
+    recorder = FileRecorder(tmp_path / "arm.json")
+    good = Record("lab", "0123", (0, 7), (-3, 5), (0.1, 20.0), "restored", "by the next program")
+    recorder.save(good)
+    keeper = Keeper(recorder)
+    keeper.found(good)
+    keeper.end()
+    before = Outcome()
+    assert keeper.keep(replace(good, trust="suspect"), 1, before) is before
+    assert recorder.load() == good
 
 
 def test_the_mark_is_taken_away_two_seconds_after_the_arm_stands(bench):

@@ -39,6 +39,11 @@ class Mutant:
         return text.replace(self.old, self.new)
 
 
+def tests_of(path: str, *names: str) -> tuple[str, ...]:
+    """Return the node ids of some tests of one file."""
+    return tuple(f"{path}::{name}" for name in names)
+
+
 @contextmanager
 def applied(mutant: Mutant, folder: Path, stamp: int) -> Iterator[None]:
     """Put a fault into a copy of the project, and take it out again.
