@@ -52,6 +52,18 @@ def test_a_way_through_a_box_is_refused_before_the_first_byte(call):
     assert len(arm.twin.link.sent) == sent
 
 
+def test_a_way_through_a_box_to_a_goal_behind_it_is_refused():
+    pillar = Box("pillar", (240.0, 95.0, -10.0), (260.0, 105.0, 600.0))
+    arm = ready_arm(guarded(sim_config(), radii_mm=RADII, boxes=(pillar,)))
+    arm.move_to(over(0))
+    behind = over(250)
+    assert not arm.config.model.guards.violations(
+        arm.config.model.arm, arm.config.model.arm.ik(behind)
+    )
+    with pytest.raises(OutOfBounds, match="inside the box 'pillar'"):
+        arm.move_to(behind)
+
+
 def test_a_goal_in_a_box_is_refused_with_the_nearest_pose_that_can_be_taken():
     arm = ready_arm(walled(sim_config()))
     arm.move_to(over(0))
