@@ -6,13 +6,13 @@ The engine's flows (armdrive/flows) are its only writers; everybody else reads t
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
 from armdrive.armfile import ArmConfig
 from armdrive.backlash import doubt_words
 from armdrive.carried import Carried
-from armdrive.controllers.controller import Controller
+from armdrive.controllers.controller import Controller, Stopping
 from armdrive.controllers.settings import Difference
 from armdrive.dialects import dialect
 from armdrive.errors import ArmError, Refused, SettingsDiffer, StateFileError
@@ -23,15 +23,16 @@ from armdrive.recorder.witness import NO_WITNESS, Witness
 from armdrive.remarks import FAULT, Remarks, code_of
 from armdrive.states import Event, after
 from armdrive.status import State, Status, Trust
-from armdrive.stopping import StopBound, stop_bound
+from armdrive.stopping import RunOn, StopBound, run_on, stretches
 from armdrive.tempo import Tempo
 from armdrive.trust import FIRST_BELIEF, Belief, Evidence, require_reference
 from armdrive.whereabouts import Whereabouts
-from kinematics import Motors
+from kinematics import Joints, Motors
 
 if TYPE_CHECKING:
     from armdrive.engine import Engine
     from armdrive.lateness import Wakes
+    from armdrive.legs import Leg
 
 
 class Core(Whereabouts, Remarks):
@@ -63,6 +64,12 @@ class Core(Whereabouts, Remarks):
         self.still_since_s = 0.0
         self.tempo = Tempo()
         self.burst_s = config.motion.jog_burst_s
+        self._planned: RunOn | None = None
+        """How the planned motion under way goes on when it is stopped."""
+        self._unplanned: tuple[tuple[float, Stopping], RunOn] | None = None
+        """The same for whatever may be commanded next, and what that was computed from."""
+        self._bound: tuple[RunOn, Joints | None, StopBound] | None = None
+        """The bound that was announced last: most looks find the arm where it was."""
         self.cut_off_s = 0.0
         """The longest that what was under way may last when the wire was lost."""
         self.differences: tuple[Difference, ...] = ()
@@ -77,6 +84,7 @@ class Core(Whereabouts, Remarks):
     def settle(self) -> None:
         """End a motion, unless a fault or a loss has taken the state elsewhere meanwhile."""
         self.burst_s = self.config.motion.jog_burst_s
+        self._planned = None
         if self.state in (State.MOVING, State.HOMING, State.STOPPING):
             self.happen(Event.DONE)
 
@@ -205,7 +213,25 @@ class Core(Whereabouts, Remarks):
         joints = self.coordinates.joints if self.belief.trust is not Trust.UNKNOWN else None
         lost = self.state is State.DISCONNECTED
         burst_s = max(self.burst_s, self.cut_off_s) if lost else self.burst_s
-        return stop_bound(self.config, self.controller, joints, burst_s)
+        planned = None if lost or self.tempo.was_slowed else self._planned
+        if planned is None:
+            key = burst_s, self.controller.stopping(burst_s)
+            if self._unplanned is None or self._unplanned[0] != key:
+                self._unplanned = key, run_on(self.config, self.controller, burst_s)
+            planned = self._unplanned[1]
+        if self._bound is None or self._bound[0] is not planned or self._bound[1] != joints:
+            self._bound = planned, joints, planned.bound(self.config, joints)
+        return self._bound[2]
+
+    def plans(self, legs: Iterable[Leg], burst_s: float) -> None:
+        """Announce from now on how a planned motion ends, until `settle`.
+
+        Where it is slowed meanwhile, it is no longer the motion that was planned.
+        """
+        self.burst_s = burst_s
+        self.tempo.begin()
+        found = stretches(self.transmission, legs)
+        self._planned = run_on(self.config, self.controller, burst_s, found) if found else None
 
     def status(self, engine: Engine, *, simulated: bool, wakes: Wakes) -> Status:
         """Return a frozen picture of this moment."""

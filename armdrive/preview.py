@@ -13,7 +13,7 @@ from armdrive.errors import ArmError, BadRequest
 from armdrive.foresight import Margin, foreseen_s, least_margins, postures_along
 from armdrive.furthest import Furthest, instead_of
 from armdrive.goals import Goal, Ground
-from armdrive.stopping import stop_bound
+from armdrive.stopping import run_on, stretches
 from armdrive.ways import Way, ways_of
 from kinematics.clearances import Clearance, least_clearances
 from kinematics.errors import KinematicsError
@@ -111,7 +111,9 @@ def preview_goal(
     postures = postures_along(model.arm, plan)
     burst_s = ground.config.motion.planned_burst_s
     looks = (*postures[:: max(len(postures) // STOPS_LOOKED_AT, 1)], postures[-1])
-    bounds = [stop_bound(ground.config, controller, each, burst_s) for each in looks]
+    parts = stretches(model.transmission, plan.legs)
+    runs_on = run_on(ground.config, controller, burst_s, parts)
+    bounds = [runs_on.bound(ground.config, each) for each in looks]
     return Preview(
         here,
         hindrance,

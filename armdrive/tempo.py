@@ -27,6 +27,8 @@ class Tempo:
     def __init__(self) -> None:
         self.paused = False
         self.override = FULL
+        self.was_slowed = False
+        """Whether anything of the motion under way may have been sent slower than planned."""
         self.waits = False
         self.delay_s = 0.0
 
@@ -41,6 +43,11 @@ class Tempo:
     def set_override(self, share: float) -> None:
         """Have what is sent next take 1/share of its time. Raises `BadRequest`."""
         self.override = override_share(share)
+        self.was_slowed = self.was_slowed or self.override < FULL
+
+    def begin(self) -> None:
+        """Hear that a motion begins, of which nothing has been sent yet."""
+        self.was_slowed = self.override < FULL
 
     def slowed_s(self, duration_s: float) -> float:
         """Return how long something takes now that should take so long at full speed."""

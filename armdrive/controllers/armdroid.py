@@ -7,7 +7,7 @@ repeated by the board (`g`), and only then the letter that moves anything. `h` i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import replace
 from typing import TypeAlias
 
@@ -15,7 +15,7 @@ from armdrive.abilities import Abilities, Switching
 from armdrive.controllers.armdroid_settings import ArmdroidSettings
 from armdrive.controllers.armdroid_speed import StepRates, straying
 from armdrive.controllers.armdroid_talk import LONGEST_OFFSETS, TRIES, Talk
-from armdrive.controllers.controller import Stopping
+from armdrive.controllers.controller import Part, Stopping
 from armdrive.controllers.requests import (
     Alert,
     AlertKind,
@@ -113,16 +113,18 @@ class ArmdroidController(Talk):
         """Return how far a motor is ahead of its share: all of them turn at the same rate."""
         return straying(steps)
 
-    def stopping(self, burst_s: float) -> Stopping:
-        """Return a burst, with the time that its letter, or its text, and its answer take.
+    def stopping(self, burst_s: float, parts: Sequence[Part] = ()) -> Stopping:
+        """Return a burst behind its letter, or its text, whoever stops: nothing ends it early.
 
         A burst may be a single step of any speed.
         """
-        motion_s = max(burst_s, self._rates.slowest_step_s)
+        slowest_hz = min((part.rate_hz for part in parts), default=0.0)
+        motion_s = max(burst_s, self.duration_s(1.0, slowest_hz))
         text = 1 if self._settings.check_numbers else self._text_bytes(burst_s)
         sent_s = self.taking_s(text) + LATENCY_S
-        confirmed_s = LONGEST_OFFSETS * self._byte_s + LATENCY_S
-        return Stopping(sent_s + motion_s + confirmed_s, motion_s, sent_s + motion_s, motion_s)
+        stands_s = sent_s + motion_s
+        confirmed_s = stands_s + LONGEST_OFFSETS * self._byte_s + LATENCY_S
+        return Stopping(stands_s, motion_s, stands_s, motion_s, confirmed_s)
 
     def _text_bytes(self, burst_s: float) -> int:
         """Bound how many characters a burst of such a length has."""

@@ -22,12 +22,6 @@ class StepRates:
         self._meter = SpeedMeter(SpeedTable(points), doubt)
 
     @property
-    def slowest_step_s(self) -> float:
-        """How long a step takes at the slowest speed, on an arm that is as slow as it may be."""
-        rpm, rate_hz = next(iter(self._rates.items()))
-        return self._meter.doubt(rpm) / rate_hz
-
-    @property
     def fastest_hz(self) -> float:
         """The greatest rate there is."""
         return max(self._rates.values())

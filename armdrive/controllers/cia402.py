@@ -7,6 +7,7 @@ Position is what the drives' encoders tell. Sources: CiA 301 (CANopen) and CiA 4
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -18,7 +19,7 @@ from armdrive.controllers.cia402_compare import Cia402Comparing
 from armdrive.controllers.cia402_cycle import Script
 from armdrive.controllers.cia402_profile import BESIDE, TOP_HZ
 from armdrive.controllers.cia402_settings import CYCLIC
-from armdrive.controllers.controller import Stopping
+from armdrive.controllers.controller import Part, Stopping
 from armdrive.controllers.requests import (
     Alert,
     AlertKind,
@@ -152,21 +153,25 @@ class Cia402Controller(Cia402Comparing):
         """Return how long so many steps take from rest to rest."""
         return self.lasts_s(steps, self.usable_rate_hz(rate_hz))
 
-    def stopping(self, burst_s: float) -> Stopping:
+    def stopping(self, burst_s: float, parts: Sequence[Part] = ()) -> Stopping:
         """Return a quick stop and what passes before it; without a host, the missing heartbeat."""
-        ramp_s, begun_s = self.settings.quick_stop_s, HOST_S + 2.0 * self.cycle_s
+        rate_hz = max((part.rate_hz for part in parts), default=self.fastest_hz)
+        share = min(rate_hz / self.fastest_hz, 1.0)
+        ramp_s, begun_s = self.settings.quick_stop_s * share, HOST_S + 2.0 * self.cycle_s
         beats_ms = self.settings.heartbeat_ms + self.settings.beat_ms
         silent_s = HOST_S + beats_ms / 1000.0
         if self.abilities.queued_segments:  # a pause drives what was drawn to its end
             smooth_s = self.settings.smoothing_ms / 1000.0
-            silent_s = max(silent_s, segment_s(burst_s) + smooth_s + self.settings.ramp_s - ramp_s)
+            eases_s = self.settings.ramp_s * share
+            silent_s = max(silent_s, segment_s(burst_s) + smooth_s + eases_s - ramp_s)
         else:
             silent_s = min(silent_s, burst_s + HOST_S)
         return Stopping(
-            begun_s + ramp_s + SEEN_TURNS * self.cycle_s,
+            begun_s + ramp_s,
             begun_s + ramp_s / 2.0,
             silent_s + ramp_s,
             silent_s + ramp_s / 2.0,
+            begun_s + ramp_s + SEEN_TURNS * self.cycle_s,
         )
 
     def strays_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:  # noqa: ARG002

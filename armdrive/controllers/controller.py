@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -11,17 +12,31 @@ from kinematics.spaces import Motors
 
 
 @dataclass(frozen=True, slots=True)
+class Part:
+    """A part of a planned motion at one speed: its duration and its busiest motor's steps/s."""
+
+    duration_s: float
+    rate_hz: float
+
+
+@dataclass(frozen=True, slots=True)
 class Stopping:
     """How long a motion goes on: after a stop was asked for, and after the host has fallen silent.
 
-    The first number of each is until the stop is confirmed, the second how long motors turn
-    at full speed at most.
+    `asked_s` and `silent_s` last until the last step. `asked_motion_s` and `silent_motion_s` are
+    how long the motion takes at its own speed for the way that it makes meanwhile, which is less
+    where it brakes. `asked_extra_steps` and `silent_extra_steps` are what each motor may turn
+    besides: a drive that lags catches up, and a stop may end beyond the target. `confirmed_s` is
+    until the driver knows that the motors stand after a stop.
     """
 
     asked_s: float
     asked_motion_s: float
     silent_s: float
     silent_motion_s: float
+    confirmed_s: float
+    asked_extra_steps: float = 0.0
+    silent_extra_steps: float = 0.0
 
 
 class Controller(Protocol):
@@ -69,8 +84,12 @@ class Controller(Protocol):
     def duration_s(self, steps: float, rate_hz: float) -> float:
         """Return how long the device may take for so many steps: ramps and doubts included."""
 
-    def stopping(self, burst_s: float) -> Stopping:
-        """Bound how long motion goes on, if at most `burst_s` of it is sent ahead."""
+    def stopping(self, burst_s: float, parts: Sequence[Part] = ()) -> Stopping:
+        """Bound how long motion goes on, if at most `burst_s` of it is sent ahead.
+
+        Of a planned motion, `parts` are what it is made of, in their order. Without them the bound
+        holds for whatever may be commanded next, at any speed.
+        """
 
     def strays_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:
         """Bound how many steps each motor strays from the straight way in such a motion."""

@@ -6,17 +6,19 @@ Sources: gnea/grbl doc/markdown/interface.md, commands.md, jogging.md, settings.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from armdrive.abilities import Abilities
-from armdrive.controllers.controller import Stopping
+from armdrive.budget import segment_s
+from armdrive.controllers.controller import Part, Stopping
 from armdrive.controllers.grbl_axes import Axes
 from armdrive.controllers.grbl_compare import Comparison, idle_key
 from armdrive.controllers.grbl_contact import GrblContact
 from armdrive.controllers.grbl_motion import GrblMotion
 from armdrive.controllers.grbl_plan import Way, trapezoid_s
-from armdrive.controllers.grbl_segments import SLOWEST_HZ
+from armdrive.controllers.grbl_segments import LAST_STEP_S, SLOWEST_HZ
 from armdrive.controllers.grbl_settings import GrblSettings
 from armdrive.controllers.grbl_stops import AGAIN_S, HELD
 from armdrive.controllers.grbl_talk import Answering, refusal
@@ -225,18 +227,24 @@ class GrblController(GrblMotion, GrblContact):
         least = min(slope * per for slope, per in slopes)
         return trapezoid_s(Way(max(steps, 1e-6), (1.0,), slowest, least), 0.0, 0.0)
 
-    def stopping(self, burst_s: float) -> Stopping:
+    def stopping(self, burst_s: float, parts: Sequence[Part] = ()) -> Stopping:
         """Bound what the board still drives; without a host, what was sent ahead as well.
 
-        The bound allows for one lost byte, which is sent again after `AGAIN_S`.
+        The bound allows for one lost byte, which is sent again after `AGAIN_S`. What was sent ahead
+        is driven to its end, where its last line brakes: half of that ramp is more than its time.
         """
         wire_s = LATENCY_S + LONGEST_LINE * self.byte_s
         heard_s = wire_s + AGAIN_S
+        piece_s = segment_s(burst_s) / 2.0  # a part is cut into equal ones
+        brakes_s, held_s = self.ramp_from_s(parts), self.held_longest_s(parts, piece_s)
+        held_way_s = self.held_full_speed_s(parts)
+        stands_s = heard_s + held_s + brakes_s + LAST_STEP_S
         return Stopping(
-            heard_s + max(self.slowest_stop_s + CONFIRMED_S, KILLED_S),
-            heard_s + self.held_full_speed_s + self.ramp_s / 2.0,
-            burst_s + wire_s + self.slowest_stop_s,
-            burst_s + wire_s + self.held_full_speed_s,
+            max(stands_s, heard_s + KILLED_S),
+            heard_s + held_way_s + brakes_s / 2.0,
+            burst_s + wire_s + held_s + brakes_s + LAST_STEP_S,
+            burst_s + wire_s + held_way_s,
+            max(stands_s + CONFIRMED_S, heard_s + KILLED_S),
         )
 
 

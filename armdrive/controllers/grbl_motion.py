@@ -7,12 +7,14 @@ another is still on the wire. What a report shows off the lines that were sent e
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from armdrive.abilities import Abilities
+from armdrive.controllers.controller import Part
 from armdrive.controllers.grbl_axes import Axes, feed
 from armdrive.controllers.grbl_plan import Limits, Way, way
 from armdrive.controllers.grbl_road import Road, Trip
-from armdrive.controllers.grbl_segments import SLOWEST_HZ
+from armdrive.controllers.grbl_segments import LAST_STEP_S, SLOWEST_HZ
 from armdrive.controllers.grbl_settings import GrblSettings
 from armdrive.controllers.grbl_stops import HELD, GrblStopping
 from armdrive.controllers.grbl_talk import LATE_REPORT_S, Answering, refusal
@@ -78,7 +80,15 @@ class GrblMotion(GrblStopping):
     @property
     def ramp_s(self) -> float:
         """How long the slowest motor brakes from the fastest that this arm drives it."""
-        return max(rate_hz / slope for rate_hz, slope in self._fastest)
+        return self.ramp_from_s(())
+
+    def ramp_from_s(self, parts: Sequence[Part]) -> float:
+        """Return how long a motion brakes at most; of no parts, one at any speed.
+
+        No motor turns faster than the busiest does, or than this arm drives it.
+        """
+        rate_hz = max((part.rate_hz for part in parts), default=math.inf)
+        return max(min(rate_hz, fastest_hz) / slope for fastest_hz, slope in self._fastest)
 
     @property
     def slowest_stop_s(self) -> float:
@@ -86,15 +96,27 @@ class GrblMotion(GrblStopping):
 
         It drives what its segment buffer holds, brakes, and makes the step that it has begun.
         """
-        return self.segment_buffer.longest_s + self.ramp_s + 1.0 / SLOWEST_HZ
+        return self.segment_buffer.longest_s + self.ramp_s + LAST_STEP_S
 
-    @property
-    def held_full_speed_s(self) -> float:
-        """How long a motor at full speed takes for the steps that the segment buffer can hold."""
-        return max(
-            (self.segment_buffer.most_steps(fastest_hz) + 1.0) / fastest_hz
-            for fastest_hz, _ in self._fastest
-        )
+    def held_longest_s(self, parts: Sequence[Part], piece_s: float) -> float:
+        """Return for how long the board drives what its segment buffer holds, at most.
+
+        Where the motion speeds up or slows down, its segments are those of slower rates.
+        """
+        if not parts:
+            return self.segment_buffer.longest_s
+        held_s = self.segment_buffer.longest_of_s(parts, piece_s)
+        slopes = [slope for _, slope in self._fastest]
+        ramps_s = self.segment_buffer.slow_ramp_s(max(p.rate_hz for p in parts), min(slopes))
+        return min(held_s + ramps_s, self.segment_buffer.longest_s)
+
+    def held_full_speed_s(self, parts: Sequence[Part]) -> float:
+        """Return how long the motion takes at its speed for the steps that the buffer can hold.
+
+        Of no parts, a single motor at its full speed: the slowest takes longest.
+        """
+        rates_hz = [part.rate_hz for part in parts] or [each for each, _ in self._fastest]
+        return max((self.segment_buffer.most_steps(rate) + 1.0) / rate for rate in rates_hz)
 
     def drive(self, request: MoveAlong) -> Answering:
         """Send segments while there is room, until all is driven or something ends it."""

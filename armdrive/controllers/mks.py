@@ -7,15 +7,18 @@ manuals 1.0.6 and 1.0.9.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from armdrive.abilities import Abilities
 from armdrive.controllers.bus_motors import bus_motors
-from armdrive.controllers.controller import Stopping
+from armdrive.controllers.controller import Part, Stopping
 from armdrive.controllers.mks_bursts import MksBursts
 from armdrive.controllers.mks_compare import MksComparing
+from armdrive.controllers.mks_drive import WAY_S
 from armdrive.controllers.mks_homing import MksHoming
+from armdrive.controllers.mks_motion import CATCH_UP, CATCH_UP_RPM
 from armdrive.controllers.mks_ramps import COUNTS_S_PER_RPM, slope_of
 from armdrive.controllers.mks_stops import STOP_POLL_S
 from armdrive.controllers.mks_talk import Script
@@ -57,7 +60,8 @@ class MksController(MksBursts, MksHoming, MksComparing):
         super().__init__(replace(abilities, motors=motors.count), settings, motors.names)
         self.ranges = motors.ranges
         self._slope = slope_of(settings.acceleration)
-        self.ramp_s = min(motors.fastest_hz, _TOP_HZ) / self._slope
+        self._fastest_hz = min(motors.fastest_hz, _TOP_HZ)
+        self.ramp_s = self._fastest_hz / self._slope
         if settings.version is None and not settings.segment_s:
             self.choose()
 
@@ -135,19 +139,39 @@ class MksController(MksBursts, MksHoming, MksComparing):
         """Return how long so many steps take from rest to rest."""
         return trapezoid_s(steps, self.usable_rate_hz(rate_hz), self._slope)
 
-    def stopping(self, burst_s: float) -> Stopping:
-        """Return a ramp and what passes before it; without a host, what was sent ahead as well."""
+    def stopping(self, burst_s: float, parts: Sequence[Part] = ()) -> Stopping:
+        """Return a ramp and what passes before it; without a host, what was sent ahead as well.
+
+        A drive that lags is told to go faster than planned, so that it brakes for longer; it makes
+        up for no more than it may lag.
+        """
         begun_s = HOST_S + 2.0 * STOP_POLL_S
         seen_s = 3.0 * STOP_POLL_S + 2.0 * self.settings.answer_s
         silent_s = burst_s + self.settings.segment_s
         if self.watched:
             silent_s = min(silent_s, self.settings.watchdog_s)
+        rate_hz = max((part.rate_hz for part in parts), default=self._fastest_hz)
+        brakes_s = self.catching_up_hz(rate_hz) / self._slope
+        asked = self._way_of_laggards(begun_s + brakes_s / 2.0, rate_hz)
+        silent = self._way_of_laggards(silent_s + brakes_s / 2.0 + HOST_S, rate_hz)
         return Stopping(
-            begun_s + self.ramp_s + seen_s,
-            begun_s + self.ramp_s / 2.0,
-            silent_s + self.ramp_s + HOST_S,
-            silent_s + self.ramp_s / 2.0 + HOST_S,
+            begun_s + brakes_s,
+            asked[0],
+            silent_s + brakes_s + HOST_S,
+            silent[0],
+            begun_s + brakes_s + seen_s,
+            asked[1],
+            silent[1],
         )
+
+    def _way_of_laggards(self, time_s: float, rate_hz: float) -> tuple[float, float]:
+        """Return how much of their motion drives make in a time, and how many counts besides.
+
+        Those that lag go faster, and make up for what they may lag: whichever is less.
+        """
+        faster = CATCH_UP * time_s, CATCH_UP_RPM * COUNTS_S_PER_RPM * time_s
+        made_up = time_s + WAY_S, float(self.settings.corridor_counts)
+        return min(faster, made_up, key=lambda way: way[0] * rate_hz + way[1])
 
     def strays_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:
         """Bound how far a drive is beside the straight way: of a burst, by rpm, ramps, starts."""

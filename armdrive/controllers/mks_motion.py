@@ -99,6 +99,12 @@ class MksMotion(MksBeside):
             drive.gap.forget()  # whatever it missed while it stood, its count was read since
         return None
 
+    @staticmethod
+    def catching_up_hz(rate_hz: float) -> float:
+        """Return the fastest rate that a drive is told where it is to turn this fast, but lags."""
+        planned = rate_hz / COUNTS_S_PER_RPM
+        return _catch_up_rpm(planned) * COUNTS_S_PER_RPM
+
     # -- steering -----------------------------------------------------------------------------
 
     def _steer(self, trip: Trip) -> Denied | None:
@@ -143,7 +149,7 @@ class MksMotion(MksBeside):
         needed = lead.way * (there - drive.position) / max(until_s - trip.time_s, period_s / 2.0)
         here = trip.track.at(motor, trip.time_s)
         planned = abs(there - here) / max(until_s - trip.time_s, 1e-6) / COUNTS_S_PER_RPM
-        most = min(math.ceil(CATCH_UP * planned) + CATCH_UP_RPM, SPEED_MAX_RPM)
+        most = _catch_up_rpm(planned)
         if planned < SLOW_RPM:
             target = round(there)
             ahead = lead.way * (target - drive.position) > 0.5
@@ -171,7 +177,7 @@ class MksMotion(MksBeside):
             return None
         left_s = max(track.end_s - trip.time_s, 1e-3)
         planned = abs(end - track.at(motor, trip.time_s)) / left_s / COUNTS_S_PER_RPM
-        most = min(math.ceil(CATCH_UP * planned) + CATCH_UP_RPM, SPEED_MAX_RPM)
+        most = _catch_up_rpm(planned)
         needed = abs(end - drive.position) / left_s / COUNTS_S_PER_RPM
         return end, min(max(math.ceil(needed), LAST_RPM), most)
 
@@ -248,3 +254,8 @@ class MksMotion(MksBeside):
         if max(unanswered) <= most:
             return None
         return (yield from self.lose(self.now_s - most * self.settings.poll_s))
+
+
+def _catch_up_rpm(planned: float) -> int:
+    """Return the fastest speed that a drive is told where it lags, by the planned rpm."""
+    return min(math.ceil(CATCH_UP * planned) + CATCH_UP_RPM, SPEED_MAX_RPM)

@@ -8,12 +8,12 @@ back into step and looked at, and a motion is sent once more only where nothing 
 from __future__ import annotations
 
 import math
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from dataclasses import replace
 from typing import TypeAlias
 
 from armdrive.abilities import Abilities
-from armdrive.controllers.controller import Stopping
+from armdrive.controllers.controller import Part, Stopping
 from armdrive.controllers.requests import (
     Alert,
     AlertKind,
@@ -31,7 +31,7 @@ from armdrive.controllers.requests import (
     SetOutputs,
     SwitchOn,
 )
-from armdrive.controllers.robko01_motion import RobkoMotion
+from armdrive.controllers.robko01_motion import OVERSHOOT_STEPS, RobkoMotion
 from armdrive.controllers.robko01_settings import RobkoSettings
 from armdrive.controllers.settings import Settings
 from armdrive.errors import Refused
@@ -129,11 +129,20 @@ class RobkoController(RobkoMotion):
         """Return how long so many steps take on an arm that is as slow as it may be."""
         return self._pacing.lasts_s(steps, rate_hz) * self._meter.doubt
 
-    def stopping(self, burst_s: float) -> Stopping:
-        """Bound by the burst alone: in so short a motion a ramp gains next to nothing."""
-        motion_s = max(burst_s, self.duration_s(1.0, math.inf))  # a single step is the least
-        silent_s = motion_s + LONGEST_MOVE_BYTES * self._byte_s + HOST_S
-        return Stopping(silent_s + LOOKS_S, motion_s, silent_s, motion_s)
+    def stopping(self, burst_s: float, parts: Sequence[Part] = ()) -> Stopping:
+        """Return a burst behind its message, whoever stops: the stop may be lost.
+
+        Its way is that of the steps that fit into a burst, ramps included, at the speed that the
+        axis comes to: far fewer than at that speed all the time.
+        """
+        lasts_s = max(burst_s, self.duration_s(1.0, math.inf))  # a single step is the least
+        rate_hz = max((part.rate_hz for part in parts), default=math.inf)
+        usable_hz = self.usable_rate_hz(rate_hz)
+        motion_s = self._pacing.most_steps(burst_s, rate_hz) / min(rate_hz, usable_hz)
+        stands_s = HOST_S + LONGEST_MOVE_BYTES * self._byte_s + lasts_s
+        return Stopping(
+            stands_s, motion_s, stands_s, motion_s, stands_s + LOOKS_S, OVERSHOOT_STEPS
+        )
 
     def strays_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:
         """Bound how many steps an axis strays from the straight way in such a motion."""

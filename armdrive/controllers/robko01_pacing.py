@@ -8,6 +8,7 @@ the rates are 1/chance, half of it, a third of it, and so on, and nothing in bet
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -61,6 +62,11 @@ class Pacing:
         if steps * ramp <= lead_hz**2:
             return 2.0 * math.sqrt(steps / ramp)
         return steps / lead_hz + lead_hz / ramp
+
+    def most_steps(self, time_s: float, rate_hz: float) -> int:
+        """Return the most steps that last no longer than a time at a rate; one at least."""
+        most = max(math.ceil(time_s * self.usable_hz(rate_hz)), 1)
+        return bisect_right(range(2, most + 1), time_s, key=lambda n: self.lasts_s(n, rate_hz)) + 1
 
     def strays_steps(self, steps: tuple[int, ...], rate_hz: float) -> tuple[float, ...]:
         """Bound how far each axis is from its share of what the longest one has done.

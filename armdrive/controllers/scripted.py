@@ -9,11 +9,11 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from typing import Generic, Protocol, TypeVar
 
 from armdrive.abilities import Abilities
-from armdrive.controllers.controller import Stopping
+from armdrive.controllers.controller import Part, Stopping
 from armdrive.controllers.requests import SWITCHED_ON, Denied, Event, Reply, Request, Silence
 from armdrive.errors import ArmError, WrongState
 from kinematics.spaces import Motors
@@ -193,7 +193,7 @@ class Scripted(ABC, Generic[H]):
         return (0.0,) * len(steps)
 
     @abstractmethod
-    def stopping(self, burst_s: float) -> Stopping:
+    def stopping(self, burst_s: float, parts: Sequence[Part] = ()) -> Stopping:
         """Bound how long motion goes on."""
 
     def farewell(self) -> bytes:

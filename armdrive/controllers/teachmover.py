@@ -5,11 +5,11 @@ A burst is one `@STEP`; nothing can end it early, and its answer comes when the 
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 
 from armdrive.abilities import Abilities
-from armdrive.controllers.controller import Stopping
+from armdrive.controllers.controller import Part, Stopping
 from armdrive.controllers.program_requests import ReadProgram, WriteRow
 from armdrive.controllers.requests import (
     ClearFault,
@@ -50,7 +50,8 @@ from firmware_protocol.teachmover import (
 from firmware_protocol.teachmover.host import Event as HostEvent
 from kinematics.spaces import Motors
 
-LONGEST_LINE = len("@STEP 245,-32768,-32768,-32768,-32768,-32768,-32768,255\r") + len("1\r")
+LONGEST_LINE = len("@STEP 245,-32768,-32768,-32768,-32768,-32768,-32768,255\r")
+ANSWER = len("1\r")
 LONGEST_REGISTERS = len("1\r-32768,-32768,-32768,-32768,-32768,-32768,65535\r")
 STILL = (0, 0, 0, 0, 0, 0)
 
@@ -62,6 +63,8 @@ its motors. Here `25s` sets a slow speed and empties its accumulator, the first 
 index, five commas write zeros where the numbers of that motion were, and the last `d` moves
 nothing by nothing. A TeachMover understands none of it and answers `0`.
 """
+HOST_S = 0.03
+"""What an operating system and an adapter may add to a message's way."""
 CONTACT_S = 0.25
 """How long the answer to the first line is waited for, beyond its time on the wire."""
 
@@ -181,10 +184,16 @@ class TeachMoverController(Scripted[HostEvent]):
         setting = self._table.setting(rate_hz)
         return steps / self._table.rate_hz(setting) * self._meter.doubt(setting)
 
-    def stopping(self, burst_s: float) -> Stopping:
-        """Return a burst, with the time that its line and its answer are on the wire."""
-        asked_s = burst_s + LONGEST_LINE * self._byte_s
-        return Stopping(asked_s, burst_s, asked_s, burst_s)
+    def stopping(self, burst_s: float, parts: Sequence[Part] = ()) -> Stopping:
+        """Return a burst behind its line, whoever stops: nothing ends it early.
+
+        A burst may be a single step of any speed.
+        """
+        slowest_hz = min((part.rate_hz for part in parts), default=0.0)
+        motion_s = max(burst_s, self.duration_s(1.0, slowest_hz))
+        stands_s = HOST_S + LONGEST_LINE * self._byte_s + motion_s
+        confirmed_s = stands_s + ANSWER * self._byte_s + HOST_S
+        return Stopping(stands_s, motion_s, stands_s, motion_s, confirmed_s)
 
     def _measure(self, command: Command, motion_s: float, moved_s: float) -> bool:
         """Learn how fast the arm is; False where no such burst takes so long."""

@@ -65,7 +65,7 @@ def follow(wire: Wire, plan: Plan) -> Flow[Moved]:
     began_s, bursts_before = wire.now_s, wire.engine.requests_sent
     begin(wire)
     try:
-        core.burst_s = core.config.motion.planned_burst_s
+        core.plans(plan.legs, core.config.motion.planned_burst_s)
         yield from wire.look_before_motion()
         core.require_reference()
         if core.coordinates != plan.start:

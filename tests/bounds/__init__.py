@@ -1,0 +1,1 @@
+"""Every announced bound of a stop, held against the worst that the simulated device can do."""

@@ -1,0 +1,177 @@
+"""A simulated arm whose wire delays and loses what it is told to, and whose tip is recorded.
+
+Everything runs on simulated time, so each figure is the same on every computer.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from armdrive.arm import Arm
+from armdrive.armfile import ArmConfig
+from armdrive.pace import SimulatedPace
+from armdrive.sim.body import ArmBody
+from armdrive.sim.drives import DrivesOnBus
+from armdrive.sim.faults import Faults, LinkCable
+from armdrive.sim.operator import SimulatedOperator
+from armdrive.sim.options import Options, Value
+from armdrive.sim.twin import Twin
+from armdrive.sim.twins import twin_kind
+from armdrive.sim.world import World
+from armdrive.status import State
+from armdrive.stopping import StopBound
+from armdrive.transports.can_memory import CanMemoryLink
+from armdrive.transports.memory import MemoryLink
+from kinematics import Joints, Motors
+
+OPENING_MM = 20.0
+
+
+class RecordingWorld(World):
+    """A physical arm that notes when it moved last, and how far its tip got from a point."""
+
+    def __init__(self, body: ArmBody) -> None:
+        self.moved_s = -math.inf
+        self.mark: tuple[float, float, float] | None = None
+        self.furthest_mm = 0.0
+        super().__init__(body)
+
+    def _shift(self, steps: Motors, time_s: float) -> None:
+        before = self._motors
+        super()._shift(steps, time_s)
+        if self._motors == before:
+            return
+        self.moved_s = time_s
+        if self.mark is not None:
+            self.furthest_mm = max(self.furthest_mm, math.dist(self.mark, self.tip))
+
+
+class SlowWire(MemoryLink):
+    """A serial line that delays every message, and loses those that `loses` picks."""
+
+    late_s = 0.0
+    loses: Callable[[bytes], bool] = staticmethod(lambda data: False)
+    sees: Callable[[bytes], None] = staticmethod(lambda data: None)
+    now_s = 0.0
+
+    def write(self, data: bytes, now_s: float) -> None:
+        """Send bytes, as late as the wire is, unless they are lost."""
+        self._check(now_s)
+        self.deliver(now_s)
+        self.sees(data)
+        if not self.loses(data):
+            self._waiting.append((now_s + self.late_s, data))
+        self.deliver(now_s)
+
+    def read(self, now_s: float) -> bytes:
+        """Return what has arrived by now."""
+        self.deliver(now_s)
+        return super().read(now_s)
+
+    def next_s(self) -> float:
+        """Tell when something happens next, at either end or on the way."""
+        return min(super().next_s(), self._waiting[0][0] if self._waiting else math.inf)
+
+    def deliver(self, now_s: float) -> None:
+        """Let time pass for the wire and the device, whether a program is there or not."""
+        while self._waiting and self._waiting[0][0] <= now_s:
+            due_s, data = self._waiting.pop(0)
+            self.line.send(data, max(due_s, self.now_s))
+            self.now_s = max(due_s, self.now_s)
+        self.line.advance(now_s)
+        self.now_s = max(now_s, self.now_s)
+
+    @property
+    def _waiting(self) -> list[tuple[float, bytes]]:
+        if not hasattr(self, "_on_the_way"):
+            self._on_the_way: list[tuple[float, bytes]] = []
+        return self._on_the_way
+
+
+class SlowBus(SlowWire, CanMemoryLink):
+    """The same for a CAN bus."""
+
+
+@dataclass(frozen=True, slots=True)
+class Overrun:
+    """What was announced at the moment of the cause, and what the physical arm did after it."""
+
+    bound: StopBound
+    time_s: float
+    way_mm: float
+    announced_s: float
+    announced_mm: float
+
+    @property
+    def silent(self) -> Overrun:
+        """The same beside what was announced of a host that is silent."""
+        bound = self.bound
+        return replace(
+            self, announced_s=bound.silent_time_s, announced_mm=bound.silent_distance_mm
+        )
+
+    @property
+    def time_share(self) -> float:
+        """Which share of the announced time passed."""
+        return self.time_s / self.announced_s
+
+    @property
+    def way_share(self) -> float:
+        """Which share of the announced way the tip went."""
+        return self.way_mm / self.announced_mm
+
+
+class Stand:
+    """One arm on its wire, referenced in a posture and switched on."""
+
+    def __init__(self, config: ArmConfig, at: Joints, **options: Value) -> None:
+        kind = twin_kind(config.connection.dialect)
+        self.world = RecordingWorld(ArmBody.of_preset(config.model))
+        transmission = self.world.body.transmission
+        there = transmission.to_motors(at, OPENING_MM)
+        device = kind.make(config, self.world, Options(kind.options, options))
+        if isinstance(device, DrivesOnBus):
+            device.bring_to(at, OPENING_MM)
+            self.link: SlowWire = SlowBus(device, device.bits_s())
+        else:
+            self.world.drive_to(there)
+            self.link = SlowWire(device, device.baud)
+        self.device = device
+        faults = Faults(device, self.link.line, LinkCable(self.link))
+        self.pace = SimulatedPace()
+        self.arm = Arm(config, self.link, self.pace, simulated=True)
+        self.arm.twin = Twin(
+            config.connection.dialect, device, self.link, SimulatedOperator(self.world), faults
+        )
+        if self.arm.status.state is State.DISABLED:
+            self.arm.enable()
+        joints, opening_mm = transmission.to_joints(self.world.motors)
+        self.arm.declare_posture(joints, opening_mm=opening_mm)
+
+    @property
+    def now_s(self) -> float:
+        """The time on the arm's clock."""
+        return self.pace.now_s()
+
+    def mark(self) -> StopBound:
+        """Begin to measure from here and now; return what is announced."""
+        self.link.deliver(self.now_s)
+        self.world.mark, self.world.furthest_mm = self.world.tip, 0.0
+        self.marked_s = self.world.moved_s = self.now_s
+        return self.arm.core.stop_bound()
+
+    def overrun(self, bound: StopBound) -> Overrun:
+        """Return how long and how far the arm has gone since the mark."""
+        return Overrun(
+            bound,
+            self.world.moved_s - self.marked_s,
+            self.world.furthest_mm,
+            bound.time_s,
+            bound.distance_mm,
+        )
+
+    def abandon(self, for_s: float) -> None:
+        """Let time pass for the arm alone: its program is dead, or suspended."""
+        self.link.deliver(self.now_s + for_s)

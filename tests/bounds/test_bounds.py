@@ -1,0 +1,74 @@
+"""No announced bound is broken, and none is inflated: the worst reaches half of it.
+
+Each row of the table is measured on simulated time, against the physical arm.
+"""
+
+from __future__ import annotations
+
+import pytest
+
+from armdrive.connecting import simulated_config
+from armdrive.dialects import DIALECTS
+from armdrive.status import State
+
+from .rows import HALF, REASONS, ROWS, Begin, Cause, Row, begin, measure, start_of
+from .stand import Stand
+
+
+@pytest.mark.parametrize("row", ROWS, ids=str)
+def test_the_worst_case_keeps_its_bound_and_reaches_half_of_it(row: Row) -> None:
+    found = [measure(row, after_s) for after_s in row.after_s]
+    for after_s, each in zip(row.after_s, found, strict=True):
+        told = f"ended {after_s} s on: {each}"
+        assert each.time_s <= each.announced_s, told
+        assert each.way_mm <= each.announced_mm, told
+    least = REASONS[row.time].least if row.time else HALF
+    assert max(each.time_share for each in found) >= least, f"the time is inflated: {found}"
+    least = REASONS[row.way].least if row.way else HALF
+    assert max(each.way_share for each in found) >= least, f"the way is inflated: {found}"
+
+
+def test_every_dialect_has_a_row_for_every_cause() -> None:
+    there = {(row.dialect, row.cause) for row in ROWS}
+    assert there == {(dialect, cause) for dialect in DIALECTS for cause in Cause}
+
+
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_each_dialect_reaches_half_of_both_bounds_without_a_reason(dialect: str) -> None:
+    rows = [row for row in ROWS if row.dialect == dialect]
+    assert any(not row.time for row in rows)
+    assert any(not row.way for row in rows) or dialect == "mks"
+
+
+def test_every_reason_is_given_somewhere_and_says_why() -> None:
+    given = {name for row in ROWS for name in (row.time, row.way) if name}
+    assert given == set(REASONS)
+    assert all(reason.why and 0.0 < reason.least < HALF for reason in REASONS.values())
+
+
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_what_is_announced_at_rest_holds_for_any_motion_that_follows(dialect: str) -> None:
+    stand = Stand(simulated_config(dialect), start_of(dialect))
+    motion = stand.arm.config.motion
+    stand.arm.core.burst_s = max(motion.planned_burst_s, motion.jog_burst_s)
+    at_rest = stand.arm.core.stop_bound()
+    begin(stand, Begin.PLANNED, 1.0, 1.0)
+    stand.arm.sleep(0.01)
+    assert stand.arm.core.state is State.MOVING
+    bound = stand.arm.core.stop_bound()
+    assert bound.time_s <= at_rest.time_s
+    assert bound.silent_time_s <= at_rest.silent_time_s
+    assert bound.distance_mm <= at_rest.distance_mm
+    assert bound.silent_distance_mm <= at_rest.silent_distance_mm
+
+
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_the_bound_of_a_planned_motion_ends_with_it(dialect: str) -> None:
+    stand = Stand(simulated_config(dialect), start_of(dialect))
+    before = stand.arm.core.stop_bound()
+    stand.arm.move_j(base_deg=3.0, speed=0.3, wait=False)
+    stand.arm.sleep(0.1)
+    assert stand.arm.core.stop_bound().distance_mm < before.distance_mm
+    stand.arm.move_j(base_deg=0.0) if stand.arm.stop() else None
+    stand.arm.declare_posture(start_of(dialect), opening_mm=20.0)
+    assert stand.arm.core.stop_bound().time_s == before.time_s
