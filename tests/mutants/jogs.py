@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .mutant import Mutant
+from .mutant import Mutant, tests_of
 
 MUTANTS = (
     Mutant(
@@ -11,11 +11,9 @@ MUTANTS = (
         path="armdrive/calls/jogging.py",
         old=("        self.core.hold = None\n        self.pace.wake()\n\n    def _jog"),
         new=("        self.pace.wake()\n\n    def _jog"),
-        tests=(
-            (
-                "tests/armdrive/test_jogging_flow.py::test_a_renewed_hold_goes_o"
-                "n_and_a_release_ends_it_after_one_burst"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_jogging_flow.py",
+            "test_a_renewed_hold_goes_on_and_a_release_ends_it_after_one_burst",
         ),
     ),
     Mutant(
@@ -24,8 +22,9 @@ MUTANTS = (
         path="armdrive/flows/held.py",
         old="hold.until_s > wire.now_s and not",
         new="not",
-        tests=(
-            ("tests/armdrive/test_jogging_flow.py::test_a_hold_that_is_not_renewed_ends_by_itself"),
+        tests=tests_of(
+            "tests/armdrive/test_jogging_flow.py",
+            "test_a_hold_that_is_not_renewed_ends_by_itself",
         ),
     ),
     Mutant(
@@ -34,8 +33,9 @@ MUTANTS = (
         path="armdrive/flows/held.py",
         old="hold.until_s > wire.now_s and",
         new="hold.until_s + 0.5 > wire.now_s and",
-        tests=(
-            ("tests/armdrive/test_jogging_flow.py::test_a_hold_that_is_not_renewed_ends_by_itself"),
+        tests=tests_of(
+            "tests/armdrive/test_jogging_flow.py",
+            "test_a_hold_that_is_not_renewed_ends_by_itself",
         ),
     ),
     Mutant(
@@ -44,11 +44,9 @@ MUTANTS = (
         path="armdrive/calls/jogging.py",
         old="min(for_s, LONGEST_HOLD_S)",
         new="for_s",
-        tests=(
-            (
-                "tests/armdrive/test_jogging_flow.py::test_a_hold_is_never_longe"
-                "r_than_a_second_however_long_was_asked"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_jogging_flow.py",
+            "test_a_hold_is_never_longer_than_a_second_however_long_was_asked",
         ),
     ),
     Mutant(
@@ -57,11 +55,9 @@ MUTANTS = (
         path="armdrive/flows/jogging.py",
         old="    if wire.now_s > nudge.until_s:",
         new="    if False:",
-        tests=(
-            (
-                "tests/armdrive/test_jogging_bounds.py::test_an_increment_that_h"
-                "ad_to_wait_too_long_is_dropped"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_jogging_bounds.py",
+            "test_an_increment_that_had_to_wait_too_long_is_dropped",
         ),
     ),
     Mutant(
@@ -73,11 +69,9 @@ MUTANTS = (
             "core.config.motion.unreferenced_speed)"
         ),
         new="return speed",
-        tests=(
-            (
-                "tests/armdrive/test_jogging_flow.py::test_joints_of_an_unknown_"
-                "posture_are_jogged_slowly_and_without_limits"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_jogging_flow.py",
+            "test_joints_of_an_unknown_posture_are_jogged_slowly_and_without_limits",
         ),
     ),
     Mutant(
@@ -86,11 +80,9 @@ MUTANTS = (
         path="armdrive/flows/jog_aims.py",
         old="if jog.space is Space.CARTESIAN and not core.position_known:",
         new="if False:",
-        tests=(
-            (
-                "tests/armdrive/test_jogging_flow.py::test_cartesian_jogging_of_"
-                "an_unknown_posture_is_refused_in_a_sentence"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_jogging_flow.py",
+            "test_cartesian_jogging_of_an_unknown_posture_is_refused_in_a_sentence",
         ),
     ),
     Mutant(
@@ -99,11 +91,9 @@ MUTANTS = (
         path="armdrive/flows/jog_aims.py",
         old="    if core.position_known and legs:\n",
         new="    if False:\n",
-        tests=(
-            (
-                "tests/armdrive/test_guards_driven.py::test_a_jog_is_audited_alt"
-                "hough_it_keeps_to_its_bounds_by_itself"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_guards_driven.py",
+            "test_a_jog_is_audited_although_it_keeps_to_its_bounds_by_itself",
         ),
     ),
     Mutant(
@@ -112,11 +102,9 @@ MUTANTS = (
         path="armdrive/jog_course.py",
         old=("        paced = paced.slowed(shares)\n        if stopped"),
         new="        if stopped",
-        tests=(
-            (
-                "tests/armdrive/test_jog_course.py::test_a_joint_slides_up_to_it"
-                "s_limit_and_stops_on_it"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_jog_course.py",
+            "test_a_joint_slides_up_to_its_limit_and_stops_on_it",
         ),
     ),
     Mutant(
@@ -125,11 +113,9 @@ MUTANTS = (
         path="armdrive/jog_bounds.py",
         old="return there is not None and self.holds(here, there.joints)",
         new="return there is not None",
-        tests=(
-            (
-                "tests/armdrive/test_jog_course.py::test_a_line_ends_on_the_tabl"
-                "e_and_the_arm_could_always_stop_before_it"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_jog_course.py",
+            "test_a_line_ends_on_the_table_and_the_arm_could_always_stop_before_it",
         ),
     ),
     Mutant(
@@ -138,11 +124,9 @@ MUTANTS = (
         path="armdrive/flows/jog_aims.py",
         old=("    return core.controller.stopping(core.config.motion.jog_burst_s).asked_motion_s"),
         new="    return 0.0",
-        tests=(
-            (
-                "tests/armdrive/test_guards_driven.py::test_an_arm_that_drives_o"
-                "n_from_leg_to_leg_could_stop_before_a_guard_at_any_moment"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_guards_driven.py",
+            ("test_an_arm_that_drives_on_from_leg_to_leg_could_stop_before_a_guard_at_any_moment"),
         ),
     ),
     Mutant(
@@ -151,8 +135,9 @@ MUTANTS = (
         path="armdrive/jog_pace.py",
         old="return share / ramp_s if ramp_s > 0.0 else math.inf",
         new="return math.inf",
-        tests=(
-            ("tests/armdrive/test_jog_course.py::test_an_arm_that_has_stood_begins_its_ramp_anew"),
+        tests=tests_of(
+            "tests/armdrive/test_jog_course.py",
+            "test_an_arm_that_has_stood_begins_its_ramp_anew",
         ),
     ),
     Mutant(
@@ -161,11 +146,9 @@ MUTANTS = (
         path="armdrive/flows/jog_aims.py",
         old="speed = capped(core, hold.speed) * core.tempo.override",
         new="speed = min(2.0 * capped(core, hold.speed), 1.0) * core.tempo.override",
-        tests=(
-            (
-                "tests/armdrive/test_jogging_flow.py::test_a_slow_hold_is_as_slo"
-                "w_as_asked_even_below_a_step_a_burst"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_jogging_flow.py",
+            "test_a_slow_hold_is_as_slow_as_asked_even_below_a_step_a_burst",
         ),
     ),
     Mutant(
@@ -174,11 +157,9 @@ MUTANTS = (
         path="armdrive/jog.py",
         old="HOLD_LONGEST_S = 0.25",
         new="HOLD_LONGEST_S = 2.5",
-        tests=(
-            (
-                "tests/armdrive/test_deadman.py::test_nothing_is_in_force_a_quar"
-                "ter_second_after_the_last_event"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_deadman.py",
+            "test_nothing_is_in_force_a_quarter_second_after_the_last_event",
         ),
     ),
     Mutant(
@@ -187,7 +168,10 @@ MUTANTS = (
         path="armdrive/jog.py",
         old="return () if held is None else (Release(held),)",
         new="return ()",
-        tests=("tests/armdrive/test_deadman.py::test_a_repeat_soon_after_means_held",),
+        tests=tests_of(
+            "tests/armdrive/test_deadman.py",
+            "test_a_repeat_soon_after_means_held",
+        ),
     ),
     Mutant(
         name="the dead-man takes a backlog of keys for a held one",
@@ -195,8 +179,9 @@ MUTANTS = (
         path="armdrive/jog.py",
         old="        if gate.events >= BACKLOG_EVENTS:\n",
         new="        if False:\n",
-        tests=(
-            ("tests/armdrive/test_deadman.py::test_a_stall_of_a_second_moves_nothing_and_disarms"),
+        tests=tests_of(
+            "tests/armdrive/test_deadman.py",
+            "test_a_stall_of_a_second_moves_nothing_and_disarms",
         ),
     ),
     Mutant(
@@ -205,7 +190,10 @@ MUTANTS = (
         path="armdrive/jog.py",
         old=('        self._armed = False\n        self._key = ""\n        self._pressed_s'),
         new=('        self._armed = True\n        self._key = ""\n        self._pressed_s'),
-        tests=("tests/armdrive/test_deadman.py::test_keys_have_no_effect_until_armed",),
+        tests=tests_of(
+            "tests/armdrive/test_deadman.py",
+            "test_keys_have_no_effect_until_armed",
+        ),
     ),
     Mutant(
         name="the arm is jogged by keys while keys pour in",
@@ -213,6 +201,9 @@ MUTANTS = (
         path="armdrive/jog.py",
         old="now_s - self._event_s >= ARM_AFTER_QUIET_S",
         new="True",
-        tests=("tests/armdrive/test_deadman.py::test_arming_waits_until_the_keys_are_quiet",),
+        tests=tests_of(
+            "tests/armdrive/test_deadman.py",
+            "test_arming_waits_until_the_keys_are_quiet",
+        ),
     ),
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .mutant import Mutant
+from .mutant import Mutant, tests_of
 
 MUTANTS = (
     Mutant(
@@ -15,7 +15,10 @@ MUTANTS = (
             "        if result is Trust.SUSPECT:\n"
             "            return self\n"
         ),
-        tests=(("tests/armdrive/test_trust.py::test_every_kind_of_evidence_has_a_row_and_words"),),
+        tests=tests_of(
+            "tests/armdrive/test_trust.py",
+            "test_every_kind_of_evidence_has_a_row_and_words",
+        ),
     ),
     Mutant(
         name="trust is kept after a motion without an answer",
@@ -23,11 +26,9 @@ MUTANTS = (
         path="armdrive/flows/asking.py",
         old="            self.core.learn(silence, self.now_s)\n",
         new="",
-        tests=(
-            (
-                "tests/armdrive/test_trust.py::test_a_power_cut_in_mid_motion_is"
-                "_an_error_stop_with_a_suspect_position"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_trust.py",
+            "test_a_power_cut_in_mid_motion_is_an_error_stop_with_a_suspect_position",
         ),
     ),
     Mutant(
@@ -39,11 +40,9 @@ MUTANTS = (
             '{tuple(difference)} steps")\n'
         ),
         new="",
-        tests=(
-            (
-                "tests/armdrive/test_trust.py::test_a_brown_out_between_bursts_i"
-                "s_found_while_the_motion_goes_on"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_trust.py",
+            "test_a_brown_out_between_bursts_is_found_while_the_motion_goes_on",
         ),
     ),
     Mutant(
@@ -55,11 +54,9 @@ MUTANTS = (
             "            core.learn(Evidence.READ_BACK_DIFFERS, self.now_s)\n"
         ),
         new="",
-        tests=(
-            (
-                "tests/armdrive/test_stopping.py::test_motors_that_a_stop_left_o"
-                "ff_their_way_are_not_believed"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_stopping.py",
+            "test_motors_that_a_stop_left_off_their_way_are_not_believed",
         ),
     ),
     Mutant(
@@ -68,11 +65,9 @@ MUTANTS = (
         path="armdrive/flows/asking.py",
         old=("    core.learn(evidence, wire.now_s)\n    core.notify(core.belief.reason, evidence)"),
         new="    core.notify(core.belief.reason, evidence)",
-        tests=(
-            (
-                "tests/armdrive/test_trust.py::test_the_pendant_makes_a_standing"
-                "_arm_suspect_within_seconds"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_trust.py",
+            "test_the_pendant_makes_a_standing_arm_suspect_within_seconds",
         ),
     ),
     Mutant(
@@ -81,11 +76,9 @@ MUTANTS = (
         path="armdrive/whereabouts.py",
         old=("            self.fell |= any(not min(a, c) <= b <= max(a, c) for a, b, c in ways)"),
         new="            self.fell |= False",
-        tests=(
-            (
-                "tests/armdrive/test_zeroed_in_motion.py::test_counts_that_go_ba"
-                "ck_to_where_they_began_are_those_of_a_device_that_began_anew"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_zeroed_in_motion.py",
+            ("test_counts_that_go_back_to_where_they_began_are_those_of_a_device_that_began_anew"),
         ),
     ),
     Mutant(
@@ -94,11 +87,9 @@ MUTANTS = (
         path="armdrive/flows/asking.py",
         old="if mute and not reply.positions.largest:",
         new="if False:",
-        tests=(
-            (
-                "tests/armdrive/test_trust.py::test_counts_of_zero_after_a_silen"
-                "ce_may_be_those_of_a_controller_that_began_anew"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_trust.py",
+            ("test_counts_of_zero_after_a_silence_may_be_those_of_a_controller_that_began_anew"),
         ),
     ),
     Mutant(
@@ -107,11 +98,9 @@ MUTANTS = (
         path="armdrive/flows/referencing.py",
         old="            core.learn(Evidence.ENDED_IN_MOTION, wire.now_s)",
         new="            pass",
-        tests=(
-            (
-                "tests/armdrive/test_record.py::test_counts_that_agree_by_chance"
-                "_do_not_hide_an_end_in_mid_motion"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_record.py",
+            "test_counts_that_agree_by_chance_do_not_hide_an_end_in_mid_motion",
         ),
     ),
     Mutant(
@@ -120,11 +109,9 @@ MUTANTS = (
         path="armdrive/flows/referencing.py",
         old="            core.learn(Evidence.RECORD_DIFFERS, wire.now_s)",
         new="            pass",
-        tests=(
-            (
-                "tests/armdrive/test_record.py::test_a_power_cut_between_program"
-                "s_is_suspect_and_keeps_the_posture"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_record.py",
+            "test_a_power_cut_between_programs_is_suspect_and_keeps_the_posture",
         ),
     ),
     Mutant(
@@ -133,8 +120,9 @@ MUTANTS = (
         path="armdrive/flows/referencing.py",
         old="        if record.trust == Trust.SUSPECT.value:",
         new="        if False:",
-        tests=(
-            ("tests/armdrive/test_power_cuts.py::test_an_arm_that_was_let_go_is_never_restored"),
+        tests=tests_of(
+            "tests/armdrive/test_power_cuts.py",
+            "test_an_arm_that_was_let_go_is_never_restored",
         ),
     ),
     Mutant(
@@ -143,11 +131,9 @@ MUTANTS = (
         path="armdrive/flows/referencing.py",
         old="    if core.told_early is not None:",
         new="    if False:",
-        tests=(
-            (
-                "tests/armdrive/test_armdroid_sagging.py::test_motors_that_are_t"
-                "old_to_be_off_while_connecting_leave_no_record_to_be_believed"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_armdroid_sagging.py",
+            ("test_motors_that_are_told_to_be_off_while_connecting_leave_no_record_to_be_believed"),
         ),
     ),
     Mutant(
@@ -156,11 +142,9 @@ MUTANTS = (
         path="armdrive/core.py",
         old="        self.learn(Evidence.LOST_IN_MOTION, now_s)\n",
         new="",
-        tests=(
-            (
-                "tests/armdrive/test_reconnecting.py::test_who_waited_for_a_moti"
-                "on_hears_of_the_loss_and_nothing_goes_on_later"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_reconnecting.py",
+            "test_who_waited_for_a_motion_hears_of_the_loss_and_nothing_goes_on_later",
         ),
     ),
     Mutant(
@@ -169,11 +153,9 @@ MUTANTS = (
         path="armdrive/flows/resuming.py",
         old="        core.learn(Evidence.LINK_BACK, now_s)",
         new="        pass",
-        tests=(
-            (
-                "tests/armdrive/test_reconnecting.py::test_a_wire_that_comes_bac"
-                "k_ends_in_error_stop_and_moves_nothing"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_reconnecting.py",
+            "test_a_wire_that_comes_back_ends_in_error_stop_and_moves_nothing",
         ),
     ),
     Mutant(
@@ -182,11 +164,9 @@ MUTANTS = (
         path="armdrive/flows/resuming.py",
         old="        core.learn(Evidence.RECORD_DIFFERS, now_s)",
         new="        core.learn(Evidence.LINK_BACK, now_s)",
-        tests=(
-            (
-                "tests/armdrive/test_reconnecting.py::test_a_board_that_lost_its"
-                "_power_meanwhile_is_suspect"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_reconnecting.py",
+            "test_a_board_that_lost_its_power_meanwhile_is_suspect",
         ),
     ),
     Mutant(
@@ -199,11 +179,9 @@ MUTANTS = (
             "        elif core.fell:"
         ),
         new="        if core.fell:",
-        tests=(
-            (
-                "tests/armdrive/test_grbl_controller.py::test_an_emergency_stop_"
-                "loses_the_position_and_reset_brings_the_board_back"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_grbl_controller.py",
+            "test_an_emergency_stop_loses_the_position_and_reset_brings_the_board_back",
         ),
     ),
     Mutant(
@@ -212,11 +190,9 @@ MUTANTS = (
         path="armdrive/flows/alerts.py",
         old="AlertKind.ALARM_LOST: Evidence.ALARM,",
         new="AlertKind.ALARM_LOST: None,",
-        tests=(
-            (
-                "tests/armdrive/test_grbl_board.py::test_a_limit_alarm_of_an_arm"
-                "_that_stands_makes_its_position_suspect"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_grbl_board.py",
+            "test_a_limit_alarm_of_an_arm_that_stands_makes_its_position_suspect",
         ),
     ),
     Mutant(
@@ -225,11 +201,9 @@ MUTANTS = (
         path="armdrive/flows/alerts.py",
         old="AlertKind.ASTRAY: Evidence.OFF_THE_PATH,",
         new="AlertKind.ASTRAY: None,",
-        tests=(
-            (
-                "tests/armdrive/test_grbl_controller_wire.py::test_an_arm_that_l"
-                "eaves_the_path_is_stopped_on_its_way"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_grbl_controller_wire.py",
+            "test_an_arm_that_leaves_the_path_is_stopped_on_its_way",
         ),
     ),
     Mutant(
@@ -238,7 +212,10 @@ MUTANTS = (
         path="armdrive/flows/alerts.py",
         old="AlertKind.RESTARTED: Evidence.RESTARTED,",
         new="AlertKind.RESTARTED: None,",
-        tests=("tests/armdrive/test_grbl_resets.py::test_nor_is_a_second_one",),
+        tests=tests_of(
+            "tests/armdrive/test_grbl_resets.py",
+            "test_nor_is_a_second_one",
+        ),
     ),
     Mutant(
         name="trust is kept of motors that the device switched off",
@@ -246,11 +223,9 @@ MUTANTS = (
         path="armdrive/flows/alerts.py",
         old="AlertKind.SWITCHED_OFF: Evidence.SWITCHED_OFF,",
         new="AlertKind.SWITCHED_OFF: None,",
-        tests=(
-            (
-                "tests/armdrive/test_armdroid_sagging.py::test_an_arm_that_sagge"
-                "d_as_it_was_switched_on_is_not_believed"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_armdroid_sagging.py",
+            "test_an_arm_that_sagged_as_it_was_switched_on_is_not_believed",
         ),
     ),
     Mutant(
@@ -261,11 +236,20 @@ MUTANTS = (
             "    core.learn(Evidence.CURRENT_DROPPED, wire.now_s)  # whatever the answer will be\n"
         ),
         new="",
-        tests=(
-            (
-                "tests/armdrive/test_trust.py::test_dropping_the_current_says_su"
-                "spect_and_only_disable_sends_it"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_trust.py",
+            "test_dropping_the_current_says_suspect_and_only_disable_sends_it",
+        ),
+    ),
+    Mutant(
+        name="trust is kept where homing failed",
+        promise="a position is not trusted after evidence against it",
+        path="armdrive/flows/referencing.py",
+        old="    core.learn(Evidence.HOMING_FAILED, wire.now_s)\n",
+        new="",
+        tests=tests_of(
+            "tests/armdrive/test_mks_arm.py",
+            "test_a_referenced_arm_whose_homing_was_stopped_is_suspect",
         ),
     ),
     Mutant(
@@ -274,11 +258,9 @@ MUTANTS = (
         path="armdrive/flows/exchange.py",
         old="        core.learn(_evidence(reply), self.now_s, reply.reason)\n",
         new="",
-        tests=(
-            (
-                "tests/armdrive/test_wire_faults.py::test_a_motion_that_is_answe"
-                "red_by_no_leaves_a_suspect_position"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_wire_faults.py",
+            "test_a_motion_that_is_answered_by_no_leaves_a_suspect_position",
         ),
     ),
     Mutant(
@@ -287,11 +269,9 @@ MUTANTS = (
         path="armdrive/flows/verifying.py",
         old="    core.learn(Evidence.OFF_ITS_MARK, wire.now_s, detail)\n",
         new="",
-        tests=(
-            (
-                "tests/armdrive/test_verifying.py::test_a_drift_that_nobody_acce"
-                "pts_makes_the_position_suspect_and_says_by_how_much"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_verifying.py",
+            ("test_a_drift_that_nobody_accepts_makes_the_position_suspect_and_says_by_how_much"),
         ),
     ),
     Mutant(
@@ -302,7 +282,10 @@ MUTANTS = (
         path="armdrive/trust.py",
         old="if belief.trust is Trust.RESTORED and allow_restored:",
         new="if belief.trust is Trust.RESTORED:",
-        tests=("tests/armdrive/test_trust.py::test_a_refusal_says_why_and_how_to_mend_it",),
+        tests=tests_of(
+            "tests/armdrive/test_trust.py",
+            "test_a_refusal_says_why_and_how_to_mend_it",
+        ),
     ),
     Mutant(
         name="any position can be confirmed",
@@ -310,11 +293,9 @@ MUTANTS = (
         path="armdrive/flows/referencing.py",
         old="    if core.belief.trust is not Trust.RESTORED:",
         new="    if False:",
-        tests=(
-            (
-                "tests/armdrive/test_record.py::test_an_arm_that_was_moved_befor"
-                "e_it_was_confirmed_is_not_confirmed"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_record.py",
+            "test_an_arm_that_was_moved_before_it_was_confirmed_is_not_confirmed",
         ),
     ),
     Mutant(
@@ -323,11 +304,9 @@ MUTANTS = (
         path="armdrive/flows/vouching.py",
         old="    if doubted or (changed and (late or not registers.largest)):",
         new="    if False:",
-        tests=(
-            (
-                "tests/armdrive/test_trust.py::test_a_posture_is_not_taken_of_an"
-                "_arm_that_moved_while_the_wire_was_disturbed"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_trust.py",
+            ("test_a_posture_is_not_taken_of_an_arm_that_moved_while_the_wire_was_disturbed"),
         ),
     ),
     Mutant(
@@ -336,11 +315,9 @@ MUTANTS = (
         path="armdrive/flows/idling.py",
         old="return now_s + every_s, poll(self._wire)",
         new="return now_s + every_s, None",
-        tests=(
-            (
-                "tests/armdrive/test_trust.py::test_counts_of_zero_after_a_silen"
-                "ce_may_be_those_of_a_controller_that_began_anew"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_trust.py",
+            ("test_counts_of_zero_after_a_silence_may_be_those_of_a_controller_that_began_anew"),
         ),
     ),
     Mutant(
@@ -355,11 +332,9 @@ MUTANTS = (
         new=(
             "        yield from drive_legs(wire, plan.legs, core.config.motion.planned_burst_s)\n"
         ),
-        tests=(
-            (
-                "tests/armdrive/test_wire_faults.py::test_a_burst_of_other_steps"
-                "_is_found_out_before_its_call_returns"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_wire_faults.py",
+            "test_a_burst_of_other_steps_is_found_out_before_its_call_returns",
         ),
     ),
     Mutant(
@@ -368,11 +343,9 @@ MUTANTS = (
         path="armdrive/flows/pausing.py",
         old="    if core.acknowledged != stood or core.belief is not believed:",
         new="    if False:",
-        tests=(
-            (
-                "tests/armdrive/test_pausing.py::test_an_arm_that_the_pendant_mo"
-                "ved_in_a_pause_does_not_go_on"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_pausing.py",
+            "test_an_arm_that_the_pendant_moved_in_a_pause_does_not_go_on",
         ),
     ),
     Mutant(
@@ -381,11 +354,9 @@ MUTANTS = (
         path="armdrive/flows/pausing.py",
         old="    yield from wire.look()  # however fresh",
         new="    yield from ()  # however fresh",
-        tests=(
-            (
-                "tests/armdrive/test_pausing.py::test_an_arm_that_the_pendant_mo"
-                "ved_in_a_pause_does_not_go_on"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_pausing.py",
+            "test_an_arm_that_the_pendant_moved_in_a_pause_does_not_go_on",
         ),
     ),
     Mutant(
@@ -398,11 +369,9 @@ MUTANTS = (
             "    yield from wire.move(core.acknowledged + "
             "type(core.acknowledged)([40] * len(core.acknowledged)), 100.0, None)\n"
         ),
-        tests=(
-            (
-                "tests/armdrive/test_reconnecting.py::test_a_wire_that_comes_bac"
-                "k_ends_in_error_stop_and_moves_nothing"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_reconnecting.py",
+            "test_a_wire_that_comes_back_ends_in_error_stop_and_moves_nothing",
         ),
     ),
     Mutant(
@@ -411,11 +380,9 @@ MUTANTS = (
         path="armdrive/flows/resuming.py",
         old="        core.fault(back, RECONNECTED)",
         new="        core.notify(back)",
-        tests=(
-            (
-                "tests/armdrive/test_reconnecting.py::test_a_wire_that_comes_bac"
-                "k_ends_in_error_stop_and_moves_nothing"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_reconnecting.py",
+            "test_a_wire_that_comes_back_ends_in_error_stop_and_moves_nothing",
         ),
     ),
     Mutant(
@@ -426,7 +393,10 @@ MUTANTS = (
             "        self.hold = None\n        self.nudges.clear()\n        self.tempo.end_pause()"
         ),
         new="        self.tempo.end_pause()",
-        tests=(("tests/armdrive/test_reconnecting.py::test_what_waits_never_survives_a_fault"),),
+        tests=tests_of(
+            "tests/armdrive/test_reconnecting.py",
+            "test_what_waits_never_survives_a_fault",
+        ),
     ),
     Mutant(
         name="a look of some seconds ago is fresh enough for a motion",
@@ -434,11 +404,9 @@ MUTANTS = (
         path="armdrive/flows/exchange.py",
         old="FRESH_S = 0.05",
         new="FRESH_S = 5.0",
-        tests=(
-            (
-                "tests/armdrive/test_trust.py::test_a_pendant_move_just_before_a"
-                "_motion_is_seen_before_the_motion"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_trust.py",
+            "test_a_pendant_move_just_before_a_motion_is_seen_before_the_motion",
         ),
     ),
     Mutant(
@@ -447,6 +415,9 @@ MUTANTS = (
         path="armdrive/trust.py",
         old=("    if belief.trust is Trust.REFERENCED:\n        return\n"),
         new=("    if belief.trust is not Trust.RESTORED:\n        return\n"),
-        tests=("tests/armdrive/test_trust.py::test_a_refusal_says_why_and_how_to_mend_it",),
+        tests=tests_of(
+            "tests/armdrive/test_trust.py",
+            "test_a_refusal_says_why_and_how_to_mend_it",
+        ),
     ),
 )

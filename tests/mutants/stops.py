@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .mutant import Mutant
+from .mutant import Mutant, tests_of
 
 MUTANTS = (
     Mutant(
@@ -11,11 +11,9 @@ MUTANTS = (
         path="armdrive/calls/waiting.py",
         old=("        self.engine.stop_asked = True\n        self.pace.wake()"),
         new="        self.pace.wake()",
-        tests=(
-            (
-                "tests/armdrive/test_stopping.py::test_a_stopped_arm_stands_with"
-                "in_the_stated_time_and_way"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_stopping.py",
+            "test_a_stopped_arm_stands_within_the_stated_time_and_way",
         ),
     ),
     Mutant(
@@ -24,11 +22,9 @@ MUTANTS = (
         path="armdrive/flows/motion.py",
         old="while done < 1.0 and not (wire.stopping or released()):",
         new="while done < 1.0 and not released():",
-        tests=(
-            (
-                "tests/armdrive/test_stopping.py::test_a_stopped_arm_stands_with"
-                "in_the_stated_time_and_way"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_stopping.py",
+            "test_a_stopped_arm_stands_within_the_stated_time_and_way",
         ),
     ),
     Mutant(
@@ -37,11 +33,9 @@ MUTANTS = (
         path="armdrive/engine.py",
         old=("            self._stopping()\n            self.controller.stop(hard=self.stop_hard)"),
         new="            self._stopping()",
-        tests=(
-            (
-                "tests/armdrive/test_grbl_controller.py::test_an_emergency_stop_"
-                "loses_the_position_and_reset_brings_the_board_back"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_grbl_controller.py",
+            "test_an_emergency_stop_loses_the_position_and_reset_brings_the_board_back",
         ),
     ),
     Mutant(
@@ -55,11 +49,9 @@ MUTANTS = (
         new=(
             "            if request.let_go():\n                return (yield from self._halt(trip))"
         ),
-        tests=(
-            (
-                "tests/armdrive/test_grbl_controller.py::test_an_emergency_stop_"
-                "loses_the_position_and_reset_brings_the_board_back"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_grbl_controller.py",
+            "test_an_emergency_stop_loses_the_position_and_reset_brings_the_board_back",
         ),
     ),
     Mutant(
@@ -68,11 +60,9 @@ MUTANTS = (
         path="armdrive/controllers/grbl_stops.py",
         old=("                self.press(Realtime.FEED_HOLD)\n            seen = yield"),
         new=("                pass\n            seen = yield"),
-        tests=(
-            (
-                "tests/armdrive/test_grbl_controller.py::test_a_stop_brakes_and_"
-                "does_not_only_send_no_more"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_grbl_controller.py",
+            "test_a_stop_brakes_and_does_not_only_send_no_more",
         ),
     ),
     Mutant(
@@ -81,11 +71,9 @@ MUTANTS = (
         path="armdrive/controllers/grbl_stops.py",
         old="        self.press(Realtime.JOG_CANCEL)\n",
         new="",
-        tests=(
-            (
-                "tests/armdrive/test_grbl_controller.py::test_a_jog_that_is_let_"
-                "go_ends_soon_and_only_cancels"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_grbl_controller.py",
+            "test_a_jog_that_is_let_go_ends_soon_and_only_cancels",
         ),
     ),
     Mutant(
@@ -94,11 +82,9 @@ MUTANTS = (
         path="armdrive/controllers/robko01_motion.py",
         old='if (yield from self._ask(Stop(), text="STOP")) is None:',
         new='if (yield from self._ask(IsMoving(), text="STOP")) is None:',
-        tests=(
-            (
-                "tests/armdrive/test_robko01_stop.py::test_a_stop_during_a_look_"
-                "goes_out_as_soon_as_the_look_is_answered"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_robko01_stop.py",
+            "test_a_stop_during_a_look_goes_out_as_soon_as_the_look_is_answered",
         ),
     ),
     Mutant(
@@ -107,7 +93,10 @@ MUTANTS = (
         path="armdrive/controllers/mks_insisting.py",
         old='self.put(node, Stop(Code.ABSOLUTE_AXIS, 0 if dead else ramp), "STOP")',
         new="pass",
-        tests=("tests/armdrive/test_mks_stops.py::test_drives_that_brake_are_told_once",),
+        tests=tests_of(
+            "tests/armdrive/test_mks_stops.py",
+            "test_drives_that_brake_are_told_once",
+        ),
     ),
     Mutant(
         name="CiA 402 drives are not sent their quick stop",
@@ -115,11 +104,9 @@ MUTANTS = (
         path="armdrive/controllers/cia402_states.py",
         old="self.command(drive, STOP, self._mode_of(drive))",
         new="self.command(drive, ENABLE, self._mode_of(drive), drive.place)",
-        tests=(
-            (
-                "tests/armdrive/test_cia402_motion.py::test_drives_that_were_out"
-                "_of_reach_for_a_moment_do_not_leap_far"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_cia402_motion.py",
+            "test_drives_that_were_out_of_reach_for_a_moment_do_not_leap_far",
         ),
     ),
     Mutant(
@@ -128,11 +115,9 @@ MUTANTS = (
         path="armdrive/controllers/armdroid.py",
         old=("            if self.stop_asked or let_go():\n                self.give_up()"),
         new=("            if let_go():\n                self.give_up()"),
-        tests=(
-            (
-                "tests/armdrive/test_armdroid_controller.py::TestConversation::t"
-                "est_a_stop_before_the_letter_lets_nothing_begin"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_armdroid_controller.py",
+            "TestConversation::test_a_stop_before_the_letter_lets_nothing_begin",
         ),
     ),
     Mutant(
@@ -143,11 +128,9 @@ MUTANTS = (
             "                self.stop_asked = self.stop_hard = False  # nothing is left to stop\n"
         ),
         new="",
-        tests=(
-            (
-                "tests/armdrive/test_stopping.py::test_a_second_emergency_stop_d"
-                "uring_the_reset_is_not_lost"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_stopping.py",
+            "test_a_second_emergency_stop_during_the_reset_is_not_lost",
         ),
     ),
     Mutant(
@@ -156,11 +139,9 @@ MUTANTS = (
         path="armdrive/calls/waiting.py",
         old="        self.engine.stop_hard = self.engine.stop_hard or hard\n",
         new="",
-        tests=(
-            (
-                "tests/armdrive/test_grbl_controller.py::test_an_emergency_stop_"
-                "loses_the_position_and_reset_brings_the_board_back"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_grbl_controller.py",
+            "test_an_emergency_stop_loses_the_position_and_reset_brings_the_board_back",
         ),
     ),
     Mutant(
@@ -169,11 +150,9 @@ MUTANTS = (
         path="armdrive/calls/waiting.py",
         old='self.core.fault("emergency stop: look',
         new='self.core.notify("emergency stop: look',
-        tests=(
-            (
-                "tests/armdrive/test_stopping.py::test_a_second_emergency_stop_d"
-                "uring_the_reset_is_not_lost"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_stopping.py",
+            "test_a_second_emergency_stop_during_the_reset_is_not_lost",
         ),
     ),
     Mutant(
@@ -185,8 +164,9 @@ MUTANTS = (
             "        (s.ERROR_STOP, e.RESET): s.STANDBY,\n"
             "        (s.ERROR_STOP, e.ENABLE): s.STANDBY,\n"
         ),
-        tests=(
-            ("tests/armdrive/test_states.py::test_only_reset_and_a_lost_wire_leave_error_stop"),
+        tests=tests_of(
+            "tests/armdrive/test_states.py",
+            "test_only_reset_and_a_lost_wire_leave_error_stop",
         ),
     ),
     Mutant(
@@ -195,7 +175,10 @@ MUTANTS = (
         path="armdrive/states.py",
         old="        (s.STANDBY, e.MOVE): s.MOVING,\n",
         new=("        (s.STANDBY, e.MOVE): s.MOVING,\n        (s.DISABLED, e.MOVE): s.MOVING,\n"),
-        tests=("tests/armdrive/test_states.py::test_motion_begins_in_standby_alone",),
+        tests=tests_of(
+            "tests/armdrive/test_states.py",
+            "test_motion_begins_in_standby_alone",
+        ),
     ),
     Mutant(
         name="a reset moves the arm",
@@ -208,11 +191,9 @@ MUTANTS = (
             "type(core.acknowledged)([40] * len(core.acknowledged)), 100.0, None)\n"
             "    weigh"
         ),
-        tests=(
-            (
-                "tests/armdrive/test_stopping.py::test_a_reset_right_behind_the_"
-                "emergency_stop_waits_for_the_burst"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_stopping.py",
+            "test_a_reset_right_behind_the_emergency_stop_waits_for_the_burst",
         ),
     ),
     Mutant(
@@ -226,11 +207,9 @@ MUTANTS = (
             "type(core.acknowledged)([40] * len(core.acknowledged)), 100.0, None)\n"
             "    core.memory.taken_up()  # from here on"
         ),
-        tests=(
-            (
-                "tests/armdrive/test_trust.py::test_no_planned_motion_without_a_"
-                "reference_and_no_byte_of_one"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_trust.py",
+            "test_no_planned_motion_without_a_reference_and_no_byte_of_one",
         ),
     ),
     Mutant(
@@ -239,11 +218,9 @@ MUTANTS = (
         path="armdrive/calls/connected.py",
         old=("                self.stop()\n                with self.pace.lock:"),
         new="                with self.pace.lock:",
-        tests=(
-            (
-                "tests/armdrive/test_stopping.py::test_closing_ends_a_motion_und"
-                "er_way_and_the_arm_stands"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_stopping.py",
+            "test_closing_ends_a_motion_under_way_and_the_arm_stands",
         ),
     ),
     Mutant(
@@ -252,11 +229,9 @@ MUTANTS = (
         path="armdrive/engine.py",
         old=('            self.stop_asked = True\n            self.stop_why = f": this'),
         new='            self.stop_why = f": this',
-        tests=(
-            (
-                "tests/armdrive/test_suspended.py::test_a_motion_does_not_go_on_"
-                "when_its_program_wakes"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_suspended.py",
+            "test_a_motion_does_not_go_on_when_its_program_wakes",
         ),
     ),
     Mutant(
@@ -265,11 +240,9 @@ MUTANTS = (
         path="armdrive/engine.py",
         old=("return not self.stop_asked and self.round_s() > self.controller.abilities.order_s"),
         new="return False",
-        tests=(
-            (
-                "tests/armdrive/test_stale_orders.py::test_what_was_thought_out_"
-                "before_the_drives_stopped_is_not_said"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_stale_orders.py",
+            "test_what_was_thought_out_before_the_drives_stopped_is_not_said",
         ),
     ),
     Mutant(
@@ -278,11 +251,9 @@ MUTANTS = (
         path="armdrive/engine.py",
         old="busy = self._task is not None and not self._task.routine and alone",
         new="busy = False",
-        tests=(
-            (
-                "tests/armdrive/test_stopping.py::test_a_motion_does_not_wait_be"
-                "hind_work_that_moves_nothing"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_stopping.py",
+            "test_a_motion_does_not_wait_behind_work_that_moves_nothing",
         ),
     ),
     Mutant(
@@ -294,11 +265,9 @@ MUTANTS = (
             "            if stops is not None and self.stops != stops:"
         ),
         new=("            made = plan(self.core.coordinates)\n            if False:"),
-        tests=(
-            (
-                "tests/armdrive/test_stopping.py::test_a_stop_between_a_call_and"
-                "_its_plan_lets_nothing_begin"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_stopping.py",
+            "test_a_stop_between_a_call_and_its_plan_lets_nothing_begin",
         ),
     ),
     Mutant(
@@ -307,11 +276,9 @@ MUTANTS = (
         path="armdrive/flows/motion.py",
         old="        share = next_share(wire, slowed, burst_s, done)\n",
         new="        share = 1.0 - done\n",
-        tests=(
-            (
-                "tests/armdrive/test_stopping.py::test_a_stopped_arm_stands_with"
-                "in_the_stated_time_and_way"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_stopping.py",
+            "test_a_stopped_arm_stands_within_the_stated_time_and_way",
         ),
     ),
     Mutant(
@@ -320,11 +287,9 @@ MUTANTS = (
         path="armdrive/controllers/mks_track.py",
         old="return left_s <= 0.0 or left_s + self.guess_s <= self.ahead_s + 1e-6",
         new="return True",
-        tests=(
-            (
-                "tests/armdrive/test_mks_controller_motion.py::test_the_next_seg"
-                "ment_is_drawn_no_earlier_than_announced"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_mks_controller_motion.py",
+            "test_the_next_segment_is_drawn_no_earlier_than_announced",
         ),
     ),
     Mutant(
@@ -333,11 +298,9 @@ MUTANTS = (
         path="armdrive/controllers/cia402_setup.py",
         old="wanted.value if on else 0",
         new="0",
-        tests=(
-            (
-                "tests/armdrive/test_cia402_controller.py::test_switching_on_hol"
-                "ds_every_drive_where_it_is_and_is_verified"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_cia402_controller.py",
+            "test_switching_on_holds_every_drive_where_it_is_and_is_verified",
         ),
     ),
     Mutant(
@@ -346,11 +309,9 @@ MUTANTS = (
         path="armdrive/controllers/cia402_pulse.py",
         old="            if drive.missed > LOOKS_LOST and not drive.reported:",
         new="            if False:",
-        tests=(
-            (
-                "tests/armdrive/test_cia402_controller.py::test_a_drive_that_fal"
-                "ls_silent_at_rest_is_missed_and_no_other_is"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_cia402_controller.py",
+            "test_a_drive_that_falls_silent_at_rest_is_missed_and_no_other_is",
         ),
     ),
     Mutant(
@@ -359,11 +320,9 @@ MUTANTS = (
         path="armdrive/controllers/mks_insisting.py",
         old="elif deaf and self.now_s >= again_s:",
         new="elif False:",
-        tests=(
-            (
-                "tests/armdrive/test_mks_stops.py::test_one_that_began_anew_near"
-                "_zero_just_before_a_stop_is_found_out"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_mks_stops.py",
+            "test_one_that_began_anew_near_zero_just_before_a_stop_is_found_out",
         ),
     ),
     Mutant(
@@ -372,11 +331,9 @@ MUTANTS = (
         path="armdrive/flows/streaming.py",
         old="MoveAlong(segments, ahead_s, jog,",
         new="MoveAlong(segments, 10.0, jog,",
-        tests=(
-            (
-                "tests/armdrive/test_grbl_controller.py::test_a_board_whose_driv"
-                "er_dies_stops_in_the_announced_time_and_way"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_grbl_controller.py",
+            "test_a_board_whose_driver_dies_stops_in_the_announced_time_and_way",
         ),
     ),
     Mutant(
@@ -388,11 +345,9 @@ MUTANTS = (
             'timeout), text="WATCHDOG")\n'
         ),
         new=("        found = dict.fromkeys(self.nodes, Taken)\n        return True\n"),
-        tests=(
-            (
-                "tests/armdrive/test_mks_controller.py::test_switching_on_sets_t"
-                "he_watchdog_and_reads_it_back"
-            ),
+        tests=tests_of(
+            "tests/armdrive/test_mks_controller.py",
+            "test_switching_on_sets_the_watchdog_and_reads_it_back",
         ),
     ),
     Mutant(
@@ -401,10 +356,11 @@ MUTANTS = (
         path="armdrive/controllers/cia402_beats.py",
         old="        return self._data",
         new='        return b""',
-        tests=(
+        tests=tests_of(
+            "tests/armdrive/test_cia402_controller.py",
             (
-                "tests/armdrive/test_cia402_controller.py::test_a_program_that_f"
-                "alls_silent_has_the_drives_hold_and_nothing_moves_when_it_wakes"
+                "test_a_program_that_falls_silent_has_the_drives_hold_and_nothin"
+                "g_moves_when_it_wakes"
             ),
         ),
     ),

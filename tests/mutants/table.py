@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from . import (
+    bounds,
     devices,
+    edges,
     jogs,
+    mathematics,
     motions,
     positions,
     remembering,
+    simulated,
     stops,
 )
 from .mutant import Mutant
@@ -19,4 +23,8 @@ MUTANTS: tuple[Mutant, ...] = (
     *motions.MUTANTS,
     *remembering.MUTANTS,
     *devices.MUTANTS,
+    *mathematics.MUTANTS,
+    *simulated.MUTANTS,
+    *edges.MUTANTS,
+    *bounds.MUTANTS,
 )
