@@ -97,8 +97,8 @@ MUTANTS = (
         name="an angle is turned by half circles",
         promise="an angle is turned by whole circles",
         path="kinematics/limits.py",
-        old=("    near = angle + round((seed - angle) / math.tau) * math.tau\n    floor"),
-        new=("    near = angle + round((seed - angle) / math.pi) * math.pi\n    floor"),
+        old="    near = angle + round((seed - angle) / math.tau) * math.tau\n    floor",
+        new="    near = angle + round((seed - angle) / math.pi) * math.pi\n    floor",
         tests=tests_of(
             "tests/kinematics/test_limits.py",
             "test_a_turn_is_the_best_of_all_turns",
@@ -136,7 +136,7 @@ MUTANTS = (
         name="motors are read without what they follow",
         promise="steps and angles agree both ways",
         path="kinematics/transmission.py",
-        old=("            - sum(ratio * motors[earlier] for earlier, ratio in motor.follows)\n"),
+        old="            - sum(ratio * motors[earlier] for earlier, ratio in motor.follows)\n",
         new="",
         tests=tests_of(
             "tests/armdrive/test_motion.py",
