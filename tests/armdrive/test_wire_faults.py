@@ -92,6 +92,24 @@ def test_a_burst_of_other_steps_is_found_out_before_its_call_returns():
     assert arm.status.state is State.ERROR_STOP
 
 
+def test_an_answer_that_comes_too_early_is_compared_with_the_registers_at_once():
+    """It may be an echo: the next burst would be sent while the motors still turn."""
+    arm = ready_arm()
+    link = arm.twin.link
+
+    def echo(data):
+        if data.startswith(b"@STEP"):
+            link.on_write = lambda _: None
+            link._arriving.append((arm.engine.now_s + 0.01, b"1\r"))
+
+    link.on_write = echo
+    with pytest.raises(DeviceFault):
+        arm.move_j(base_deg=25.0)
+    lines = [line for _, line in link.sent]
+    step = next(index for index, line in enumerate(lines) if line.startswith(b"@STEP"))
+    assert lines[step + 1].startswith(b"@READ")
+
+
 def test_a_motion_that_is_answered_by_no_leaves_a_suspect_position():
     arm = ready_arm()
     arm.move_j(base_deg=1.0)
