@@ -9,7 +9,7 @@ MUTANTS = (
         name="the time of a stop is announced five times too long",
         promise="an announced bound is not inflated: the worst case reaches half of it",
         path="armdrive/stopping.py",
-        old="        return StopBound(self.time_s, asked_mm, self.silent_time_s, silent_mm)\n",
+        old=("        return StopBound(self.time_s, asked_mm, self.silent_time_s, silent_mm)\n"),
         new=(
             "        return StopBound(5.0 * self.time_s, asked_mm, self.silent_time_s, silent_mm)\n"
         ),
@@ -22,7 +22,7 @@ MUTANTS = (
         name="the time of a stop is announced half as long",
         promise="no announced bound is broken",
         path="armdrive/stopping.py",
-        old="        return StopBound(self.time_s, asked_mm, self.silent_time_s, silent_mm)\n",
+        old=("        return StopBound(self.time_s, asked_mm, self.silent_time_s, silent_mm)\n"),
         new=(
             "        return StopBound(0.5 * self.time_s, asked_mm, self.silent_time_s, silent_mm)\n"
         ),
@@ -35,7 +35,7 @@ MUTANTS = (
         name="the way of a stop is announced five times too long",
         promise="an announced bound is not inflated: the worst case reaches half of it",
         path="armdrive/stopping.py",
-        old="        return StopBound(self.time_s, asked_mm, self.silent_time_s, silent_mm)\n",
+        old=("        return StopBound(self.time_s, asked_mm, self.silent_time_s, silent_mm)\n"),
         new=(
             "        return StopBound(self.time_s, 5.0 * asked_mm, self.silent_time_s, silent_mm)\n"
         ),
@@ -48,7 +48,7 @@ MUTANTS = (
         name="the way of a stop is announced half as long",
         promise="no announced bound is broken",
         path="armdrive/stopping.py",
-        old="        return StopBound(self.time_s, asked_mm, self.silent_time_s, silent_mm)\n",
+        old=("        return StopBound(self.time_s, asked_mm, self.silent_time_s, silent_mm)\n"),
         new=(
             "        return StopBound(self.time_s, 0.5 * asked_mm, self.silent_time_s, silent_mm)\n"
         ),
@@ -61,7 +61,7 @@ MUTANTS = (
         name="the time of a program that dies is announced five times too long",
         promise="an announced bound is not inflated: the worst case reaches half of it",
         path="armdrive/stopping.py",
-        old="        return StopBound(self.time_s, asked_mm, self.silent_time_s, silent_mm)\n",
+        old=("        return StopBound(self.time_s, asked_mm, self.silent_time_s, silent_mm)\n"),
         new=(
             "        return StopBound(self.time_s, asked_mm, 5.0 * self.silent_time_s, silent_mm)\n"
         ),
@@ -74,7 +74,7 @@ MUTANTS = (
         name="the time of a program that dies is announced half as long",
         promise="no announced bound is broken",
         path="armdrive/stopping.py",
-        old="        return StopBound(self.time_s, asked_mm, self.silent_time_s, silent_mm)\n",
+        old=("        return StopBound(self.time_s, asked_mm, self.silent_time_s, silent_mm)\n"),
         new=(
             "        return StopBound(self.time_s, asked_mm, 0.5 * self.silent_time_s, silent_mm)\n"
         ),
@@ -87,7 +87,7 @@ MUTANTS = (
         name="the way of a program that dies is announced five times too long",
         promise="an announced bound is not inflated: the worst case reaches half of it",
         path="armdrive/stopping.py",
-        old="        return StopBound(self.time_s, asked_mm, self.silent_time_s, silent_mm)\n",
+        old=("        return StopBound(self.time_s, asked_mm, self.silent_time_s, silent_mm)\n"),
         new=(
             "        return StopBound(self.time_s, asked_mm, self.silent_time_s, 5.0 * silent_mm)\n"
         ),
@@ -100,7 +100,7 @@ MUTANTS = (
         name="the way of a program that dies is announced half as long",
         promise="no announced bound is broken",
         path="armdrive/stopping.py",
-        old="        return StopBound(self.time_s, asked_mm, self.silent_time_s, silent_mm)\n",
+        old=("        return StopBound(self.time_s, asked_mm, self.silent_time_s, silent_mm)\n"),
         new=(
             "        return StopBound(self.time_s, asked_mm, self.silent_time_s, 0.5 * silent_mm)\n"
         ),

@@ -9,8 +9,8 @@ MUTANTS = (
         name="releasing a jog does nothing",
         promise="a jog moves only while it is held",
         path="armdrive/calls/jogging.py",
-        old="        self.core.hold = None\n        self.pace.wake()\n\n    def _jog",
-        new="        self.pace.wake()\n\n    def _jog",
+        old=("        self.core.hold = None\n        self.pace.wake()\n\n    def _jog"),
+        new=("        self.pace.wake()\n\n    def _jog"),
         tests=tests_of(
             "tests/armdrive/test_jogging_flow.py",
             "test_a_renewed_hold_goes_on_and_a_release_ends_it_after_one_burst",
@@ -100,7 +100,7 @@ MUTANTS = (
         name="a jog passes its limits",
         promise="a jog stops at its bounds",
         path="armdrive/jog_course.py",
-        old="        paced = paced.slowed(shares)\n        if stopped",
+        old=("        paced = paced.slowed(shares)\n        if stopped"),
         new="        if stopped",
         tests=tests_of(
             "tests/armdrive/test_jog_course.py",
@@ -122,7 +122,7 @@ MUTANTS = (
         name="a jog does not reckon with the arm running on",
         promise="a jog could always stop before a guard",
         path="armdrive/flows/jog_aims.py",
-        old="    return core.controller.stopping(core.config.motion.jog_burst_s).asked_motion_s",
+        old=("    return core.controller.stopping(core.config.motion.jog_burst_s).asked_motion_s"),
         new="    return 0.0",
         tests=tests_of(
             "tests/armdrive/test_guards_driven.py",

@@ -9,8 +9,8 @@ MUTANTS = (
         name="planned motions do nothing and report success",
         promise="a motion ends where it was asked to, or an error says why not",
         path="armdrive/flows/motion.py",
-        old="    if not legs or wire.stopping:\n        return\n    if wire.core",
-        new="    if legs:\n        return\n    if wire.core",
+        old=("    if not legs or wire.stopping:\n        return\n    if wire.core"),
+        new=("    if legs:\n        return\n    if wire.core"),
         tests=tests_of(
             "tests/armdrive/test_motion.py",
             "test_the_physical_tip_stays_on_the_straight_line",
@@ -20,8 +20,8 @@ MUTANTS = (
         name="the last part of a motion is dropped",
         promise="a motion ends where it was asked to",
         path="armdrive/flows/motion.py",
-        old="    for leg in legs:\n        yield from follow_leg",
-        new="    for leg in legs[:-1] or legs:\n        yield from follow_leg",
+        old=("    for leg in legs:\n        yield from follow_leg"),
+        new=("    for leg in legs[:-1] or legs:\n        yield from follow_leg"),
         tests=tests_of(
             "tests/armdrive/test_motion.py",
             "test_the_physical_tip_stays_on_the_straight_line",
@@ -31,8 +31,8 @@ MUTANTS = (
         name="motions end wherever, and the goal is reported",
         promise="a call reports what was done",
         path="armdrive/flows/motion.py",
-        old="    joints, _ = core.transmission.to_joints(core.acknowledged)\n    pose, wanted",
-        new="    joints = goal.joints\n    pose, wanted",
+        old=("    joints, _ = core.transmission.to_joints(core.acknowledged)\n    pose, wanted"),
+        new=("    joints = goal.joints\n    pose, wanted"),
         tests=tests_of(
             "tests/armdrive/test_motion.py",
             "test_a_motion_reports_where_the_motors_stand_and_not_where_they_were_sent",
@@ -86,7 +86,9 @@ MUTANTS = (
         name="joint limits are not checked",
         promise="no joint passes its limit",
         path="armdrive/planning.py",
-        old="            if violation.excess_rad > excused.get(violation.joint, 0.0) + SLACK_RAD:",
+        old=(
+            "            if violation.excess_rad > excused.get(violation.joint, 0.0) + SLACK_RAD:"
+        ),
         new="            if False:",
         tests=tests_of(
             "tests/armdrive/test_motion.py",
@@ -108,8 +110,8 @@ MUTANTS = (
         name="only the goal of a motion is audited for limits",
         promise="no corner of a motion passes a limit",
         path="armdrive/planning.py",
-        old="    for corner in corners[1:]:\n        for violation",
-        new="    for corner in corners[-1:]:\n        for violation",
+        old=("    for corner in corners[1:]:\n        for violation"),
+        new=("    for corner in corners[-1:]:\n        for violation"),
         tests=tests_of(
             "tests/armdrive/test_paths_driven.py",
             "test_a_path_is_audited_at_each_of_its_corners_and_not_at_its_end_alone",
@@ -119,7 +121,7 @@ MUTANTS = (
         name="guards are not checked",
         promise="no guard is broken on the way",
         path="armdrive/planning.py",
-        old="    if found is not None:\n        raise guard_error(found[1], found[0])",
+        old=("    if found is not None:\n        raise guard_error(found[1], found[0])"),
         new="",
         tests=tests_of(
             "tests/armdrive/test_motion.py",
@@ -185,7 +187,7 @@ MUTANTS = (
         name="motors that are not coordinated stray as they like",
         promise="a joint motion keeps to its way between bursts",
         path="armdrive/flows/straying.py",
-        old="    if stray_mm > core.config.motion.straying_mm:\n        return False\n    if not",
+        old=("    if stray_mm > core.config.motion.straying_mm:\n        return False\n    if not"),
         new="    if not",
         tests=tests_of(
             "tests/armdrive/test_straying.py",
@@ -196,7 +198,9 @@ MUTANTS = (
         name="joints pass their limits within a burst",
         promise="no joint passes its limit within a burst",
         path="armdrive/flows/turns.py",
-        old="            if reach_low < low or reach_high > high:\n                return False\n",
+        old=(
+            "            if reach_low < low or reach_high > high:\n                return False\n"
+        ),
         new="",
         tests=tests_of(
             "tests/armdrive/test_straying.py",
@@ -236,7 +240,7 @@ MUTANTS = (
         name="GRBL ways are rounded increment by increment",
         promise="relative ways in degrees add up",
         path="armdrive/controllers/grbl_axes.py",
-        old="                self._rounded(start),\n                self._rounded(end),\n",
+        old=("                self._rounded(start),\n                self._rounded(end),\n"),
         new=(
             "                self._rounded(start - start),\n"
             "                self._rounded(end - start),\n"
@@ -250,8 +254,8 @@ MUTANTS = (
         name="a motion is twice as fast as asked",
         promise="a motion is never faster than asked",
         path="armdrive/legs.py",
-        old="speeds.limits, fraction)\n    places",
-        new="speeds.limits, min(2.0 * fraction, 1.0))\n    places",
+        old=("speeds.limits, fraction)\n    places"),
+        new=("speeds.limits, min(2.0 * fraction, 1.0))\n    places"),
         tests=tests_of(
             "tests/armdrive/test_motion.py",
             "test_a_motion_is_never_faster_than_asked",
@@ -283,7 +287,9 @@ MUTANTS = (
         name="motions begin and end without ramps",
         promise="a motion keeps every joint's acceleration",
         path="armdrive/legs.py",
-        old="usual = [speed / self.ramp_s if self.ramp_s > 0.0 else math.inf for speed in speeds]",
+        old=(
+            "usual = [speed / self.ramp_s if self.ramp_s > 0.0 else math.inf for speed in speeds]"
+        ),
         new="usual = [math.inf for _ in speeds]",
         tests=tests_of(
             "tests/armdrive/test_paths_driven.py",
@@ -327,8 +333,8 @@ MUTANTS = (
         name="a burst that was paused is taken for made",
         promise="pausing again and again loses no step",
         path="armdrive/flows/motion.py",
-        old="        if core.coordinates == there:\n            done = further",
-        new="        if core.coordinates == there or tempo.paused:\n            done = further",
+        old=("        if core.coordinates == there:\n            done = further"),
+        new=("        if core.coordinates == there or tempo.paused:\n            done = further"),
         tests=tests_of(
             "tests/armdrive/test_pausing.py",
             "test_a_pause_ends_the_way_within_the_time_and_way_that_were_announced",
@@ -338,7 +344,7 @@ MUTANTS = (
         name="a segment that was not sent counts as commanded",
         promise="pausing again and again loses no step",
         path="armdrive/flows/streaming.py",
-        old="        if unsent:\n            self._core.takes_back(self._before)\n",
+        old=("        if unsent:\n            self._core.takes_back(self._before)\n"),
         new="",
         tests=tests_of(
             "tests/armdrive/test_grbl_pausing.py",
@@ -364,7 +370,7 @@ MUTANTS = (
         promise="the fingers go where they are told",
         path="armdrive/flows/gripping.py",
         old="        reply = yield from wire.request(SetGripper(share))\n",
-        new="        reply = Done()\n        yield Until(wire.now_s)\n",
+        new=("        reply = Done()\n        yield Until(wire.now_s)\n"),
         tests=tests_of(
             "tests/armdrive/test_grbl_board.py",
             "test_a_gripper_on_a_valve_opens_and_closes",
@@ -396,7 +402,9 @@ MUTANTS = (
         name="homing by switches counts from nowhere",
         promise="homing gives the posture of the arm file",
         path="armdrive/flows/referencing.py",
-        old="    core.refer(registers.positions, Coordinates(homing.joints, homing.opening_mm))\n",
+        old=(
+            "    core.refer(registers.positions, Coordinates(homing.joints, homing.opening_mm))\n"
+        ),
         new="",
         tests=tests_of(
             "tests/armdrive/test_mks_arm.py",

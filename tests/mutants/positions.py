@@ -63,7 +63,7 @@ MUTANTS = (
         name="trust is kept of an arm that others have moved",
         promise="a position is not trusted after evidence against it",
         path="armdrive/flows/asking.py",
-        old="    core.learn(evidence, wire.now_s)\n    core.notify(core.belief.reason, evidence)",
+        old=("    core.learn(evidence, wire.now_s)\n    core.notify(core.belief.reason, evidence)"),
         new="    core.notify(core.belief.reason, evidence)",
         tests=tests_of(
             "tests/armdrive/test_trust.py",
@@ -74,7 +74,7 @@ MUTANTS = (
         name="trust is kept of counts that fell to zero in motion",
         promise="a position is not trusted after evidence against it",
         path="armdrive/whereabouts.py",
-        old="            self.fell |= any(not min(a, c) <= b <= max(a, c) for a, b, c in ways)",
+        old=("            self.fell |= any(not min(a, c) <= b <= max(a, c) for a, b, c in ways)"),
         new="            self.fell |= False",
         tests=tests_of(
             "tests/armdrive/test_zeroed_in_motion.py",
@@ -232,7 +232,9 @@ MUTANTS = (
         name="trust is kept when the current is dropped",
         promise="a position is not trusted after evidence against it",
         path="armdrive/flows/referencing.py",
-        old="    core.learn(Evidence.CURRENT_DROPPED, wire.now_s)  # whatever the answer will be\n",
+        old=(
+            "    core.learn(Evidence.CURRENT_DROPPED, wire.now_s)  # whatever the answer will be\n"
+        ),
         new="",
         tests=tests_of(
             "tests/armdrive/test_trust.py",
@@ -327,7 +329,9 @@ MUTANTS = (
             "core.config.motion.planned_burst_s)\n"
             "        yield from wire.verify()\n"
         ),
-        new="        yield from drive_legs(wire, plan.legs, core.config.motion.planned_burst_s)\n",
+        new=(
+            "        yield from drive_legs(wire, plan.legs, core.config.motion.planned_burst_s)\n"
+        ),
         tests=tests_of(
             "tests/armdrive/test_wire_faults.py",
             "test_a_burst_of_other_steps_is_found_out_before_its_call_returns",
@@ -385,7 +389,9 @@ MUTANTS = (
         name="what was asked for before a fault is done after it",
         promise="what waits never survives a fault",
         path="armdrive/core.py",
-        old="        self.hold = None\n        self.nudges.clear()\n        self.tempo.end_pause()",
+        old=(
+            "        self.hold = None\n        self.nudges.clear()\n        self.tempo.end_pause()"
+        ),
         new="        self.tempo.end_pause()",
         tests=tests_of(
             "tests/armdrive/test_reconnecting.py",
@@ -407,8 +413,8 @@ MUTANTS = (
         name="an unreferenced arm makes planned motions",
         promise="planned motion needs a reference",
         path="armdrive/trust.py",
-        old="    if belief.trust is Trust.REFERENCED:\n        return\n",
-        new="    if belief.trust is not Trust.RESTORED:\n        return\n",
+        old=("    if belief.trust is Trust.REFERENCED:\n        return\n"),
+        new=("    if belief.trust is not Trust.RESTORED:\n        return\n"),
         tests=tests_of(
             "tests/armdrive/test_trust.py",
             "test_a_refusal_says_why_and_how_to_mend_it",

@@ -9,11 +9,11 @@ MUTANTS = (
         name="a motion does not wait for its mark",
         promise="a program that ends in mid-motion leaves no wrong position that is believed",
         path="armdrive/flows/remembering.py",
-        old="    while not memory.mark_stands():\n        if wire.stopping",
-        new="    while False:\n        if wire.stopping",
+        old=("    while not memory.mark_stands():\n        if wire.stopping"),
+        new=("    while False:\n        if wire.stopping"),
         tests=tests_of(
             "tests/armdrive/test_slow_disk.py",
-            "test_a_stop_does_not_wait_for_the_disk",
+            "test_no_motion_begins_before_its_mark_is_on_the_disk_and_then_it_does",
         ),
     ),
     Mutant(
@@ -32,7 +32,7 @@ MUTANTS = (
         ),
         tests=tests_of(
             "tests/armdrive/test_slow_disk.py",
-            "test_a_stop_does_not_wait_for_the_disk",
+            "test_no_motion_begins_before_its_mark_is_on_the_disk_and_then_it_does",
         ),
     ),
     Mutant(
@@ -85,7 +85,7 @@ MUTANTS = (
         name="a closed arm writes on",
         promise="nothing is written behind the end",
         path="armdrive/writing.py",
-        old="        if self._ended:\n            return before\n",
+        old=("        if self._ended:\n            return before\n"),
         new="",
         tests=tests_of(
             "tests/armdrive/test_record.py",
@@ -129,8 +129,10 @@ MUTANTS = (
         name="a record's folder is not brought to the disk",
         promise="a file outlives a power cut once it is written",
         path="armdrive/durable.py",
-        old="            files.remove(beside)\n        raise\n    files.sync_folder(path.parent)\n",
-        new="            files.remove(beside)\n        raise\n",
+        old=(
+            "            files.remove(beside)\n        raise\n    files.sync_folder(path.parent)\n"
+        ),
+        new=("            files.remove(beside)\n        raise\n"),
         tests=tests_of(
             "tests/armdrive/test_power_cuts.py",
             "test_nothing_wrong_is_believed_after_an_end_at_any_moment",
@@ -140,7 +142,7 @@ MUTANTS = (
         name="a reference is not recorded",
         promise="a reference is on the disk when the call returns",
         path="armdrive/flows/vouching.py",
-        old="    core.mark_still()\n    yield from be_remembered(wire)\n",
+        old=("    core.mark_still()\n    yield from be_remembered(wire)\n"),
         new="",
         tests=tests_of(
             "tests/armdrive/test_record.py",
@@ -151,8 +153,8 @@ MUTANTS = (
         name="a lost wire clears the mark of motion",
         promise="a program that ends in mid-motion leaves no wrong position that is believed",
         path="armdrive/calls/connected.py",
-        old="        self.core.lose(lost)\n        self.core.remember()\n",
-        new="        self.core.lose(lost)\n        self.core.mark_still()\n",
+        old=("        self.core.lose(lost)\n        self.core.remember()\n"),
+        new=("        self.core.lose(lost)\n        self.core.mark_still()\n"),
         tests=tests_of(
             "tests/armdrive/test_record.py",
             "test_a_wire_that_is_lost_soon_after_a_motion_leaves_the_mark",

@@ -31,7 +31,7 @@ MUTANTS = (
         name="a simulated motor that stalled turns on",
         promise="a simulated device behaves like the real one, so that tests mean something",
         path="armdrive/sim/world.py",
-        old="        if motor in self.stalled:\n            return 0\n",
+        old=("        if motor in self.stalled:\n            return 0\n"),
         new="",
         tests=tests_of(
             "tests/armdrive/test_sim_faults.py",
@@ -42,7 +42,7 @@ MUTANTS = (
         name="simulated joints have no mechanical stops",
         promise="a simulated device behaves like the real one, so that tests mean something",
         path="armdrive/sim/world.py",
-        old="            if self._blocked or not stop.low_rad <= angle_rad <= stop.high_rad:",
+        old=("            if self._blocked or not stop.low_rad <= angle_rad <= stop.high_rad:"),
         new="            if False:",
         tests=tests_of(
             "tests/armdrive/test_sim_world.py",
@@ -53,8 +53,8 @@ MUTANTS = (
         name="a simulated arm does not sag",
         promise="a simulated device behaves like the real one, so that tests mean something",
         path="armdrive/sim/world.py",
-        old="        self.force(there - self._motors, time_s)\n\n    def _followed",
-        new="\n    def _followed",
+        old=("        self.force(there - self._motors, time_s)\n\n    def _followed"),
+        new=("\n    def _followed"),
         tests=tests_of(
             "tests/armdrive/test_sim_world.py",
             "TestSag::test_without_current_the_arm_comes_down_and_keeps_base_and_roll",
@@ -86,8 +86,8 @@ MUTANTS = (
         name="a simulated motor is at once where it was sent",
         promise="a simulated device behaves like the real one, so that tests mean something",
         path="armdrive/sim/motors.py",
-        old="        if now_s >= self.done_s:\n            return self.deltas\n",
-        new="        if now_s >= self.start_s:\n            return self.deltas\n",
+        old=("        if now_s >= self.done_s:\n            return self.deltas\n"),
+        new=("        if now_s >= self.start_s:\n            return self.deltas\n"),
         tests=tests_of(
             "tests/armdrive/test_sim_motors.py",
             "test_a_stopped_motion_stays_where_it_was",

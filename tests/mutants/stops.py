@@ -9,7 +9,7 @@ MUTANTS = (
         name="a stop is not asked for",
         promise="a stop goes first, in every state, and ends what moves",
         path="armdrive/calls/waiting.py",
-        old="        self.engine.stop_asked = True\n        self.pace.wake()",
+        old=("        self.engine.stop_asked = True\n        self.pace.wake()"),
         new="        self.pace.wake()",
         tests=tests_of(
             "tests/armdrive/test_stopping.py",
@@ -31,7 +31,7 @@ MUTANTS = (
         name="a stop is not passed on to the device",
         promise="a stop goes first, in every state, and ends what moves",
         path="armdrive/engine.py",
-        old="            self._stopping()\n            self.controller.stop(hard=self.stop_hard)",
+        old=("            self._stopping()\n            self.controller.stop(hard=self.stop_hard)"),
         new="            self._stopping()",
         tests=tests_of(
             "tests/armdrive/test_grbl_controller.py",
@@ -58,8 +58,8 @@ MUTANTS = (
         name="a GRBL stop sends no feed hold",
         promise="a stop goes first, in every state, and ends what moves",
         path="armdrive/controllers/grbl_stops.py",
-        old="                self.press(Realtime.FEED_HOLD)\n            seen = yield",
-        new="                pass\n            seen = yield",
+        old=("                self.press(Realtime.FEED_HOLD)\n            seen = yield"),
+        new=("                pass\n            seen = yield"),
         tests=tests_of(
             "tests/armdrive/test_grbl_controller.py",
             "test_a_stop_brakes_and_does_not_only_send_no_more",
@@ -113,8 +113,8 @@ MUTANTS = (
         name="an Armdroid's burst that was stopped before its letter goes on",
         promise="a stop goes first, in every state, and ends what moves",
         path="armdrive/controllers/armdroid.py",
-        old="            if self.stop_asked or let_go():\n                self.give_up()",
-        new="            if let_go():\n                self.give_up()",
+        old=("            if self.stop_asked or let_go():\n                self.give_up()"),
+        new=("            if let_go():\n                self.give_up()"),
         tests=tests_of(
             "tests/armdrive/test_armdroid_controller.py",
             "TestConversation::test_a_stop_before_the_letter_lets_nothing_begin",
@@ -124,7 +124,9 @@ MUTANTS = (
         name="a stop of an arm that stands ends the next motion",
         promise="a stop ends what is at work, and nothing else",
         path="armdrive/engine.py",
-        old="                self.stop_asked = self.stop_hard = False  # nothing is left to stop\n",
+        old=(
+            "                self.stop_asked = self.stop_hard = False  # nothing is left to stop\n"
+        ),
         new="",
         tests=tests_of(
             "tests/armdrive/test_stopping.py",
@@ -172,7 +174,7 @@ MUTANTS = (
         promise="motion begins in standby alone",
         path="armdrive/states.py",
         old="        (s.STANDBY, e.MOVE): s.MOVING,\n",
-        new="        (s.STANDBY, e.MOVE): s.MOVING,\n        (s.DISABLED, e.MOVE): s.MOVING,\n",
+        new=("        (s.STANDBY, e.MOVE): s.MOVING,\n        (s.DISABLED, e.MOVE): s.MOVING,\n"),
         tests=tests_of(
             "tests/armdrive/test_states.py",
             "test_motion_begins_in_standby_alone",
@@ -214,7 +216,7 @@ MUTANTS = (
         name="closing an arm does not stop it",
         promise="an arm that is closed stands",
         path="armdrive/calls/connected.py",
-        old="                self.stop()\n                with self.pace.lock:",
+        old=("                self.stop()\n                with self.pace.lock:"),
         new="                with self.pace.lock:",
         tests=tests_of(
             "tests/armdrive/test_stopping.py",
@@ -236,7 +238,7 @@ MUTANTS = (
         name="orders that are late are sent all the same",
         promise="what nobody expects any more does not move",
         path="armdrive/engine.py",
-        old="return not self.stop_asked and self.round_s() > self.controller.abilities.order_s",
+        old=("return not self.stop_asked and self.round_s() > self.controller.abilities.order_s"),
         new="return False",
         tests=tests_of(
             "tests/armdrive/test_stale_orders.py",
@@ -262,7 +264,7 @@ MUTANTS = (
             "            made = plan(self.core.coordinates)\n"
             "            if stops is not None and self.stops != stops:"
         ),
-        new="            made = plan(self.core.coordinates)\n            if False:",
+        new=("            made = plan(self.core.coordinates)\n            if False:"),
         tests=tests_of(
             "tests/armdrive/test_stopping.py",
             "test_a_stop_between_a_call_and_its_plan_lets_nothing_begin",
@@ -342,7 +344,7 @@ MUTANTS = (
             "        found = yield from self.ask(dict.fromkeys(self.nodes, "
             'timeout), text="WATCHDOG")\n'
         ),
-        new="        found = dict.fromkeys(self.nodes, Taken)\n        return True\n",
+        new=("        found = dict.fromkeys(self.nodes, Taken)\n        return True\n"),
         tests=tests_of(
             "tests/armdrive/test_mks_controller.py",
             "test_switching_on_sets_the_watchdog_and_reads_it_back",
