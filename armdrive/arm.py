@@ -17,6 +17,7 @@ from armdrive.calls.reconnecting import Reconnecting
 from armdrive.calls.routing import Routing
 from armdrive.calls.signalling import Signalling
 from armdrive.calls.verifying import Verifying
+from armdrive.calls.waiting import PATIENCE_S
 from armdrive.controllers.settings import Settings
 from armdrive.flows import comparing, referencing
 from armdrive.gripper import Gripper
@@ -81,4 +82,4 @@ class Arm(Verifying, Routing, Foreseeing, Jogging, Reconnecting, Conducting, Pen
         Without `lines`, all that `status.notice` and `armdrive doctor` show. Moves nothing.
         """
         chosen = [each.mend for each in self.core.differences] if lines is None else lines
-        return self.perform(comparing.mend_settings(self.wire, tuple(chosen)))
+        return self.perform(comparing.mend_settings(self.wire, tuple(chosen)), PATIENCE_S)

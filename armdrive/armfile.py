@@ -32,6 +32,7 @@ from armdrive.sections import (
     refuse_unknown,
     require_table,
 )
+from armdrive.textfile import read_toml
 from kinematics import (
     PRESETS,
     ArmModel,
@@ -142,14 +143,7 @@ def load_arm_file(path: Path) -> ArmConfig:
 
 def read_arm_table(path: Path) -> dict[str, Any]:
     """Return an arm file as its table. Raises `ArmFileError` for what cannot be read as TOML."""
-    import tomllib  # a simulated arm of the shelf needs no file
-
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ArmFileError(f"the arm file {path} cannot be read: {error.strerror}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ArmFileError(f"the arm file {path} is not valid TOML: {error}") from None
+    return read_toml(path, "the arm file", ArmFileError)
 
 
 def parse_arm_file(table: Mapping[str, Any], *, name: str, folder: Path = Path()) -> ArmConfig:

@@ -8,14 +8,17 @@ the arm. Whoever calls `advance` is the only one that touches the wire.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import replace
 from typing import Any, TypeVar
 
 from armdrive.controllers.controller import Controller
 from armdrive.controllers.requests import Alert, Event, Oddity, Progress, Reply, Request, Silence
+from armdrive.deadlines import CALL_LIMIT_S
 from armdrive.errors import ArmError, LinkLost, NoAnswer, Refused, WrongState
 from armdrive.flow import Ask, Flow, Task, Until
+from armdrive.received import Received
 from armdrive.recorder.witness import NO_WITNESS, Witness
 from armdrive.transports.link import Link
 
@@ -23,6 +26,9 @@ T = TypeVar("T")
 
 MOST_TURNS = 10_000
 """A flow that takes more steps without waiting for anything is broken, and is ended."""
+
+LAST_WORDS = 16
+"""A flow whose time is over may wait so often for something else: nothing is given to it."""
 
 
 def _never() -> float:
@@ -42,11 +48,14 @@ class Engine:
         lost: Callable[[LinkLost], None],
         noticed: Callable[[Alert | Progress], None],
         witness: Witness = NO_WITNESS,
+        received: Received | None = None,
+        call_limit_s: float = CALL_LIMIT_S,
     ) -> None:
         """Take a link and a controller, and four calls.
 
         `idle(now)` gives work for quiet times and when to ask again; `stopping` hears that a
         stop was asked for, `lost` that the wire broke, `noticed` what the device says unasked.
+        `call_limit_s` is how long a routine look may take; `received` keeps what came meanwhile.
         """
         self.link = link
         self.controller = controller
@@ -73,6 +82,8 @@ class Engine:
         self._asked = False
         self._broken: LinkLost | None = None
         self._proved = True
+        self.received = received or Received()
+        self.call_limit_s = call_limit_s
         self.mending: Callable[[float], float] | None = None
         """What is called while the wire is broken, and may `take` another; says when next."""
 
@@ -104,9 +115,11 @@ class Engine:
         """The loss of the wire, once it has happened."""
         return self._broken
 
-    def start(self, flow: Flow[T], *, alone: bool = False) -> Task[T]:
+    def start(self, flow: Flow[T], *, alone: bool = False, within_s: float = math.inf) -> Task[T]:
         """Hand over a flow; it begins at an `advance`, when what is at work has ended.
 
+        It ends with `NoAnswer` where it takes longer than `within_s`. The time counts from now
+        on, but not while the motion of another call is at work.
         Raises `WrongState` while another one waits, or with `alone` while anything but routine
         is at work: nothing may begin to move when its caller no longer expects it to. A stop
         that nobody has seen yet holds for this flow as well.
@@ -115,12 +128,29 @@ class Engine:
         if self._next is not None or busy:
             flow.close()
             raise WrongState("something else is still at work: wait for its end, or stop the arm")
-        task = Task(flow)
+        task = Task(flow, within_s=within_s)
         if self._broken is not None:
             task.fail(self._broken)
         else:
             self._next = task
         return task
+
+    @contextmanager
+    def limited(self) -> Iterator[None]:
+        """Have what the flow at work does herein end within `call_limit_s`, as if it were a call.
+
+        For the looks that are part of a motion, whose own time nobody knows beforehand.
+        """
+        task = self._task
+        if task is None or not math.isinf(task.within_s):
+            yield
+            return
+        task.since_s, task.within_s = self.now_s, self.call_limit_s
+        self.received.clear()
+        try:
+            yield
+        finally:
+            task.within_s = math.inf
 
     def absent(self, time_s: float) -> None:
         """Hear that this program stood still for so long: nobody knows what happened meanwhile.
@@ -128,6 +158,9 @@ class Engine:
         A motion that goes on after that is one that nobody expects, so it is stopped.
         """
         self._absences += 1
+        for task in (self._task, self._next):  # the device could not answer in that time
+            if task is not None:
+                task.since_s += time_s
         if self._next is not None or (self._task is not None and not self._task.routine):
             self.stop_asked = True
             self.stop_why = f": this program had stood still for {time_s:.1f} s"
@@ -178,6 +211,7 @@ class Engine:
         if data:
             self.heard_s = self.now_s
             self.bytes_heard += len(data)
+            self.received.add(data)
             self.witness.heard(data)
             self.controller.receive(data, self.now_s)
         self._talk()
@@ -229,13 +263,52 @@ class Engine:
                 self._resume(event)
 
     def _no_answer(self, silence: Silence) -> NoAnswer:
+        """Return the error of a silence: of a call with a deadline, with all the time it took."""
+        task = self._task
+        if task is None or math.isinf(task.within_s):
+            return NoAnswer(
+                f"{silence} on {self.link.description}. {silence.look_at}, then call `reset()`"
+            )
+        silence = replace(silence, waited_s=self.now_s - task.since_s)
         return NoAnswer(
-            f"{silence} on {self.link.description}. {silence.look_at}, then call `reset()`"
+            f"{silence} on {self.link.description}: {self.received}. "
+            f"{self.received.look_at(silence.look_at)}, then call `reset()`"
         )
+
+    def _count_time(self) -> None:
+        """Have the time of tasks count, unless a motion that somebody asked for is at work."""
+        if (task := self._task) is not None and math.isnan(task.since_s):
+            task.since_s = self.now_s
+        waiting = self._task is not None and not self._task.routine
+        if self._next is not None and math.isnan(self._next.since_s) and not waiting:
+            self._next.since_s = self.now_s
+
+    def _end_late(self) -> None:
+        """End the task at work where its time is over: one rule for every dialect and wire.
+
+        A device that never stops talking, or that answers a part of everything, keeps a
+        controller's own deadlines from passing.
+        """
+        task = self._task
+        if task is None or self.now_s < task.until_s:
+            return
+        silence = Silence(self.controller.last_said, 0.0, self.controller.look_at)
+        error = self._no_answer(silence)
+        if self._asked:
+            self._asked = False
+            self.controller.forget()
+        for _ in range(LAST_WORDS):
+            self._resume(error)
+            if self._task is not task or self.now_s < task.until_s:
+                return
+        task.give_up(error)
+        self._finish(task)
 
     def _run(self) -> None:
         """Let flows take steps until the present one waits for something that is not there yet."""
         turns = 0
+        self._count_time()
+        self._end_late()
         while not self._asked:
             if self._task is None and not self._begin():
                 return
@@ -257,8 +330,10 @@ class Engine:
             if flow is None:
                 self.stop_asked = self.stop_hard = False  # nothing is left to stop
                 return False
-            task = Task(flow, routine=True)
+            task = Task(flow, routine=True, within_s=self.call_limit_s)
         self._task, self._wait = task, Until(-math.inf)
+        self.received.clear()
+        self._count_time()
         return True
 
     def _send(self, request: Request) -> None:
@@ -312,6 +387,8 @@ class Engine:
 
     def _next_s(self) -> float:
         heard_s = min(self.link.next_s(), self.controller.next_s())
+        if self._task is not None:
+            heard_s = min(heard_s, self._task.until_s)
         if self._asked:
             return heard_s
         if isinstance(self._wait, Until):

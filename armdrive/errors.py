@@ -37,6 +37,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar
 
+from armdrive.printable import as_message
+
 if TYPE_CHECKING:
     from armdrive.programs.acts import Mark
     from armdrive.programs.problems import Problem
@@ -44,9 +46,15 @@ if TYPE_CHECKING:
 
 
 class ArmError(Exception):
-    """Root of armdrive's errors. The message says what was wrong and what to do."""
+    """Root of armdrive's errors. The message says what was wrong and what to do.
+
+    A message may quote what came from a file or a device, so as text it is always printable.
+    """
 
     exit_code: ClassVar[int] = 1
+
+    def __str__(self) -> str:
+        return as_message(super().__str__())
 
     @property
     def code(self) -> str:
@@ -71,7 +79,7 @@ class BadRequest(Refused, ValueError):
 class UnknownPoint(BadRequest, KeyError):
     """No point, or no sequence, has that name; the message suggests one."""
 
-    __str__ = Exception.__str__  # a KeyError would show the message in quotes
+    __str__ = ArmError.__str__  # a KeyError would show the message in quotes
 
 
 class NotReferenced(Refused):

@@ -5,6 +5,7 @@ A flow yields what it waits for (`Ask` an answer, or `Until` a time) and is resu
 
 from __future__ import annotations
 
+import math
 from collections.abc import Generator
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
@@ -36,10 +37,16 @@ Flow = Generator[Ask | Until, Any, T]
 class Task(Generic[T]):
     """A flow that was handed to the engine, and what became of it."""
 
-    def __init__(self, flow: Flow[T], *, routine: bool = False) -> None:
-        """`routine` marks what the engine does by itself in quiet times."""
+    def __init__(self, flow: Flow[T], *, routine: bool = False, within_s: float = math.inf) -> None:
+        """`routine` marks what the engine does by itself in quiet times.
+
+        `within_s` is how long the flow may take. The engine ends it then, whatever the wire says.
+        """
         self.flow = flow
         self.routine = routine
+        self.within_s = within_s
+        self.since_s = math.nan
+        """When its time began to count; the engine sets it."""
         self.started = False
         self.over = False
         """Whether the flow has ended."""
@@ -47,6 +54,11 @@ class Task(Generic[T]):
         """Whether the engine has let go of it: whoever waits for it may go on."""
         self.value: T | None = None
         self.error: BaseException | None = None
+
+    @property
+    def until_s(self) -> float:
+        """When its time is over; infinity while it has not begun to count."""
+        return math.inf if math.isnan(self.since_s) else self.since_s + self.within_s
 
     def result(self) -> T:
         """Return what the flow returned, or raise what it raised."""
@@ -81,6 +93,11 @@ class Task(Generic[T]):
         """End a flow that has not begun."""
         self.flow.close()
         self.error, self.done = error, True
+
+    def give_up(self, error: ArmError) -> None:
+        """End a flow that answers the end of its time by waiting for something else."""
+        self.flow.close()
+        self.over, self.error = True, error
 
     def abandon(self, lost: LinkLost) -> None:
         """Let the flow hear of the loss of the wire where it waits, and end it."""

@@ -11,18 +11,26 @@ from typing import TYPE_CHECKING, Any
 
 from armdrive import places
 from armdrive.errors import ArmError
-from armdrive.holder_notice import PATIENCE_S, holder_words, knock, notice_of
+from armdrive.holder_notice import AGAIN, PATIENCE_S, called, holder_words, knock, notice_of
+from armdrive.private import is_ours
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterator
     from multiprocessing.connection import Connection
 
+CALLS = 5
+"""Calls before a request is given up that others crowd out."""
+
 
 def ask_holder(name: str, request: str, **words: object) -> dict[str, Any]:
     """Ask the holder of an arm (neighbours.py says what). Raises `ArmError` where none is."""
-    with _called(name) as connection:
-        connection.send_bytes(json.dumps({"request": request, **words}).encode())
-        return _heard(name, connection)
+    for _ in range(CALLS):
+        with _called(name) as connection:
+            connection.send_bytes(json.dumps({"request": request, **words}).encode())
+            answer = _heard(name, connection)
+        if not answer.get(AGAIN):
+            break
+    return answer
 
 
 def watch_holder(name: str, every_s: float) -> Iterator[dict[str, Any]]:
@@ -65,13 +73,13 @@ def _streamed(name: str, request: str, every_s: float) -> Generator[dict[str, An
 @contextlib.contextmanager
 def _called(name: str) -> Iterator[Connection[Any, Any]]:
     """Call the holder of an arm, and hang up at the end; every trouble becomes a sentence."""
-    from multiprocessing.connection import Client
-
     notice = notice_of(name)
     if notice is None:
         raise ArmError(f"no program holds {name}: nothing moves it from this computer")
     try:
-        with Client(str(notice["address"])) as connection:
+        with called(str(notice["address"])) as connection:
+            if not is_ours(connection.fileno()):
+                raise ArmError(f"another user's program answers for {name}: it was asked nothing")
             yield connection
     except (ConnectionRefusedError, FileNotFoundError):
         raise ArmError(

@@ -1,8 +1,9 @@
 """One program holds an arm at a time; beside its lock stands a local socket for the same user.
 
 The lock goes by the port and the arm's name. What may be asked over the socket stands in
-neighbours.py. Messages are JSON objects; nothing is ever unpickled. The socket lies in a folder of
-this user's alone, and whoever calls as another user is hung up on, where the system tells.
+neighbours.py, how callers are served in control_server.py. Messages are JSON objects; nothing is
+ever unpickled. The socket lies in a folder of this user's alone, and callers who are another user
+are hung up on, where the system tells.
 """
 
 from __future__ import annotations
@@ -11,24 +12,29 @@ import contextlib
 import json
 import os
 import shutil
+import stat
 import sys
 import tempfile
-import threading
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from armdrive import places
+from armdrive.control_server import ControlServer
+from armdrive.durable import PRIVATE, create_lock, replace_file
 from armdrive.errors import ArmInUse, StateFileError
-from armdrive.holder_notice import PATIENCE_S, address_of, holder_words, knock, notice_path
+from armdrive.holder_notice import address_of, holder_words, knock, notice_path
 from armdrive.neighbours import Neighbours
-from armdrive.private import is_ours, is_private
+from armdrive.private import is_private
 
 if TYPE_CHECKING:
-    from multiprocessing.connection import Connection, Listener
+    from multiprocessing.connection import Listener
 
     from filelock import FileLock
 
     from armdrive.arm import Arm
+
+MOST_WAITING = 16
+"""Callers that the system lets wait until they are accepted, which takes no time."""
 
 LONGEST_ADDRESS = 100
 """Bytes; the path of a local socket may have 103 on some systems, and 107 on others."""
@@ -41,12 +47,12 @@ class Holding:
         self._names = names
         self._locks: list[FileLock] = []
         self._listener: Listener | None = None
+        self._server: ControlServer | None = None
         self._folder: str | None = None
 
     def take(self) -> None:
         """Take every lock or raise `ArmInUse` that names the holder."""
         try:
-            places.states().mkdir(parents=True, exist_ok=True, mode=0o700)
             self._take_all()
         except OSError as error:
             self.release()
@@ -60,7 +66,9 @@ class Holding:
         from filelock import FileLock, Timeout
 
         for name in self._names:
-            lock = FileLock(notice_path(name, "lock"))
+            path = notice_path(name, "lock")
+            create_lock(path)  # filelock opens it as it is, and older ones follow a link
+            lock = FileLock(path, mode=PRIVATE)
             try:
                 lock.acquire(timeout=0)
             except Timeout:
@@ -91,11 +99,11 @@ class Holding:
         from multiprocessing.connection import Listener
 
         address = self._address()
-        with contextlib.suppress(OSError):
-            Path(address).unlink()
-        self._listener = Listener(address)
+        listener = Listener(address, backlog=MOST_WAITING)
+        self._server = ControlServer(listener, Neighbours(arm))
+        self._listener = listener
         if os.name == "posix":
-            Path(address).chmod(0o600)
+            Path(address).chmod(PRIVATE)
         notice = {
             "arm": self._names[0],
             "pid": os.getpid(),
@@ -103,15 +111,16 @@ class Holding:
             "address": address,
         }
         for name in self._names:
-            notice_path(name, "holder").write_text(json.dumps(notice), encoding="utf-8")
-        threading.Thread(
-            target=self._answer, args=(Neighbours(arm),), name="armdrive-socket", daemon=True
-        ).start()
+            replace_file(notice_path(name, "holder"), json.dumps(notice))
+        arm.core.tempo.others = True  # `armdrive resume` reaches it from now on
+        self._server.start()
 
     def release(self) -> None:
         """Give the arm to whoever wants it next."""
         listener, self._listener = self._listener, None
-        if listener is not None:
+        server, self._server = self._server, None
+        if server is not None and listener is not None:
+            server.close()
             with contextlib.suppress(OSError):
                 knock(str(listener.address))  # closing alone would not wake who waits for a call
             with contextlib.suppress(OSError):
@@ -134,19 +143,11 @@ class Holding:
         address = address_of(self._names[0])
         if os.name != "posix":
             return address
-        if len(os.fsencode(address)) > LONGEST_ADDRESS or not is_private(Path(address).parent):
+        short = len(os.fsencode(address)) <= LONGEST_ADDRESS
+        if not (short and is_private(Path(address).parent) and _cleared(Path(address))):
             self._folder = tempfile.mkdtemp(prefix="armdrive-")
             return str(Path(self._folder) / "socket")
         return address
-
-    def _answer(self, neighbours: Neighbours) -> None:
-        while (listener := self._listener) is not None:
-            try:
-                connection = listener.accept()
-            except (OSError, EOFError):
-                continue
-            # each call in a thread of its own: a stop does not wait behind somebody who is silent
-            threading.Thread(target=_serve, args=(neighbours, connection), daemon=True).start()
 
 
 def hold(*names: str) -> Holding:
@@ -162,7 +163,17 @@ def _program() -> str:
     return path.parent.name if path.name == "__main__.py" else path.name
 
 
-def _serve(neighbours: Neighbours, connection: Connection[Any, Any]) -> None:
-    with connection, contextlib.suppress(OSError, EOFError, ValueError, RecursionError):
-        if is_ours(connection.fileno()) and connection.poll(PATIENCE_S):
-            neighbours.answer(connection.recv_bytes(4096), connection.send_bytes)
+def _cleared(address: Path) -> bool:
+    """Make room for a socket, and tell whether there is: only a dead program's socket is removed.
+
+    Nobody listens there any more, since this program has the lock.
+    """
+    try:
+        if not stat.S_ISSOCK(address.lstat().st_mode):
+            return False
+        address.unlink()
+    except FileNotFoundError:
+        return True
+    except OSError:
+        return False
+    return True

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-import os
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from armdrive import places
+from armdrive.durable import DISK, append_line
 
 if TYPE_CHECKING:
     from armdrive.drift import Verified
@@ -44,20 +44,13 @@ def write_down(path: Path, verified: Verified, calibration: str, reference: str)
         "reference": reference,
         **verified_view(verified),
     }
-    path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
-    handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o600)
-    try:
-        os.write(handle, json.dumps(line).encode() + b"\n")
-    finally:
-        os.close(handle)
+    append_line(path, json.dumps(line))
 
 
 def last_entry(path: Path, calibration: str) -> dict[str, Any] | None:
     """Return the last entry of the same calibration; damaged lines are passed over."""
     try:
-        with path.open("rb") as file:
-            file.seek(max(path.stat().st_size - LONGEST, 0))
-            lines = file.read(LONGEST).splitlines()
+        lines = DISK.read_own(path, LONGEST, end=True).splitlines()
     except OSError:
         return None
     for line in reversed(lines):

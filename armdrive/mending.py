@@ -178,7 +178,9 @@ class Mender:
         self._engine.take(link, core.controller)
         absent.close()
         core.notice = f"found {link.description}: asking whether the arm answers"
-        self._engine.start(self._resume())
+        # what was sent before the loss may still be running: that is waited for first
+        runs_s = max(self._lost_s + core.stop_bound().silent_time_s - self._engine.now_s, 0.0)
+        self._engine.start(self._resume(), within_s=runs_s + self._engine.call_limit_s)
 
     def _resume(self) -> Flow[None]:
         """Take up the arm again; whoever does not answer as it did is no wire to it."""

@@ -6,7 +6,6 @@ Any number of joints, in either convention. Unknown keys are refused with the ne
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +13,7 @@ from typing import Any
 
 from armdrive.errors import ArmFileError
 from armdrive.sections import number, read_section, refuse_unknown, require_table
+from armdrive.textfile import read_toml
 from kinematics.chains import Chain
 from kinematics.errors import KinematicsError
 from kinematics.frames import Transform, transform
@@ -22,6 +22,9 @@ from kinematics.orientations import RPY
 from kinematics.tables import chain_of_rows
 
 ENDING = ".toml"
+
+MOST_LINKS = 100
+"""No arm has so many; what is worked out of a chain takes time with their number squared."""
 
 _TOP_KEYS = ("name", "title", "source", "verified", "convention", "base", "tool", "links")
 
@@ -67,13 +70,7 @@ def is_model_file(word: str) -> bool:
 def read_model(path: str | Path) -> Model:
     """Read a model file. Raises `ArmFileError`, which names the file and the key."""
     place = Path(path)
-    try:
-        document = tomllib.loads(place.read_text(encoding="utf-8"))
-    except OSError as error:
-        reason = error.strerror or str(error)
-        raise ArmFileError(f"the model file {place} cannot be read: {reason}") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ArmFileError(f"the model file {place} is no TOML: {error}") from None
+    document = read_toml(place, "the model file", ArmFileError)
     try:
         return parse_model(document, name=place.stem)
     except (ArmFileError, KinematicsError) as error:
@@ -91,6 +88,8 @@ def parse_model(document: Mapping[str, Any], *, name: str = "model") -> Model:
     rows = document.get("links", [])
     if not isinstance(rows, list) or not rows:
         raise ArmFileError("a model needs at least one link, each written under [[links]]")
+    if len(rows) > MOST_LINKS:
+        raise ArmFileError(f"a model has at most {MOST_LINKS} links, not {len(rows)}")
     chain = chain_of_rows(
         [require_table(row, "links") for row in rows],
         convention=_convention(_text(document, "convention", Convention.STANDARD.value)),

@@ -39,7 +39,9 @@ def file_name(arm: str) -> str:
     plain = re.sub(r"[^a-z0-9_-]+", "_", arm.lower()).strip("_")
     if plain == arm:
         return plain
-    return f"{plain or 'arm'}-{hashlib.sha256(arm.encode()).hexdigest()[:8]}"
+    # a word of the command line has lone surrogates where its bytes are no UTF-8
+    digest = hashlib.sha256(arm.encode("utf-8", "surrogatepass")).hexdigest()
+    return f"{plain or 'arm'}-{digest[:8]}"
 
 
 def _folder(kind: str) -> Path:

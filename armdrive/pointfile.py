@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from armdrive.durable import DISK, Files, NotWanted, replace_durably, stamp_of
+from armdrive.durable import DISK, Files, NotWanted, followed, replace_durably, stamp_of
 from armdrive.errors import PointsChanged, PointsFileError
 from armdrive.pointtext import parse_points
 from armdrive.pointwriting import Writer, rounded
@@ -56,13 +55,14 @@ class PointFile:
             except NotWanted:
                 continue
             except OSError as error:
-                raise PointsFileError(f"{self.path} cannot be written: {error}") from None
+                why = error.strerror or error
+                raise PointsFileError(f"{self.path} cannot be written: {why}") from None
             return
         raise PointsChanged(f"{self.path} is being written by another program: try again")
 
     def _write(self, data: bytes, before: Taught, after: Taught) -> None:
         text = self._writer.edited(data.decode("utf-8"), before, after)
-        path = Path(os.path.realpath(self.path))
+        path = followed(self.path)
         aside = None
         if text is None:  # laid out in a way that is not ours: kept beside, and written anew
             text, aside = self._writer.document(after), path.with_name(path.name + ASIDE)
@@ -71,17 +71,20 @@ class PointFile:
             path,
             text.encode("utf-8"),
             aside=aside,
-            writer=f".{os.getpid()}-{id(self):x}",
             wanted=lambda: self._bytes() == data,
         )
 
     def _bytes(self) -> bytes:
         try:
-            return self._files.read(self.path, LARGEST_BYTES)
+            data = self._files.read(followed(self.path), LARGEST_BYTES + 1)
         except FileNotFoundError:
             return b""
         except OSError as error:
-            raise PointsFileError(f"{self.path} cannot be read: {error}") from None
+            why = error.strerror or error
+            raise PointsFileError(f"{self.path} cannot be read: {why}") from None
+        if len(data) > LARGEST_BYTES:  # half of it must never be taken for the whole, and kept
+            raise PointsFileError(f"{self.path} is larger than {LARGEST_BYTES} bytes")
+        return data
 
     def _parsed(self, data: bytes) -> Taught:
         try:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
@@ -12,6 +11,7 @@ from typing import Any
 from armdrive.errors import ArmFileError, BadRequest, PointsFileError
 from armdrive.points import Point, Step, StepList, Taught
 from armdrive.sections import number, read_section, refuse_unknown, require_table
+from armdrive.textfile import parse_toml
 from kinematics import BadNumber, Joints
 
 POINTS, SEQUENCES = "points", "sequences"
@@ -23,7 +23,7 @@ _LIST_KEYS = ("note", "steps")
 def parse_points(text: str, names: tuple[str, ...]) -> Taught:
     """Read a file of points of an arm with these joints. Raises `PointsFileError`."""
     try:
-        table = tomllib.loads(text)
+        table = parse_toml(text, PointsFileError)
         refuse_unknown(table, list(_TOP), "")
         points = require_table(table.get(POINTS, {}), POINTS)
         sequences = require_table(table.get(SEQUENCES, {}), SEQUENCES)
@@ -31,10 +31,8 @@ def parse_points(text: str, names: tuple[str, ...]) -> Taught:
             {name: _point(row, f"{POINTS}.{name}", names) for name, row in points.items()},
             {name: _list(row, f"{SEQUENCES}.{name}") for name, row in sequences.items()},
         )
-    except (tomllib.TOMLDecodeError, ArmFileError, BadRequest, BadNumber) as error:
+    except (ArmFileError, BadRequest, BadNumber) as error:
         raise PointsFileError(str(error)) from None
-    except RecursionError:
-        raise PointsFileError("its tables are nested too deeply") from None
 
 
 def _point(row: object, where: str, names: tuple[str, ...]) -> Point:

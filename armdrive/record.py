@@ -6,8 +6,7 @@ that a program that dies in mid-motion leaves a mark instead of a wrong position
 
 from __future__ import annotations
 
-import os
-import threading
+import contextlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Protocol
@@ -16,7 +15,7 @@ from armdrive.durable import DISK, Files, always, put_aside, remove_durably, rep
 from armdrive.errors import StateFileError
 from armdrive.record_text import LONGEST, Record, from_text, to_text
 
-__all__ = ["FileRecorder", "NoRecorder", "Record", "Recorder", "replace_file"]
+__all__ = ["FileRecorder", "NoRecorder", "Record", "Recorder"]
 
 BAD = ".bad"
 """The ending of a file that could not be used, kept aside when a new one took its place."""
@@ -65,6 +64,7 @@ class FileRecorder:
         self.path = path
         self._files = files
         self._refused = False
+        self._tidied = False
 
     @property
     def aside(self) -> Path:
@@ -74,11 +74,13 @@ class FileRecorder:
     def load(self) -> Record | None:
         """Read the file. One that cannot be kept up to date is not believed either."""
         try:
-            text = self._files.read(self.path, LONGEST + 1)
+            text = self._files.read_own(self.path, LONGEST + 1)
         except FileNotFoundError:
             return None
         except OSError as error:
-            raise StateFileError(f"the state file {self.path} cannot be read: {error}") from None
+            raise StateFileError(
+                f"the state file {self.path} cannot be read: {error.strerror or error}"
+            ) from None
         try:
             record = from_text(text)
         except StateFileError as error:
@@ -95,10 +97,15 @@ class FileRecorder:
         self._refused = True
 
     def save(self, record: Record, wanted: Callable[[], bool] = always) -> None:
-        """Replace the file."""
+        """Replace the file; the first time, also remove what killed programs left unfinished."""
         aside = self.aside if self._refused else None
         replace_durably(self._files, self.path, to_text(record), aside=aside, wanted=wanted)
         self._refused = False
+        if not self._tidied:
+            self._tidied = True
+            for left in self._files.leftovers(self.path):
+                with contextlib.suppress(OSError):
+                    self._files.remove(left)
 
     def remove(self) -> None:
         """Remove the file, which takes no room on a full disk."""
@@ -106,9 +113,3 @@ class FileRecorder:
             put_aside(self._files, self.path, self.aside)
         remove_durably(self._files, self.path)
         self._refused = False
-
-
-def replace_file(path: Path, text: str) -> None:
-    """Write a file so that a reader finds the old text or the new one, never half of one."""
-    writer = f".{os.getpid()}.{threading.get_ident()}"
-    replace_durably(DISK, path, text.encode() + b"\n", writer=writer)

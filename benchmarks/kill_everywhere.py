@@ -19,6 +19,7 @@ from typing import Any
 from measuring import own_home
 from reporting import machine
 
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "armdrive"))
 from killing_ground import Found, KillingGround
 

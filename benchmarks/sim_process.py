@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import json
+import math
 import subprocess
 import sys
 import time
@@ -53,8 +54,15 @@ class SimProcess:
 
     def state(self) -> dict[str, Any]:
         """Return the physical state of the arm at this moment."""
+        _, state = self.look()
+        return state
+
+    def look(self) -> tuple[float, dict[str, Any]]:
+        """Return the time on the simulated arm's own clock, and its physical state then."""
         answer = json.loads(self.say("state --json"))
-        return answer if isinstance(answer, dict) else {}
+        if not isinstance(answer, dict):
+            return math.nan, {}
+        return answer.pop("time_s", math.nan), answer
 
     def say(self, line: str) -> str:
         """Give a one-line command and return the line that answers it."""

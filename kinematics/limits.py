@@ -92,10 +92,17 @@ def turn_into(angle: float, low: float, high: float, seed: float) -> float:
     floor, ceiling = low - LIMIT_TOLERANCE_RAD, high + LIMIT_TOLERANCE_RAD
     if floor <= near <= ceiling:
         return min(max(near, low), high)
-    first = angle + math.ceil((floor - angle) / math.tau) * math.tau
-    last = angle + math.floor((ceiling - angle) / math.tau) * math.tau
-    if first <= ceiling:  # some turns are within the range, all on one side of the seed
-        return min(max(first if near < low else last, low), high)
+    # Only the end that the seed's turn is beyond is finite for sure: a joint may have one limit.
+    if near < floor:
+        turns = math.ceil((floor - angle) / math.tau)  # the first turn above the lower end
+        first, last = angle + turns * math.tau, angle + (turns - 1) * math.tau
+        if first <= ceiling:
+            return min(max(first, low), high)
+    else:
+        turns = math.floor((ceiling - angle) / math.tau)  # the last turn below the upper end
+        first, last = angle + (turns + 1) * math.tau, angle + turns * math.tau
+        if last >= floor:
+            return min(max(last, low), high)
     return last if low - last <= first - high else first
 
 

@@ -107,3 +107,4 @@ def _own_home(_homes, monkeypatch):
     monkeypatch.setenv("ARMDRIVE_HOME", str(next(_homes)))
     monkeypatch.delenv("ARMDRIVE_ARM", raising=False)
     monkeypatch.delenv("ARMDRIVE_FORCE_SIM", raising=False)
+    monkeypatch.setenv("ARMDRIVE_TRACEBACK", "1")  # a fault fails the test, with its traceback

@@ -73,7 +73,7 @@ def run_desk(
     desk.message = hint or desk.message
     try:
         with short_turns():
-            desk.run()
+            desk.run_or_raise()
     finally:
         arm.request_stop()
         forget_a_closed_terminal()
@@ -109,5 +109,5 @@ def run_watch(
     braille = not ascii_only and can_braille(sys.stdout.encoding, os.environ)
     look = recall(memory_file()).look
     app = Watching(name, model, HeldArm(name), braille=braille, keys=keys, look=look)
-    app.run()
+    app.run_or_raise()
     return app.return_code or 0

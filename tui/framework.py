@@ -20,6 +20,7 @@ from textual.keys import KEY_NAME_REPLACEMENTS, Keys, _character_to_key, key_to_
 from textual.message import Message
 from textual.widgets import Static
 
+from armdrive.printable import printable_lines
 from kinematics.near_words import suggestion
 from tui.lasting import lasting
 from tui.served import ending, is_served
@@ -126,6 +127,19 @@ class FirstKeys(App[int], inherit_bindings=False):
         self.no_color = False  # set, but to nothing: no-color.org counts that as not set
         self._filters = [each for each in self._filters if not isinstance(each, Monochrome)]
 
+    def run_or_raise(self) -> None:
+        """Run until somebody leaves. Raises what ended the app against its will."""
+        self.run()
+        if self._exception is not None:
+            raise self._exception
+
+    def _fatal_error(self) -> None:
+        """End, and print nothing: `run_or_raise` raises the error, and its caller tells it.
+
+        The framework would print a traceback with the local variables, whatever text they hold.
+        """
+        self._close_messages_no_wait()
+
     def get_driver_class(self) -> type[Driver]:
         """Return the system's own driver, made to outlive its terminal."""
         driver = lasting(super().get_driver_class())
@@ -213,7 +227,8 @@ def _nothing() -> None:
 class PlainText(Static):
     """Text that is shown as it is, and repainted only when it has changed.
 
-    The framework's own widget would read square brackets as markup, and paint every update.
+    The framework's own widget would read square brackets as markup, paint every update, and send
+    an escape sequence in the text to the terminal: text may come from a file or a device.
     """
 
     def __init__(self, *, id: str) -> None:  # noqa: A002
@@ -227,6 +242,7 @@ class PlainText(Static):
 
     def show(self, text: str) -> None:
         """Show this text from now on."""
-        if text != self._shown:
-            self._shown = text
-            self.update(Content(text))
+        shown = printable_lines(text)
+        if shown != self._shown:
+            self._shown = shown
+            self.update(Content(shown))

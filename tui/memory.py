@@ -11,9 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from armdrive import places
-from armdrive.durable import Files
+from armdrive.durable import DISK, replace_file
 from armdrive.intents import Space
-from armdrive.record import replace_file
 from tui import goal_form
 from tui.goal_form import Manner
 from tui.settings import INCREMENTS, SPEEDS, Settings
@@ -45,7 +44,7 @@ def memory_file() -> Path:
 def recall(path: Path) -> Remembered:
     """Return what was left; whatever cannot be read or makes no sense is forgotten."""
     try:
-        found = json.loads(Files().read(path, MOST_BYTES))
+        found = json.loads(DISK.read_own(path, MOST_BYTES))
     except (OSError, ValueError, RecursionError):
         return Remembered()
     if not isinstance(found, dict):

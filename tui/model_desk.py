@@ -181,5 +181,5 @@ def run_model(subject: Subject, *, ascii_only: bool = False, keys: Keyboard = DE
     """Show a model until somebody leaves it, and return the exit code."""
     braille = not ascii_only and can_braille(sys.stdout.encoding, os.environ)
     desk = ModelDesk(subject, braille=braille, keys=keys)
-    desk.run()
+    desk.run_or_raise()
     return desk.return_code or 0

@@ -17,6 +17,7 @@ from typing import Any
 
 from armdrive import places
 from armdrive.errors import KeyFileError
+from armdrive.textfile import is_there, read_toml
 from kinematics.near_words import suggestion
 from tui.framework import key_named
 from tui.key_row import DeskKey
@@ -62,24 +63,19 @@ def load_keys(source: str | None) -> Keyboard:
     if source in LAYOUTS:
         return _checked(_of_layout(str(source)), f"the layout {source}")
     path = places.key_file() if source is None else Path(source)
-    if source is None and not path.is_file():
+    if source is None and not is_there(path):
         return DEFAULT_KEYS
     return _of_table(_read(path), str(path))
 
 
 def _read(path: Path) -> dict[str, Any]:
-    import tomllib
-
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise KeyFileError(f"{path} is no TOML: {error}") from None
-    except OSError as error:
+    if not is_there(path):
         layouts = ", ".join(LAYOUTS)
         raise KeyFileError(
-            f"{path} cannot be read ({error.strerror}): name a file of keys, or one of the "
+            f"{path} cannot be read: there is no such file. Name a file of keys, or one of the "
             f"layouts {layouts}{suggestion(str(path), LAYOUTS)}"
-        ) from None
+        )
+    return read_toml(path, "the file of keys", KeyFileError)
 
 
 def _of_table(table: dict[str, Any], where: str) -> Keyboard:

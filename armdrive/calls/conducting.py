@@ -18,8 +18,10 @@ class Conducting(Connected):
         """Have the arm stand behind its next burst or segment, until `resume` or a stop.
 
         The motion under way goes on with the same plan when it is resumed, unless the arm was
-        moved meanwhile; motions that are asked for later wait as well. Jogs are given up, and
-        refused. The controller's own homing and a servo's way are not paused, only stopped.
+        moved meanwhile; motions that are asked for later wait as well. After 8 h they are given up
+        with `WrongState`, and the arm stays paused; on simulated time, a call gives up after 600 s
+        where only its own program could resume. Jogs are given up at once, and refused. The
+        controller's own homing and a servo's way are not paused, only stopped.
         """
         self.core.tempo.pause()
         self.pace.wake()

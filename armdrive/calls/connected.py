@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from armdrive.calls.waiting import Waiting
 from armdrive.controllers.requests import Alert, Progress
 from armdrive.core import Core
+from armdrive.deadlines import call_limit_s
 from armdrive.dialects import dialect
 from armdrive.engine import Engine
 from armdrive.errors import LinkLost
@@ -18,6 +19,7 @@ from armdrive.flows.alerts import alerted
 from armdrive.flows.exchange import Wire
 from armdrive.mending import Mender
 from armdrive.pace import RealPace
+from armdrive.received import Received
 from armdrive.recorder.witness import NO_WITNESS, Witness
 from armdrive.states import Event
 from armdrive.status import State
@@ -67,6 +69,7 @@ class Connected(Waiting):
         self.core = Core(config, controller, recorder, wake)
         self.core.allow_restored = allow_restored
         self.core.witness = witness
+        self.core.tempo.others = isinstance(pace, RealPace)
         self.core.geometry_known |= simulated  # a simulated arm is what its numbers say
         self.engine = Engine(
             link,
@@ -76,6 +79,8 @@ class Connected(Waiting):
             lost=self._lost,
             noticed=self._noticed,
             witness=witness,
+            received=Received(on_bus=dialect(config.connection.dialect).can),
+            call_limit_s=call_limit_s(config.device),
         )
         self.wire = Wire(self.engine, self.core)
         self._idling = idling.Idling(self.wire)

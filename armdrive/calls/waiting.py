@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from armdrive.calls.knowing import Knowing
@@ -75,13 +76,14 @@ class Waiting(Knowing):
 
     # -- waiting ------------------------------------------------------------------------------
 
-    def submit(self, flow: Flow[T], *, alone: bool = False) -> Task[T]:
+    def submit(self, flow: Flow[T], *, alone: bool = False, within_s: float = math.inf) -> Task[T]:
         """Hand a flow to the engine. Raises `WrongState` while another is waiting there.
 
-        With `alone` also while one is at work: what moves the arm never waits for its turn.
+        With `alone` also while one is at work: what moves the arm never waits for its turn. The
+        engine ends a flow that takes longer than `within_s`, with `NoAnswer`.
         """
         with self.pace.lock:
-            task = self.engine.start(flow, alone=alone)
+            task = self.engine.start(flow, alone=alone, within_s=within_s)
         self.pace.wake()
         return task
 
@@ -101,10 +103,11 @@ class Waiting(Knowing):
         """Wait for a task, and for as much longer as it is paused or slowed down."""
         tempo = self.core.tempo
         simulated, delay_s = not isinstance(self.pace, RealPace), tempo.delay_s
+        waited_s = -tempo.waited_s
 
         def ended() -> bool:
             if simulated and not task.done:
-                tempo.breathe()
+                tempo.breathe(waited_s + tempo.waited_s)
             return task.done
 
         while not self.pace.wait(ended, timeout_s):
@@ -113,9 +116,14 @@ class Waiting(Knowing):
                 return False
         return True
 
-    def perform(self, flow: Flow[T], timeout_s: float = PATIENCE_S) -> T:
-        """Hand a flow to the engine and wait for its end."""
-        return self.finish(self.submit(flow), timeout_s)
+    def perform(self, flow: Flow[T], within_s: float | None = None) -> T:
+        """Hand a flow that moves nothing to the engine and wait for its end.
+
+        It ends within `call_limit_s`, or `within_s` where that is given. A motion that is under
+        way is waited for before that, for a minute at most.
+        """
+        limit_s = self.engine.call_limit_s if within_s is None else within_s
+        return self.finish(self.submit(flow, within_s=limit_s), limit_s + PATIENCE_S)
 
     def sleep(self, time_s: float) -> None:
         """Let time pass on the arm's own clock.

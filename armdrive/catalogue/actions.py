@@ -89,6 +89,12 @@ PHRASES = (
         "type `open_now` with a width",
         "leave the desk and run `armdrive move --gripper MM`",
     ),
+    Phrase(
+        "call `resume()`, or run `armdrive resume` in another terminal",
+        "run `armdrive resume`",
+        "run `armdrive resume` in another terminal",
+        "run `armdrive resume` in another terminal",
+    ),
     Phrase("call `moved_to()`", "add `--shift`", "add `--shift`", "add `--shift`"),
     Phrase("call `without_origin()`", "add `--as-is`", "add `--as-is`", "add `--as-is`"),
 )

@@ -31,6 +31,13 @@ GENERAL = (
         "An arm that moved was stopped. " + STANDS,
         "None is needed; the position is kept.",
     ),
+    Entry(
+        "E005", "Unexpected", "a fault of armdrive itself",
+        "Something happened that armdrive does not foresee. The sentence names the file with the "
+        "details; `ARMDRIVE_TRACEBACK=1` in the environment prints them instead.",
+        "Where an arm was connected, it was stopped and given back.",
+        "Look at the arm, then at `armdrive status`. Report the fault with the file.",
+    ),
 )  # fmt: skip
 
 REQUESTS = (
@@ -140,8 +147,8 @@ REFUSALS = (
     Entry(
         "E202", "WrongState", "not in this state",
         "The arm is disconnected, disabled, in motion or in error-stop, and the call is not "
-        "allowed then.",
-        NOTHING_SENT,
+        "allowed then. Or the arm was paused for so long that the motion was given up.",
+        "Nothing was sent, nothing moved. After a pause, the arm stands on its way, still paused.",
         "Wait for the end of a motion, call `enable()`, or look at the arm and call `reset()`, "
         "as the sentence says.",
     ),

@@ -20,6 +20,15 @@ page. On the log of the desk (F7) `e` searches it.
 
 With `--json` a command that fails prints one object on its error output: `code`, `title`,
 `message`, `effect` and `remedy`. The status has `error_code`, `notice_code` and `trust_code`.
+
+Text from files, devices and the command line is never printed as it is. Whatever a terminal would
+act on, or not show, stands there as an escape: `\\x1b` for the escape character, `\\u202e` for one
+that turns the direction of writing. That holds for every output: sentences, tables, drawings, the
+shell, the desk and the log. A very long line loses its middle. `--json` escapes as JSON does.
+
+If armdrive itself has a fault, it says so in one sentence (E005), writes the traceback to
+`unexpected.txt` in the state folder, and ends with 70. `ARMDRIVE_TRACEBACK=1` in the environment
+prints the traceback instead.
 """
 
 

@@ -79,8 +79,9 @@ CONTROLLERS = (
     ),
     Entry(
         "E502", "NoAnswer", "the controller does not answer",
-        "The deadline that was computed for the answer has passed: switched off, wrong baud rate, "
-        "a cable, or the pendant has control.",
+        "The deadline for the answer has passed: switched off, wrong baud rate, a cable, or the "
+        "pendant has control; or something else is on the wire. A call that moves nothing takes "
+        "20 s at most, and the sentence says what was received.",
         "A motion that was sent may have been made or not: the arm stands once it has ended, its "
         "position is suspect, and error-stop is latched.",
         "Check that the arm is on and its cable plugged in, look at it, then call "

@@ -59,6 +59,7 @@ EXIT_CODES: Mapping[int, str] = MappingProxyType(
         4: "the port or its holder: cannot be opened, lost, in use",
         5: "stopped before the end",
         6: "the controller answered something else than it should have",
+        70: "a fault of armdrive itself; the sentence names the file with the details",
         129: "ended by SIGHUP, a closed terminal; the arm was stopped",
         130: "interrupted by Ctrl-C; the arm was stopped",
         143: "ended by SIGTERM; the arm was stopped",
@@ -112,9 +113,11 @@ def _unknown(word: str) -> int:
     import difflib
 
     from armdrive.catalogue import named
+    from armdrive.cli.output import put_error
+    from armdrive.printable import as_message
 
     code = named("BadRequest").code
     near = difflib.get_close_matches(word, COMMANDS, n=1)
     hint = f"did you mean `armdrive {near[0]}`?" if near else "`armdrive --help` lists them all"
-    sys.stderr.write(f"armdrive: [{code}] there is no command {word!r}; {hint}\n")
+    put_error(as_message(f"armdrive: [{code}] there is no command {word!r}; {hint}\n"))
     return 2

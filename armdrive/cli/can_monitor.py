@@ -24,7 +24,6 @@ from __future__ import annotations
 import argparse
 import contextlib
 import math
-import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -32,7 +31,7 @@ from typing import TYPE_CHECKING
 from armdrive.cli.can_overhearing import held_frames, holder_of
 from armdrive.cli.choosing import add_json_option
 from armdrive.cli.numbers import count, number
-from armdrive.cli.output import emit, say
+from armdrive.cli.output import emit, put_error, say
 from armdrive.commissioning.languages import LANGUAGES, USUAL, Language, language_of
 from armdrive.errors import BadRequest
 
@@ -113,7 +112,7 @@ def _show(
 
 
 def _passed_over(count: int) -> None:
-    sys.stderr.write(f"{count} exchanges were passed over: they came faster than they were shown\n")
+    put_error(f"{count} exchanges were passed over: they came faster than they were shown\n")
 
 
 def _explain(language: Language, shown: int, foreign: int) -> None:

@@ -28,13 +28,14 @@ from armdrive.cli.can_choosing import chosen_port
 from armdrive.cli.can_person import TerminalPerson
 from armdrive.cli.choosing import add_json_option
 from armdrive.cli.config_asking import agree
-from armdrive.cli.output import emit, say
+from armdrive.cli.output import emit, say, say_lines
 from armdrive.commissioning import notes as kept
 from armdrive.commissioning.armtext import merged, signs_of, text_of
 from armdrive.commissioning.carrier import Carrier, Person, SimulatedClock
 from armdrive.commissioning.plan import Plan, plan_of
 from armdrive.commissioning.walk import Outcome, walk
-from armdrive.errors import BadRequest, OperatorNeeded
+from armdrive.errors import ArmFileError, BadRequest, OperatorNeeded
+from armdrive.textfile import read_text
 
 if TYPE_CHECKING:
     from armdrive.armfile import ArmConfig
@@ -170,7 +171,7 @@ def _practise(config: ArmConfig, plan: Plan, options: argparse.Namespace, *, alo
     if options.json:
         emit({"arm": plan.name, "left_out": list(outcome.left_out), "arm_file": text})
     else:
-        say(f"\nThe arm file would be:\n\n{text}")
+        say_lines(f"\nThe arm file would be:\n\n{text}")
     return DONE if outcome.finished else UNFINISHED
 
 
@@ -188,7 +189,7 @@ def _end(
         say(f"The directions of {', '.join(unclear)} contradict each other: try them with --again.")
     if outcome.left_out:
         say(f"Left out: {', '.join(outcome.left_out)}. The same command goes on there.")
-    say(f"\n{text}")
+    say_lines(f"\n{text}")
     there = path.is_file()
     if there and dict(config.source.table if config.source else {}) == table:
         say(f"{path} says all this already.")
@@ -207,12 +208,11 @@ def _question(path: Path, *, there: bool) -> str:
 
 
 def _write(path: Path, text: str, *, there: bool) -> None:
-    from armdrive.record import replace_file
+    from armdrive.durable import replace_file
 
-    path.parent.mkdir(parents=True, exist_ok=True)
     if there:
         old = path.with_name(path.name + BEFORE)
-        replace_file(old, path.read_text(encoding="utf-8").rstrip("\n"))
+        replace_file(old, read_text(path, "the arm file", ArmFileError).rstrip("\n"))
     replace_file(path, text.rstrip("\n"))
 
 

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable
 from typing import Any
 
-from armdrive.cli.output import say
+from armdrive.cli.output import put, say
 from armdrive.errors import BadRequest
 from armdrive.interview.readers import WrongAnswer, yes_or_no
 from armdrive.interview.rows import Question
@@ -65,8 +65,7 @@ def _show(question: Question) -> None:
 
 def _line(question: Question) -> str:
     default = f" [{question.default}]" if question.default is not None else ""
-    sys.stdout.write(f"{question.words}{default} ")
-    sys.stdout.flush()
+    put(f"{question.words}{default} ")
     line = sys.stdin.readline()
     if not line:
         say("")

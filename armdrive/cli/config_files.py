@@ -8,10 +8,14 @@ from typing import Any
 
 from armdrive import places
 from armdrive.armfile import read_arm_table
+from armdrive.durable import replace_file
 from armdrive.errors import ArmFileError
+from armdrive.textfile import is_there, read_text
 from kinematics.near_words import suggestion
 
 ENDING = ".toml"
+LONGEST_NAME = 4096
+"""Bytes that are read of the file with the default arm's name."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +35,7 @@ def arm_paths() -> list[Path]:
 def path_of(name: str) -> Path:
     """Return the file of an arm's name, or of a path. Raises `ArmFileError`."""
     path = Path(name) if name.endswith(ENDING) else places.arm_files() / f"{name}{ENDING}"
-    if path.is_file():
+    if is_there(path) and path.is_file():
         return path
     known = [each.stem for each in arm_paths()]
     hint = suggestion(name, known)
@@ -61,15 +65,16 @@ def _default_path() -> Path:
 def chosen_default() -> str | None:
     """Return the arm that was chosen as default, None where none was."""
     try:
-        return _default_path().read_text(encoding="utf-8").strip() or None
-    except (OSError, UnicodeDecodeError):
+        text = read_text(
+            _default_path(), "the chosen arm", ArmFileError, most_bytes=LONGEST_NAME, own=True
+        )
+        return text.strip() or None
+    except ArmFileError:
         return None
 
 
 def choose_default(name: str | None) -> None:
     """Choose the default arm, or none."""
-    from armdrive.record import replace_file
-
     if name is None:
         _default_path().unlink(missing_ok=True)
     else:

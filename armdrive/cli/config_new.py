@@ -8,7 +8,6 @@ default.
 from __future__ import annotations
 
 import argparse
-import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +15,7 @@ from armdrive import places
 from armdrive.cli.choosing import add_json_option
 from armdrive.cli.config_asking import Back, agree, ask
 from armdrive.cli.config_signs import connected, find_signs
-from armdrive.cli.output import emit, say
+from armdrive.cli.output import emit, say, say_lines
 from armdrive.errors import ArmError, BadRequest
 from armdrive.interview.answers import flattened
 from armdrive.interview.draft import Draft
@@ -26,6 +25,7 @@ from armdrive.interview.templates import available
 from armdrive.interview.writing import files_of
 from armdrive.setup.filing import checked, write
 from armdrive.setup.finding import surroundings
+from armdrive.textfile import read_toml
 from kinematics.near_words import did_you_mean
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ def run(options: argparse.Namespace) -> int:
     files = files_of(draft)
     config = checked(files, draft.name)
     if not options.json:
-        say(f"\n{files.shown}")
+        say_lines(f"\n{files.shown}")
     path = places.arm_files() / f"{draft.name}.toml"
     if not silent and not _agreed(path, force=options.force):
         say("nothing is written")
@@ -77,12 +77,7 @@ def run(options: argparse.Namespace) -> int:
 def _given(options: argparse.Namespace) -> dict[str, str]:
     given: dict[str, str] = {}
     if options.answers is not None:
-        try:
-            given = flattened(tomllib.loads(Path(options.answers).read_text(encoding="utf-8")))
-        except OSError as error:
-            raise BadRequest(f"{options.answers} cannot be read: {error.strerror}") from None
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-            raise BadRequest(f"{options.answers} is not valid TOML: {error}") from None
+        given = flattened(read_toml(Path(options.answers), "the file of answers", BadRequest))
     typed = {KEYS.get(key, key): getattr(options, key) for key in GIVEN}
     return given | {key: value for key, value in typed.items() if value is not None}
 

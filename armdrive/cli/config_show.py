@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from armdrive.armfile import parse_arm_file
 from armdrive.cli.choosing import add_json_option
 from armdrive.cli.config_files import ArmText, read
-from armdrive.cli.output import emit, say
+from armdrive.cli.output import emit, say, say_lines
 from armdrive.errors import ArmFileError
 from armdrive.view import pose_view
 from kinematics import KinematicsError
@@ -35,7 +35,7 @@ def run(options: argparse.Namespace) -> int:
         from armdrive.interview.complete import complete
 
         text = complete(config, arm.table)
-        emit({"toml": text}) if options.json else say(text.rstrip("\n"))
+        emit({"toml": text}) if options.json else say_lines(text.rstrip("\n"))
         return 0
     view = arm_view(config)
     if options.json:

@@ -6,7 +6,7 @@ import os
 import sys
 from typing import TYPE_CHECKING
 
-from armdrive.cli.output import say
+from armdrive.cli.output import put, say
 from armdrive.draw.armview import ArmScene, side_view
 from armdrive.draw.terminal import can_braille
 from armdrive.errors import OperatorNeeded
@@ -76,6 +76,5 @@ def agreed(question: str) -> bool:
     """Ask a question at the terminal; anything but a yes is a no."""
     if not sys.stdin.isatty():
         return False
-    sys.stdout.write(question)
-    sys.stdout.flush()
+    put(question)
     return sys.stdin.readline().strip().lower() in ("yes", "y")

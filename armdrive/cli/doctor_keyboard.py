@@ -6,7 +6,7 @@ import dataclasses
 import os
 import sys
 
-from armdrive.cli.output import emit, say
+from armdrive.cli.output import emit, put_error, say, say_lines
 from armdrive.errors import OperatorNeeded
 from armdrive.keyboard.examination import Examined, examine
 from armdrive.keyboard.holding import sentence
@@ -26,14 +26,13 @@ def run(as_json: bool) -> int:
     if as_json:
         emit(_view(found))
     else:
-        say("\n".join(_lines(found)))
+        say_lines("\n".join(_lines(found)))
     return WORKS if found.works else WORKS_NOT
 
 
 def _whisper(text: str) -> None:
     """Tell the person, and leave the output to the document."""
-    sys.stderr.write(f"{text}\n")
-    sys.stderr.flush()
+    put_error(f"{text}\n")
 
 
 def _lines(found: Examined) -> list[str]:

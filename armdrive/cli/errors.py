@@ -6,14 +6,13 @@ The code stands in brackets before the sentence of every error.
 from __future__ import annotations
 
 import argparse
-import sys
 from dataclasses import asdict
 
 from armdrive.catalogue import ENTRIES, by_code, found
 from armdrive.catalogue.entry import Entry
 from armdrive.catalogue.printing import in_full, listing, page
 from armdrive.cli.choosing import add_json_option
-from armdrive.cli.output import emit, say
+from armdrive.cli.output import emit, put, say
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -35,7 +34,7 @@ def run(options: argparse.Namespace) -> int:
         for row in rows:
             emit(asdict(row))
     elif options.markdown:
-        sys.stdout.write(page())
+        put(page())
     elif options.code is None and options.find is None:
         for line in listing():
             say(line)

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 
 from armdrive.cli.choosing import add_json_option
 from armdrive.cli.numbers import number
-from armdrive.cli.output import emit, say
+from armdrive.cli.output import emit, say, say_lines
 from armdrive.cli.units import coordinates_text, given_goal, given_joints
 from armdrive.errors import BadRequest, Refused
 from armdrive.modelfile import is_model_file, read_model
@@ -100,7 +100,7 @@ def _say_urdf(word: str) -> None:
 
     chain = read_model(word).chain if is_model_file(word) else _system(word).chain()
     name = word if not is_model_file(word) else ""
-    say(urdf_of_chain(chain, name=name).rstrip())
+    say_lines(urdf_of_chain(chain, name=name).rstrip())
 
 
 def _list(*, as_json: bool) -> None:

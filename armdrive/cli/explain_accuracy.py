@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import asdict
 
 from armdrive.cli.numbers import number
-from armdrive.cli.output import emit, say
+from armdrive.cli.output import emit, say, say_lines
 from armdrive.errors import BadRequest, Refused
 from kinematics import ArmPreset, Joints, preset
 from kinematics.accuracy import (
@@ -60,11 +60,11 @@ def explain_accuracy(words: Sequence[str], *, as_json: bool) -> None:
         return
     say(f"{model.title} at {joints}")
     for group in GROUPS:
-        say(f"\nwhat {group} does to the tip")
+        say_lines(f"\nwhat {group} does to the tip")
         for each in (error for of, error in errors if of == group):
             say(f"  {each.cause:<16}{each.distance_mm:8.3f} mm")
-    say(f"\nrounding to whole steps: {rms_mm:.3f} mm in the mean, {bound_mm:.3f} mm at most")
-    say(f"\nthe stated resolution of {STATED_MM} mm")
+    say_lines(f"\nrounding to whole steps: {rms_mm:.3f} mm in the mean, {bound_mm:.3f} mm at most")
+    say_lines(f"\nthe stated resolution of {STATED_MM} mm")
     for sentence in sentences:
         say(f"  {sentence}")
 

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from armdrive.cli.confirming import scene_of
-from armdrive.cli.output import say
+from armdrive.cli.output import put, say
 from armdrive.draw.armview import side_view, top_view
 from armdrive.draw.terminal import can_braille
 from armdrive.errors import ArmError, BadRequest
@@ -106,8 +106,7 @@ class Guide:
 
     def _line(self, prompt: str) -> str | None:
         """Return the next line in small letters; None at the end of input."""
-        sys.stdout.write(prompt)
-        sys.stdout.flush()
+        put(prompt)
         line = self._read()
         if not line:
             say("")  # what is said next does not stand behind the prompt

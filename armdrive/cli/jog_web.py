@@ -19,6 +19,7 @@ from typing import Any
 
 from armdrive.cli.choosing import chosen_target
 from armdrive.cli.jog_door import HOST, PAGE, SOCKET, Door, Visit
+from armdrive.cli.jog_porch import Porch
 from armdrive.cli.output import say
 from armdrive.errors import BadRequest
 
@@ -62,9 +63,8 @@ def jog_web(options: argparse.Namespace) -> int:
     say(f"the desk is at {door.address}")
     say("click into the page once: until then the browser keeps the keys, the space bar too")
     say("only this computer reaches it; closing the page stops the arm, ctrl+c ends this")
-    web.run_app(
-        _guarded(server, web, door), sock=listening, print=None, shutdown_timeout=SHUTDOWN_S
-    )
+    with contextlib.suppress(web.GracefulExit, KeyboardInterrupt):
+        asyncio.run(_serve(server, web, door, listening))
     return 0
 
 
@@ -97,6 +97,19 @@ def _words(options: argparse.Namespace) -> Iterator[str]:
             yield f"--{name}={value}"
 
 
+async def _serve(server: Any, web: Any, door: Door, listening: socket.socket) -> None:
+    """Serve until a signal ends it, which raises `GracefulExit` out of the loop."""
+    app = await _guarded(server, web, door)
+    runner = web.AppRunner(app, handle_signals=True, access_log=None, shutdown_timeout=SHUTDOWN_S)
+    await runner.setup()
+    try:
+        loop = asyncio.get_running_loop()
+        async with await loop.create_server(Porch(door, runner.server), sock=listening):
+            await asyncio.Event().wait()
+    finally:
+        await runner.cleanup()
+
+
 async def _guarded(server: Any, web: Any, door: Door) -> Any:
     """Return the application behind its door."""
     app = await server._make_app()  # noqa: SLF001 - its `serve` listens and logs in its own way
@@ -120,6 +133,8 @@ def guard(web: Any, door: Door) -> Any:
             if request.path == PAGE:
                 response.set_cookie(door.cookie, door.key, httponly=True, samesite="Strict")
             return response
+        if not web.WebSocketResponse().can_prepare(request):
+            return web.Response(status=400, text="this is no WebSocket")
         free.clear()
         try:
             return await handler(request)

@@ -5,13 +5,18 @@ from __future__ import annotations
 import argparse
 import math
 
+_MOST_DIGITS = 18
+"""Whole numbers have 64 bits wherever they go: into a file, a socket or a system call."""
+
 
 def number(text: str) -> float:
-    """Return a finite number, for argparse's `type=`."""
+    """Return a finite number, for argparse's `type=`; digits are 0 to 9, with nothing between."""
     try:
         value = float(text)
     except ValueError:
         raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
+    if not text.isascii() or "_" in text:  # Python would take both: `1_5` for 15
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number")
     if not math.isfinite(value):
         raise argparse.ArgumentTypeError(f"{text!r} is not a finite number")
     return value
@@ -27,7 +32,8 @@ def positive(text: str) -> float:
 
 def count(text: str) -> int:
     """Return a whole number above 0."""
-    if not (text.isascii() and text.isdecimal() and int(text) > 0):
+    plain = text.isascii() and text.isdecimal() and len(text) <= _MOST_DIGITS
+    if not plain or int(text) == 0:
         raise argparse.ArgumentTypeError(f"{text!r} is not a whole number above 0")
     return int(text)
 

@@ -1,27 +1,36 @@
-"""Printing for people and for programs: sentences, or one JSON document a line."""
+"""Printing for people and for programs: sentences, or one JSON document a line.
+
+Everything that the command line prints goes through this module, and what is not printable is
+shown as an escape: text may come from a file or a device, and a terminal acts on what it is sent.
+"""
 
 from __future__ import annotations
 
 import json
 import sys
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, TextIO
 
 from armdrive.catalogue.actions import COMMAND_LINE, presented
+from armdrive.printable import encodable, printable, printable_lines
 
 if TYPE_CHECKING:
     from armdrive.status import Status
 
 
 def say(text: str) -> None:
-    """Print a line, in the words of the command line."""
-    sys.stdout.write(f"{presented(text, COMMAND_LINE)}\n")
-    sys.stdout.flush()
+    """Print one line, in the words of the command line."""
+    put(f"{printable(presented(text, COMMAND_LINE))}\n")
+
+
+def say_lines(text: str) -> None:
+    """Print a text of several lines, in the words of the command line."""
+    put(f"{printable_lines(presented(text, COMMAND_LINE))}\n")
 
 
 def complain(text: str) -> None:
-    """Print a line on the error output, in the words of the command line."""
-    sys.stderr.write(f"{presented(text, COMMAND_LINE)}\n")
-    sys.stderr.flush()
+    """Print on the error output, in the words of the command line. It may be several lines."""
+    put_error(f"{printable_lines(presented(text, COMMAND_LINE))}\n")
 
 
 def emit(document: dict[str, Any]) -> None:
@@ -32,3 +41,32 @@ def emit(document: dict[str, Any]) -> None:
 def say_which(status: Status) -> None:
     """Say which arm this is; every command that touches one begins with it."""
     say(status.which)
+
+
+def put(text: str, *, control: str = "", output: TextIO | None = None) -> None:
+    """Write text as it is, at once: a prompt, or lines that have their line breaks.
+
+    `control` is written before it and is not escaped: sequences of our own that move the cursor.
+    """
+    _write(sys.stdout if output is None else output, text, control)
+
+
+def draw_over(lines: Sequence[str], *, control: str, line_end: str) -> None:
+    """Write lines over those that were drawn before, in one piece, so that nothing flickers.
+
+    `control` and `line_end` are sequences of our own, and are written as they are.
+    """
+    shown = [encodable(printable(line), sys.stdout.encoding) for line in lines]
+    sys.stdout.write(control + "".join(f"{line}{line_end}" for line in shown))
+    sys.stdout.flush()
+
+
+def put_error(text: str) -> None:
+    """Write text to the error output as `put` does."""
+    _write(sys.stderr, text, "")
+
+
+def _write(output: TextIO, text: str, control: str) -> None:
+    shown = encodable(printable_lines(text), getattr(output, "encoding", None))
+    output.write(f"{control}{shown}")
+    output.flush()

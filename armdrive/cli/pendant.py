@@ -17,7 +17,6 @@ Every action prints JSON with --json.
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import MappingProxyType
@@ -29,7 +28,7 @@ from armdrive.cli.choosing import (
     connect_chosen,
 )
 from armdrive.cli.confirming import agreed, settle_trust
-from armdrive.cli.output import emit, say, say_which
+from armdrive.cli.output import emit, put_error, say, say_lines, say_which
 from armdrive.cli.pendant_files import from_file, into_file, require_free, text_of
 from armdrive.cli.pendant_points import make_points, make_rows
 from armdrive.errors import OperatorNeeded
@@ -99,7 +98,7 @@ def _show(options: argparse.Namespace) -> int:
     if options.json:
         emit(_view(config, program))
     else:
-        say(text_of(config, program).rstrip("\n"))
+        say_lines(text_of(config, program).rstrip("\n"))
     return 0
 
 
@@ -159,7 +158,7 @@ def _written(arm: Arm, program: PendantProgram, *, leave_others: bool) -> int:
         from armdrive.flows.program_memory import named_rows
 
         new = f"{named_rows(done)} new in the arm" if done else "nothing new in the arm"
-        sys.stderr.write(f"{new}; the next one perhaps, the others as before\n")
+        put_error(f"{new}; the next one perhaps, the others as before\n")
         raise
 
 

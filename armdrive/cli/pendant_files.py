@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from armdrive.durable import DISK, replace_durably
 from armdrive.errors import BadRequest, PendantFileError
+from armdrive.textfile import read_text
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -19,12 +20,11 @@ def from_file(path: Path) -> PendantProgram:
     """Read a file; raises `PendantFileError` that names it and the line."""
     from armdrive.teaching.pendantfile import LARGEST_BYTES, parse_pendant
 
+    text = read_text(path, "the file", PendantFileError, most_bytes=LARGEST_BYTES)
     try:
-        return parse_pendant(DISK.read(path, LARGEST_BYTES).decode("utf-8"))
-    except (PendantFileError, UnicodeDecodeError) as error:
+        return parse_pendant(text)
+    except PendantFileError as error:
         raise PendantFileError(f"{path}: {error}") from None
-    except OSError as error:
-        raise PendantFileError(f"{path} cannot be read: {error.strerror or error}") from None
 
 
 def into_file(path: Path, config: ArmConfig, program: PendantProgram) -> None:

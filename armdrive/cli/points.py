@@ -31,7 +31,7 @@ from armdrive.cli.choosing import (
 )
 from armdrive.cli.confirming import settle_trust
 from armdrive.cli.numbers import count, fraction
-from armdrive.cli.output import emit, say, say_which
+from armdrive.cli.output import emit, say, say_lines, say_which
 from armdrive.cli.points_export import add_export_options, export
 from armdrive.cli.points_shaping import add_shape_options, shape
 from armdrive.pointbook import Points, points_of
@@ -134,7 +134,7 @@ def _show(options: argparse.Namespace) -> int:
     if point.taught is not None:
         say(f"taught {point.taught:%Y-%m-%d %H:%M}")
     if point.note:
-        say(point.note)
+        say_lines(point.note)
     return 0
 
 

@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING, Any
 from armdrive.catalogue import error_view, tagged
 from armdrive.cli.choosing import chosen_target, connect_chosen
 from armdrive.cli.confirming import ask_operator, settle_trust
-from armdrive.cli.output import complain, emit, say, say_which
+from armdrive.cli.output import complain, emit, put, put_error, say, say_which
 from armdrive.cli.putting import put_blocks, require_table
 from armdrive.cli.run_report import draw_path, rehearsal_lines, rehearsal_view
 from armdrive.cli.run_showing import Display
 from armdrive.errors import ArmError, ArmInUse, DeviceFault, LinkError
+from armdrive.programs.problems import excerpt
 from armdrive.status import State
 from armdrive.view import pose_view
 
@@ -71,8 +72,7 @@ def display_for(options: argparse.Namespace, lines: list[str]) -> Display:
     output = sys.stdout  # kept: what a script prints may be led elsewhere meanwhile
 
     def write(event: dict[str, Any]) -> None:
-        output.write(f"{json.dumps(event)}\n")
-        output.flush()
+        put(f"{json.dumps(event)}\n", output=output)
 
     return Display(lines, write if options.json else None, rewrites=output.isatty())
 
@@ -104,9 +104,9 @@ def show_place(mark: Mark | None, lines: list[str], error: BaseException) -> Non
     """Show a line of the program with a caret under the place, where the error does not do so."""
     if mark is None or getattr(error, "mark", None) is not None:
         return
-    sys.stderr.write(f"{mark}\n")
+    put_error(f"{mark}\n")
     if 0 < mark.line <= len(lines):
-        sys.stderr.write(f"    {lines[mark.line - 1]}\n    {' ' * (mark.column - 1)}^\n")
+        put_error(f"{excerpt(lines[mark.line - 1], mark.column)}\n")
 
 
 def failed_view(mark: Mark | None, error: BaseException, resume: str) -> dict[str, Any]:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import sys
 from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING
 
 from armdrive.cli.choosing import chosen_target
+from armdrive.cli.output import put_error
 from armdrive.cli.run_again import move_command, resume_command
 from armdrive.cli.run_common import (
     connect_to_check,
@@ -30,6 +30,7 @@ from armdrive.cli.run_signals import stopped_by_interrupt
 from armdrive.cli.run_words import duration
 from armdrive.programs.journal import Entry, Journal, interrupted
 from armdrive.programs.performing import Performer
+from armdrive.programs.problems import lines_of
 from armdrive.programs.progress import Progress
 from armdrive.programs.rehearsal import Plan, Rehearsal, rehearse, require_rehearsed
 from armdrive.programs.resuming import require_place, require_same_program
@@ -60,7 +61,7 @@ def _check(program: Program, options: argparse.Namespace) -> int:
         source = ArmProgram(program, config)
         plan = _plan(source, options, _taken_up(program, source, arm, options), settle=True)
         rehearsal = rehearse(config, arm, plan)
-        return report(rehearsal, options, program.text.splitlines(), unasked)
+        return report(rehearsal, options, lines_of(program.text), unasked)
 
 
 def _taken_up(
@@ -127,7 +128,7 @@ class _Running:
         self._program = program
         self._arm = arm
         self._options = options
-        self._lines = program.text.splitlines()
+        self._lines = lines_of(program.text)
         self._stops = arm.stops  # a stop during the rehearsal counts as well
 
     def run(self) -> int:
@@ -213,7 +214,6 @@ class _Running:
             display.tell(failed_view(mark, error, resume), "")
             return
         display.tell({}, f"ended early: {run.done} acts done; {stands_at(self._arm)}")
-        sys.stdout.flush()
         show_place(mark, self._lines, error)
         if resume:
-            sys.stderr.write(f"to go on from there: {resume}\n")
+            put_error(f"to go on from there: {resume}\n")

@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from armdrive.cli.choosing import chosen_target
+from armdrive.cli.output import put_error
 from armdrive.cli.run_common import (
     connect_to_check,
     connect_to_run,
@@ -99,7 +100,7 @@ def _own_error(rehearsal: Rehearsal, options: argparse.Namespace) -> int | None:
     error = rehearsal.refusal
     if error is None or isinstance(error, ArmError | KinematicsError):
         return None
-    sys.stderr.write(own_traceback(error, options.program))
+    put_error(own_traceback(error, options.program))
     return 1
 
 
@@ -137,7 +138,7 @@ class _Running:
                 raise
             except Exception as error:  # the script's own
                 self._failed(error)
-                sys.stderr.write(own_traceback(error, self._options.program))
+                put_error(own_traceback(error, self._options.program))
                 return 1
             self._ended(code)
             return code

@@ -8,14 +8,15 @@ from __future__ import annotations
 import contextlib
 import os
 import shutil
-import sys
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
+from armdrive.cli.output import put
 from armdrive.cli.run_words import place_words
 from armdrive.errors import Stopped
+from armdrive.printable import printable
 from armdrive.programs.acts import Mark
 from armdrive.programs.progress import Estimate, Progress
 
@@ -208,21 +209,20 @@ class Display:
         arm = self._arm
         slowed = arm is not None and arm.speed_override < 1.0
         words = place_words(view) + "  slowed" * slowed + "  PAUSED" * self._paused
-        self._put(f"{CLEAR_LINE}{words[: columns - 1]}")
+        self._put(printable(words)[: columns - 1], CLEAR_LINE)
         self._drawn = True
 
     def _wipe(self) -> None:
         if self._drawn:
-            self._put(CLEAR_LINE)
+            self._put("", CLEAR_LINE)
             self._drawn = False
 
     def _print(self, text: str) -> None:
         self._put(f"{text}\n")
 
-    def _put(self, text: str) -> None:
+    def _put(self, text: str, control: str = "") -> None:
         with _heard():
-            sys.stdout.write(text)
-            sys.stdout.flush()
+            put(text, control=control)
 
     def _write(self, event: dict[str, Any]) -> None:
         if self._emit is not None:

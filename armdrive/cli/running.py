@@ -19,7 +19,10 @@ from armdrive.catalogue.actions import COMMAND_LINE, presented
 from armdrive.cli import COMMANDS
 from armdrive.cli.naming import with_arm
 from armdrive.cli.output import complain
+from armdrive.cli.parsing import Parser
+from armdrive.cli.unexpected import FAULT, Unexpected, raises_unexpected, threads_told
 from armdrive.errors import ArmError
+from armdrive.printable import as_message
 from kinematics.errors import BadNumber, KinematicsError, UnknownPreset, UnknownSystem
 
 REFUSED = 3
@@ -50,16 +53,17 @@ def run_command(name: str, words: list[str]) -> int:
     """Parse and run a command of the table."""
     _fill_closed_streams()
     module = cast(Command, importlib.import_module(f"armdrive.cli.{name}"))
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog=f"armdrive {name}",
         description=COMMANDS[name][0].upper() + COMMANDS[name][1:] + ".",
         formatter_class=argparse.RawDescriptionHelpFormatter,
         epilog=module.__doc__.partition("\n\n")[2] if module.__doc__ else None,
     )
-    module.add_arguments(parser)
-    options = parser.parse_args(words)
+    options = argparse.Namespace()
     try:
-        with _signals():
+        module.add_arguments(parser)
+        parser.parse_args(words, options)
+        with _signals(), threads_told():
             return module.run(options)
     except KeyboardInterrupt:
         pressed = KeyboardInterrupt("interrupted; an arm that moved was stopped")
@@ -77,7 +81,11 @@ def run_command(name: str, words: list[str]) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except OSError as error:  # a state folder that cannot be written, a disk that is full
-        return _say(options, error, ArmError.exit_code)
+        return _say(options, _in_words(error), ArmError.exit_code)
+    except Exception as error:
+        if raises_unexpected():
+            raise
+        return _say(options, Unexpected(error), FAULT)
 
 
 def _fill_closed_streams() -> None:
@@ -90,12 +98,24 @@ def _fill_closed_streams() -> None:
             setattr(sys, name, Path(os.devnull).open(mode, encoding="utf-8"))  # noqa: SIM115
 
 
+def _in_words(error: OSError) -> OSError:
+    """Return an error of the system that reads as a sentence, with the file that it is about."""
+    if error.filename is None or not error.strerror:
+        return error
+    file = os.fsdecode(error.filename)
+    return OSError(
+        f"{file} cannot be used ({error.strerror}): make room or its folder writable, or set "
+        "ARMDRIVE_HOME to a folder that is"
+    )
+
+
 def _say(options: argparse.Namespace, error: BaseException, code: int) -> int:
     """Put an error on a line of its own, for the person or, with `--json`, for the program."""
     if getattr(options, "json", False):
         complain(json.dumps(error_view(error)))
     else:
-        complain(f"armdrive: {with_arm(presented(tagged(error), COMMAND_LINE), options)}")
+        sentence = as_message(with_arm(presented(tagged(error), COMMAND_LINE), options))
+        complain(f"armdrive: {sentence}")
     return code
 
 

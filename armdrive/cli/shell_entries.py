@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from armdrive.catalogue import tagged
 from armdrive.catalogue.actions import SHELL, presented
-from armdrive.cli.output import say
+from armdrive.cli.output import put_error, say, say_lines
 from armdrive.cli.run_common import failed_view
 from armdrive.cli.run_signals import stopped_by_interrupt
 from armdrive.cli.shell_person import AtPrompt, Said, Shown
@@ -79,7 +79,7 @@ class Shell:
         if self.json:
             self.emit(event)
         elif text:
-            say(presented(text, SHELL))
+            say_lines(presented(text, SHELL))
 
     def emit(self, event: dict[str, Any]) -> None:
         """Print an event, in the words of the prompt."""
@@ -105,7 +105,7 @@ class Shell:
                 word.deed(self, rest)
         except ArmError as error:
             if not (self.typing or self.json or isinstance(error, ProgramError)):
-                sys.stderr.write(f"{Mark(position, 1, INPUT)}\n")
+                put_error(f"{Mark(position, 1, INPUT)}\n")
             raise
 
     def carry_out(self, entry: Entry) -> None:
@@ -157,16 +157,15 @@ class Shell:
         elif mark is not None and not isinstance(error, ProgramError):
             line = self.session.typed.line_at(mark).strip()
             if not self.typing:
-                sys.stderr.write(f"{mark}\n    {line}\n")
+                put_error(f"{mark}\n    {line}\n")
             elif entry.lines > 1 or mark.file != entry.program.file:
-                sys.stderr.write(f"at `{line}`:\n")
+                put_error(f"at `{line}`:\n")
 
     def complain(self, error: BaseException) -> None:
         """Say what went wrong, and what can be typed now."""
-        sys.stderr.write(f"armdrive: {presented(tagged(error), SHELL)}\n")
+        put_error(f"armdrive: {presented(tagged(error), SHELL)}\n")
         ways = [WAYS_OUT.get(self.arm.status.state, "")]
         ways += [REFERENCE] * isinstance(error, NotReferenced | OperatorNeeded)
-        sys.stderr.write("".join(f"{way}\n" for way in ways if way))
+        put_error("".join(f"{way}\n" for way in ways if way))
         if self.session.unfinished:
-            sys.stderr.write("the line was not taken; Ctrl-C leaves the block\n")
-        sys.stderr.flush()
+            put_error("the line was not taken; Ctrl-C leaves the block\n")

@@ -10,8 +10,12 @@ from types import FrameType, ModuleType, TracebackType
 from typing import NoReturn, Self
 
 from armdrive import places
+from armdrive.durable import DISK, replace_file
 
 HISTORY = "shell_history"
+LARGEST_BYTES = 1_000_000
+LIBEDIT_MARK = "_HiStOrY_V2_"
+"""The first line of a history that macOS's readline wrote itself, as it once did here."""
 MOST_LINES = 1000
 """So many lines are remembered from one day to the next."""
 
@@ -41,8 +45,7 @@ class TypedLines:
     ) -> None:
         if self._readline is not None:
             with contextlib.suppress(OSError):  # a full disk keeps no history, and nothing worse
-                places.states().mkdir(parents=True, exist_ok=True)
-                self._readline.write_history_file(str(places.states() / HISTORY))
+                _write_history(self._readline)
             self._readline.set_completer(None)
 
     def read(self, prompt: str) -> str | None:
@@ -87,10 +90,29 @@ def _readline() -> ModuleType | None:
 
 
 def _prepare(readline: ModuleType, complete: Callable[[str, int], str | None]) -> None:
-    with contextlib.suppress(OSError):
-        readline.read_history_file(str(places.states() / HISTORY))
+    _read_history(readline)
     readline.set_history_length(MOST_LINES)
     readline.set_completer_delims(BREAKS)
     readline.set_completer(complete)
     libedit = "libedit" in (readline.__doc__ or "")
     readline.parse_and_bind("bind ^I rl_complete" if libedit else "tab: complete")
+
+
+def _read_history(readline: ModuleType) -> None:
+    """Recall what was typed before. readline's own reading follows links and waits for pipes."""
+    try:
+        data = DISK.read_own(places.states() / HISTORY, LARGEST_BYTES, end=True)
+    except OSError:
+        return
+    for line in data.decode("utf-8", errors="replace").splitlines():
+        if line != LIBEDIT_MARK:
+            readline.add_history(line)
+
+
+def _write_history(readline: ModuleType) -> None:
+    """Keep the last lines. Raises `OSError`. readline's own writing follows links."""
+    last = readline.get_current_history_length()
+    numbers = range(max(last - MOST_LINES, 0) + 1, last + 1)
+    lines = [readline.get_history_item(number) or "" for number in numbers]
+    text = "\n".join(lines).encode("utf-8", errors="replace")  # a terminal may send any bytes
+    replace_file(places.states() / HISTORY, text.decode("utf-8"))

@@ -7,6 +7,7 @@ import sys
 from typing import TYPE_CHECKING
 
 from armdrive.catalogue.actions import SHELL, presented
+from armdrive.cli.output import put, put_error
 from armdrive.cli.shell_entries import Shell
 from armdrive.cli.shell_lines import TypedLines
 from armdrive.cli.shell_words import Left
@@ -45,7 +46,7 @@ def from_a_terminal(arm: Arm, options: argparse.Namespace) -> int:
     """Take lines at a prompt until the person leaves."""
     shell = Shell(arm, options, typing=True)
     with TypedLines(lambda: _words(shell)) as lines:
-        sys.stdout.write("`help` lists the words; Ctrl-D or `quit` leaves\n")
+        put("`help` lists the words; Ctrl-D or `quit` leaves\n")
         _Loop(shell, lines).run()
     return 0
 
@@ -72,7 +73,7 @@ class _Loop:
                 continue
             self._leaving = False
             if text is None:
-                sys.stdout.write("\n")
+                put("\n")
                 if not session.unfinished:
                     return
                 session.abandon()
@@ -81,7 +82,7 @@ class _Loop:
 
     def _left_by_interrupt(self) -> bool:
         """Forget the line, then the block; Ctrl-C twice where there is neither leaves."""
-        sys.stdout.write("\n")
+        put("\n")
         session = self._shell.session
         anything = bool(self._lines.interrupted) or session.unfinished
         session.abandon()
@@ -91,7 +92,7 @@ class _Loop:
         if self._leaving:
             return True
         self._leaving = True
-        sys.stdout.write("Ctrl-C again leaves, as `quit` does\n")
+        put("Ctrl-C again leaves, as `quit` does\n")
         return False
 
     def _took(self, text: str) -> bool:
@@ -105,7 +106,7 @@ class _Loop:
             self._lines.forget()
             self._shell.complain(error)
         except KeyboardInterrupt:  # while nothing could hear it as a stop
-            sys.stdout.write("\n")
+            put("\n")
         return True
 
     def _tell_news(self) -> None:
@@ -114,8 +115,7 @@ class _Loop:
         bad = status.state in (State.ERROR_STOP, State.DISCONNECTED)
         news = f"the arm is in {status.state.value}: {status.error}" if bad else ""
         if news and news != self._told:
-            sys.stderr.write(f"{presented(news, SHELL)}\n")
-            sys.stderr.flush()
+            put_error(f"{presented(news, SHELL)}\n")
         self._told = news
 
 

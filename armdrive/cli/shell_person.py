@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import signal
-import sys
 import time
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from armdrive.cli.confirming import ask_operator
+from armdrive.cli.output import put
 from armdrive.cli.run_showing import Display
 from armdrive.programs.acts import Grasp, Say
 
@@ -136,7 +136,7 @@ def ask_at_prompt(request: PostureRequest) -> bool:
     try:
         return ask_operator(request)
     except KeyboardInterrupt:
-        sys.stdout.write("\n")
+        put("\n")
         return False
     finally:
         signal.signal(signal.SIGINT, before)

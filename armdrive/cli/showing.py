@@ -8,6 +8,7 @@ import sys
 import threading
 from typing import TYPE_CHECKING
 
+from armdrive.cli.output import draw_over, put
 from armdrive.connecting import connect_simulated
 from armdrive.demo import JOBS, Carried, perform
 from armdrive.draw.armview import ArmScene, Box, side_view, top_view
@@ -53,15 +54,14 @@ def show(
         performance = _Performance(arm)
         performance.start()
         lines = 0
-        sys.stdout.write(CURSOR_OFF)
+        put("", control=CURSOR_OFF)
         try:
             while performance.is_alive():
                 lines = _draw(arm, twin, performance.said, pace, braille, lines)
                 performance.join(FRAME_S)
             lines = _draw(arm, twin, performance.said, pace, braille, lines)
         finally:
-            sys.stdout.write(CURSOR_ON)
-            sys.stdout.flush()
+            put("", control=CURSOR_ON)
         if performance.error is not None:
             raise performance.error
         return performance.carried, arm.pace.now_s()
@@ -83,8 +83,7 @@ def _draw(arm: Arm, twin: Twin, said: str, pace: float, braille: bool, last_line
         said = said.replace("°", " deg")
     picture.append(f"{arm.pace.now_s():6.1f} s  {said}"[:width])
     back = f"\x1b[{last_lines}F" if last_lines else ""
-    sys.stdout.write(back + "".join(f"{line}{CLEAR_LINE}\n" for line in picture))
-    sys.stdout.flush()
+    draw_over(picture, control=back, line_end=f"{CLEAR_LINE}\n")
     return len(picture)
 
 

@@ -20,7 +20,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from armdrive.cli.numbers import count, number
-from armdrive.cli.output import say
+from armdrive.cli.output import put_error, say, say_lines
 from armdrive.sim.twins import TWINS
 
 
@@ -72,7 +72,7 @@ def run(options: argparse.Namespace) -> int:
     if options.list:
         from armdrive.sim.listing import listing
 
-        say(listing([options.dialect] if options.dialect else list(TWINS)))
+        say_lines(listing([options.dialect] if options.dialect else list(TWINS)))
         return 0
     if options.dialect is None:
         raise BadRequest(f"a dialect is required, one of {', '.join(TWINS)}")
@@ -134,7 +134,7 @@ def _serve(options: argparse.Namespace) -> int:
     )
     warning = beyond_this_computer(options.tcp or options.udp or ":0")
     if warning:
-        sys.stderr.write(f"armdrive: {warning}\n")
+        put_error(f"armdrive: {warning}\n")
     commands = None if sys.stdin.closed else sys.stdin.fileno()
     run_device(device, server, commands, sys.stdout, faults=faults)
     return 0

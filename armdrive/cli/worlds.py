@@ -8,17 +8,23 @@ from typing import TYPE_CHECKING
 
 from armdrive import places
 from armdrive.connecting import connect_simulated, state_file
+from armdrive.durable import replace_file
 from armdrive.errors import StateFileError
 from armdrive.holding import hold
 from armdrive.logbook import logbook_file
-from armdrive.record import FileRecorder, replace_file
+from armdrive.record import FileRecorder
 from armdrive.recorder.files import recordings
 from armdrive.recorder.flight import FlightRecorder
 from armdrive.sim.twin import Twin, make_twin
+from armdrive.textfile import is_there, read_json
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm
     from armdrive.armfile import ArmConfig
+
+
+LARGEST_BYTES = 8_000_000
+"""Bytes. A world with a full program memory and thousands of blocks is smaller."""
 
 
 def world_file(arm: str) -> Path:
@@ -69,12 +75,9 @@ def _twin(config: ArmConfig) -> Twin:
 
 def _load(arm: str) -> object:
     path = world_file(arm)
-    try:
-        return json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
+    if not is_there(path):
         return None
-    except (OSError, ValueError) as error:
-        raise StateFileError(str(error)) from None
+    return read_json(path, "the file", StateFileError, most_bytes=LARGEST_BYTES, own=True)
 
 
 def _save(arm: str, twin: Twin) -> None:

@@ -12,7 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from armdrive import places
+from armdrive.durable import replace_file
 from armdrive.errors import StateFileError
+from armdrive.textfile import is_there, read_json
 
 ENDING = "can-setup.json"
 
@@ -47,12 +49,12 @@ def read(arm: str, calibration: str) -> dict[str, Notes]:
     """
     path = path_of(arm)
     try:
-        known = json.loads(path.read_text(encoding="utf-8"))
+        if not is_there(path):
+            return {}
+        known: Any = read_json(path, "the file", StateFileError, own=True)
         found = {name: _one(given) for name, given in known["motors"].items()}
         same = known["calibration"] == calibration
-    except FileNotFoundError:
-        return {}
-    except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:
+    except (StateFileError, ValueError, TypeError, KeyError, AttributeError) as error:
         raise StateFileError(
             f"{path} cannot be read ({error}): delete it; ids and settings are in the drives, and "
             "only directions and gears have to be found once more"
@@ -67,10 +69,7 @@ def absorbed(notes: Notes) -> Notes:
 
 def write(arm: str, calibration: str, notes: Mapping[str, Notes]) -> None:
     """Keep the notes of an arm, whose file has that calibration."""
-    from armdrive.record import replace_file
-
     path = path_of(arm)
-    path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
     motors = {name: asdict(each) for name, each in notes.items()}
     replace_file(path, json.dumps({"calibration": calibration, "motors": motors}, indent=1))
 

@@ -51,6 +51,10 @@ class Controller(Protocol):
         """The text of the message sent last, for people."""
 
     @property
+    def look_at(self) -> str:
+        """What a person does about a device that does not answer."""
+
+    @property
     def underruns(self) -> int:
         """How often a device that queues ran out of motion while more of it was to come."""
 

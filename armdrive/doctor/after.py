@@ -9,8 +9,9 @@ from dataclasses import dataclass
 from armdrive.dialects import DIALECTS
 from armdrive.doctor.findings import Finding, note, ok, problem
 from armdrive.doctor.probing import Examination
-from armdrive.doctor.signs import Identity, says_something_readable, shown
+from armdrive.doctor.signs import Identity, says_something_readable
 from armdrive.interview.toml_text import value as toml
+from armdrive.received import excerpt
 
 CHECK_WIRING = (
     "check that the arm is switched on, that the cable carries data, and that transmit and "
@@ -101,13 +102,13 @@ def _unrecognised(found: Examination, expected: Expected) -> list[Finding]:
     if says_something_readable(heard):
         return [
             problem(
-                f"somebody speaks, but no dialect that is known here: {shown(heard)}",
+                f"somebody speaks, but no dialect that is known here: {excerpt(heard)}",
                 "if that is half a line, look at the cable; else the firmware is no arm's",
             )
         ]
     return [
         problem(
-            f"bytes come that nobody can read{at}: {shown(heard)}",
+            f"bytes come that nobody can read{at}: {excerpt(heard)}",
             "another baud rate (--baud N) or a bad contact, a missing ground say",
         )
     ]

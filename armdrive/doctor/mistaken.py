@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from armdrive.errors import DeviceFault, LinkLost
+from armdrive.received import NOT_THE_ANSWER, excerpt
 from armdrive.transports.can_address import PREFIX, is_can
 
 if TYPE_CHECKING:
@@ -89,7 +90,7 @@ def explained(
     fault: DeviceFault, heard: bytes, wire: Connection, sent: Sequence[bytes] = ()
 ) -> DeviceFault:
     """Return the fault of a failed connection with what was heard, and who finds out more."""
-    instead = "" if is_can(wire.port) else _instead(heard, wire.dialect, sent)
+    instead = "" if is_can(wire.port) else _instead(heard, wire.dialect, sent, str(fault))
     told = [str(fault).rstrip(".") + ".", instead, _doctor(wire.port)]
     return type(fault)(" ".join(part for part in told if part))
 
@@ -99,8 +100,8 @@ def bare(fault: BaseException, wire: Connection) -> str:
     return str(fault).removesuffix(_doctor(wire.port)).rstrip(" .")
 
 
-def _instead(heard: bytes, dialect: str, sent: Sequence[bytes]) -> str:
-    from armdrive.doctor.signs import comes_back, recognise, says_something_readable, shown
+def _instead(heard: bytes, dialect: str, sent: Sequence[bytes], told: str) -> str:
+    from armdrive.doctor.signs import comes_back, recognise, says_something_readable
 
     if comes_back(sent, heard):
         return (
@@ -114,9 +115,10 @@ def _instead(heard: bytes, dialect: str, sent: Sequence[bytes]) -> str:
         return f"What answered is no {dialect}, but {identity.firmware}{chosen}."
     if not heard or identity is not None:
         return ""
+    came = "" if NOT_THE_ANSWER in told else f": {excerpt(heard)}"
     if says_something_readable(heard):
-        return f"What came is no {dialect}'s: {shown(heard)}."
-    return f"What came cannot be read: {shown(heard)}; is the baud rate right?"
+        return f"What came is no {dialect}'s{came}."
+    return f"What came cannot be read{came}; is the baud rate right?"
 
 
 def _doctor(port: str) -> str:

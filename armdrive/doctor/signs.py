@@ -68,12 +68,6 @@ def comes_back(sent: Sequence[bytes], heard: bytes) -> bool:
     return True
 
 
-def shown(heard: bytes, most: int = 48) -> str:
-    """Return bytes for people, the end of them cut off."""
-    text = heard[:most].decode("latin-1").encode("unicode_escape").decode("ascii")
-    return f"'{text}'{' ...' if len(heard) > most else ''}"
-
-
 def _lines(heard: bytes, ends: bytes) -> Iterator[bytes]:
     """Return the lines, the last one also where its end has not come."""
     lines = LineSplitter(ends, max_lines=4096)

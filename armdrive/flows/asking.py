@@ -59,6 +59,14 @@ class Asking:
     def ask_registers(self) -> Flow[Registers]:
         """Read the registers, again where an exchange was disturbed. Raises `DeviceFault`.
 
+        It ends within the limit of a call, also in the middle of a motion.
+        """
+        with self.engine.limited():
+            return (yield from self._ask_registers())
+
+    def _ask_registers(self) -> Flow[Registers]:
+        """Ask until one answer is sure.
+
         After a disturbance an answer counts only if the line falls silent behind it: else it
         may be the late one of the try before, and the next answer would be taken for another's.
         After a silence, counts of zero may be those of a controller that has begun anew; an answer

@@ -14,6 +14,7 @@ from armdrive.controllers.requests import (
     ClearFault,
     Done,
     DropCurrent,
+    Halted,
     HomeDevice,
     Registers,
     SwitchOn,
@@ -35,8 +36,15 @@ if TYPE_CHECKING:
 
 def connect(wire: Wire) -> Flow[None]:
     """Find the controller, take up its record, and end in stand-still. Moves nothing."""
+    try:
+        yield from _connect(wire)
+    except NoAnswer as error:  # there is no arm yet that could be reset
+        raise NoAnswer(f"{without_reset(error)}, then connect again") from None
+
+
+def _connect(wire: Wire) -> Flow[None]:
     core = wire.core
-    registers = yield from _find(wire)
+    registers = yield from wire.ask_registers()
     switched = core.controller.abilities.current is Switching.BOTH
     core.happen(Event.OPENED_SWITCHED if switched else Event.OPENED_HELD)
     _take_up_record(wire, registers)
@@ -46,14 +54,6 @@ def connect(wire: Wire) -> Flow[None]:
     if core.belief.trust is Trust.SUSPECT:
         core.remember()  # else registers that come back by chance would be believed once more
     core.still_since_s = wire.now_s
-
-
-def _find(wire: Wire) -> Flow[Registers]:
-    """Ask for the registers of an arm that nobody has seen yet, and that cannot be reset."""
-    try:
-        return (yield from wire.ask_registers())
-    except NoAnswer as error:
-        raise NoAnswer(f"{without_reset(error)}, then connect again") from None
 
 
 def _take_up_record(wire: Wire, registers: Registers) -> None:
@@ -131,14 +131,16 @@ def home_device(
 
 def _home_group(wire: Wire, request: HomeDevice) -> Flow[None]:
     """Have some of the motors homed; whatever ends it early leaves nothing referenced."""
-    core = wire.core
+    core, began_s = wire.core, wire.now_s
     reply = yield from wire.request(request, Evidence.ANSWER_LOST)
     if isinstance(reply, Done) and not wire.stopping:
         return
     core.learn(Evidence.HOMING_FAILED, wire.now_s)
     if wire.stopping:
         raise wire.stopped("homing was stopped: nothing was referenced")
-    core.fault(f"homing failed: {reply}. Look at the switches and the arm, then call `reset()`")
+    late = f"it had not ended after {wire.now_s - began_s:.0f} s, {wire.engine.received}"
+    why = late if isinstance(reply, Halted) else reply  # nobody stopped it: its time was over
+    core.fault(f"homing failed: {why}. Look at the switches and the arm, then call `reset()`")
     raise DeviceFault(core.error)
 
 

@@ -18,6 +18,10 @@ from armdrive.errors import ArmError, ArmFileError
 from kinematics import KinematicsError, Pose
 
 MOST_PROBLEMS = 50
+MOST_READ = 3000
+"""To find a key at fault, the file is read once more without each of its keys: no more than so
+often in all, which takes a few seconds. Ten faulty keys of a file with 300 keys are found."""
+
 _BASIC = (("model",), ("connection", "dialect"))
 """Where one of these is wrong, nothing else can be judged."""
 
@@ -28,11 +32,15 @@ def problems_of(table: dict[str, Any], name: str, folder: Path) -> list[str]:
     """Return one sentence for each thing that is wrong, in the order in which they are found."""
     left = copy.deepcopy(table)
     found: list[str] = []
+    read = 0
     while len(found) < MOST_PROBLEMS:
         complaint = _complaint(left, name, folder)
         if complaint is None:
             break
         found.append(complaint)
+        read += sum(1 for _ in _paths(left))
+        if read > MOST_READ:
+            break
         smaller = _without_fault(left, complaint, name, folder)
         if smaller is None:
             return found

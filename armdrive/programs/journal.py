@@ -13,9 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from armdrive import places
-from armdrive.durable import DISK, remove_durably
+from armdrive.durable import DISK, remove_durably, replace_file
 from armdrive.errors import Refused, StateFileError
-from armdrive.record import replace_file
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm
@@ -132,11 +131,13 @@ def interrupted(arm: str) -> Entry:
     """
     path = journal_file(arm)
     try:
-        return from_text(DISK.read(path, LONGEST + 1))
+        return from_text(DISK.read_own(path, LONGEST + 1))
     except FileNotFoundError:
         raise Refused(f"no program of {arm} was interrupted: there is nothing to resume") from None
     except OSError as error:
-        raise StateFileError(f"the journal {path} cannot be read: {error}") from None
+        raise StateFileError(
+            f"the journal {path} cannot be read: {error.strerror or error}"
+        ) from None
     except (ValueError, TypeError, KeyError, RecursionError) as error:
         raise StateFileError(
             f"the journal {path} is damaged ({error}): delete it, and begin the program anew"

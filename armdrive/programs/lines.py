@@ -43,6 +43,9 @@ from armdrive.programs.wording import mistake
 DEEPEST_VALUE = 60
 """Values may be nested so deep: what is deeper is unreadable, and a mistake of a generator."""
 
+LONGEST_LINE = 10_000
+"""Characters. A longer line is a mistake of a generator, and takes seconds to be read."""
+
 Item: TypeAlias = Statement | Head
 
 
@@ -61,6 +64,9 @@ def read_line(line: str, number: int = 1, file: str = "") -> list[Item]:
     """
     if not line.strip(" \t"):
         return [Remark(mark=Mark(number, 1, file))]
+    if len(line) > LONGEST_LINE:
+        mark = Mark(number, LONGEST_LINE + 1, file)
+        raise LineMistake(Problem(mark, f"a line has at most {LONGEST_LINE} characters"))
     try:
         tree = line_parser().parse(line)
     except UnexpectedInput as error:

@@ -33,6 +33,7 @@ from armdrive.programs.acts import (
     Say,
     Seen,
 )
+from armdrive.tempo import given_up
 from kinematics import Joints, Pose
 
 if TYPE_CHECKING:
@@ -116,11 +117,18 @@ class Performer:
         self.require_no_stop()
 
     def wait_while_paused(self) -> None:
-        """Wait, in real time, for as long as somebody wants the arm to stand."""
+        """Wait, in real time, for as long as somebody wants the arm to stand.
+
+        Raises `WrongState` after as long as a motion would wait.
+        """
         self.require_no_stop()
         if self.arm.paused:
+            waited_s, longest_s = 0.0, self.arm.core.tempo.longest_real_s
             while self.arm.paused:
+                if waited_s >= longest_s:
+                    raise given_up(waited_s)
                 time.sleep(BREATH_S)
+                waited_s += BREATH_S
             self._absences = self._absent()  # somebody let it go on
         self.require_no_stop()  # a stop ends a pause, too
 

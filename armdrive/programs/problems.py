@@ -6,7 +6,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from armdrive.errors import ProgramError
+from armdrive.printable import printable
 from armdrive.programs.acts import Mark
+
+EXCERPT = 200
+"""Characters of a long line that are shown."""
 
 MOST_TOLD = 20
 """So many problems of one program are told at once: more are the echo of the first."""
@@ -33,9 +37,22 @@ def pointed(problem: Problem, lines: list[str], file: str | None = None) -> str:
     mark = problem.mark
     if not 1 <= mark.line <= len(lines) or file not in (None, mark.file):
         return f"{mark}: {problem.text}"
-    line = lines[mark.line - 1]
-    before = "".join("\t" if sign == "\t" else " " for sign in line[: mark.column - 1])
-    return f"{mark}: {problem.text}\n    {line}\n    {before.ljust(mark.column - 1)}^"
+    return f"{mark}: {problem.text}\n{excerpt(lines[mark.line - 1], mark.column)}"
+
+
+def excerpt(line: str, column: int) -> str:
+    """Return a line of a program, and a caret under the place; columns count from 1.
+
+    What is not printable is shown as its escape, a tab as a space. Of a long line only the part
+    around the place is shown.
+    """
+    at = column - 1
+    first = max(0, min(at, len(line)) - EXCERPT // 2)
+    part = line[first : first + EXCERPT].replace("\t", " ")
+    before, behind = printable(part[: at - first]), printable(part[at - first :])
+    more, rest = "..." * (first > 0), "..." * (first + EXCERPT < len(line))
+    caret = " " * (len(more) + len(before) + max(at - len(line), 0))
+    return f"    {more}{before}{behind}{rest}\n    {caret}^"
 
 
 def program_error(problems: Iterable[Problem], text: str, file: str | None = None) -> ProgramError:

@@ -17,11 +17,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from armdrive.errors import BadRequest
+from armdrive.printable import printable_lines
 from armdrive.programs.calls import ScriptCall, watch_calls
 from armdrive.standins import standing_in
+from armdrive.textfile import read_bytes
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm
+
+LARGEST_SCRIPT = 4_000_000
+"""Bytes. A script may hold a table of its own."""
 
 FORCE_SIM = "ARMDRIVE_FORCE_SIM"
 
@@ -74,11 +79,11 @@ def as_it_says(target: str, options: Mapping[str, Any]) -> Arm:
 
 def read_script(path: Path) -> bytes:
     """Return a script's bytes, read once to see that it is Python. Raises `BadRequest`."""
+    source = read_bytes(path, "the script", BadRequest, most_bytes=LARGEST_SCRIPT)
     try:
-        source = path.read_bytes()
         ast.parse(source, str(path))
-    except OSError as error:
-        raise BadRequest(f"{path} cannot be read: {error.strerror or error}") from None
+    except (RecursionError, MemoryError):  # MemoryError: how Python's parser says the same
+        raise BadRequest(f"{path} is nested too deeply") from None
     except (SyntaxError, ValueError) as error:
         line = getattr(error, "lineno", None)
         where = f"{path}: line {line}" if line else str(path)
@@ -152,5 +157,5 @@ def _as_main(path: Path, words: Sequence[str]) -> Iterator[None]:
 def _exit_code(code: object) -> int:
     if code is None or isinstance(code, int):
         return code or 0
-    sys.stderr.write(f"{code}\n")
+    sys.stderr.write(f"{printable_lines(str(code))}\n")
     return 1

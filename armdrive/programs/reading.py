@@ -38,6 +38,9 @@ from armdrive.programs.terms import (
 DEEPEST_BLOCK = 30
 """Blocks may be nested so deep."""
 
+MOST_LINES = 10_000
+"""A longer one is no program; to read it, and to tell what is wrong with it, would take minutes."""
+
 _OPENING = re.compile(r"\s*(if|while|repeat|define)(?!\w)", re.IGNORECASE)
 _WORD = {IfHead: "if", WhileHead: "while", RepeatHead: "repeat", DefineHead: "define"}
 
@@ -69,6 +72,9 @@ def read_tree(text: str, file: str = "", first: int = 1) -> tuple[Tree, list[Pro
     """
     blocks = _Blocks()
     lines = lines_of(text)
+    if len(lines) > MOST_LINES:
+        mark = Mark(MOST_LINES + 1, 1, file)
+        return blocks.whole(), [Problem(mark, f"a program has at most {MOST_LINES} lines")]
     if lines[-1] == "":
         lines.pop()  # what ends with a line's end has no blank line behind it
     for number, line in enumerate(lines, start=first):

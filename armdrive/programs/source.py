@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from armdrive.errors import BadRequest
 from armdrive.pointbook import points_of
 from armdrive.programs.program import Program, read_program
+from armdrive.textfile import read_text
 from kinematics import Joints, Pose
 
 if TYPE_CHECKING:
@@ -44,10 +45,4 @@ class ArmProgram:
 
 def read_program_file(path: Path) -> Program:
     """Read a program file. Raises `BadRequest` for one that cannot be read, and `ProgramError`."""
-    try:
-        text = path.read_text(encoding="utf-8-sig")  # Windows' editors begin a file with a mark
-    except OSError as error:
-        raise BadRequest(f"{path} cannot be read: {error.strerror or error}") from None
-    except UnicodeDecodeError as error:
-        raise BadRequest(f"{path} is no text in UTF-8: byte {error.start} is none") from None
-    return read_program(text, str(path))
+    return read_program(read_text(path, "the program", BadRequest), str(path))

@@ -18,6 +18,10 @@ class Kind(Enum):
     ANY = "a value"
 
 
+LONGEST_TIME_S = 1e6
+"""More than eleven days. Timers of the system take 292 years at most, and 1e300 is a slip."""
+
+
 @dataclass(frozen=True, slots=True)
 class Slot:
     """One value that a word or a function takes, and in which bounds it has to be.
@@ -109,15 +113,17 @@ PLACES = (
          "remember corner"),
 )  # fmt: skip
 
+TIME = Slot("time in s", least=0.0, most=LONGEST_TIME_S)
+
 WAITING = (
-    Word("delay", (Slot("time in s", least=0.0),), "Let time pass.", "delay 1.5"),
+    Word("delay", (TIME,), "Let time pass.", "delay 1.5"),
     Word("signal", (LINES,), "Switch outputs on, and those with a minus off.", "signal 3, -4"),
     Word("wait", (LINES,),
          "Wait until inputs are on, and those with a minus off. If that takes longer than `within` "
          "says, in s, the program ends with an error, or goes on with `off` in the name that "
          "stands behind `into`.",
          "wait 1, -2 within 5",
-         links=(("within", (Slot("time in s", least=0.0),)), _into(Kind.TRUTH))),
+         links=(("within", (TIME,)), _into(Kind.TRUTH))),
     Word("hold", (ANYTHING,), "Wait until a person lets the program go on.",
          'hold "turn the part"', ("pause",)),
     Word("type", (ANYTHING,), "Say something to the person.", 'type "width", width'),

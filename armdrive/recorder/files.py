@@ -8,19 +8,20 @@ from __future__ import annotations
 
 import contextlib
 import json
-import os
 import re
-import tempfile
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict
+from itertools import islice
 from pathlib import Path
 
 from armdrive import places
+from armdrive.durable import DISK, replace_durably
 from armdrive.errors import StateFileError
 from armdrive.recorder.entries import Entry
 from armdrive.recorder.header import FORMAT, MARK, Header
 
 ENDING = ".jsonl"
+LINES_AT_A_TIME = 1000
 MOST_FILES = 20
 """So many recordings are kept; the oldest go."""
 
@@ -59,22 +60,17 @@ def write_recording(
     In the folder `most` no more than `MOST_FILES` are left.
     """
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-        try:
-            with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as file:
-                file.writelines(f"{line}\n" for line in lines_of(header, entries))
-                file.flush()
-                os.fsync(file.fileno())
-            Path(name).replace(path)
-        except BaseException:
-            with contextlib.suppress(OSError):
-                Path(name).unlink()
-            raise
+        replace_durably(DISK, path, _pieces(lines_of(header, entries)))
     except OSError as error:
         raise StateFileError(f"the recording {path} cannot be written: {error}") from None
     if most is not None:
         _delete_oldest(most)
+
+
+def _pieces(lines: Iterator[str]) -> Iterator[bytes]:
+    """Return the bytes of a file, many lines at a time: each piece is a call of the system."""
+    while some := list(islice(lines, LINES_AT_A_TIME)):
+        yield "".join(f"{line}\n" for line in some).encode()
 
 
 def _delete_oldest(folder: Path) -> None:

@@ -6,8 +6,11 @@ import datetime as dt
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from armdrive.errors import ArmError, ArmFileError
+from armdrive.textfile import read_text
+
 if TYPE_CHECKING:
-    from armdrive.armfile import ArmConfig
+    from armdrive.armfile import ArmConfig, Source
 
 FORMAT = 1
 MARK = "armdrive_recording"
@@ -64,7 +67,6 @@ def texts_of(config: ArmConfig) -> tuple[str, str]:
     A recording is written when something has gone wrong: it is worth having without them too.
     """
     from armdrive.armfile import MODEL_FILE
-    from armdrive.errors import ArmError
     from armdrive.interview.complete import complete
     from kinematics import PRESETS, KinematicsError
 
@@ -76,7 +78,11 @@ def texts_of(config: ArmConfig) -> tuple[str, str]:
     try:
         text = complete(config, table)
         given = word not in PRESETS and word.lower().endswith(MODEL_FILE)
-        model = (source.folder / word).read_text(encoding="utf-8") if given else ""
+        model = _model_text(source, word) if given else ""
     except (ArmError, KinematicsError, ArithmeticError, LookupError, OSError, ValueError):
         return "", ""
     return text, model
+
+
+def _model_text(source: Source, word: str) -> str:
+    return read_text(source.folder / word, "the model file", ArmFileError)

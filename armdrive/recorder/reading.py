@@ -6,11 +6,11 @@ a recording names is opened or run: the arm file and its model file stand in it 
 
 from __future__ import annotations
 
+import io
 import json
 import math
 import tempfile
-import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 from armdrive.errors import ArmError, RecordingError
 from armdrive.recorder.entries import WIRE, Entry, Kind
 from armdrive.recorder.header import FORMAT, MARK, Header
+from armdrive.textfile import parse_toml, read_bytes
 from kinematics.errors import KinematicsError
 
 if TYPE_CHECKING:
@@ -48,22 +49,17 @@ class Recording:
                 "--show still prints it"
             )
         try:
-            table = tomllib.loads(header.arm_file)
+            table = parse_toml(header.arm_file, RecordingError)
             with tempfile.TemporaryDirectory(prefix="armdrive-") as folder:
                 _put_model(table, Path(folder), header.model_file)
                 return parse_arm_file(table, name=header.arm, folder=Path(folder))
-        except (tomllib.TOMLDecodeError, ArmError, KinematicsError, RecursionError) as error:
+        except (ArmError, KinematicsError, OSError) as error:
             raise RecordingError(f"the recording's arm file cannot be used: {error}") from None
 
 
 def read_recording(path: Path) -> Recording:
     """Read a file. Raises `RecordingError`."""
-    try:
-        if path.stat().st_size > MOST_FILE_BYTES:
-            raise RecordingError(f"{path} is larger than any recording: {MOST_FILE_BYTES} bytes")
-        data = path.read_bytes()
-    except OSError as error:
-        raise RecordingError(f"{path} cannot be read: {error.strerror or error}") from None
+    data = read_bytes(path, "the recording", RecordingError, most_bytes=MOST_FILE_BYTES)
     try:
         return parse_recording(data)
     except RecordingError as error:
@@ -72,11 +68,10 @@ def read_recording(path: Path) -> Recording:
 
 def parse_recording(data: bytes) -> Recording:
     """Turn a file's bytes into a recording. Raises `RecordingError`."""
-    first, *lines = data.split(b"\n")
-    header = _header(_object(first, 1))
-    last = lines.pop() if lines else b""
-    entries = list(_entries(lines))
-    return Recording(header, tuple(entries), cut_off=bool(last))
+    lines = io.BytesIO(data)  # line by line: a file of line breaks alone is refused at the second
+    header = _header(_object(lines.readline().removesuffix(b"\n"), 1))
+    entries = tuple(_entries(lines))
+    return Recording(header, entries, cut_off=len(data) > 0 and not data.endswith(b"\n"))
 
 
 def _put_model(table: dict[str, Any], folder: Path, text: str) -> None:
@@ -117,9 +112,12 @@ def _header(found: Mapping[str, Any]) -> Header:
     return Header(**values)
 
 
-def _entries(lines: list[bytes]) -> Iterator[Entry]:
+def _entries(lines: Iterable[bytes]) -> Iterator[Entry]:
+    """Yield an entry for each whole line; a last line that was cut off is left out."""
     latest_s = -math.inf
     for number, line in enumerate(lines, 2):
+        if not line.endswith(b"\n"):
+            return
         entry = _entry(_object(line, number), number)
         if entry.time_s < latest_s:
             raise RecordingError(f"line {number} is earlier than the line before it")

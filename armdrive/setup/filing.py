@@ -13,6 +13,7 @@ from armdrive.errors import ArmFileError
 from armdrive.interview.amending import amended
 from armdrive.interview.corrections import Verdict, changes, swapped
 from armdrive.interview.problems import problems_of
+from armdrive.textfile import read_text
 
 if TYPE_CHECKING:
     from armdrive.armfile import ArmConfig
@@ -32,7 +33,7 @@ def checked(files: Files, name: str) -> ArmConfig:
 
 def write(files: Files, path: Path) -> None:
     """Write the model file, then the arm file that names it."""
-    from armdrive.record import replace_file
+    from armdrive.durable import replace_file
 
     if files.model is not None:
         replace_file(path.parent / files.model_path, files.model.rstrip("\n"))
@@ -61,7 +62,7 @@ class Proposal:
 
     def write(self) -> None:
         """Write it. Raises `ArmFileError` if the file is no longer the one that was compared."""
-        from armdrive.record import replace_file
+        from armdrive.durable import replace_file
 
         if _text(self.path) != self.before:
             raise ArmFileError(
@@ -114,7 +115,4 @@ def _remarks(verdict: Verdict, order: dict[str, str]) -> list[str]:
 
 
 def _text(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise ArmFileError(f"{path} cannot be read: {error}") from None
+    return read_text(path, "the arm file", ArmFileError)

@@ -155,13 +155,16 @@ def read_links(path: str) -> LinkFile:
     """Read a model file that somebody names. Raises `WrongAnswer`."""
     from pathlib import Path
 
-    from armdrive.errors import ArmError
+    from armdrive.errors import ArmError, ArmFileError
     from armdrive.interview.draft import LinkFile
     from armdrive.interview.readers import WrongAnswer
     from armdrive.modelfile import read_model
+    from armdrive.textfile import read_text
 
     place = Path(path).expanduser()
     try:
-        return LinkFile(path, place.read_text(encoding="utf-8"), read_model(place).chain)
-    except (ArmError, OSError, UnicodeDecodeError) as error:
+        return LinkFile(
+            path, read_text(place, "the model file", ArmFileError), read_model(place).chain
+        )
+    except (ArmError, RuntimeError) as error:
         raise WrongAnswer(str(error)) from None

@@ -14,11 +14,12 @@ from enum import Enum
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 from armdrive.catalogue import named
-from armdrive.errors import DeviceFault, Refused, SettingsDiffer
+from armdrive.errors import ArmFileError, DeviceFault, Refused, SettingsDiffer
 from armdrive.interview.amending import amended
 from armdrive.interview.corrections import Change
 from armdrive.setup.filing import Proposal
 from armdrive.status import State
+from armdrive.textfile import read_text
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -125,7 +126,7 @@ def all_work(seen: Mapping[str, Saw]) -> bool:
 
 def record(path: Path, config: ArmConfig, day: date) -> Proposal:
     """Return the arm file with the day on which all switches were seen to work."""
-    before = path.read_text(encoding="utf-8")
+    before = read_text(path, "the arm file", ArmFileError)
     change = Change((config.connection.dialect, CHECKED), day.isoformat(), "seen to raise an alarm")
     after = amended(before, (change,))
     return Proposal(path, before, after)

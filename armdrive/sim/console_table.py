@@ -19,11 +19,14 @@ from armdrive.sim.saved import Json
 if TYPE_CHECKING:
     from armdrive.sim.console import Console
 
+_S_DIGITS = 6
 _SWITCH = {"on": True, "off": False, "1": True, "0": False}
 
 
 def _state(console: Console, _: list[str]) -> Answer:
-    return Answer(state_line(console.device), state_json(console.device))
+    # the device's own clock: whoever looks on late still learns when what is seen was so
+    time_s = round(console.device.now_s, _S_DIGITS)
+    return Answer(state_line(console.device), {"time_s": time_s, **state_json(console.device)})
 
 
 def _key(console: Console, words: list[str]) -> Answer:

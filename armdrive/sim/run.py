@@ -13,6 +13,7 @@ from pathlib import Path
 from types import FrameType
 from typing import TextIO
 
+from armdrive.printable import printable_lines
 from armdrive.sim.console import Console
 from armdrive.sim.device import SimDevice
 from armdrive.sim.fault_request import FaultRequest
@@ -150,7 +151,7 @@ class _Loop:
 
     def _say(self, line: str) -> None:
         with contextlib.suppress(OSError, ValueError):  # nobody reads the answers any more
-            self._out.write(line + "\n")
+            self._out.write(printable_lines(line) + "\n")
             self._out.flush()
 
 

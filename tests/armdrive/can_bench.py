@@ -3,40 +3,37 @@
 from __future__ import annotations
 
 import threading
-import time
 from collections import deque
 
 import can
+from waiting import LONG_S, looks
 
 from armdrive.transports.can_link import CanLink
 from firmware_protocol.frames import Frame, Unpacker, pack
 
-LONG_S = 5.0
 
-
-def frames_of(link, count: int = 1, patience_s: float = LONG_S) -> list[Frame]:
+def frames_of(link, count: int = 1) -> list[Frame]:
     """Read as the engine does: take what is there, and sleep on the link."""
     unpacker, found = Unpacker(), []
-    end_s = time.monotonic() + patience_s
-    while True:
+    for _ in looks("the frames never came"):
         found += unpacker.feed(link.read(0.0))
-        if len(found) >= count or time.monotonic() >= end_s:
-            return found
-        link.wait(end_s - time.monotonic())
+        if len(found) >= count:
+            break
+        link.wait(LONG_S)
+    return found
 
 
 def until_lost(link) -> str:
     """Wait for the link to break; return what it says, and fail where it does not."""
     from armdrive.errors import LinkLost
 
-    end_s = time.monotonic() + LONG_S
-    while time.monotonic() < end_s:
+    for _ in looks("the link never broke"):
         try:
             link.read(0.0)
         except LinkLost as lost:
             return str(lost)
         link.wait(0.05)
-    raise AssertionError("the link never broke")
+    raise AssertionError
 
 
 class EchoDrive:

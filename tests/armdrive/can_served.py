@@ -7,6 +7,7 @@ import sys
 import time
 from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).parents[1]))
 from can_bench import EchoDrive
 
 from armdrive.transports.can_memory import BusLine

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from served import PATIENCE_S, until
+from waiting import LONG_S, until
 
 from armdrive.armfile import ArmConfig, Source
 from armdrive.armsections import Connection
@@ -175,5 +175,5 @@ class ServedBus:
     def end(self) -> None:
         """End the simulation."""
         os.write(self._mouth, b"quit\n")
-        self._thread.join(PATIENCE_S)
+        self._thread.join(LONG_S)
         os.close(self._mouth)

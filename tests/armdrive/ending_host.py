@@ -24,7 +24,9 @@ from mortal_host import ready
 from armdrive.cli.running import Ended, _signals
 from kinematics import Motors
 
-LONG_S = 20.0
+LONG_S = 600.0
+SPEED = 0.3
+"""So slow that no busy computer lets the motion reach its goal before its program is ended."""
 
 
 class Trouble(Exception):
@@ -38,7 +40,8 @@ def tell(**words: Any) -> None:
 def drive(port: str, dialect: str, order: dict[str, Any]) -> None:
     """Connect, reference, and move until something happens."""
     with ready(port, dialect, Motors(order["motors"])) as arm:
-        arm.move_j(base_deg=80.0 if arm.joints.deg["base"] < 0.0 else -80.0, wait=False)
+        there_deg = 80.0 if arm.joints.deg["base"] < 0.0 else -80.0
+        arm.move_j(base_deg=there_deg, speed=SPEED, wait=False)
         tell()
         os.read(0, 1)  # the arm has been seen to move
         tell(silent_s=arm.status.silent_time_s, stop_s=arm.status.stop_time_s)

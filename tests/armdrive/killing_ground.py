@@ -8,17 +8,15 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-import time
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self
 
+from watched_sim import WatchedSim
+
 from armdrive import Arm
 from armdrive.status import Trust
 from kinematics import Motors
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
-from sim_process import SimProcess
 
 HOST = Path(__file__).with_name("mortal_host.py")
 
@@ -50,7 +48,7 @@ class KillingGround:
 
     def __init__(self, folder: Path, dialect: str = "teachmover") -> None:
         self._dialect = dialect
-        self._sim = SimProcess(folder / "arm", dialect)
+        self._sim = WatchedSim(folder / "arm", dialect)
         self._host = subprocess.Popen(
             [sys.executable, str(HOST), self._sim.port, dialect],
             stdin=subprocess.PIPE,
@@ -75,7 +73,7 @@ class KillingGround:
         ended = json.loads(self._host.stdout.readline())
         if not ended["killed"] and ended["code"]:
             raise RuntimeError(f"the program failed before it was killed: {order}")
-        self._sim.rest_after_s(time.monotonic())
+        self._sim.watch.rest()
         with Arm.connect(self._sim.port, dialect=self._dialect) as arm:
             status = arm.status
             truth = self._motors()

@@ -4,7 +4,8 @@
 that what Python takes to start is paid once. The child references the arm by where its `motors`
 physically stand, makes two short moves with a rest of `still_s` between, and ends by SIGKILL: at a
 `disk` operation or a `wire` write of this number (after so many `bytes` of it), counted from the
-first move on, or `after_s` seconds. The answer is whether it was killed, or how it ended.
+first move on, once a motion is under way where it says `moving`, or after `after_s` seconds. The
+answer is whether it was killed, or how it ended.
 """
 
 from __future__ import annotations
@@ -16,7 +17,11 @@ import sys
 import threading
 import time
 import traceback
+from pathlib import Path
 from typing import Any
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from waiting import until
 
 from armdrive import Arm
 from armdrive.durable import Files
@@ -67,6 +72,12 @@ def mortal_wire(arm: Arm, count: int, sent: int) -> None:
     arm.engine.link.write = mortal  # type: ignore[method-assign]
 
 
+def under_way(arm: Arm) -> None:
+    """Wait until a part of a motion has been sent."""
+    start = arm.status.commanded
+    until(lambda: arm.status.commanded != start, "no motion began")
+
+
 def live(port: str, dialect: str, order: dict[str, Any]) -> None:
     """Connect, reference, and move until death."""
     idling.STILL_S = order.get("still_s", idling.STILL_S)
@@ -75,6 +86,8 @@ def live(port: str, dialect: str, order: dict[str, Any]) -> None:
         mortal_disk(order["disk"])
     if "wire" in order:
         mortal_wire(arm, order["wire"], order.get("bytes", 0))
+    if order.get("moving"):
+        threading.Thread(target=lambda: (under_way(arm), die()), daemon=True).start()
     if "after_s" in order:
         threading.Thread(target=lambda: (time.sleep(order["after_s"]), die()), daemon=True).start()
     name, angle_deg = next(iter(arm.joints.deg.items()))

@@ -10,7 +10,7 @@ import errno
 import itertools
 import math
 
-from armdrive.durable import Files
+from armdrive.durable import Files, is_leftover
 from armdrive.transports.memory import MemoryLink
 
 MOTION = b"@STEP"
@@ -91,6 +91,12 @@ class PowerDisk(Files):
             raise FileNotFoundError(path)
         return self.names[path].data[:most]
 
+    def read_own(self, path, most, *, end=False):
+        return self.read(path, most)
+
+    def leftovers(self, path):
+        return [each for each in self.names if is_leftover(each, path)]
+
     def make_folder(self, folder):
         self._pass()
 
@@ -99,9 +105,9 @@ class PowerDisk(Files):
 
     def create(self, path):
         self._pass()
-        if path not in self.names:
-            self._change(path, Inode())
-        self.names[path].data = b""
+        if path in self.names:
+            raise FileExistsError(path)
+        self._change(path, Inode())
         handle = len(self.handles) + 3
         self.handles[handle] = self.names[path]
         return handle

@@ -3,27 +3,17 @@
 from __future__ import annotations
 
 import io
+import json
 import os
-import select
 import threading
-import time
-from collections.abc import Callable
 from pathlib import Path
+from typing import Any
+
+from waiting import LONG_S, until
 
 from armdrive.connecting import simulated_config
 from armdrive.sim.run import make_server, run_device
 from armdrive.sim.twin import make_device
-
-PATIENCE_S = 8.0
-
-
-def until(true: Callable[[], bool], patience_s: float = PATIENCE_S) -> float:
-    """Wait until something is true; return how long that took."""
-    began_s = time.monotonic()
-    while not true():
-        assert time.monotonic() - began_s < patience_s, "it never came true"
-        select.select([], [], [], 0.002)
-    return time.monotonic() - began_s
 
 
 class Served:
@@ -53,16 +43,22 @@ class Served:
         address = self.server.address
         return address if address.startswith("/") else f"{self._scheme}://{address}"
 
-    def tell(self, line: str) -> None:
-        """Give a command of the console and wait for its answer."""
+    def tell(self, line: str) -> str:
+        """Give a command of the console and return its answer."""
         count = self.out.getvalue().count("\n")
         os.write(self._mouth, line.encode() + b"\n")
         until(lambda: self.out.getvalue().count("\n") > count)
+        return self.out.getvalue().splitlines()[count]
+
+    def look(self) -> tuple[float, dict[str, Any]]:
+        """Return the time on the device's own clock, and its physical state then."""
+        state = json.loads(self.tell("state --json"))
+        return state.pop("time_s"), state
 
     def __enter__(self) -> Served:
         return self
 
     def __exit__(self, *error: object) -> None:
         os.write(self._mouth, b"quit\n")
-        self._thread.join(PATIENCE_S)
+        self._thread.join(LONG_S)
         os.close(self._mouth)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import errno
 import threading
-import time
 
 import can
 import pytest
-from can_bench import LONG_S, frames_of, message, until_lost
+from can_bench import frames_of, message, until_lost
+from waiting import FOREVER_S, returns, soon, until
 
 from armdrive.errors import LinkLost
-from armdrive.transports import can_reader
+from armdrive.transports import can_reader, can_watch
 from armdrive.transports.can_health import BusState
 from armdrive.transports.url import open_link
 from firmware_protocol.frames import Frame, pack
@@ -69,18 +69,14 @@ class TestFrames:
         monkeypatch.setattr(can_reader, "MOST_FRAMES", 4)
         bus, link = failing
         bus.coming.extend(message(each) for each in range(10))
-        end_s = time.monotonic() + LONG_S
-        while link.health.heard < 10 and time.monotonic() < end_s:
-            link.wait(0.01)
+        until(lambda: link.health.heard == 10)
         assert [each.can_id for each in frames_of(link, 4)] == [6, 7, 8, 9]
         assert link.health.overrun == 6
 
     def test_waking_ends_a_wait(self, failing):
         _, link = failing
-        began_s = time.monotonic()
-        threading.Timer(0.02, link.wake).start()
-        link.wait(LONG_S)
-        assert time.monotonic() - began_s < LONG_S / 2
+        soon(link.wake)
+        returns(lambda: link.wait(FOREVER_S))
 
     def test_a_closed_link_says_so_and_its_threads_are_gone(self, request):
         link = open_link(f"can:virtual:{request.node.name}", 0)
@@ -122,9 +118,7 @@ class TestReader:
     def test_what_came_before_the_loss_is_handed_out_first(self, failing):
         bus, link = failing
         bus.coming.extend([message(1), BUS_OFF])
-        end_s = time.monotonic() + LONG_S
-        while not link.health.error_frames and time.monotonic() < end_s:
-            link.wait(0.01)
+        until(lambda: link.health.error_frames)
         assert link.read(0.0) == pack(Frame(1))
         assert "has left the bus" in until_lost(link)
 
@@ -151,10 +145,11 @@ class TestState:
         assert "nobody acknowledged" in until_lost(link)
         assert link.health.state is BusState.PASSIVE
 
-    def test_error_passive_is_forgiven_once_a_frame_is_heard(self, failing):
+    def test_error_passive_is_forgiven_once_a_frame_is_heard(self, patient, failing, monkeypatch):
         bus, link = failing
         bus.coming.extend([NO_ACK, message(1)])
         assert frames_of(link) == [Frame(1)]
+        monkeypatch.setattr(can_watch, "PATIENCE_S", 0.0)
         link.wait(0.2)
         assert link.read(0.0) == b""
         assert link.health.state is BusState.PASSIVE

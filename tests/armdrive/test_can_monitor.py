@@ -9,6 +9,7 @@ import pytest
 from can_setup_bench import ServedBus
 from hypothesis import given
 from hypothesis import strategies as st
+from waiting import soon
 
 from armdrive import Arm
 from armdrive.commissioning.frame_words import Check, Kind
@@ -158,13 +159,12 @@ def test_the_frames_of_a_held_arm_are_told_by_its_holder(call, bus):
     assert kinds in (["request", "answer"] * 2, ["answer", "request"] * 2)  # it may come between
     assert {each["id"] for each in views} == {3}
     assert {each["check"] for each in views} == {"right"}
-    assert views[0]["time_s"] < 2.0
 
 
 @needs_pty
 def test_listening_to_a_held_arm_ends_when_it_is_given_back(call, bus):
     arm = Arm.connect(bus.port, dialect="mks")
-    threading.Timer(0.3, arm.close).start()
+    soon(arm.close)
     call("can", "monitor", bus.port, "--json", code=0)
     assert arm.closed
 

@@ -9,6 +9,7 @@ import threading
 from pathlib import Path
 
 import pytest
+from waiting import soon
 
 if sys.platform == "win32":
     pytest.skip("Windows has no pseudo-terminals", allow_module_level=True)
@@ -91,7 +92,7 @@ class TestOpening:
     def test_an_adapter_that_sleeps_at_first_is_waited_for(self, served, monkeypatch):
         monkeypatch.setattr(can_slcan, "GREETING_S", 0.1)
         served.server.adapter.faults.dead = True
-        threading.Timer(0.15, lambda: setattr(served.server.adapter.faults, "dead", False)).start()
+        soon(setattr, served.server.adapter.faults, "dead", False)
         with contextlib.closing(open_link(served.server.can_address, 0)) as link:
             link.write(pack(Frame(1)), 0.0)
             assert frames_of(link) == [Frame(2)]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import can
 from can_bench import LONG_S, FailingBus
-from served import until
+from waiting import until
 
 from armdrive.transports.can_watch import Watch
 from armdrive.transports.can_writer import MOST_AWAKE_S, PATIENCE_S, Writer

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import contextlib
 import errno
-import threading
-import time
 
 import can
 import pytest
 from can_bench import LONG_S, FailingBus, until_lost
+from waiting import returns, soon, until
 
 from armdrive.transports import can_reader, can_watch, can_writer
 from armdrive.transports.can_health import BusState, of_error_frame, of_status
@@ -20,12 +19,10 @@ pytestmark = pytest.mark.usefixtures("short_patience")
 
 
 class TestWriter:
-    def test_a_stuck_adapter_holds_up_nobody_and_is_a_loss_within_a_second(self, failing):
+    def test_a_stuck_adapter_holds_up_nobody_and_is_a_loss(self, failing):
         bus, link = failing
         bus.stuck.clear()
-        began_s = time.monotonic()
-        link.write(pack(Frame(1)) + pack(Frame(2)), 0.0)
-        assert time.monotonic() - began_s < 0.2
+        returns(lambda: link.write(pack(Frame(1)) + pack(Frame(2)), 0.0))
         assert "took no frame" in until_lost(link)
         bus.stuck.set()
         link.close()
@@ -36,7 +33,7 @@ class TestWriter:
         bus.stuck.clear()
         link.write(pack(Frame(1)) + pack(Frame(2)), 0.0)
         assert link.waiting == 2
-        threading.Timer(0.05, bus.stuck.set).start()
+        soon(bus.stuck.set)
         link.close()
         assert [each.arbitration_id for each in bus.sent] == [1, 2]
         assert link.waiting == 0
@@ -45,9 +42,7 @@ class TestWriter:
         bus, link = failing
         bus.stuck.clear()
         link.write(pack(Frame(1)) + pack(Frame(2)), 0.0)
-        began_s = time.monotonic()
-        link.close()
-        assert time.monotonic() - began_s < 2.0
+        returns(link.close)
         bus.stuck.set()
         assert bus._is_shutdown
 
@@ -62,9 +57,7 @@ class TestWriter:
         bus, link = failing
         bus.sending.extend([can.CanOperationError("x", errno.ENOBUFS), can.CanTimeoutError("y")])
         link.write(pack(Frame(1)) + pack(Frame(2)), 0.0)
-        end_s = time.monotonic() + LONG_S
-        while len(bus.sent) < 2 and time.monotonic() < end_s:
-            link.wait(0.01)
+        until(lambda: len(bus.sent) == 2)
         assert [each.arbitration_id for each in bus.sent] == [1, 2]
         assert link.read(0.0) == b""
 
@@ -110,8 +103,7 @@ class TestWriter:
         monkeypatch.setattr(can.BusABC, "send_periodic", periodic)
         bus, link = failing
         link.write(pack(Frame(1)), 0.0)
-        while not bus.sent:
-            link.wait(0.01)
+        until(lambda: bus.sent)
         link.close()
 
 

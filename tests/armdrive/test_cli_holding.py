@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import os
 import signal
-import threading
 from itertools import count
 
 import pytest
 from cli_calls import Caller
+from waiting import FOREVER_S, soon, until
 
 from armdrive import Pose, Stopped
 from armdrive.cli.worlds import connect_remembered
@@ -16,7 +16,6 @@ from armdrive.connecting import simulated_config
 from armdrive.status import State
 
 ARM = "sim:teachmover"
-SOON_S = 10.0
 
 
 @pytest.fixture
@@ -60,13 +59,11 @@ def test_the_status_of_a_held_arm_comes_from_its_holder(call, held):
 
 def test_a_stop_from_outside_ends_a_motion(call, held):
     handle = held.move_j(base_deg=85, speed=0.05, wait=False)
-    moving = threading.Event()
-    while held.status.state is not State.MOVING:
-        moving.wait(0.001)
+    until(lambda: held.status.state is State.MOVING)
     said = call("stop", code=0).out
     assert f"asked {ARM} to stop" in said
     with pytest.raises(Stopped):
-        handle.wait(SOON_S)
+        handle.wait(FOREVER_S)
     assert held.status.state is State.STANDBY
     assert held.status.joints["base"] < 1.4
     held.move_j(base_deg=0)  # a stop latches nothing
@@ -81,7 +78,7 @@ def test_a_motion_is_paused_slowed_and_resumed_from_outside(call, held):
     assert held.speed_override == 0.5
     assert "asked" in call("slow", "100", "--sim", "teachmover", code=0).out
     assert call("resume", "--json", code=0).json == {"resumed": 1, "failures": []}
-    handle.wait(SOON_S)
+    handle.wait(FOREVER_S)
     assert held.joints.deg["base"] == pytest.approx(60, abs=0.1)
 
 
@@ -98,7 +95,7 @@ def test_what_nobody_holds_is_neither_paused_nor_resumed(call, word):
 
 
 def test_a_held_arm_is_watched_until_it_is_given_back(call, held):
-    threading.Timer(0.2, held.close).start()
+    soon(held.close)
     views = call("watch", "--every", "0.05", code=0).json_lines
     assert views[0]["state"] == "standby"
     assert views[-1]["state"] == "disconnected"

@@ -10,14 +10,14 @@ from dataclasses import replace
 
 import pytest
 from cli_calls import Caller
+from waiting import LONG_S
 
 from armdrive import demo
 from armdrive.cli import main
 from armdrive.demo import JOBS, NEAR_ENOUGH_MM, blocks_of
 
 CURSOR_OFF, CURSOR_ON = b"\x1b[?25l", b"\x1b[?25h"
-PATIENCE_S = 60.0
-PACE = "60"
+PACE = "20"
 """Deadlines are in the arm's seconds: much faster, and a busy computer would miss them."""
 
 needs_pty = pytest.mark.skipif(
@@ -138,7 +138,7 @@ def drawn(*words: str, size: tuple[int, int] = (24, 80)) -> tuple[int, bytes]:
         except OSError:
             pass  # how Linux says that the other end has closed
         os.close(ours)
-        return running.wait(PATIENCE_S), shown
+        return running.wait(LONG_S), shown
 
 
 @needs_pty

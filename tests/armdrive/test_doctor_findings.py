@@ -16,7 +16,8 @@ from armdrive.doctor.findings import Grade, any_problem
 from armdrive.doctor.probes import PROBES
 from armdrive.doctor.probing import Examination
 from armdrive.doctor.settings import settings_findings
-from armdrive.doctor.signs import Identity, recognise, shown
+from armdrive.doctor.signs import Identity, recognise
+from armdrive.received import excerpt
 
 
 @pytest.mark.parametrize(
@@ -60,7 +61,7 @@ def test_too_little_is_nobody(heard):
 @given(st.binary(max_size=200))
 def test_no_bytes_whatever_make_it_fail(heard):
     recognise(heard)
-    shown(heard)
+    excerpt(heard)
 
 
 @pytest.mark.parametrize("dialect", SPOKEN)

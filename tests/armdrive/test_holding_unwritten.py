@@ -1,24 +1,23 @@
 """A disk that is full when an arm is taken: a typed error, and the arm is given back."""
 
-from pathlib import Path
-
 import pytest
 from served import Served
 
 from armdrive import Arm
+from armdrive.durable import Files
 from armdrive.errors import StateFileError
 
 
 @pytest.fixture
 def full(monkeypatch):
-    write_text = Path.write_text
+    create = Files.create
 
-    def written(path, *words, **named):
-        if path.suffix == ".holder":
+    def created(files, path):
+        if ".holder" in path.name:
             raise OSError(28, "No space left on device")
-        return write_text(path, *words, **named)
+        return create(files, path)
 
-    monkeypatch.setattr(Path, "write_text", written)
+    monkeypatch.setattr(Files, "create", created)
     return monkeypatch
 
 

@@ -15,7 +15,7 @@ ORDERS = (
     ({"disk": 5}, Trust.RESTORED),  # before the mark is renamed into its place
     ({"disk": 6}, Trust.SUSPECT),  # the mark is in its place, nothing has moved
     ({"wire": 1, "bytes": 9}, Trust.SUSPECT),  # half of a motion's message is out
-    ({"after_s": 0.25}, Trust.SUSPECT),  # in mid-motion
+    ({"moving": True}, Trust.SUSPECT),  # in mid-motion
     ({"disk": 13}, Trust.RESTORED),  # the mark was cleared
     ({}, Trust.RESTORED),  # not killed at all
 )

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import io
-from datetime import date
+from datetime import date, datetime
+from types import SimpleNamespace
 
 import pytest
 from grbl_arm import config, found, ready
@@ -171,8 +172,10 @@ def test_a_person_presses_each_switch_and_the_day_is_written(monkeypatch, call):
         person.arm.simulated = False
         return person.arm
 
+    noon = SimpleNamespace(now=lambda zone: datetime(2026, 5, 4, 12, tzinfo=zone))
+    monkeypatch.setattr(config_limits, "datetime", noon)
     monkeypatch.setattr(config_limits, "connected", opened)
     monkeypatch.setattr("sys.stdin", person)
     said = call("config", "limits", "bench", code=0).out
     assert "Press the limit switch of base (X) by hand" in said
-    assert load_arm_file(path).device.hard_limits_checked == date.today().isoformat()
+    assert load_arm_file(path).device.hard_limits_checked == "2026-05-04"

@@ -6,13 +6,12 @@ import threading
 from types import SimpleNamespace
 
 import pytest
+from waiting import LONG_S
 
 from armdrive import mending
 from armdrive.errors import LinkLost
 from armdrive.mending import Mender, Rewiring
 from armdrive.transports.refusals import PortInUse
-
-PATIENT_S = 10.0
 
 
 class OneHolder:
@@ -25,7 +24,7 @@ class OneHolder:
         self.held = True
 
     def close(self) -> None:
-        self.may_close.wait(PATIENT_S)
+        self.may_close.wait(LONG_S)
         self.held = False
 
     def open_again(self):
@@ -61,7 +60,7 @@ def test_the_old_wire_is_waited_for(port):
     mender = looking(port)
     assert not port.tried.wait(0.05)
     port.may_close.set()
-    assert port.tried.wait(PATIENT_S)
+    assert port.tried.wait(LONG_S)
     mender(0.0)
     assert mender.tries == 1
     assert "nobody is there" in str(mender.trouble)
@@ -70,6 +69,6 @@ def test_the_old_wire_is_waited_for(port):
 def test_an_old_wire_that_never_lets_go_is_waited_for_no_longer_than_that(port, monkeypatch):
     monkeypatch.setattr(mending, "LET_GO_S", 0.01)
     mender = looking(port)
-    assert port.tried.wait(PATIENT_S)
+    assert port.tried.wait(LONG_S)
     mender(0.0)
     assert isinstance(mender.trouble, PortInUse)

@@ -12,12 +12,12 @@ import os
 import re
 import sys
 import threading
-import time
 
 import can
 import pytest
 from can_kernel_bus import Interface
-from served import PATIENCE_S, until
+from waiting import FOREVER_S, LONG_S, until
+from watched_sim import Watch
 
 from armdrive import Arm
 from armdrive.connecting import simulated_config
@@ -30,57 +30,56 @@ from armdrive.transports import can_refusals
 needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 GOAL = {"base_deg": 60, "shoulder_deg": 60, "elbow_deg": -60}
 UNDER_WAY = 2000
-QUIET_S = 0.2
-LOOK_S = 0.01
 
 
-def in_motion(arm, world):
+def in_motion(arm, device):
     """Take the arm for referenced where it is, and have it on its way; return the motion."""
+    world = device.world
     arm.enable()
     arm.declare_posture(world.joints, opening_mm=world.opening_mm)
     stood = world.motors
     motion = arm.move_j(wait=False, speed=0.5, **GOAL)
-    until(lambda: (world.motors - stood).largest > UNDER_WAY)
+    until(lambda: motion.done or (world.motors - stood).largest > UNDER_WAY)
+    assert not motion.done, arm.status.error
     return motion
 
 
-def comes_to_rest(world):
-    """Wait until the arm has stood for a while; return where."""
-    stood, since_s = world.motors, time.monotonic()
-    while time.monotonic() < since_s + QUIET_S:
-        threading.Event().wait(LOOK_S)
-        if world.motors != stood:
-            stood, since_s = world.motors, time.monotonic()
-    return stood
+def comes_to_rest(device):
+    """Wait until the arm has stood for a while on its own clock; return where."""
+    look = lambda: (device.now_s, {"motors": device.world.motors, "moving": device.moving})  # noqa: E731
+    Watch(look).last_moved_s()
+    return device.world.motors
 
 
-def ends(arm, motion, world, tip, error, code, words):
+def ends(arm, motion, device, tip, error, code, words):
     """Check that it ended in words, stands within what was announced, and trusts nothing."""
+    world = device.world
     most_mm = arm.status.silent_distance_mm
     with pytest.raises(error, match=words):
-        motion.wait(PATIENCE_S)
+        motion.wait(FOREVER_S)
     assert arm.status.error_code == code
     assert re.search(words, arm.status.error), arm.status.error
-    comes_to_rest(world)
+    comes_to_rest(device)
     assert math.dist(tip, world.tip) <= most_mm
     assert world.joints.deg["base"] < GOAL["base_deg"] - 1.0
     assert arm.status.trust is Trust.SUSPECT
     assert arm.status.state is (State.DISCONNECTED if error is LinkLost else State.ERROR_STOP)
 
 
-def goes_on(arm, world):
+def goes_on(arm, device):
     """Do what a person does next, in the same program; nothing moves before it is asked to."""
-    stood = comes_to_rest(world)
+    world = device.world
+    stood = comes_to_rest(device)
     if arm.status.state is State.DISCONNECTED:
         arm.reconnect()
     if arm.status.state is State.ERROR_STOP:  # not where the program has connected anew
         arm.reset()
     arm.enable()
-    assert comes_to_rest(world) == stood
+    assert comes_to_rest(device) == stood
     arm.declare_posture(world.joints, opening_mm=world.opening_mm)
     arm.move_j(base_deg=arm.joints.deg["base"] + 2.0)
     assert world.motors != stood
-    assert (comes_to_rest(world) - arm.status.acknowledged).largest <= 8
+    assert (comes_to_rest(device) - arm.status.acknowledged).largest <= 8
     assert arm.status.trust is Trust.REFERENCED
 
 
@@ -99,39 +98,39 @@ def can0(monkeypatch):
 
 
 def test_an_interface_that_is_taken_down_ends_a_motion_and_is_found_when_it_is_up(can0):
-    world = can0.device.world
+    device = can0.device
     with Arm.connect("can:socketcan:can0", dialect="mks") as arm:
-        motion = in_motion(arm, world)
+        motion = in_motion(arm, device)
         can0.down()
-        ends(arm, motion, world, world.tip, LinkLost, "E407", "interface is down")
+        ends(arm, motion, device, device.world.tip, LinkLost, "E407", "interface is down")
         with pytest.raises(PortUnavailable, match=r"sudo ip link set can0 up type can bitrate"):
             arm.reconnect()
         assert arm.status.state is State.DISCONNECTED
         can0.bring_up()
-        goes_on(arm, world)
+        goes_on(arm, device)
 
 
 def test_an_interface_that_is_down_as_an_order_is_sent_says_the_same(can0):
     """The thread that speaks may be told of it before the one that hears."""
-    world = can0.device.world
+    device = can0.device
     with Arm.connect("can:socketcan:can0", dialect="mks") as arm:
-        motion = in_motion(arm, world)
+        motion = in_motion(arm, device)
         can0.down(heard=False)
-        ends(arm, motion, world, world.tip, LinkLost, "E407", "interface is down")
+        ends(arm, motion, device, device.world.tip, LinkLost, "E407", "interface is down")
         can0.bring_up()
-        goes_on(arm, world)
+        goes_on(arm, device)
 
 
 def test_an_interface_whose_adapter_is_unplugged_is_found_when_it_is_back(can0):
-    world = can0.device.world
+    device = can0.device
     with Arm.connect("can:socketcan:can0", dialect="mks") as arm:
-        motion = in_motion(arm, world)
+        motion = in_motion(arm, device)
         can0.remove()
-        ends(arm, motion, world, world.tip, LinkLost, "E407", "adapter has gone")
+        ends(arm, motion, device, device.world.tip, LinkLost, "E407", "adapter has gone")
         with pytest.raises(PortUnavailable, match="no CAN interface can0"):
             arm.reconnect()
         can0.bring_up()
-        goes_on(arm, world)
+        goes_on(arm, device)
 
 
 # -- an adapter with slcan firmware ---------------------------------------------------------------
@@ -169,7 +168,7 @@ class SerialBus:
     def end(self) -> None:
         """End the simulation."""
         os.write(self._mouth, b"quit\n")
-        self._thread.join(PATIENCE_S)
+        self._thread.join(LONG_S)
         os.close(self._mouth)
 
 
@@ -182,47 +181,48 @@ def bus(tmp_path):
 
 @needs_pty
 def test_a_serial_adapter_that_is_unplugged_ends_a_motion_and_is_found_again(bus):
-    world = bus.device.world
+    device = bus.device
     with Arm.connect(bus.port, dialect="mks") as arm:
-        motion = in_motion(arm, world)
+        motion = in_motion(arm, device)
         bus.say("fault unplug")
-        ends(arm, motion, world, world.tip, LinkLost, "E407", "gone|lost")
+        ends(arm, motion, device, device.world.tip, LinkLost, "E407", "gone|lost")
         with pytest.raises(PortUnavailable):
             arm.reconnect()
         bus.say("fault replug")
-        goes_on(arm, world)
+        goes_on(arm, device)
 
 
 @needs_pty
 def test_a_serial_adapter_whose_channel_is_closed_ends_a_motion_and_is_opened_again(bus):
-    world = bus.device.world
+    device = bus.device
     with Arm.connect(bus.port, dialect="mks") as arm:
-        motion = in_motion(arm, world)
+        motion = in_motion(arm, device)
         bus.restart(mute=False)
-        ends(arm, motion, world, world.tip, LinkLost, "E407", "refuses frames: .* restarted")
-        goes_on(arm, world)
+        words = "refuses frames: .* restarted"
+        ends(arm, motion, device, device.world.tip, LinkLost, "E407", words)
+        goes_on(arm, device)
 
 
 @needs_pty
 def test_a_serial_adapter_that_hangs_ends_a_motion_and_goes_on_when_it_is_well(bus):
-    world = bus.device.world
+    device = bus.device
     with Arm.connect(bus.port, dialect="mks") as arm:
-        motion = in_motion(arm, world)
+        motion = in_motion(arm, device)
         bus.hang(True)
-        ends(arm, motion, world, world.tip, NoAnswer, "E502", "answer")
+        ends(arm, motion, device, device.world.tip, NoAnswer, "E502", "answer")
         bus.hang(False)
-        goes_on(arm, world)
+        goes_on(arm, device)
 
 
 @needs_pty
 def test_an_adapter_that_closes_its_channel_and_never_says_so_is_opened_by_connecting_anew(bus):
     """A CANable's first firmware refuses no frame: what it drops looks like drives that are off."""
-    world = bus.device.world
+    device = bus.device
     with Arm.connect(bus.port, dialect="mks") as arm:
-        motion = in_motion(arm, world)
+        motion = in_motion(arm, device)
         bus.restart(mute=True)
-        ends(arm, motion, world, world.tip, NoAnswer, "E502", "answer")
+        ends(arm, motion, device, device.world.tip, NoAnswer, "E502", "answer")
         with pytest.raises(NoAnswer):
             arm.reset()
     with Arm.connect(bus.port, dialect="mks") as arm:
-        goes_on(arm, world)
+        goes_on(arm, device)

@@ -8,20 +8,17 @@ from __future__ import annotations
 
 import re
 import sys
-import time
-from pathlib import Path
 
 import pytest
 from can_fault_bench import ENDED, brought_back, fails_in_motion, is_told_and_stands
 from test_mks_arm import mks_arm, ready
+from waiting import until
+from watched_sim import WatchedSim
 
 from armdrive import Arm
 from armdrive.intents import Jog
 from armdrive.status import State, Trust
 from kinematics import Joints
-
-sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
-from sim_process import SimProcess
 
 needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 
@@ -86,18 +83,14 @@ def test_a_drive_that_does_not_move_and_is_reset_meanwhile_is_named(drive, goal)
 @pytest.mark.parametrize("fault", ["alone", "bus-off"])
 def test_a_serial_adapter_whose_frames_nobody_takes_ends_a_motion_and_comes_back(fault, tmp_path):
     path = tmp_path / "can0"
-    with SimProcess(path, "mks") as bus, Arm.connect(bus.port, dialect="mks") as arm:
+    with WatchedSim(path, "mks") as bus, Arm.connect(bus.port, dialect="mks") as arm:
         arm.enable()
         arm.hold(Jog.joint(base=1.0), speed=0.5, for_s=20.0)
-        bus.wait_until_moving()
+        bus.watch.wait_until_moving()
         bus.say(f"fault {fault}")
-        until_s = time.monotonic() + 10.0
-        while arm.status.state not in ENDED and time.monotonic() < until_s:
-            arm.sleep(0.05)
-        assert arm.status.state in ENDED
+        until(lambda: arm.status.state in ENDED, "the fault was never noticed")
         assert re.search("answer|lost|bus", arm.status.error), arm.status.error
-        bus.rest_after_s(time.monotonic())
-        stood = bus.state()["motors"]
+        stood = bus.watch.rest()
         bus.say("fault off")
         if arm.status.state is State.DISCONNECTED:
             arm.reconnect()

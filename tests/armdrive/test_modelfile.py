@@ -123,10 +123,10 @@ def test_a_file_that_cannot_be_read_or_parsed_is_named(tmp_path):
         read_model(tmp_path / "nowhere.toml")
     broken = tmp_path / "broken.toml"
     broken.write_text("[[links]\n", encoding="utf-8")
-    with pytest.raises(ArmFileError, match=r"broken\.toml is no TOML"):
+    with pytest.raises(ArmFileError, match=r"broken\.toml is not valid TOML"):
         read_model(broken)
     broken.write_bytes(b"\xff\xfe")
-    with pytest.raises(ArmFileError, match=r"broken\.toml is no TOML"):
+    with pytest.raises(ArmFileError, match=r"broken\.toml is no text in UTF-8"):
         read_model(broken)
     broken.write_text("[[links]]\nalfa_deg = 3\n", encoding="utf-8")
     with pytest.raises(ArmFileError, match=r"broken.toml: row 1: .*'alpha_deg'"):

@@ -1,10 +1,10 @@
 """The two clocks: simulated time that jumps, and real time with a thread of its own."""
 
 import math
-import time
 
 import pytest
 from faults import ready_arm
+from waiting import returns, until
 
 from armdrive import Arm, pace
 from armdrive.errors import ArmError, Stopped
@@ -14,10 +14,9 @@ from armdrive.status import State
 
 def test_sleep_follows_the_arms_own_clock():
     arm = ready_arm()
-    began_s, really_s = arm.status.time_s, time.monotonic()
-    arm.sleep(300.0)
+    began_s = arm.status.time_s
+    returns(lambda: arm.sleep(300.0))
     assert arm.status.time_s - began_s == pytest.approx(300.0)
-    assert time.monotonic() - really_s < 20.0
     arm.sleep(-1.0)
     assert arm.status.time_s - began_s == pytest.approx(300.0)
 
@@ -49,10 +48,8 @@ def test_in_real_time_a_thread_moves_the_arm_while_the_program_does_something_el
     handle = arm.move_j(base_deg=6, wait=False)
     assert handle.wait().bursts > 1
     assert arm.twin.world.motors == arm.status.acknowledged
-    second = arm.move_j(base_deg=60, wait=False)
-    while arm.status.state is not State.MOVING:
-        assert not second.done
-        time.sleep(0.0005)
+    second = arm.move_j(base_deg=60, speed=0.05, wait=False)
+    until(lambda: arm.status.state is State.MOVING)
     arm.stop()
     with pytest.raises(Stopped):
         second.wait()
@@ -65,14 +62,11 @@ def test_in_real_time_a_lost_wire_ends_the_thread_and_every_later_wait_returns_a
     thread = arm.pace._thread
     arm.twin.link.cut()
     arm.pace.wake()
-    thread.join(timeout=2.0)
-    assert not thread.is_alive()
-    began_s = time.monotonic()
-    arm.stop()
+    until(lambda: not thread.is_alive())
+    returns(arm.stop)
     with pytest.raises(ArmError):
-        arm.read_inputs()
-    arm.close()
-    assert time.monotonic() - began_s < 1.0
+        returns(arm.read_inputs)
+    returns(arm.close)
 
 
 def test_an_engine_that_fails_says_so_to_whoever_waits():

@@ -8,6 +8,7 @@ import random
 import threading
 
 import pytest
+from waiting import soon, until
 
 from armdrive import Arm, Jog
 from armdrive.dialects import DIALECTS
@@ -319,7 +320,7 @@ def test_an_override_that_is_no_share_is_refused(share):
 def test_a_script_on_simulated_time_waits_until_somebody_resumes_it():
     arm = raised(BY_BURSTS)
     arm.pause()
-    threading.Timer(0.1, arm.resume).start()
+    soon(arm.resume)
     arm.move_j(base_deg=10.0)
     assert arm.joints.deg["base"] == pytest.approx(10.0, abs=0.1)
 
@@ -327,9 +328,17 @@ def test_a_script_on_simulated_time_waits_until_somebody_resumes_it():
 def test_a_pause_is_no_part_of_a_motions_patience():
     arm = raised(BY_BURSTS)
     handle, _ = paused(arm)
-    threading.Timer(0.3, arm.resume).start()  # hundreds of simulated seconds by then
     handle._timeout_s = 5.0
+    beyond_s = arm.pace.now_s() + 4.0 * handle._timeout_s
+
+    def resume():
+        until(lambda: arm.pace.now_s() > beyond_s)
+        arm.resume()
+
+    operator = threading.Thread(target=resume)
+    operator.start()
     handle.wait()
+    operator.join()
 
 
 def test_an_arm_that_is_killed_in_a_pause_is_remembered_where_it_stands(tmp_path):

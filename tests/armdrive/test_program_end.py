@@ -12,7 +12,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -21,15 +20,12 @@ import pytest
 if sys.platform == "win32":
     pytest.skip("Windows has no pseudo-terminals", allow_module_level=True)
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
-from sim_process import SimProcess
+from waiting import suspended, until
+from watched_sim import WatchedSim
 
 HOST = Path(__file__).with_name("ending_host.py")
-NOISE_S = 0.25
-"""What a busy computer may add to a time."""
-
-UNDER_WAY_S = 0.15
-"""Long enough for a motion to have reached its speed."""
+UNDER_WAY = 60
+"""Steps of the base after which a motion has reached its speed."""
 
 SUSPENDED_S = 1.2
 """Longer than the driver takes for a pause of its own computer."""
@@ -39,7 +35,7 @@ class Ground:
     """A simulated arm, and a program that drives it in a child for each way to end."""
 
     def __init__(self, folder: Path, dialect: str) -> None:
-        self.sim = SimProcess(folder / "arm", dialect)
+        self.sim = WatchedSim(folder / "arm", dialect)
         self._host = subprocess.Popen(
             [sys.executable, str(HOST), self.sim.port, dialect],
             stdin=subprocess.PIPE,
@@ -57,8 +53,7 @@ class Ground:
         self._host.stdin.write(json.dumps({"motors": self.motors, **order}) + "\n")
         told = self.told()
         assert "ended" not in told, told
-        self.sim.wait_until_moving()
-        time.sleep(UNDER_WAY_S)
+        self.sim.watch.moves_by(UNDER_WAY)
         self._host.stdin.write("\n")
         told = self.told()
         assert "silent_s" in told, told
@@ -71,47 +66,49 @@ class Ground:
     def told(self) -> dict:
         return json.loads(self._host.stdout.readline())
 
-    def stands_within(self, bound_s: float, since_s: float) -> None:
-        assert self.sim.rest_after_s(since_s) < bound_s + NOISE_S
+    def stands_within(self, bound_s: float) -> None:
+        """Check how long the arm moved on once it had heard the last of an ended program."""
+        self.sim.watch.stands_within(bound_s)
+
+    def ended(self, bound_s: float) -> int:
+        """Wait until the program has ended, and hold the arm to its bound; return the exit code."""
+        code = self.told()["ended"]
+        self.stands_within(bound_s)
+        return code
 
 
 def by_signal(number: int) -> Callable[[Ground], int]:
     def end(ground: Ground) -> int:
         child, bound_s = ground.begin()
-        since_s = time.monotonic()
         os.kill(child, number)
-        ground.stands_within(bound_s, since_s)
-        return ground.told()["ended"]
+        return ground.ended(bound_s)
 
     return end
 
 
 def by_exception(ground: Ground) -> int:
     _, bound_s = ground.begin(raises=True)
-    ground.stands_within(bound_s, time.monotonic())
-    return ground.told()["ended"]
+    return ground.ended(bound_s)
 
 
 def by_closing_its_terminal(ground: Ground) -> int:
     master, slave = os.openpty()
     _, bound_s = ground.begin(terminal=os.ttyname(slave))
     os.close(slave)
-    since_s = time.monotonic()
     os.close(master)
-    ground.stands_within(bound_s, since_s)
-    return ground.told()["ended"]
+    return ground.ended(bound_s)
 
 
 def by_suspending(ground: Ground) -> int:
     """Suspend it, and let it go on: the motion does not."""
     child, bound_s = ground.begin()
-    since_s = time.monotonic()
     os.kill(child, signal.SIGSTOP)
-    ground.stands_within(bound_s, since_s)
+    until(lambda: suspended(child), "the program was not suspended")
+    ground.stands_within(bound_s)
     stood = ground.motors
-    time.sleep(max(SUSPENDED_S - (time.monotonic() - since_s), 0.0))
+    ground.sim.watch.passes(SUSPENDED_S)
     os.kill(child, signal.SIGCONT)
-    time.sleep(0.3)
+    ground.sim.watch.passes(0.3)
     assert ground.motors == stood
     with contextlib.suppress(ProcessLookupError):
         os.kill(child, signal.SIGTERM)

@@ -9,8 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from armdrive import durable, record_text
+from armdrive.durable import replace_file
 from armdrive.errors import StateFileError
-from armdrive.record import FileRecorder, Record, replace_file
+from armdrive.record import FileRecorder, Record
 from armdrive.record_text import LONGEST, MOST_MOTORS, STEPS_MOST, from_text, to_text
 from armdrive.status import Trust
 
@@ -143,11 +144,14 @@ class TestTheFile:
             assert recorder.path.stat().st_mode & 0o777 == 0o600
 
     def test_nothing_else_is_left_in_the_folder(self, recorder):
-        beside = recorder.path.with_name("lab.json.new")
         recorder.save(RECORD)
-        beside.write_text("what a program left that was killed while it wrote")
-        recorder.save(RECORD)
-        assert names(recorder.path.parent) == ["lab.json"]
+        for left in ("lab.json.new", "lab.json.0123456789abcdef.new"):
+            recorder.path.with_name(left).write_text("left by a program that was killed in a save")
+        others = ["lab.json.draft.new", "lab2.json.0123456789abcdef.new"]
+        for other in others:
+            recorder.path.with_name(other).write_text("another file's")
+        FileRecorder(recorder.path).save(RECORD)
+        assert names(recorder.path.parent) == sorted(["lab.json", *others])
 
     def test_a_file_that_was_refused_is_kept_aside_once(self, recorder):
         recorder.save(RECORD)

@@ -3,11 +3,10 @@
 import os
 import pty
 import sys
-import threading
-import time
 import tty
 
 import pytest
+from waiting import FOREVER_S, LONG_S, returns, soon
 
 from armdrive.errors import LinkLost, PortUnavailable
 from armdrive.transports.bell import Bell
@@ -40,7 +39,7 @@ def test_bytes_go_both_ways(ends, link):
     assert os.read(ends[0], 100) == b"@READ\r"
     assert link.read(0.0) == b""
     os.write(ends[0], b"1\r")
-    link.wait(1.0)
+    link.wait(LONG_S)
     assert link.read(0.0) == b"1\r"
     assert ends[1] in link.description
     assert "9600" in link.description
@@ -48,29 +47,23 @@ def test_bytes_go_both_ways(ends, link):
 
 
 def test_a_wait_ends_with_bytes_with_a_wake_and_with_its_time(ends, link):
-    began_s = time.monotonic()
     link.wake()
-    link.wait(5.0)
-    threading.Timer(0.02, link.wake).start()
-    link.wait(5.0)
-    threading.Timer(0.02, os.write, (ends[0], b"x")).start()
-    link.wait(5.0)
+    returns(lambda: link.wait(FOREVER_S))
+    soon(link.wake)
+    returns(lambda: link.wait(FOREVER_S))
+    soon(os.write, ends[0], b"x")
+    returns(lambda: link.wait(FOREVER_S))
     assert link.read(0.0) == b"x"
-    assert time.monotonic() - began_s < 2.0
-    began_s = time.monotonic()
-    link.wait(0.02)
-    assert 0.015 < time.monotonic() - began_s < 1.0
+    returns(lambda: link.wait(0.02))
 
 
-def test_a_port_that_goes_away_is_told_within_a_second_in_words(ends, link):
+def test_a_port_that_goes_away_is_told_in_words(ends, link):
     os.close(ends[2].pop())
-    began_s = time.monotonic()
-    link.wait(5.0)
+    returns(lambda: link.wait(FOREVER_S))
     with pytest.raises(LinkLost, match="was lost"):
         link.read(0.0)
     with pytest.raises(LinkLost):
         link.write(b"@READ\r", 0.0)
-    assert time.monotonic() - began_s < 1.0
 
 
 def test_a_port_is_opened_by_one_program_alone(ends, link):
@@ -98,17 +91,13 @@ def test_a_reader_that_takes_nothing_is_a_lost_wire_and_no_hang(ends, link):
 
 def test_a_bell_ends_the_present_sleep_and_the_next_one():
     bell = Bell()
-    began_s = time.monotonic()
     bell.ring()
-    bell.wait(5.0)  # rung before anybody slept
-    ringing = threading.Timer(0.05, bell.ring)
-    ringing.start()
-    bell.wait(5.0)
-    assert time.monotonic() - began_s < 1.0
+    returns(lambda: bell.wait(FOREVER_S))  # rung before anybody slept
+    ringing = soon(bell.ring)
+    returns(lambda: bell.wait(FOREVER_S))
     bell.wait(0.001)
     bell.close()
     bell.ring()
-    bell.wait(5.0)
-    assert time.monotonic() - began_s < 1.0
+    returns(lambda: bell.wait(FOREVER_S))
     bell.close()
     ringing.join()

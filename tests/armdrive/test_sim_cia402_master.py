@@ -16,7 +16,7 @@ import can  # noqa: E402
 from canopen.objectdictionary.eds import import_eds  # noqa: E402
 from canopen.profiles.p402 import BaseNode402  # noqa: E402
 from cia402_sim import MASTER, arm_config  # noqa: E402
-from served import PATIENCE_S, until  # noqa: E402
+from waiting import LONG_S, until  # noqa: E402
 
 from armdrive.sim.cia402_places import eds_text  # noqa: E402
 from armdrive.sim.twin import make_device  # noqa: E402
@@ -46,7 +46,7 @@ class Living:
     def end(self) -> None:
         self.network.disconnect()
         self._ended.set()
-        self._thread.join(PATIENCE_S)
+        self._thread.join(LONG_S)
         self._ours.shutdown()
 
     def _live(self) -> None:
@@ -73,9 +73,9 @@ def living():
 def bench(living):
     node = BaseNode402(1, import_eds(io.StringIO(eds_text()), 1))
     living.network.add_node(node)
-    node.sdo.RESPONSE_TIMEOUT = PATIENCE_S
-    node.TIMEOUT_SWITCH_STATE_SINGLE = node.TIMEOUT_SWITCH_STATE_FINAL = PATIENCE_S
-    node.TIMEOUT_CHECK_TPDO = PATIENCE_S
+    node.sdo.RESPONSE_TIMEOUT = LONG_S
+    node.TIMEOUT_SWITCH_STATE_SINGLE = node.TIMEOUT_SWITCH_STATE_FINAL = LONG_S
+    node.TIMEOUT_CHECK_TPDO = LONG_S
     return SimpleNamespace(node=node, network=living.network, device=living.device)
 
 
@@ -98,7 +98,7 @@ def test_they_read_the_objects_and_bring_the_drive_to_where_it_obeys(bench):
     node.controlword = 0x0F
     assert bench.device.world.motors[0] - before[0] == TARGET
     node.sdo[0x6098].raw = 37
-    assert node.homing(timeout=PATIENCE_S)
+    assert node.homing(timeout=LONG_S)
     assert node.sdo[0x6064].raw == 0
     node.state = "SWITCH ON DISABLED"
     assert not bench.device.nodes[0].holding
@@ -125,7 +125,7 @@ def test_they_map_pdos_and_stream_targets_by_sync(bench):
         order[0x607A].raw = target
         order.transmit()
         bench.network.sync.transmit()
-        assert state.wait_for_reception(PATIENCE_S) is not None
+        assert state.wait_for_reception(LONG_S) is not None
     bench.network.sync.transmit()
     until(lambda: node.sdo[0x6064].raw == 200)
     assert state[0x6041].raw & 0x6F == 0x27
@@ -135,18 +135,18 @@ def test_they_map_pdos_and_stream_targets_by_sync(bench):
 def test_they_hear_heartbeats_and_an_emergency_when_theirs_is_missing(bench):
     node = bench.node
     node.sdo[0x1017].raw = 20
-    assert node.nmt.wait_for_heartbeat(PATIENCE_S) == "PRE-OPERATIONAL"
+    assert node.nmt.wait_for_heartbeat(LONG_S) == "PRE-OPERATIONAL"
     node.sdo[0x605A].raw = 6
     node.sdo[0x6007].raw = 3
     for word in (0x06, 0x07, 0x0F):
         node.sdo[0x6040].raw = word
     node.sdo[0x1016][1].raw = MASTER << 16 | 50
     bench.network.send_message(0x700 + MASTER, b"\x05")
-    error = node.emcy.wait(0x8130, PATIENCE_S)
+    error = node.emcy.wait(0x8130, LONG_S)
     assert error is not None
     assert error.register & 0x10
     assert node.sdo[0x6041].raw & 0x6F == 0x07  # quick stop active: it holds
     assert bench.device.nodes[0].holding
     node.nmt.send_command(0x81)
-    node.nmt.wait_for_bootup(PATIENCE_S)
+    node.nmt.wait_for_bootup(LONG_S)
     assert not bench.device.nodes[0].holding

@@ -13,7 +13,7 @@ import can
 import pytest
 from cia402_sim import arm_config
 from cli_calls import Caller
-from served import PATIENCE_S, until
+from waiting import LONG_S, until
 
 from armdrive.sim.cia402_twin import KIND
 from armdrive.sim.drives import SaysEmergencies
@@ -54,7 +54,7 @@ class Served:
 
     def end(self) -> None:
         os.write(self._mouth, b"quit\n")
-        self._thread.join(PATIENCE_S)
+        self._thread.join(LONG_S)
         os.close(self._mouth)
 
 
@@ -79,7 +79,7 @@ def upload(bus: can.BusABC, place: Place) -> bytes:
 
 
 def heard(bus: can.BusABC) -> Frame:
-    message = bus.recv(PATIENCE_S)
+    message = bus.recv(LONG_S)
     assert message is not None, "the drives say nothing"
     return Frame(message.arbitration_id, bytes(message.data))
 

@@ -13,7 +13,7 @@ import can
 import pytest
 from cli_calls import Caller
 from mks_sim import TURN, arm_config
-from served import PATIENCE_S, until
+from waiting import LONG_S, until
 
 from armdrive.sim.drives import DrivesOnBus
 from armdrive.sim.faults_table import FAULTS
@@ -61,7 +61,7 @@ class Served:
 
     def end(self) -> None:
         os.write(self._mouth, b"quit\n")
-        self._thread.join(PATIENCE_S)
+        self._thread.join(LONG_S)
         os.close(self._mouth)
 
 
@@ -77,7 +77,7 @@ def say(bus: can.BusABC, node: int, request: Request) -> None:
     bus.send(can.Message(arbitration_id=node, data=frame.data, is_extended_id=False))
 
 
-def hear(bus: can.BusABC, timeout_s: float = PATIENCE_S):
+def hear(bus: can.BusABC, timeout_s: float = LONG_S):
     message = bus.recv(timeout_s)
     if message is None:
         return None

@@ -10,11 +10,11 @@ import signal
 import socket
 import sys
 import threading
-import time
 from pathlib import Path
 
 import pytest
 import serial
+from waiting import LONG_S, until
 
 from armdrive.errors import PortUnavailable
 from armdrive.sim.fault_request import parse_option
@@ -30,7 +30,6 @@ needs_pty = pytest.mark.skipif(
 needs_signals = pytest.mark.skipif(
     sys.platform == "win32", reason="Windows cannot send itself these signals"
 )
-PATIENCE_S = 5.0
 
 
 class Running:
@@ -60,14 +59,11 @@ class Running:
         return self.out.getvalue().splitlines()[-1]
 
     def until(self, true):
-        deadline = time.monotonic() + PATIENCE_S
-        while not true():
-            assert time.monotonic() < deadline, "it never came true"
-            select.select([], [], [], 0.002)
+        until(true)
 
     def end(self):
         self.command("quit")
-        self._thread.join(PATIENCE_S)
+        self._thread.join(LONG_S)
         assert not self._thread.is_alive()
         os.close(self._mouth)
 
@@ -95,33 +91,40 @@ def read_line(client):
     return said
 
 
+def _end_once(seen, number=signal.SIGTERM):
+    """Send this process a signal once something is seen."""
+    until(seen)
+    os.kill(os.getpid(), number)
+
+
 class TestTcp:
     def test_a_motion_is_made_and_answered(self, serve):
         running = serve(TcpServer())
-        with socket.create_connection(("127.0.0.1", running.server.port), PATIENCE_S) as client:
-            began = time.monotonic()
+        with socket.create_connection(("127.0.0.1", running.server.port), LONG_S) as client:
+            began_s = json.loads(running.answer("state --json"))["time_s"]
             client.sendall(b"@STEP 240, 40,0,0,0,0,0\r")
             assert read_line(client) == b"1\r"
-            assert time.monotonic() - began >= 40 / 470 + 26 * 10 / 9600
+            ended_s = json.loads(running.answer("state --json"))["time_s"]
+            assert ended_s - began_s >= 40 / 470 + 26 * 10 / 9600
         assert running.device.registers == (40, 0, 0, 0, 0, 0)
 
     def test_one_client_at_a_time_and_then_the_next(self, serve):
         running = serve(TcpServer())
         where = ("127.0.0.1", running.server.port)
-        with socket.create_connection(where, PATIENCE_S) as first:
+        with socket.create_connection(where, LONG_S) as first:
             first.sendall(b"@STEP 0,0,0,0,0,0,0\r")
             assert read_line(first) == b"1\r"
-            with socket.create_connection(where, PATIENCE_S) as second:
+            with socket.create_connection(where, LONG_S) as second:
                 assert second.recv(10) == b""
             first.sendall(b"@STEP 0,0,0,0,0,0,0\r")
             assert read_line(first) == b"1\r"
-        with socket.create_connection(where, PATIENCE_S) as third:
+        with socket.create_connection(where, LONG_S) as third:
             third.sendall(b"@STEP 0,0,0,0,0,0,0\r")
             assert read_line(third) == b"1\r"
 
     def test_a_client_that_floods_the_line_has_to_wait_for_it(self, serve):
         running = serve(TcpServer())
-        with socket.create_connection(("127.0.0.1", running.server.port), PATIENCE_S) as client:
+        with socket.create_connection(("127.0.0.1", running.server.port), LONG_S) as client:
             client.setblocking(False)
             most = 0
             for _ in range(200):
@@ -137,13 +140,13 @@ class TestTcp:
     def test_unplugged_and_plugged_in_again(self, serve):
         running = serve(TcpServer())
         where = ("127.0.0.1", running.server.port)
-        with socket.create_connection(where, PATIENCE_S) as client:
+        with socket.create_connection(where, LONG_S) as client:
             client.sendall(b"@STEP 0,0,0,0,0,0,0\r")
             read_line(client)
             assert running.answer("unplug") == "unplugged"
             assert client.recv(10) == b""
         assert f"127.0.0.1:{where[1]}" in running.answer("replug")
-        with socket.create_connection(where, PATIENCE_S) as client:
+        with socket.create_connection(where, LONG_S) as client:
             client.sendall(b"@STEP 0,0,0,0,0,0,0\r")
             assert read_line(client) == b"1\r"
 
@@ -174,7 +177,7 @@ class TestUdp:
         where = ("127.0.0.1", running.server.port)
         for _ in range(2):
             with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as client:
-                client.settimeout(PATIENCE_S)
+                client.settimeout(LONG_S)
                 client.sendto(b"@STEP 240,40,0,0,0,0,0\r", where)
                 assert client.recv(100) == b"1\r"
                 client.sendto(b"@READ\r", where)
@@ -186,7 +189,7 @@ class TestUdp:
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as client:
             for data in (b"one", b"two"):
                 client.sendto(data, ("127.0.0.1", server.port))
-            select.select([*server.filenos()], [], [], PATIENCE_S)
+            select.select([*server.filenos()], [], [], LONG_S)
             assert (server.read(), server.read(), server.read()) == (b"one", b"two", b"")
         server.close()
         assert (server.filenos(), server.read()) == ((), b"")
@@ -209,7 +212,7 @@ class TestUdp:
 class TestFaults:
     def test_a_fault_of_the_command_line_befalls_a_served_arm(self, serve):
         running = serve(TcpServer(), "drop:#3,from=host", "stall:1")
-        with socket.create_connection(("127.0.0.1", running.server.port), PATIENCE_S) as client:
+        with socket.create_connection(("127.0.0.1", running.server.port), LONG_S) as client:
             client.sendall(b"@READ\r")
             assert read_line(client) == b"0\r"
             before = running.device.world.motors
@@ -219,7 +222,7 @@ class TestFaults:
 
     def test_the_cable_is_pulled_by_itself_after_a_while(self, serve):
         running = serve(TcpServer(), "unplug@0.05")
-        with socket.create_connection(("127.0.0.1", running.server.port), PATIENCE_S) as client:
+        with socket.create_connection(("127.0.0.1", running.server.port), LONG_S) as client:
             assert client.recv(10) == b""
         assert running.answer("fault") == "unplug @0.05"
 
@@ -252,13 +255,12 @@ class TestConsole:
         os.write(mouth, b"state\nput A 200 0")
         os.close(mouth)
         device, out = SimTeachMover(), io.StringIO()
-        began = time.monotonic()
-        timer = threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGTERM))
-        timer.start()
+        put = lambda: "A" in device.world.scene.blocks  # noqa: E731
+        ending = threading.Thread(target=_end_once, args=(put,))
+        ending.start()
         run_device(device, TcpServer(), ear, out)
-        timer.join()
+        ending.join()
         os.close(ear)
-        assert time.monotonic() - began >= 0.1
         assert "A" in device.world.scene.blocks
         assert len(out.getvalue().splitlines()) == 2
 
@@ -268,10 +270,11 @@ class TestConsole:
         link = tmp_path / "arm"
         server = PtyServer(link)
         before = signal.getsignal(number)
-        timer = threading.Timer(0.05, os.kill, (os.getpid(), number))
-        timer.start()
+        taken = lambda: signal.getsignal(number) is not before  # noqa: E731
+        ending = threading.Thread(target=_end_once, args=(taken, number))
+        ending.start()
         run_device(SimTeachMover(), server, None, io.StringIO())
-        timer.join()
+        ending.join()
         assert not link.is_symlink()
         assert signal.getsignal(number) is before
 
@@ -281,7 +284,7 @@ class TestPty:
     def test_a_program_for_the_real_arm_runs_against_it(self, serve, tmp_path):
         link = tmp_path / "arm"
         running = serve(PtyServer(link))
-        with serial.Serial(str(link), 9600, timeout=PATIENCE_S) as port:
+        with serial.Serial(str(link), 9600, timeout=LONG_S) as port:
             port.write(b"@STEP 240, 100,0,0,0,0,0\r")
             assert port.read_until(b"\r") == b"1\r"
             port.write(b"@READ\r")
@@ -296,7 +299,7 @@ class TestPty:
             os.write(client, b"@BAD\x03\x04\r")
             said = b""
             while not said.endswith(b"\r"):
-                assert select.select([client], [], [], PATIENCE_S)[0]
+                assert select.select([client], [], [], LONG_S)[0]
                 said += os.read(client, 10)
             assert said == b"0\r"
         finally:

@@ -63,7 +63,8 @@ def test_the_wrong_dialect_moves_nothing_and_says_so(asked, there, same_baud):
         ("armdroid", b"\xaa\x02\x02\x01\x01\xa9\x03", "say dialect robko01"),
         ("teachmover", b"0,0,0,0,0,0,0\r", "Robko 01 retrofit, in its text mode"),
         ("teachmover", b"\x00\x80\xe0\x00\xf8", "is the baud rate right?"),
-        ("teachmover", b"hello, who is there?\r\n", "What came is no teachmover's: 'hello"),
+        ("teachmover", b"hello, who is there?\r\n", "answer: 'hello, who is there?"),
+        ("teachmover", b"hello, who is there?\r\n", "What came is no teachmover's. "),
         ("teachmover", b"@,d,,,", "What came is no teachmover's"),
     ],
 )

@@ -5,13 +5,30 @@ from __future__ import annotations
 import heapq
 import itertools
 import math
-from collections.abc import Callable
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import FrameType
 
 from armdrive.engine import Engine
 from armdrive.pace import SimulatedPace
 
-MOST_TURNS = 20_000
-"""An engine that is called so often while no time passes goes round in a circle."""
+MOST_TURNS = 10_000
+"""An engine that is called so often while no time passes goes round in a circle. The simulated
+clock finds that out for itself, later, and ends it with an error that looks like a good end."""
+
+CPU_S = 900.0
+"""Of this process in one mission. It is no time of day: a busy computer does not shorten it. The
+longest missions take a minute; only code that never lets the engine take a turn is ended by it."""
+
+GRACE_S = 5.0
+"""A call may end this late to be told by how much; then it hangs."""
+CALL_TURNS = 1_000_000
+"""Turns of the engine in one call: CAN drives in a pause of ten minutes take 200,000."""
+MISSION_TURNS = 4_000_000
+MISSION_S = 4 * 3600.0
+"""The same for a whole mission, and its simulated time, without that of suspensions."""
 
 
 class Killed(BaseException):
@@ -19,7 +36,28 @@ class Killed(BaseException):
 
 
 class Hangs(BaseException):
-    """The engine goes round in a circle."""
+    """A call does not end: no time passes, or too much of it."""
+
+
+@contextmanager
+def cpu_limit(most_s: float = CPU_S) -> Iterator[None]:
+    """Have `Hangs` raised in what uses up so much of a processor, on the main thread of Unix."""
+    there = hasattr(signal, "setitimer")
+    if not there or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def hangs(_number: int, _frame: FrameType | None) -> None:
+        raise Hangs(f"the driver has computed for {most_s:g} s of processor time")
+
+    before = signal.signal(signal.SIGVTALRM, hangs)
+    # and again, until the driver has let go: it may want to stop the arm first
+    signal.setitimer(signal.ITIMER_VIRTUAL, most_s, most_s / 10.0)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
+        signal.signal(signal.SIGVTALRM, before)
 
 
 class Agenda:
@@ -27,6 +65,7 @@ class Agenda:
 
     def __init__(self) -> None:
         self._due: list[tuple[float, int, Callable[[], None]]] = []
+        self.patience = Patience()
         self._number = itertools.count()
 
     @property
@@ -46,6 +85,39 @@ class Agenda:
         """Have everything happen that is due."""
         while self.next_s <= now_s:
             heapq.heappop(self._due)[2]()
+
+
+class Patience:
+    """How long a mission and the call that it is at may last: in simulated time, and in turns."""
+
+    def __init__(self) -> None:
+        self._call = ""
+        self._turns = self._call_turns = 0
+        self._until_s, self._mission_until_s = math.inf, MISSION_S
+
+    def begin(self, call: str, until_s: float) -> None:
+        """Hear of a call, and when it has to have ended."""
+        self._call, self._until_s, self._call_turns = call, until_s + GRACE_S, 0
+
+    def end(self) -> None:
+        """Hear that the call has ended."""
+        self._call, self._until_s, self._call_turns = "", math.inf, 0
+
+    def postpone(self, by_s: float) -> None:
+        """Hear of time in which the program was suspended."""
+        self._until_s += by_s
+        self._mission_until_s += by_s
+
+    def turn(self, now_s: float) -> None:
+        """Count a turn of the engine. Raises `Hangs`."""
+        self._turns += 1
+        self._call_turns += 1
+        late = now_s > min(self._until_s, self._mission_until_s)
+        if late or self._call_turns > CALL_TURNS or self._turns > MISSION_TURNS:
+            raise Hangs(
+                f"{self._call or 'the mission'} had not ended at {now_s:.1f} s, after "
+                f"{self._call_turns} turns of the engine in this call and {self._turns} in all"
+            )
 
 
 class CampaignPace(SimulatedPace):
@@ -76,6 +148,7 @@ class CampaignPace(SimulatedPace):
         self.live()
         self._turns = self._turns + 1 if now_s <= self._turned_s else 0
         self._turned_s = now_s
+        self._agenda.patience.turn(now_s)
         if self._turns > MOST_TURNS:
             raise Hangs(f"the engine was called {MOST_TURNS} times at {now_s:.3f} s")
         assert self._driven is not None
@@ -103,5 +176,6 @@ class CampaignPace(SimulatedPace):
     def jump(self, by_s: float) -> None:
         """Let time pass while the program was suspended, as a thread in real time sees it."""
         self._now_s += by_s
+        self._agenda.patience.postpone(by_s)
         if self._driven is not None:
             self._driven.absent(by_s)

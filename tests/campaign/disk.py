@@ -6,7 +6,7 @@ import errno
 import random
 from pathlib import Path
 
-from armdrive.durable import Files
+from armdrive.durable import Files, is_leftover
 
 from .clock import CampaignPace
 
@@ -56,9 +56,19 @@ class Disk(Files):
             raise FileNotFoundError(path)
         return self.texts[path][:most]
 
+    def read_own(self, path: Path, most: int, *, end: bool = False) -> bytes:
+        """Return the text: there are no links here, and no other users."""
+        return self.read(path, most)
+
+    def leftovers(self, path: Path) -> list[Path]:
+        """Return what killed programs did not finish."""
+        return [each for each in self.texts if is_leftover(each, path)]
+
     def create(self, path: Path) -> int:
-        """Open an empty file."""
+        """Create an empty file."""
         self._pass()
+        if path in self.texts:
+            raise FileExistsError(path)
         self._last += 1
         self.texts[path] = b""
         self._unsynced.add(path)

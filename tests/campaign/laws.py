@@ -12,16 +12,21 @@ import traceback
 from collections.abc import Callable
 
 from armdrive.catalogue import entry
+from armdrive.deadlines import CALL_LIMIT_S
 from armdrive.errors import ArmError
 from armdrive.status import State, Trust
+from armdrive.tempo import LONGEST_SIMULATED_PAUSE_S
 from kinematics import KinematicsError
 
 from .clock import Hangs, Killed
 from .physical import Command
 from .stage import Stage
 
-LONGEST_S = 20.0
-"""No call that moves nothing lasts longer, whatever is wrong with the wire."""
+LONGEST_S = CALL_LIMIT_S + 0.1
+"""No call that moves nothing lasts longer, whatever is wrong with the wire: the driver's own limit,
+and the turn in which it is kept."""
+FLAWS = ("went round without waiting", "simulated time does not pass")
+"""Words of errors by which the driver ends what hangs; no program should ever meet them."""
 
 FRESH_S = 0.4
 """A motion that ends has looked at the registers so long ago."""
@@ -52,6 +57,10 @@ def call(
         burst_s = max(motion.planned_burst_s, motion.jog_burst_s)
         runs_on_s = arm.core.controller.stopping(burst_s).silent_s
         stage.watch.begin(command)
+    if arm is not None and arm.paused and command is not None:
+        longest_s += LONGEST_SIMULATED_PAUSE_S  # it waits, and is given up then
+    name = command.what if command is not None else getattr(act, "__qualname__", "a call")
+    stage.agenda.patience.begin(name, stage.now_s + longest_s)
     error: Typed | None = None
     stage.jumped_s = 0.0
     try:
@@ -65,9 +74,11 @@ def call(
             stage.watch.end(stage.now_s, runs_on_s)
         raise
     except Hangs as hangs:
-        raise Broken(f"it hangs: {hangs}") from None
+        raise Broken(f"hangs: {hangs}") from None
     except Exception:
         raise Broken(f"a traceback: {traceback.format_exc(limit=-4)}") from None
+    finally:
+        stage.agenda.patience.end()
     if command is not None:
         stage.watch.end(stage.now_s, runs_on_s if error else 0.0)
     stage.look()
@@ -82,6 +93,8 @@ def said_well(error: Typed) -> None:
     """Check that an error has words, and a row in the catalogue."""
     if not str(error):
         raise Broken(f"{type(error).__name__} says nothing")
+    if any(words in str(error) for words in FLAWS):
+        raise Broken(f"hangs: {error}")
     if not entry(error).code:
         raise Broken(f"{type(error).__name__} has no code")
 

@@ -12,7 +12,7 @@ from armdrive.status import State, Trust
 from kinematics import KinematicsError, Motors
 
 from .actions import ACTIONS, connect, home, move_j
-from .clock import Killed
+from .clock import CPU_S, Hangs, Killed, cpu_limit
 from .faults import FAULTS, NONE, Fault
 from .goals import stand_beside_limits
 from .laws import Broken, Typed, call, honest, kept
@@ -28,6 +28,8 @@ LONGEST_REST_S = 30.0
 class Mission:
     """A mission under way."""
 
+    cpu_s = CPU_S
+
     def __init__(self, dialect: str, seed: int) -> None:
         self.dialect, self.seed = dialect, seed
         self.draw = random.Random(f"{dialect} {seed}")
@@ -40,10 +42,12 @@ class Mission:
         """Run it to its end; the log is kept of one that broke a promise."""
         broken: tuple[str, ...] = ()
         try:
-            self._run()
-        except Broken as law:
-            self._say(f"BROKEN: {law}")
-            self.outcome, broken = Outcome.VIOLATION, (str(law),)
+            with cpu_limit(self.cpu_s):
+                self._run()
+        except (Broken, Hangs) as law:
+            words = str(law) if isinstance(law, Broken) else f"hangs: {law}"
+            self._say(f"BROKEN: {words}")
+            self.outcome, broken = Outcome.VIOLATION, (words,)
         return Result(
             self.dialect,
             self.seed,
@@ -140,6 +144,9 @@ class Mission:
             if stage.arm is None:
                 continue
             status = stage.arm.status
+            if status.paused:  # whoever paused it was torn away from it
+                self._say("resume")
+                stage.arm.resume()
             if status.state is State.DISCONNECTED:
                 self._worst(Outcome.LINK_LOST)
                 self._again()

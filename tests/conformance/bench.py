@@ -31,6 +31,8 @@ class Bench(abc.ABC):
     """How often the arm is looked at while it moves."""
     noise_s: ClassVar[float]
     """What a busy computer may add to a time that was announced."""
+    punctual: ClassVar[bool] = True
+    """Whether driver, device and test keep time well enough to be held to a bound."""
     moments_s: ClassVar[tuple[float, ...]] = (0.4,)
     """When a fault comes, after a motion has been asked for: one time after the other."""
     on_bus: ClassVar[bool] = False

@@ -8,9 +8,9 @@ import sys
 from pathlib import Path
 
 import pytest
+from waiting import LONG_S
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.py"))
-PATIENCE_S = 60.0
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
@@ -22,7 +22,7 @@ def test_an_example_runs_unattended(path, tmp_path):
         stdin=subprocess.DEVNULL,
         capture_output=True,
         text=True,
-        timeout=PATIENCE_S,
+        timeout=LONG_S,
         check=False,
     )
     assert ended.returncode == 0, ended.stderr

@@ -86,3 +86,17 @@ def test_the_row_that_adds_nothing_is_named(matrix, row):
     with pytest.raises(DependentRow) as caught:
         inverse(matrix)
     assert caught.value.row == row
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "found"),
+    [
+        (-math.inf, math.inf, 6.0 + math.tau),
+        (-math.inf, 1.0, 6.0 - math.tau),
+        (7.0, math.inf, 6.0 + math.tau),
+        (14.0, math.inf, 6.0 + 2 * math.tau),
+        (-math.inf, -20.0, 6.0 - 5 * math.tau),
+    ],
+)
+def test_a_joint_with_one_limit_or_none_takes_a_turn_within_it(low, high, found):
+    assert turn_into(6.0, low, high, 12.0) == pytest.approx(found)

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import asyncio
+from types import SimpleNamespace
 
 import pytest
+from desk_planner import at_rest
 from textual.css.stylesheet import Stylesheet
 
 from armdrive import places
+from tui import framework
 
 QUIET_TURNS = 3
 MOST_TURNS = 100_000
@@ -32,6 +35,38 @@ async def quiet(min_sleep: float = 0.0, max_sleep: float = 1.0) -> None:
 def _wait_for_the_desk_alone(monkeypatch):
     monkeypatch.setattr("textual.app.wait_for_idle", quiet)
     monkeypatch.setattr("textual.pilot.wait_for_idle", quiet)
+
+
+@pytest.fixture(autouse=True)
+def _time_stands_still(monkeypatch):
+    """Keep apps from reading the wall clock: on a busy computer they would seem suspended.
+
+    A test that is about old keys or about a suspension gives its app a clock of its own.
+    """
+    monkeypatch.setattr(framework, "_time", SimpleNamespace(get_time=lambda: 0.0))
+
+
+@pytest.fixture
+def snap_compare(snap_compare):
+    """Take each picture once the app is at rest, and press each key only then.
+
+    The plugin's own fixture presses keys last and waits for no thread and no layout, so that its
+    picture depends on how busy the computer is.
+    """
+
+    def compare(app, press=(), terminal_size=(80, 24), run_before=None):
+        async def shown(pilot):
+            await at_rest(pilot)
+            if run_before is not None:
+                await run_before(pilot)
+            for key in press:
+                await pilot.press(key)
+                await at_rest(pilot)
+            await at_rest(pilot)
+
+        return snap_compare(app, terminal_size=terminal_size, run_before=shown)
+
+    return compare
 
 
 @pytest.fixture(scope="session")

@@ -1,6 +1,7 @@
 """A fake arm that plans as a real one does, and moves at once when it is told to go."""
 
 from desk_fake import FakeArm
+from waiting import until_seen
 
 from armdrive.calls.foreseeing import Foreseeing
 from armdrive.connecting import simulated_config
@@ -118,28 +119,30 @@ class PlannerArm(FakeArm):
         return Going(self, goal.plan(self._ground(), speed).end.joints)
 
 
-MOST_LOOKS = 100_000
+POLLS = 4
+"""As many times an app looks before what it found first has led to all that follows."""
 
 
-async def settled(pilot):
-    """Let a desk work out all that it wants to show, and show it."""
-    for _ in range(4):
-        pilot.app.poll()
+async def at_rest(pilot):
+    """Have an app look, work out in threads and paint all that it wants to show."""
+    app = pilot.app
+    for _ in range(POLLS):
+        if hasattr(app, "poll"):
+            app.poll()
         await pilot.pause()
-        await pilot.app.workers.wait_for_complete()
-    pilot.app.poll()
-    await laid_out(pilot)
+        await app.workers.wait_for_complete()
+        await until_seen(lambda: _is_laid_out(app), pilot.pause, "the screen was never laid out")
 
 
-async def laid_out(pilot):
-    """Let a screen be laid out anew where that is due: a timer of the framework's does it."""
-    await pilot.pause()
-    for _ in range(MOST_LOOKS):
-        screens = pilot.app.screen_stack
-        if not (any(each._layout_required for each in screens) or pilot.app.screen._dirty_widgets):
-            return
-        await pilot.pause()
-    raise AssertionError("the screen was never laid out")
+settled = at_rest
+
+
+def _is_laid_out(app):
+    """Tell whether nothing waits for the timer by which the framework lays out and paints.
+
+    A screen behind a dialog was at rest when the dialog came, and may keep its marks for good.
+    """
+    return not (app.screen._layout_required or app.screen._dirty_widgets)
 
 
 def _speeds():

@@ -9,13 +9,13 @@ from desk_fake import MODEL, FakeArm, StubbornArm, UnplaceableArm, unknown_posit
 from desk_session import Session
 from textual import events
 from textual.widgets import Input
+from waiting import until_seen
 
 from armdrive.intents import Jog, Space
 from armdrive.status import State, Trust
 from kinematics import Joints, system
 from kinematics.chain_arm import ChainArm
 from tui import panels
-from tui.desk import Desk
 from tui.framework import ENDING_SIGNALS
 from tui.jogging import IDLE_DISARMS_S
 from tui.keys import DESK_KEYS, JOG_KEYS, JOG_PAIRS, spoken
@@ -210,22 +210,17 @@ async def test_holding_a_key_jogs_and_letting_go_stops():
 
 
 async def test_a_real_timer_ends_a_hold_by_itself():
-    """Once with the clock of this computer: nobody calls tick but the desk's own alarm."""
+    """Nobody calls tick here but the desk's own alarm."""
     arm, released = FakeArm(), asyncio.Event()
     arm.release = released.set
-    desk = Desk(arm, braille=False)
-    async with desk.run_test(size=(80, 24)) as pilot:
-        await pilot.press("wait:300", "enter", "wait:300", "w")
-        await asyncio.wait_for(_press_again(pilot, desk), 5.0)
-        await asyncio.wait_for(released.wait(), 5.0)
+    async with Session(arm) as session:
+        await session.arm_keys()
+        await session.press("w")
+        await session.press("w", after_s=0.4)
+        assert len(arm.asked("hold")) == 1
+        session.clock.now_s += 1.0
+        await until_seen(released.is_set, session.pilot.pause)
     assert len(arm.asked("hold")) == 1
-
-
-async def _press_again(pilot, desk):
-    """Repeat the key, as slowly as no backlog would come, until it counts as held."""
-    while not desk.place.hand.next_s() < float("inf"):
-        await pilot.press("w")
-        await asyncio.sleep(0.06)
 
 
 async def test_backlog_disarms_and_moves_nothing():
@@ -427,14 +422,12 @@ async def test_a_signal_stops_and_closes_the_arm_and_ends_the_desk(number):
         await session.arm_keys()
         session.arm.calls.clear()
         signal.raise_signal(number)
-        await asyncio.wait_for(_ended(session), 5.0)
+        await until_seen(
+            lambda: session.desk.return_code is not None and session.arm.asked("close"),
+            session.pilot.pause,
+        )
     assert session.arm.calls[:2] == [("stop",), ("close",)]
     assert session.desk.return_code == 128 + number
-
-
-async def _ended(session):
-    while session.desk.return_code is None or not session.arm.asked("close"):
-        await session.pilot.pause()
 
 
 class SixJointArm(FakeArm):

@@ -1,11 +1,11 @@
 """Snapshots of the desk: small and large, and in plain ASCII; and texts that must fit."""
 
-import asyncio
 import threading
 
 import pytest
 from desk_fake import MODEL, Clock, FakeArm, unknown_position
-from desk_planner import laid_out, settled
+from desk_planner import settled
+from waiting import until_seen
 
 from armdrive.view import status_view
 from tui import tables
@@ -48,12 +48,7 @@ def test_the_watching_screen(snap_compare, size):
     app = Watching("sim", MODEL, holder, braille=True)
 
     async def heard(pilot):
-        async with asyncio.timeout(10.0):
-            while not app.view:
-                await pilot.pause()
-        await pilot.app.workers.wait_for_complete()
-        app.poll()
-        await laid_out(pilot)
+        await until_seen(lambda: app.view, pilot.pause)
 
     try:
         assert snap_compare(app, terminal_size=size, run_before=heard)

@@ -8,11 +8,11 @@ import signal
 import subprocess
 import sys
 import threading
-import time
 from pathlib import Path
 
 import pytest
 from textual.drivers._writer_thread import MAX_QUEUED_WRITES, WriterThread
+from waiting import LONG_S, looks
 
 from tui.lasting import LastingFile
 
@@ -60,7 +60,7 @@ def test_without_colours_none_are_sent(tmp_path, said, colours):
         seen += _read_until(ours, b"STOP")
     finally:
         os.close(ours)
-    assert child.wait(10.0) == 129
+    assert child.wait(LONG_S) == 129
     assert bool(COLOUR.search(seen)) == colours
 
 
@@ -76,7 +76,7 @@ def test_closing_the_terminal_stops_and_closes_the_arm(tmp_path):
         _read_until(ours, b"armed:")
     finally:
         os.close(ours)
-    assert child.wait(10.0) == 129
+    assert child.wait(LONG_S) == 129
     assert notes.read_text().split()[:2] == ["stop", "close"]
 
 
@@ -96,9 +96,9 @@ def test_a_desk_that_is_suspended_goes_on_whole_and_unmoved_and_ends_as_it_began
         os.write(ours, b"\r")
         _read_until(ours, b"armed:")
         child.send_signal(getattr(signal, suspending))
-        until_s = time.monotonic() + 10.0
-        while not os.waitpid(child.pid, os.WUNTRACED | os.WNOHANG)[0]:
-            assert time.monotonic() < until_s, "the desk was not suspended"
+        for _ in looks("the desk was not suspended"):
+            if os.waitpid(child.pid, os.WUNTRACED | os.WNOHANG)[0]:
+                break
             if select.select([ours], [], [], 0.05)[0]:  # what it still has to say is read
                 os.read(ours, 65536)
         os.write(ours, b"w")
@@ -106,11 +106,11 @@ def test_a_desk_that_is_suspended_goes_on_whole_and_unmoved_and_ends_as_it_began
         _read_until(ours, b"SIMULATED")  # all is painted anew
         child.terminate()
         _read_until(ours, b"\x1b[?1004l")  # what it says last to its terminal
-        assert child.wait(10.0) == 143
+        assert child.wait(LONG_S) == 143
         assert termios.tcgetattr(theirs) == before
     finally:
         child.kill()
-        child.wait(10.0)
+        child.wait(LONG_S)
         os.close(ours)
         os.close(theirs)
     assert set(notes.read_text().split()) == {"stop", "close"}
@@ -153,7 +153,7 @@ def test_whoever_paints_a_closed_terminal_is_not_kept_waiting():
 
     painting = threading.Thread(target=paint, daemon=True)
     painting.start()
-    painting.join(10.0)
+    painting.join(LONG_S)
     assert not painting.is_alive()
 
 
@@ -179,9 +179,9 @@ def _desk_on(theirs, notes, said):
     )
 
 
-def _read_until(terminal, words, patience_s=10.0):
+def _read_until(terminal, words):
     seen = b""
     while words not in seen:
-        assert select.select([terminal], [], [], patience_s)[0], "the desk painted nothing more"
+        assert select.select([terminal], [], [], LONG_S)[0], "the desk painted nothing more"
         seen += os.read(terminal, 65536)
     return seen

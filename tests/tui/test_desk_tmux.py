@@ -3,20 +3,17 @@
 import json
 import os
 import re
-import select
 import shutil
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
+from waiting import looks, tried, until
 
 from armdrive import places
 
 ROOT = Path(__file__).parents[2]
-PATIENCE_S = 30.0
-LOOK_S = 0.05
 
 pytestmark = pytest.mark.skipif(shutil.which("tmux") is None, reason="there is no tmux here")
 
@@ -45,19 +42,14 @@ class Tmux:
 
     def seen(self, pattern):
         """Wait until the screen shows something; return what was found."""
-        end_s = time.monotonic() + PATIENCE_S
-        while time.monotonic() < end_s:
+        for _ in looks(f"{pattern} was never shown"):
             if found := re.search(pattern, self.shown or ""):
                 return found
-            select.select([], [], [], LOOK_S)
-        raise AssertionError(f"{pattern} was never shown:\n{self.shown}")
+        raise AssertionError
 
     def gone(self):
         """Wait until the desk has ended, and tmux with it."""
-        end_s = time.monotonic() + PATIENCE_S
-        while self.shown is not None:
-            assert time.monotonic() < end_s, self.shown
-            select.select([], [], [], LOOK_S)
+        until(lambda: self.shown is None, "the desk never ended")
 
     def kill(self):
         self._tell("kill-server")
@@ -88,16 +80,10 @@ def test_a_person_arms_jogs_stops_and_leaves_inside_tmux(tmux):
     start = base(tmux)
     tmux.press("Enter")
     tmux.seen("keys ARMED")
-    there, end_s = start, time.monotonic() + PATIENCE_S
-    while there == start:  # a busy desk leaves out a key that it hears too late
-        assert time.monotonic() < end_s, "the key jogged nothing"
-        if "DISARMED" in tmux.shown:
-            tmux.press("Enter")
-            tmux.seen("keys ARMED")
-        tmux.press("q")
-        select.select([], [], [], 10 * LOOK_S)
-        there = base(tmux)
-    assert there > start
+    # a busy desk leaves out a key that it hears too late, and disarms where it was kept from work
+    jog = lambda: tmux.press("Enter" if "DISARMED" in tmux.shown else "q")  # noqa: E731
+    tried(jog, lambda: base(tmux) != start, "the key jogged nothing")
+    assert base(tmux) > start
     tmux.press("Space")
     tmux.seen("STOP was asked for")
     tmux.seen("DISARMED")

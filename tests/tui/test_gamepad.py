@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 from desk_session import Session
+from waiting import until_seen
 
 from armdrive.errors import BadRequest, KeyFileError
 from armdrive.intents import Jog, Space
@@ -370,11 +371,7 @@ async def test_a_real_thread_moves_the_arm_of_a_desk_and_its_end_lets_go():
 
 
 async def until(session, event):
-    for _ in range(100_000):
-        if event.is_set():
-            return
-        await session.pilot.pause()
-    raise AssertionError("it did not happen")
+    await until_seen(event.is_set, session.pilot.pause)
 
 
 # -- evdev ------------------------------------------------------------------------------------

@@ -1,12 +1,13 @@
 """The log screen: what has come is shown in words, sieved, held, opened and saved."""
 
-import asyncio
 from pathlib import Path
 
 import pytest
 from desk_logged import LoggedArm, storied
+from desk_planner import at_rest
 from desk_session import Session
 from textual.screen import ModalScreen
+from waiting import until_seen
 
 from armdrive.errors import WrongState
 from armdrive.log.lines import LogLine, Topic
@@ -300,7 +301,7 @@ async def test_nothing_is_wider_than_the_screen(size):
 @pytest.mark.parametrize("size", [(80, 24), (120, 40), (200, 60)])
 def test_the_log_screen(snap_compare, size):
     session = Session(storied())
-    assert snap_compare(session.desk, press=["f7"], terminal_size=size, run_before=_polled)
+    assert snap_compare(session.desk, press=["f7"], terminal_size=size)
 
 
 @pytest.mark.parametrize("size", [(80, 24), (120, 40), (200, 60)])
@@ -310,13 +311,10 @@ def test_the_dialogs_of_the_log(snap_compare, keys, size):
 
     async def opened(pilot):
         await pilot.press("f7")
-        await _polled(pilot)
+        await at_rest(pilot)
         await pilot.press(*keys)
-        await _polled(pilot)
-        async with asyncio.timeout(10.0):
-            while not _filled(pilot.app.screen):  # which is once its size is known
-                await pilot.pause(0.02)
-        await pilot.pause(0.1)  # the framework paints sixty times a second
+        # the text of a dialog is filled in once its size is known
+        await until_seen(lambda: _filled(pilot.app.screen), pilot.pause)
 
     assert snap_compare(session.desk, terminal_size=size, run_before=opened)
 
@@ -324,13 +322,6 @@ def test_the_dialogs_of_the_log(snap_compare, keys, size):
 def _filled(screen):
     dialog = isinstance(screen, ModalScreen)
     return dialog and all(each.shown for each in screen.query(PlainText))
-
-
-async def _polled(pilot):
-    """Have the desk look until everything is on the screen that there is."""
-    for _ in range(4):
-        pilot.app.poll()
-        await pilot.pause()
 
 
 # -- the words alone --------------------------------------------------------------------------

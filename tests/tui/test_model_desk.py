@@ -239,18 +239,12 @@ def test_a_hand_begins_in_the_example_posture():
     assert hand.values == example_posture(hand.subject.chain)
 
 
-async def drawn(pilot):
-    """Wait until the reach is worked out, which a thread does."""
-    await pilot.app.workers.wait_for_complete()
-    await pilot.pause()
-
-
 @pytest.mark.parametrize("size", SIZES)
 def test_the_model_of_the_puma(snap_compare, size):
     desk = ModelDesk(find_subject("puma"), braille=True)
-    assert snap_compare(desk, press=["q"], terminal_size=size, run_before=drawn)
+    assert snap_compare(desk, press=["q"], terminal_size=size)
 
 
 def test_a_model_in_plain_ascii(snap_compare):
     desk = ModelDesk(find_subject("spherical"), braille=False)
-    assert snap_compare(desk, press=["m", "e"], terminal_size=(80, 24), run_before=drawn)
+    assert snap_compare(desk, press=["m", "e"], terminal_size=(80, 24))

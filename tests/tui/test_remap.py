@@ -73,7 +73,7 @@ WRONG = [
     ("[keys]\narm = []\n", "arm is a key", "[]"),
     ("[keys]\narm = 7\n", "arm is a key", "7"),
     ("keys = 7\n", "keys is a table", ""),
-    ("[keys\n", "is no TOML", ""),
+    ("[keys\n", "is not valid TOML", ""),
 ]
 
 

@@ -118,14 +118,7 @@ ALONE = Keyboard(tuple(row for row in TABLE if not row.id.startswith("screen-"))
 """No picture of this screen changes because the desk has got another one."""
 
 
-async def drawn(pilot):
-    """Wait until the reach is worked out, which a thread does."""
-    await pilot.app.workers.wait_for_complete()
-    pilot.app.poll()
-    await pilot.pause()
-
-
 @pytest.mark.parametrize("size", [(80, 24), (120, 40), (200, 60)])
 def test_the_theory_screen(snap_compare, size):
     desk = Desk(FakeArm(), braille=True, clock=Clock(), keys=ALONE)
-    assert snap_compare(desk, press=["f6"], terminal_size=size, run_before=drawn)
+    assert snap_compare(desk, press=["f6"], terminal_size=size)

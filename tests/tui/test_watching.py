@@ -1,10 +1,10 @@
 """Watching somebody else's arm: with a fake holder, then with an arm that is really held."""
 
-import asyncio
 import queue
 
 import pytest
 from desk_fake import MODEL, FakeArm, unknown_position
+from waiting import until_seen
 
 from armdrive import Arm
 from armdrive.cli.worlds import connect_remembered
@@ -61,9 +61,7 @@ class Session:
 
     async def seen(self, happened):
         """Wait until the app has heard of something: another thread tells it."""
-        async with asyncio.timeout(10.0):
-            while not happened():
-                await self.pilot.pause()
+        await until_seen(happened, self.pilot.pause)
         self.app.poll()
         await self.pilot.pause()
 

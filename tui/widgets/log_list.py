@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from textual.content import Content
 from textual.widgets import Static
 
+from armdrive.printable import printable
+
 Row = tuple[str, str]
 """A text and its style."""
 
@@ -27,5 +29,7 @@ class LogList(Static):
         """Show these rows from now on."""
         if tuple(rows) != self._rows:
             self._rows = tuple(rows)
-            lines = (Content.styled(text, style) for text, style in rows)
+            # cut once more: an escape is longer than what it stands for
+            fitting = ((printable(text)[: len(text)], style) for text, style in rows)
+            lines = (Content.styled(text, style) for text, style in fitting)
             self.update(Content("\n").join(lines))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 
 import pytest
+from waiting import LONG_S
 
 
 @pytest.fixture(autouse=True)
@@ -12,5 +13,5 @@ def _no_thread_stays():
     yield
     for each in threading.enumerate():
         if each.name == "armdrive call":
-            each.join(timeout=5.0)
+            each.join(LONG_S)
             assert not each.is_alive()

@@ -127,9 +127,7 @@ def test_the_message_shows_the_line_and_a_caret_under_the_place():
     with pytest.raises(ProgramError) as caught:
         read_program("ready\n\tdelay -1", "stack.arm")
     assert str(caught.value) == (
-        "stack.arm: line 2, column 8: time in s is at least 0, not -1\n"
-        "    \tdelay -1\n"
-        "    \t      ^"
+        "stack.arm: line 2, column 8: time in s is at least 0, not -1\n     delay -1\n           ^"
     )
     assert str(caught.value.mark) == "stack.arm: line 2, column 8"
     assert caught.value.exit_code == 2

@@ -4,6 +4,7 @@ import threading
 
 import pytest
 from running_bench import BLOCK, PICK_AND_PLACE, Listener, Script, down, performer, table_arm
+from waiting import until
 
 from armdrive.errors import BadRequest, Refused, Stopped
 from armdrive.programs import performing
@@ -261,6 +262,14 @@ def test_another_thread_stops_a_run_in_real_time():
     config = simulated_config("teachmover")
     with connect_simulated(config, pace=200.0) as arm:
         arm.home()
-        threading.Timer(0.05, arm.request_stop).start()
+        ended = threading.Event()
+
+        def stop():  # what comes before the run stops nothing
+            until(lambda: arm.request_stop() or ended.is_set())
+
+        stopping = threading.Thread(target=stop)
+        stopping.start()
         with pytest.raises(Stopped):
-            performer(arm).perform(Delay(1000.0))
+            performer(arm).perform(Delay(1e6))
+        ended.set()
+        stopping.join()

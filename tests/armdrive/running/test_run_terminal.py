@@ -6,6 +6,7 @@ import subprocess
 import sys
 
 import pytest
+from waiting import LONG_S
 
 from armdrive.programs.journal import journal_file
 
@@ -49,12 +50,12 @@ class Program:
         self.process.send_signal(signal.SIGINT)
 
     def end(self):
-        out, err = self.process.communicate(timeout=60)
+        out, err = self.process.communicate(timeout=LONG_S)
         self.events += [json.loads(text) for text in out.splitlines()]
         return self.process.returncode, err
 
     def end_unread(self):
-        _, err = self.process.communicate(timeout=60)
+        _, err = self.process.communicate(timeout=LONG_S)
         return self.process.returncode, err
 
 

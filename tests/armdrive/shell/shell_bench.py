@@ -8,9 +8,9 @@ import re
 import select
 import subprocess
 import sys
-import time
 
-PATIENCE_S = 30.0
+from waiting import LONG_S, looks
+
 AGAIN_S = 1.0
 PROMPT, MORE = "\n> ", "\n... "
 _OWN_TERMINAL = """\
@@ -60,23 +60,22 @@ class Prompt:
 
     def until(self, text: str = PROMPT) -> str:
         """Return what is shown from the last such call up to a text, which has to come."""
-        end_s = time.monotonic() + PATIENCE_S
-        while text not in "\n" + (shown := self._shown()):
-            left_s = end_s - time.monotonic()
-            assert left_s > 0.0, (text, shown)
-            if select.select([self._number], [], [], left_s)[0]:
+        for _ in looks(f"{text!r} was never shown"):
+            if text in "\n" + (shown := self._shown()):
+                break
+            if select.select([self._number], [], [], LONG_S)[0]:
                 self._raw += self._data()
         self._raw = ""
         return shown
 
     def end(self) -> int:
         """Return the exit code, once it has ended by itself."""
-        while select.select([self._number], [], [], PATIENCE_S)[0]:
+        while select.select([self._number], [], [], LONG_S)[0]:
             data = self._data()
             self._raw += data
             if not data:
                 break
-        return self.process.wait(PATIENCE_S)
+        return self.process.wait(LONG_S)
 
     def close(self) -> None:
         """End it in any case."""

@@ -5,6 +5,7 @@ import threading
 
 import pytest
 from cli_calls import Caller
+from waiting import LONG_S
 
 from armdrive.cli import teach_recording
 from armdrive.cli.worlds import connect_remembered
@@ -16,7 +17,6 @@ from armdrive.teaching.recording import Recorder
 from armdrive.view import status_view
 from kinematics import Joints
 
-PATIENCE_S = 10.0
 UP, DOWN = Joints.of(20.0, 40.0, -80.0, -40.0, 0.0), Joints.of(20.0, 30.0, -85.0, -35.0, 0.0)
 
 
@@ -123,7 +123,7 @@ def test_a_held_arm_is_recorded_until_it_is_given_back(call, monkeypatch):
         with arm:
             for base_deg, seen_there in watched.items():
                 arm.move_j(base_deg=base_deg)
-                assert seen_there.wait(PATIENCE_S)
+                assert seen_there.wait(LONG_S)
 
     monkeypatch.setattr(Recorder, "see", seen)
     driver = threading.Thread(target=drive)

@@ -1,0 +1,369 @@
+"""The control socket under callers who are silent, many, slow, or talk nonsense."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import socket
+import struct
+import threading
+from pathlib import Path
+
+import pytest
+
+from armdrive import control_server, holder_notice
+from armdrive.connecting import connect_simulated, simulated_config
+from armdrive.control_server import MOST_ANSWERED, MOST_INCOMPLETE, MOST_WATCHERS
+from armdrive.errors import ArmError
+from armdrive.holder import ask_holder, watch_holder
+from armdrive.holder_notice import called, notice_of
+from armdrive.holding import hold
+from armdrive.neighbours import MOST_REQUEST_BYTES
+
+posix = pytest.mark.skipif(os.name != "posix", reason="Windows' pipes keep messages whole")
+SOON_S = 20.0
+LONG_S = 3600.0
+
+
+@pytest.fixture
+def arm():
+    with connect_simulated(simulated_config("teachmover")) as arm:
+        yield arm
+
+
+@pytest.fixture
+def patient(monkeypatch):
+    """Nobody's time is ever over."""
+    monkeypatch.setattr(control_server, "PATIENCE_S", LONG_S)
+
+
+@pytest.fixture
+def holding(arm):
+    holding = hold("bench")
+    holding.serve(arm)
+    yield holding
+    holding.release()
+
+
+@pytest.fixture
+def call(holding):
+    """Call the holder, as often as a test likes; all calls end with the test."""
+    with contextlib.ExitStack() as calls:
+        yield lambda: calls.enter_context(called(notice_of("bench")["address"]))
+
+
+def answered(connection):
+    """Return the answer to a call, None where it was hung up on without one."""
+    assert connection.poll(SOON_S)
+    try:
+        return json.loads(connection.recv_bytes())
+    except (EOFError, ConnectionResetError):
+        return None
+
+
+def ended(connection):
+    """Wait until a call is hung up on."""
+    assert connection.poll(SOON_S)
+    with pytest.raises((EOFError, ConnectionResetError)):
+        connection.recv_bytes()
+    return True
+
+
+def own_threads():
+    return [each for each in threading.enumerate() if each.name.startswith("armdrive-")]
+
+
+# -- how many -------------------------------------------------------------------------------------
+
+
+def test_silent_callers_cost_no_thread_and_keep_no_stop_waiting(arm, holding, call, patient):
+    before = len(own_threads())
+    silent = [call() for _ in range(550)]
+    assert ask_holder("bench", "stop") == {"done": "stop"}
+    assert arm.engine.stop_asked
+    assert len(own_threads()) <= before
+    for each in silent[: -2 * MOST_INCOMPLETE]:
+        assert "newer callers came: call again" in answered(each)["error"]
+        assert ended(each)
+    assert ask_holder("bench", "status")["state"] == "standby"
+
+
+def test_the_newest_silent_callers_are_still_heard(holding, call, patient):
+    silent = [call() for _ in range(MOST_INCOMPLETE + 5)]
+    for each in silent[:5]:
+        assert "call again" in answered(each)["error"]
+    for each in silent[5:]:
+        each.send_bytes(b'{"request": "pause"}')
+        assert answered(each) == {"done": "pause"}
+
+
+def test_a_caller_who_was_crowded_out_calls_again_by_itself(arm, monkeypatch):
+    calls = []
+
+    class Crowded:
+        def fileno(self):
+            return -1
+
+        def send_bytes(self, data):
+            calls.append(data)
+
+        def poll(self, timeout_s):
+            return True
+
+        def recv_bytes(self, most):
+            again = {"error": "32 newer callers came: call again", "again": True}
+            return json.dumps(again if len(calls) < 3 else {"done": "stop"}).encode()
+
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *error):
+            pass
+
+    monkeypatch.setattr("armdrive.holder.notice_of", lambda name: {"address": "somewhere"})
+    monkeypatch.setattr("armdrive.holder.called", lambda address: Crowded())
+    monkeypatch.setattr("armdrive.holder.is_ours", lambda fileno: True)
+    assert ask_holder("bench", "stop") == {"done": "stop"}
+    assert len(calls) == 3
+
+
+def test_a_silent_caller_is_told_and_let_go_when_its_time_is_over(arm, monkeypatch):
+    monkeypatch.setattr(control_server, "PATIENCE_S", 0.05)
+    holding = hold("bench")
+    holding.serve(arm)
+    try:
+        with called(notice_of("bench")["address"]) as connection:
+            assert "no whole request came within" in answered(connection)["error"]
+            assert ended(connection)
+    finally:
+        holding.release()
+
+
+@posix
+def test_a_caller_who_drips_is_let_go_when_its_time_is_over(arm, monkeypatch):
+    """Its time begins with the call, and not anew with each byte."""
+    now, asked = [1000.0], threading.Event()
+
+    def monotonic():
+        asked.set()
+        return now[0]
+
+    monkeypatch.setattr(control_server, "monotonic", monotonic)
+    holding = hold("bench")
+    holding.serve(arm)
+    data = struct.pack("!i", 20) + b'{"request": "pause"}'
+    try:
+        with called(notice_of("bench")["address"]) as connection:
+            assert asked.wait(SOON_S)
+            with contextlib.suppress(OSError):  # hung up on before it is through
+                for byte in data[:-1]:
+                    now[0] += 0.2
+                    os.write(connection.fileno(), bytes([byte]))
+            assert "no whole request came" in answered(connection)["error"]
+        assert not arm.paused
+    finally:
+        monkeypatch.undo()
+        holding.release()
+
+
+@posix
+def test_a_request_may_come_in_pieces(holding, call, patient):
+    connection = call()
+    for byte in struct.pack("!i", 20) + b'{"request": "pause"}':
+        os.write(connection.fileno(), bytes([byte]))
+    assert answered(connection) == {"done": "pause"}
+
+
+def test_only_so_many_requests_are_answered_at_a_time_and_a_stop_always(arm, holding, call):
+    begun, gate = threading.Semaphore(0), threading.Event()
+
+    def program():
+        begun.release()
+        gate.wait(SOON_S)
+        return {}
+
+    arm.program = program
+    try:
+        asked = [call() for _ in range(MOST_ANSWERED)]
+        for each in asked:
+            each.send_bytes(b'{"request": "status"}')
+        for _ in asked:
+            assert begun.acquire(timeout=SOON_S)
+        more = call()
+        more.send_bytes(b'{"request": "pause"}')
+        assert "are being answered already" in answered(more)["error"]
+        assert not arm.paused
+        assert ask_holder("bench", "stop") == {"done": "stop"}
+        assert arm.engine.stop_asked
+    finally:
+        gate.set()
+    for each in asked:
+        assert answered(each)["state"] == "standby"
+    assert ask_holder("bench", "pause") == {"done": "pause"}
+
+
+def test_only_so_many_watch_and_the_others_are_told(holding):
+    watching = [watch_holder("bench", 0.05) for _ in range(MOST_WATCHERS)]
+    try:
+        for each in watching:
+            assert next(each)["state"] == "standby"
+        (answer,) = watch_holder("bench", 0.05)
+        assert answer["error"].startswith(f"{MOST_WATCHERS} programs watch this arm already")
+        assert ask_holder("bench", "status")["state"] == "standby"
+        assert ask_holder("bench", "stop") == {"done": "stop"}
+    finally:
+        for each in watching:
+            each.close()
+
+
+def test_a_watcher_who_reads_nothing_delays_nobody(holding, call):
+    for _ in range(MOST_WATCHERS):
+        call().send_bytes(b'{"request": "wire", "every_s": 0.0}')
+    assert ask_holder("bench", "stop") == {"done": "stop"}
+    assert ask_holder("bench", "status")["state"] == "standby"
+
+
+def test_a_system_without_threads_is_told(arm, holding, call, monkeypatch):
+    start = threading.Thread.start
+
+    def started(thread):
+        if thread.name == "armdrive-answer":
+            raise RuntimeError("can't start new thread")
+        start(thread)
+
+    for _ in range(MOST_ANSWERED + 2):
+        with monkeypatch.context() as patched:
+            patched.setattr(threading.Thread, "start", started)
+            assert "cannot begin one more thread" in ask_holder("bench", "status")["error"]
+            assert ask_holder("bench", "stop") == {"done": "stop"}
+    assert ask_holder("bench", "status")["state"] == "standby"
+
+
+def test_giving_back_ends_every_thread_and_every_silent_call(arm, patient):
+    before = own_threads()
+    holding = hold("bench")
+    holding.serve(arm)
+    begun = [each for each in own_threads() if each not in before]
+    with called(notice_of("bench")["address"]) as connection:
+        holding.release()
+        assert ended(connection)
+    for each in begun:
+        each.join(SOON_S)
+        assert not each.is_alive()
+
+
+# -- what -----------------------------------------------------------------------------------------
+
+NUMBERS = [
+    "NaN", "Infinity", "-Infinity", "1e999", "-1e999", "-1", "0", "0.999", "100.001", "-0.0",
+    "1" + "0" * 3900, "-1" + "0" * 3900, '"half"', '"50"', "null", "true", "[50]", '{"a": 1}',
+    '"' + "9" * 3900 + '"', "[" * 1900 + "]" * 1900,
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("number", NUMBERS, ids=range(len(NUMBERS)))
+def test_a_speed_that_is_none_is_answered_in_a_sentence(arm, holding, call, number):
+    connection = call()
+    connection.send_bytes(f'{{"request": "slow", "percent": {number}}}'.encode())
+    answer = answered(connection)
+    assert set(answer) == {"error"}
+    assert "percent is a number from 1 to 100" in answer["error"] or "JSON" in answer["error"]
+    assert len(answer["error"]) < 200
+    assert arm.speed_override == 1.0
+
+
+@pytest.mark.parametrize("request_", ["watch", "follow", "wire"])
+@pytest.mark.parametrize("number", ["NaN", '"half"', "null", "true", "[1]"])
+def test_a_time_that_is_none_is_answered_in_a_sentence(holding, call, request_, number):
+    connection = call()
+    connection.send_bytes(f'{{"request": "{request_}", "every_s": {number}}}'.encode())
+    assert answered(connection)["error"].startswith("every_s is a number of seconds, not ")
+    assert ended(connection)
+
+
+@pytest.mark.parametrize("number", ["-1e999", "-5", "1" + "0" * 3900, "1e999"])
+def test_a_time_of_any_size_is_a_time(arm, holding, call, number):
+    connection = call()
+    connection.send_bytes(f'{{"request": "watch", "every_s": {number}}}'.encode())
+    assert answered(connection)["state"] == "standby"
+
+
+NONSENSE = {
+    "nothing": b"",
+    "an open brace": b"{",
+    "no object": b"[]",
+    "a number": b"7",
+    "no UTF-8": b'{"request": "\xff\xfe"}',
+    "UTF-16": '{"request": "stop"}'.encode("utf-16"),
+    "zeros": bytes(4000),
+    "depth": b"[" * MOST_REQUEST_BYTES,
+    "deep object": b'{"a":' * 800,
+    "a number beyond all reading": b"9" * MOST_REQUEST_BYTES,
+}
+
+
+@pytest.mark.parametrize("what", NONSENSE)
+def test_nonsense_is_answered_in_a_sentence(arm, holding, call, what):
+    connection = call()
+    connection.send_bytes(NONSENSE[what])
+    assert answered(connection)["error"].startswith("a request is a JSON object in UTF-8")
+    assert ended(connection)
+    assert not arm.engine.stop_asked
+
+
+@pytest.mark.parametrize("request_", ['"dance"', "7", "null", '["stop"]', '"' + "x" * 4000 + '"'])
+def test_an_unknown_request_is_answered_shortly(holding, call, request_):
+    connection = call()
+    connection.send_bytes(f'{{"request": {request_}}}'.encode())
+    answer = answered(connection)["error"]
+    assert answer.startswith("unknown request")
+    assert len(answer) < 250
+
+
+@posix
+@pytest.mark.parametrize("length", [MOST_REQUEST_BYTES + 1, 50_000, 2**31 - 1, -1, -(2**31)])
+def test_a_request_that_is_too_long_is_refused_before_it_has_come(holding, call, length):
+    connection = call()
+    os.write(connection.fileno(), struct.pack("!i", length))
+    assert f"at most {MOST_REQUEST_BYTES} bytes" in answered(connection)["error"]
+    assert ended(connection)
+    assert ask_holder("bench", "status")["state"] == "standby"
+
+
+def test_json_of_any_depth_is_refused(holding, call):
+    connection = call()
+    with contextlib.suppress(OSError):  # hung up on before it has all been said
+        connection.send_bytes(b'{"request": "slow", "percent": ' + b"[" * 50_000)
+    assert f"at most {MOST_REQUEST_BYTES} bytes" in answered(connection)["error"]
+    assert ask_holder("bench", "status")["state"] == "standby"
+
+
+def test_a_flaw_in_an_answer_ends_no_thread_in_a_traceback(arm, holding, monkeypatch):
+    trouble = []
+    monkeypatch.setattr(threading, "excepthook", trouble.append)
+    arm.program = lambda: 1 / 0
+    assert "failed to answer: ZeroDivisionError" in ask_holder("bench", "status")["error"]
+    assert trouble == []
+
+
+# -- the caller's side ----------------------------------------------------------------------------
+
+
+@posix
+def test_a_program_that_accepts_nobody_keeps_no_caller_for_ever(tmp_path, monkeypatch):
+    """One that is suspended does so."""
+    monkeypatch.setattr(holder_notice, "PATIENCE_S", 0.05)
+    monkeypatch.setattr("armdrive.holder.PATIENCE_S", 0.05)
+    monkeypatch.chdir(tmp_path)
+    with socket.socket(socket.AF_UNIX) as deaf, contextlib.ExitStack() as calls:
+        deaf.bind("deaf")
+        deaf.listen(0)
+        monkeypatch.setattr(
+            "armdrive.holder.notice_of", lambda name: {"address": str(Path("deaf"))}
+        )
+        for _ in range(2):  # fill what the system keeps waiting
+            with contextlib.suppress(OSError):
+                calls.enter_context(called("deaf"))
+        with pytest.raises(ArmError, match=r"cannot be asked|does not answer"):
+            ask_holder("bench", "stop")

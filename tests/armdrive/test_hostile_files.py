@@ -1,0 +1,291 @@
+"""Every command that reads a file answers a hostile one with a sentence and its exit code."""
+
+from __future__ import annotations
+
+import ast
+import json
+import os
+from pathlib import Path
+
+import pytest
+from cli_calls import Caller
+from hostile import CONTENTS, special_files, unprintable
+
+from armdrive import places
+from armdrive.cli.unexpected import DETAILS, FAULT
+from armdrive.errors import ArmFileError, BadRequest
+from armdrive.modelfile import MOST_LINKS, parse_model
+from armdrive.pointfile import LARGEST_BYTES as LARGEST_POINTS
+from armdrive.textfile import (
+    DEEPEST,
+    LARGEST_BYTES,
+    LARGEST_INTEGER,
+    parse_json,
+    parse_toml,
+    read_bytes,
+    read_text,
+    read_toml,
+)
+
+LONGEST_ANSWER = 10_000
+"""Characters. A message quotes a little of what was wrong, and not a whole file."""
+
+USAGE = 2
+SIMULATED = ("--sim", "teachmover")
+READERS = {
+    "an arm file to check": ("config", "check", "{}.toml"),
+    "an arm file to show": ("config", "show", "{}.toml"),
+    "an arm": ("status", "--arm", "{}.toml"),
+    "answers": ("config", "new", "bench", "--yes", "--answers", "{}.toml"),
+    "a model": ("explain", "{}.toml"),
+    "a model for fk": ("fk", "--model", "{}.toml", "1", "2"),
+    "a model for ik": ("ik", "--model", "{}.toml", "--x", "1"),
+    "a program": ("run", "{}.arm", "--check", *SIMULATED),
+    "a script": ("run", "{}.py", "--check", *SIMULATED),
+    "a recording": ("log", "{}.jsonl"),
+    "a recording to replay": ("replay", "{}.jsonl"),
+    "a pendant's program": ("pendant", "points", "{}.pendant", "x", *SIMULATED),
+    "keys of the desk": ("jog", "--keys", "{}.toml", *SIMULATED),
+}
+"""The commands that take a file of each kind; the ending is put behind its name."""
+
+
+@pytest.fixture
+def call(capsys):
+    return Caller(capsys)
+
+
+def named(words, path):
+    """Return the words of a command, with a file in their place."""
+    return [str(path) + word.removeprefix("{}") if "{}" in word else word for word in words]
+
+
+def ending(words):
+    return next(word.removeprefix("{}") for word in words if "{}" in word)
+
+
+@pytest.mark.parametrize("reader", READERS)
+def test_what_is_no_plain_file_is_told(call, reader, tmp_path):
+    words = READERS[reader]
+    alias = tmp_path / f"alias{ending(words)}"
+    for name, path in special_files(tmp_path).items():
+        alias.unlink(missing_ok=True)
+        alias.symlink_to(path)  # a command may go by the ending
+        said = call(*named(words, alias.with_suffix("")))
+        assert said.code == USAGE, (name, said)
+        assert not unprintable(said.out + said.err), name
+        assert len(said.out + said.err) < LONGEST_ANSWER, name
+
+
+@pytest.mark.parametrize("content", CONTENTS.values(), ids=CONTENTS)
+@pytest.mark.parametrize("reader", READERS)
+def test_a_hostile_content_is_told(call, reader, content, tmp_path):
+    words = READERS[reader]
+    if reader == "a script" and is_python(content):
+        pytest.skip("a script that can be read may do as it likes")
+    path = tmp_path / "hostile"
+    path.with_suffix(ending(words)).write_bytes(content)
+    said = call(*named(words, path))
+    assert said.code == USAGE or (said.code == 0 and reader in MAY_BE_READ), said
+    assert not unprintable(said.out + said.err)
+    assert len(said.out + said.err) < LONGEST_ANSWER
+
+
+def is_python(content):
+    try:
+        ast.parse(content)
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return False
+    return True
+
+
+MAY_BE_READ = {"a program", "answers"}
+"""Nothing at all, and line breaks alone, are a program that does nothing."""
+
+
+@pytest.mark.parametrize("content", CONTENTS.values(), ids=CONTENTS)
+def test_a_hostile_content_in_our_own_folders_is_told(call, content):
+    """Arm files, points, the default arm and worlds that another program may have written."""
+    places.arm_files().mkdir(parents=True)
+    (places.arm_files() / "bench.toml").write_text('model = "teachmover"\n')
+    (places.arm_files() / "odd.toml").write_bytes(content)
+    (places.arm_files().parent / "default-arm").write_bytes(content)
+    places.points_file("bench").parent.mkdir(parents=True)
+    places.points_file("bench").write_bytes(content)
+    places.states().mkdir(parents=True)
+    for kind in ("world.json", "program.json", "can-setup.json", "json"):
+        (places.states() / f"{places.file_name('sim:teachmover')}.{kind}").write_bytes(content)
+    for words in (
+        ("config", "list"),
+        ("config", "check"),
+        ("points", "list", "--arm", "bench"),
+        ("status", *SIMULATED),
+        ("status",),
+        ("run", "--resume", "x.arm", *SIMULATED),
+    ):
+        said = call(*words)
+        assert said.code in (0, 1, USAGE), said
+        assert not unprintable(said.out + said.err)
+
+
+# -- the rule for reading ---------------------------------------------------------------------
+
+
+def test_a_byte_order_mark_and_every_kind_of_line_break_are_read(tmp_path):
+    path = tmp_path / "windows.toml"
+    path.write_bytes(b"\xef\xbb\xbfa = 1\r\nb = 2\rc = 3\n")
+    assert read_toml(path, "the file", BadRequest) == {"a": 1, "b": 2, "c": 3}
+    assert read_text(path, "the file", BadRequest) == "a = 1\nb = 2\nc = 3\n"
+
+
+def test_a_file_of_the_largest_size_is_read_and_no_larger_one(tmp_path):
+    path = tmp_path / "large"
+    path.write_bytes(b"x" * LARGEST_BYTES)
+    assert len(read_bytes(path, "the file", BadRequest)) == LARGEST_BYTES
+    path.write_bytes(b"x" * (LARGEST_BYTES + 1))
+    with pytest.raises(BadRequest, match="larger"):
+        read_bytes(path, "the file", BadRequest)
+
+
+def test_a_device_is_not_even_opened(monkeypatch):
+    """Opening a serial port resets the board behind it."""
+    opened = []
+    monkeypatch.setattr(os, "open", lambda *words: opened.append(words))
+    with pytest.raises(BadRequest, match="no plain file"):
+        read_bytes(Path("/dev/null"), "the file", BadRequest)
+    assert not opened
+
+
+@pytest.mark.parametrize("path", ["a\0b", "\ud800", "x" * 10_000])
+def test_a_path_that_no_file_can_have_is_told(path):
+    with pytest.raises(BadRequest, match="cannot be read"):
+        read_bytes(Path(path), "the file", BadRequest)
+
+
+NESTED = {
+    "lists": lambda n: "x = " + "[" * n + "]" * n,
+    "tables": lambda n: "x = " + "{a = " * n + "1" + "}" * n,
+    "a header": lambda n: "[" + ".".join("a" * n) + "]",
+    "a key": lambda n: ".".join("a" * n) + " = 1",
+    "lists in a table": lambda n: "[" + ".".join("a" * (n - 9)) + "]\nx = " + "[" * 9 + "]" * 9,
+}
+
+
+@pytest.mark.parametrize("build", NESTED.values(), ids=NESTED)
+def test_nesting_is_read_down_to_a_limit(build):
+    assert parse_toml(build(DEEPEST - 1), BadRequest)
+    with pytest.raises(BadRequest, match="nested"):
+        parse_toml(build(DEEPEST + 2), BadRequest)
+
+
+MANY = 3 * DEEPEST
+NOT_NESTED = {
+    "a literal string": "a = '" + "[" * MANY + "'",
+    "a string": 'a = "' + "{" * MANY + '"',
+    "a comment": "# " + "[" * MANY,
+    "an apostrophe in a comment": "a = 1 # don't\nb = '" + "[" * MANY + "'",
+    "a quoted key": '"' + "." * MANY + '" = 1',
+    "lines": 'a = """' + "[\n" * MANY + '"""',
+    "literal lines": "a = '''" + "[\n" * MANY + "'''",
+    "an escaped quote": 'a = "\\"' + "[" * MANY + '"',
+    "strings that end in a quote": "\n".join(f'a{n} = ["""x""""]' for n in range(MANY)),
+    "decimal points": "\n".join(f"a{n} = [1.5, 2.5]" for n in range(MANY)),
+    "headers": "\n".join(f"[t{n}.u.v]" for n in range(MANY)),
+}
+
+
+@pytest.mark.parametrize("text", NOT_NESTED.values(), ids=NOT_NESTED)
+def test_what_is_not_nested_has_no_such_limit(text):
+    parse_toml(text, BadRequest)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (f"x = {LARGEST_INTEGER + 1}", "64 bits"),
+        (f"x = -{LARGEST_INTEGER + 2}", "64 bits"),
+        ("x = 0x" + "f" * 300, "64 bits"),
+        ("x = [{ y = 1" + "0" * 30 + "}]", "64 bits"),
+        ("x = " + "9" * 6000, "digits"),
+        ("x = 1." + "9" * 6000, "digits"),
+    ],
+)
+def test_a_number_that_is_too_large_is_told(text, said):
+    with pytest.raises(BadRequest, match=said):
+        parse_toml(text, BadRequest)
+
+
+@pytest.mark.parametrize("text", ["NaN", "[Infinity]", "-Infinity", "1" * 30, "9" * 6000, "[" * 99])
+def test_json_has_the_same_limits_and_no_nan(text):
+    with pytest.raises(BadRequest):
+        parse_json(text, BadRequest)
+
+
+def test_a_model_has_a_limit_of_links():
+    rows = [{"a_mm": 1.0}] * MOST_LINKS
+    assert len(parse_model({"links": rows}).chain) == MOST_LINKS
+    with pytest.raises(ArmFileError, match="at most"):
+        parse_model({"links": [*rows, rows[0]]})
+
+
+def test_points_that_were_read_in_part_are_never_written_back(call):
+    """A file beyond the limit was cut there: a change would have lost what lay behind."""
+    path = places.points_file("sim:teachmover")
+    path.parent.mkdir(parents=True)
+    comment = b"# a long comment\n" * (LARGEST_POINTS // 17 + 1)
+    path.write_bytes(comment)
+    call("home", *SIMULATED, code=0)
+    assert "larger" in call.refused("points", "save", "here", *SIMULATED, code=USAGE)
+    assert path.read_bytes() == comment
+
+
+# -- the last resort --------------------------------------------------------------------------
+
+
+def test_a_fault_is_one_sentence_and_a_file_with_the_details(call, monkeypatch):
+    def fails(options):
+        raise LookupError("\x1b[31m nobody foresaw this\n and a second line")
+
+    monkeypatch.setattr("armdrive.cli.errors.run", fails)
+    monkeypatch.setenv("ARMDRIVE_TRACEBACK", "")
+    told = call.refused("errors", code=FAULT)
+    details = places.states() / DETAILS
+    assert str(details) in told
+    assert "[E005]" in told
+    assert "LookupError" in told
+    assert not unprintable(told)
+    text = details.read_text(encoding="utf-8")
+    assert "nobody foresaw this" in text
+    assert "in fails" in text
+    assert not unprintable(text)
+
+
+def test_a_fault_is_json_where_json_is_asked_for(call, monkeypatch):
+    monkeypatch.setattr("armdrive.cli.errors.run", lambda options: 1 / 0)
+    monkeypatch.setenv("ARMDRIVE_TRACEBACK", "0")
+    said = call("errors", "--json", code=FAULT)
+    assert json.loads(said.err)["code"] == "E005"
+
+
+def test_an_endless_recursion_is_told_like_any_fault(call, monkeypatch):
+    def again(options):
+        return again(options)
+
+    monkeypatch.setattr("armdrive.cli.errors.run", again)
+    monkeypatch.setenv("ARMDRIVE_TRACEBACK", "")
+    assert "RecursionError" in call.refused("errors", code=FAULT)
+    assert (places.states() / DETAILS).stat().st_size < 200_000
+
+
+def test_details_that_cannot_be_written_are_told(call, monkeypatch):
+    monkeypatch.setattr("armdrive.cli.errors.run", lambda options: 1 / 0)
+    monkeypatch.setenv("ARMDRIVE_TRACEBACK", "")
+    Path(os.environ["ARMDRIVE_HOME"]).write_text("a file where the folder would be")
+    assert "ARMDRIVE_TRACEBACK=1" in call.refused("errors", code=FAULT)
+
+
+def test_the_environment_lets_the_exception_through(call, monkeypatch):
+    monkeypatch.setattr("armdrive.cli.errors.run", lambda options: 1 / 0)
+    monkeypatch.setenv("ARMDRIVE_TRACEBACK", "1")
+    with pytest.raises(ZeroDivisionError):
+        call("errors")

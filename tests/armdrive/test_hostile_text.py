@@ -1,0 +1,437 @@
+"""Whatever text comes from, a terminal is sent printable characters and our own styling alone."""
+
+from __future__ import annotations
+
+import ast
+import json
+from pathlib import Path
+
+import pytest
+from cli_calls import Caller
+from hostile import HOSTILE_TEXT, toml_text, unprintable
+from hypothesis import given
+from hypothesis import strategies as st
+
+import armdrive
+from armdrive import places
+from armdrive.cli import COMMANDS, choosing
+from armdrive.errors import ArmError, BadRequest, DeviceFault, UnknownPoint
+from armdrive.printable import LONGEST_LINE, as_message, encodable, printable, printable_lines
+from armdrive.programs.problems import excerpt
+from armdrive.recorder.entries import WIRE, Kind
+from armdrive.transports import ports
+from armdrive.transports.holders import Holder
+from armdrive.transports.ports import PortInfo
+
+SOURCES = Path(armdrive.__file__).parent
+
+
+@pytest.fixture
+def call(capsys):
+    return Caller(capsys)
+
+
+# -- the rule itself --------------------------------------------------------------------------
+
+
+@given(st.text())
+def test_printable_text_is_printable_and_stays_as_it_is(text):
+    shown = printable(text)
+    assert shown.isprintable()
+    assert printable(shown) == shown
+    assert (shown == text) == text.isprintable()
+
+
+@given(st.text())
+def test_lines_keep_their_breaks_and_nothing_else(text):
+    assert not unprintable(printable_lines(text))
+    assert printable_lines(text).count("\n") == text.count("\n")
+
+
+@pytest.mark.parametrize("text", HOSTILE_TEXT.values(), ids=HOSTILE_TEXT)
+def test_an_error_is_printable_wherever_it_is_shown(text):
+    for kind in (ArmError, BadRequest, UnknownPoint):
+        assert not unprintable(str(kind(f"no {text} here")))
+
+
+def test_an_error_that_quotes_a_whole_file_keeps_its_beginning_and_its_end():
+    told = str(BadRequest(f"x must be a number, not {'9' * 100_000}; correct it"))
+    assert len(told) <= LONGEST_LINE
+    assert told.startswith("x must be a number")
+    assert told.endswith("; correct it")
+    assert as_message(told) == told
+
+
+def test_text_that_a_stream_cannot_write_is_escaped():
+    assert encodable("5\u00b0 \u2192", "ascii") == "5\\xb0 \\u2192"
+    assert encodable("5\u00b0 \u2192", None) == "5\u00b0 \u2192"
+
+
+@pytest.mark.parametrize("text", HOSTILE_TEXT.values(), ids=HOSTILE_TEXT)
+def test_a_caret_stands_under_its_place_behind_hostile_text(text):
+    line, caret = excerpt(f"{text.replace(chr(10), ' ')}HERE", len(text) + 1).split("\n")
+    assert line[caret.index("^") :] == "HERE"
+    assert line.isprintable()
+
+
+@pytest.mark.parametrize("column", [1, 50, 5_000, 10_000, 10_001])
+def test_of_a_long_line_the_part_around_the_place_is_shown(column):
+    told = "".join(chr(ord("a") + n % 26) for n in range(10_000))
+    line, caret = excerpt(told, column).split("\n")
+    assert len(line) < 250
+    assert line[caret.index("^") :][:1] == told[column - 1 : column]
+
+
+def test_the_command_line_prints_through_one_module():
+    printing = {}
+    for path in sorted((SOURCES / "cli").glob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Call) and ast.unparse(node.func) in PRINTING:
+                printing.setdefault(path.name, set()).add(ast.unparse(node.args[0]))
+    assert printing == OWN_WORDS
+
+
+PRINTING = {"print", "sys.stdout.write", "sys.stderr.write", "output.write"}
+OWN_WORDS = {
+    "__init__.py": {"_help()", "f\"armdrive {version('armdrive')}\\n\""},
+    "output.py": {
+        "control + ''.join((f'{line}{line_end}' for line in shown))",
+        "f'{control}{shown}'",
+    },
+    "run_signals.py": {"words"},  # in a signal handler; constants
+}
+"""What is written past that module: our own words, that quote nothing."""
+
+
+# -- every outlet -----------------------------------------------------------------------------
+
+
+def arm_with_title(text):
+    (places.arm_files() / "bench.toml").write_text(
+        f'model = "teachmover"\ntitle = {toml_text(text)}\n', encoding="utf-8"
+    )
+
+
+def arm_with_key(text):
+    (places.arm_files() / "bench.toml").write_text(
+        f'model = "teachmover"\n{toml_text(text)} = 1\n', encoding="utf-8"
+    )
+
+
+def arm_with_value(text):
+    (places.arm_files() / "bench.toml").write_text(
+        f"model = {toml_text(text + '.toml')}\n", encoding="utf-8"
+    )
+
+
+def arm_with_frame(text):
+    (places.arm_files() / "bench.toml").write_text(
+        f'model = "teachmover"\n[frames.{toml_text(text)}]\nx_mm = 1\n', encoding="utf-8"
+    )
+
+
+def named_points(text):
+    arm_with_title("bench")
+    angles = "{ base = 0, shoulder = 0, elbow = 0, wrist_pitch = 0, wrist_roll = 0 }"
+    path = places.points_file("bench")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(
+        f"[points.here]\njoints_deg = {angles}\nnote = {toml_text(text)}\n"
+        f"[sequences.stack]\nnote = {toml_text(text)}\nsteps = [{{ point = 'here' }}]\n",
+        encoding="utf-8",
+    )
+
+
+def oddly_named_point(text):
+    named_points("x")
+    path = places.points_file("bench")
+    path.write_text(
+        path.read_text(encoding="utf-8").replace("points.here", f"points.{toml_text(text)}"),
+        encoding="utf-8",
+    )
+
+
+def model(text):
+    Path("m.toml").write_text(
+        f"name = {toml_text(text)}\ntitle = {toml_text(text)}\nsource = {toml_text(text)}\n"
+        "[[links]]\na_mm = 10\n[[links]]\na_mm = 10\n",
+        encoding="utf-8",
+    )
+
+
+def program(text):
+    Path("p.arm").write_text(
+        f'type "{text}"\n# {text}\nx = {text} 1\n', encoding="utf-8", errors="surrogateescape"
+    )
+
+
+def said_program(text):
+    Path("p.arm").write_text(
+        f'type "{text}" # {text}\n', encoding="utf-8", errors="surrogateescape"
+    )
+
+
+def script(text):
+    Path("s.py").write_text(f"raise SystemExit({text!r})\n", encoding="utf-8")
+
+
+def failing_script(text):
+    Path("s.py").write_text(f"raise ValueError({text!r})\n", encoding="utf-8")
+
+
+def recording(text):
+    header = dict.fromkeys(HEADER, text)
+    header |= {"armdrive_recording": 1, "began_s": 0.0, "dialect": "grbl"}
+    wire = "".join(each for each in text if ord(each) < 256) + "\r\n"
+    entries = [
+        {"t": 0.0, "kind": kind.value, "bytes": wire}
+        if kind in WIRE
+        else {"t": 0.0, "kind": kind.value, "text": text}
+        for kind in Kind
+    ]
+    Path("r.jsonl").write_text("".join(f"{json.dumps(each)}\n" for each in [header, *entries]))
+
+
+HEADER = (
+    "version", "why", "arm", "title", "dialect", "link", "calibration", "began", "began_s",
+    "arm_file", "model_file",
+)  # fmt: skip
+
+
+def pendant(text):
+    Path("f.pendant").write_text(
+        f"armdrive pendant program 1\n{text} 1 2\n", encoding="utf-8", errors="surrogateescape"
+    )
+
+
+SIMULATED = ("--sim", "teachmover")
+OUTLETS = {
+    "an arm's title": (arm_with_title, (
+        ("config", "show", "bench"), ("config", "check", "bench"), ("config", "list"),
+        ("config", "show", "bench", "--toml"), ("config", "show", "bench", "--json"),
+    )),
+    "a key of an arm file": (arm_with_key, (
+        ("config", "show", "bench"), ("config", "check"), ("config", "list"),
+    )),
+    "a value of an arm file": (arm_with_value, (
+        ("config", "show", "bench"), ("config", "check", "bench"), ("config", "list"),
+    )),
+    "a frame of an arm file": (arm_with_frame, (
+        ("config", "show", "bench"), ("config", "check", "bench"),
+    )),
+    "points": (named_points, (
+        ("points", "list", "--arm", "bench"), ("points", "list", "--arm", "bench", "--json"),
+        ("points", "show", "here", "--arm", "bench"),
+        ("points", "show", "stack", "--arm", "bench"),
+    )),
+    "the name of a point": (oddly_named_point, (
+        ("points", "list", "--arm", "bench"), ("points", "show", "x", "--arm", "bench"),
+    )),
+    "a model file": (model, (
+        ("explain", "m.toml", "1", "2"), ("fk", "--model", "m.toml", "1", "2"),
+        ("explain", "m.toml", "--urdf"), ("explain", "m.toml", "1"),
+    )),
+    "a line of a program": (program, (("run", "p.arm", "--check", *SIMULATED),)),
+    "a text of a program": (said_program, (
+        ("run", "p.arm", *SIMULATED), ("run", "p.arm", "--check", *SIMULATED),
+    )),
+    "the end of a script": (script, (("run", "s.py", *SIMULATED),)),
+    "an error of a script": (failing_script, (("run", "s.py", *SIMULATED),)),
+    "a recording": (recording, (("log", "r.jsonl"), ("replay", "r.jsonl"),
+                                ("replay", "r.jsonl", "--show"))),
+    "a pendant's program": (pendant, (("pendant", "points", "f.pendant", "x", *SIMULATED),)),
+}  # fmt: skip
+"""What brings text in, and the commands that may print it."""
+
+
+@pytest.mark.parametrize("text", HOSTILE_TEXT.values(), ids=HOSTILE_TEXT)
+@pytest.mark.parametrize("name", OUTLETS)
+def test_no_command_prints_text_of_a_file_raw(call, name, text, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    places.arm_files().mkdir(parents=True)
+    write, commands = OUTLETS[name]
+    try:
+        write(text)
+    except UnicodeEncodeError:
+        pytest.skip("no file of this kind can hold it")
+    for words in commands:
+        if "s.py" in words:
+            monkeypatch.setenv("ARMDRIVE_TRACEBACK", "")
+        said = untraced(call, *words) if name == "an error of a script" else call(*words)
+        assert not unprintable(said[0] if isinstance(said, tuple) else said.out + said.err), words
+
+
+def untraced(call, *words):
+    """Call a command whose script ends in a traceback of its own, which may be printed."""
+    from armdrive.cli import main
+
+    call._capsys.readouterr()
+    main(list(words))
+    said = call._capsys.readouterr()
+    return (said.out + said.err,)
+
+
+ARGUMENTS = {
+    "no such command": ("{}",),
+    "an arm": ("status", "--arm", "{}"),
+    "a port": ("status", "--port", "{}"),
+    "a dialect": ("status", "--sim", "{}"),
+    "a baud rate": ("status", "--baud", "{}"),
+    "an unknown option": ("status", "--{}"),
+    "a word too many": ("status", "{}"),
+    "an arm file": ("config", "check", "{}"),
+    "an arm file to show": ("config", "show", "{}"),
+    "an action": ("config", "{}"),
+    "a default arm": ("config", "set-default", "{}"),
+    "a new arm": ("config", "new", "{}", "--yes"),
+    "answers": ("config", "new", "bench", "--answers", "{}"),
+    "a program": ("run", "{}.arm"),
+    "a script": ("run", "{}.py"),
+    "an input": ("run", "p.arm", "--input", "{}=on"),
+    "a block": ("run", "p.arm", "--put", "{},1,2"),
+    "a point": ("points", "show", "{}", *SIMULATED),
+    "a point to save": ("points", "save", "{}", *SIMULATED),
+    "a point to go to": ("points", "go", "{}", *SIMULATED),
+    "a sequence": ("points", "run", "{}", *SIMULATED),
+    "a recording": ("log", "{}"),
+    "a topic": ("log", "--only", "{}"),
+    "a recording to replay": ("replay", "{}"),
+    "a setting": ("replay", "x.jsonl", "--set", "{}=1"),
+    "a system": ("explain", "{}"),
+    "a joint": ("explain", "two-link-1", "{}"),
+    "a model": ("fk", "--model", "{}.toml", "1"),
+    "an angle": ("fk", "{}", "0", "0", "0", "0"),
+    "a goal": ("ik", "--x", "{}"),
+    "a plot": ("plot", "{}"),
+    "an error": ("errors", "{}"),
+    "words of an error": ("errors", "--find", "{}"),
+    "a port to examine": ("doctor", "{}"),
+    "a pendant's file": ("pendant", "points", "{}", "x", *SIMULATED),
+    "a list of steps": ("teach", "{}"),
+    "a speed": ("slow", "{}"),
+    "a simulated dialect": ("sim", "{}"),
+    "a fault": ("sim", "teachmover", "--fault", "{}"),
+    "a place to listen": ("sim", "teachmover", "--tcp", "{}"),
+    "a bus": ("can", "monitor", "--port", "{}"),
+    "a key map": ("jog", *SIMULATED, "--keys", "{}"),
+    "a model to jog": ("jog", "--model", "{}"),
+    "a goal of a move": ("move", "--x", "{}", *SIMULATED),
+    "an arm to stop": ("stop", "--arm", "{}"),
+    "an arm to watch": ("watch", "--arm", "{}"),
+    "a file to record into": ("record", "--arm", "{}"),
+}  # fmt: skip
+
+
+def test_every_command_meets_hostile_arguments():
+    named = {words[0] for words in ARGUMENTS.values()}
+    assert named | WITHOUT_TEXT == set(COMMANDS) | {"{}"}
+
+
+WITHOUT_TEXT = {
+    "demo", "shell", "home", "verify", "enable", "reset", "disable", "pause", "resume", "ports",
+}  # fmt: skip
+"""They take the arm alone, as `status` does, or nothing."""
+
+
+@pytest.mark.parametrize("text", HOSTILE_TEXT.values(), ids=HOSTILE_TEXT)
+@pytest.mark.parametrize("name", ARGUMENTS)
+def test_no_command_prints_an_argument_raw(call, name, text, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    said = call(*(word.replace("{}", text) for word in ARGUMENTS[name]))
+    assert not unprintable(said.out + said.err)
+    assert said.code != 0 or name in CAN_END_WELL
+
+
+CAN_END_WELL = {
+    "a default arm", "a point to save", "words of an error", "a new arm", "a list of steps",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("text", HOSTILE_TEXT.values(), ids=HOSTILE_TEXT)
+@pytest.mark.parametrize("variable", ["ARMDRIVE_ARM", "ARMDRIVE_HOME"])
+def test_no_command_prints_a_variable_of_the_environment_raw(
+    call, variable, text, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv(variable, text)
+    for words in (("status",), ("config", "list"), ("config", "check")):
+        said = call(*words)
+        assert not unprintable(said.out + said.err)
+
+
+# -- what comes from devices ------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("text", HOSTILE_TEXT.values(), ids=HOSTILE_TEXT)
+def test_the_words_of_an_adapter_are_not_printed_raw(call, text, monkeypatch):
+    found = PortInfo(
+        f"/dev/tty{text}",
+        description=text,
+        serial_number=text,
+        manufacturer=text,
+        holder=Holder(1234, text),
+        group=text,
+        stable_name=text,
+    )
+    monkeypatch.setattr(ports, "list_ports", lambda: (found,))
+    for words in (("ports",), ("ports", "--json"), ("doctor",)):
+        said = call(*words)
+        assert not unprintable(said.out + said.err), words
+
+
+@pytest.mark.parametrize("text", HOSTILE_TEXT.values(), ids=HOSTILE_TEXT)
+def test_the_words_of_a_device_are_not_printed_raw(call, text, monkeypatch):
+    def refuses(*_, **__):
+        raise DeviceFault(f"the board said {text!s}")
+
+    monkeypatch.setattr(choosing, "connect_chosen", refuses)
+    monkeypatch.setattr("armdrive.cli.status.connect_chosen", refuses, raising=False)
+    monkeypatch.setattr("armdrive.cli.home.connect_chosen", refuses, raising=False)
+    for words in (("home", *SIMULATED), ("home", *SIMULATED, "--json")):
+        said = call(*words, code=DeviceFault.exit_code)
+        assert not unprintable(said.out + said.err)
+
+
+# -- numbers ----------------------------------------------------------------------------------
+
+BAD_NUMBERS = ("9" * 6000, "1e999", "nan", "-inf", "\u0663", "1_0", "0x10", "", "--", "1,5")
+
+
+@pytest.mark.parametrize("text", BAD_NUMBERS, ids=[ascii(each)[:12] for each in BAD_NUMBERS])
+@pytest.mark.parametrize("words", [
+    ("fk", "{}", "0", "0", "0", "0"), ("explain", "two-link-1", "{}", "0"), ("slow", "{}"),
+    ("status", "--baud", "{}"), ("run", "p.arm", "--loops", "{}"), ("run", "p.arm", "--pace", "{}"),
+    ("watch", "--every", "{}"), ("ik", "--x={}"),
+    ("move", "--gripper={}", *SIMULATED), ("can", "monitor", "--count", "{}"),
+], ids=lambda words: " ".join(words[:2]))  # fmt: skip
+def test_a_number_that_is_none_is_refused(call, words, text):
+    said = call(*(word.replace("{}", text) for word in words))
+    assert said.code == 2, said
+    assert len(said.err) < 2 * LONGEST_LINE
+    assert not unprintable(said.out + said.err)
+
+
+# -- programs that never end, or grow ---------------------------------------------------------
+
+ENDLESS = {
+    "a thousand million rounds": "repeat 1000000000\n  x = 1\nend\n",
+    "more rounds than a number has": "repeat 1e300\n  x = 1\nend\n",
+    "a loop": "while true\n  x = 1\nend\n",
+    "a jump to itself": "10: goto 10\n",
+    "a call of itself": "define f(x)\n  f(x + 1)\n  f(x + 1)\nend\nf(1)\n",
+    "an endless wait": "delay 1e300\n",
+    "a number without end": "x = 1e308 * 10\ndelay x - x\n",
+    "a digit of another script": "delay \u0663\n",
+    "blocks within blocks": "repeat 2\n" * 500 + "end\n" * 500,
+    "a long line": "x = " + "1 + " * 10_000 + "1\n",
+    "many lines": "x = 1\n" * 20_000,
+}
+
+
+@pytest.mark.parametrize("text", ENDLESS.values(), ids=ENDLESS)
+def test_a_program_that_never_ends_is_refused_in_a_rehearsal(call, text, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("p.arm").write_text(text, encoding="utf-8")
+    said = call("run", "p.arm", "--check", *SIMULATED)
+    assert said.code in (2, 3), said
+    assert len(said.out + said.err) < 2 * LONGEST_LINE

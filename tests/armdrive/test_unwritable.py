@@ -1,0 +1,150 @@
+"""A state folder that cannot be written: one sentence from every command, and nothing moves."""
+
+from __future__ import annotations
+
+import io
+import os
+import sys
+from pathlib import Path
+
+import pytest
+
+from armdrive import Arm, places
+from armdrive.connecting import connect_simulated, simulated_config, state_file
+from armdrive.durable import Files
+from armdrive.errors import StateFileError
+from armdrive.record import FileRecorder
+from armdrive.sim.twin import make_twin
+from armdrive.status import Trust
+
+DRIVING = [
+    ("status",),
+    ("status", "--json"),
+    ("home",),
+    ("home", "--fresh"),
+    ("move", "--z", "60"),
+    ("reset",),
+    ("verify",),
+    ("shell",),
+    ("points", "save", "pick"),
+]
+"""Commands that hold the arm: without the lock nobody may, not even to look."""
+
+WRITING = [
+    ("config", "new", "lab", "--yes", "--template", "teachmover"),
+    ("config", "new", "lab", "--yes", "--template", "teachmover", "--json"),
+]
+HOLDING_NOTHING = [
+    ("stop",),
+    ("pause",),
+    ("points", "list"),
+    ("config", "list"),
+    ("log",),
+    ("teach", "record", "pick"),
+]
+"""Commands that hold no arm, and do what they can, or say a sentence."""
+
+
+def a_file_in_its_place(monkeypatch, tmp_path):
+    (tmp_path / "home").write_text("")
+    monkeypatch.setenv("ARMDRIVE_HOME", str(tmp_path / "home"))
+
+
+def a_place_where_nothing_is_made(monkeypatch, tmp_path):
+    if not Path("/proc/self").exists():
+        pytest.skip("there is no /proc")
+    monkeypatch.setenv("ARMDRIVE_HOME", "/proc/self/armdrive")
+
+
+def a_read_only_disk(monkeypatch, tmp_path):
+    """Root ignores modes, so the system's own answer is given here."""
+
+    def refused(*words, **named):
+        raise OSError(30, "Read-only file system", str(words[-1]))
+
+    places.states().mkdir(parents=True)
+    for name in ("create", "make_folder", "replace", "remove"):
+        monkeypatch.setattr(Files, name, refused)
+    monkeypatch.setattr(Files, "may_change", lambda files, folder: False)
+    monkeypatch.setattr(Path, "unlink", refused)
+
+
+@pytest.fixture(
+    params=[a_file_in_its_place, a_place_where_nothing_is_made, a_read_only_disk],
+    ids=lambda make: make.__name__,
+)
+def unwritable(request, monkeypatch, tmp_path):
+    monkeypatch.setattr(sys, "stdin", io.StringIO())
+    with monkeypatch.context() as patched:
+        request.param(patched, tmp_path)
+        yield
+
+
+@pytest.mark.parametrize("words", [*DRIVING, *WRITING], ids=" ".join)
+def test_a_command_that_needs_the_folder_says_so_in_a_sentence(call, unwritable, words):
+    said = call.refused(*words, code=1)
+    assert "Errno" not in said
+    assert "writable" in said
+    assert "nobody can hold an arm" in said or words in WRITING or "--fresh" in words
+
+
+@pytest.mark.parametrize("words", HOLDING_NOTHING, ids=" ".join)
+def test_a_command_that_holds_no_arm_does_what_it_can(call, unwritable, words):
+    called = call(*words)
+    assert called.err.count("\n") <= 1
+    assert "Errno" not in called.err
+
+
+def test_the_demo_needs_no_folder(call, unwritable):
+    assert call("demo", code=0).err == ""
+
+
+def test_a_connection_is_refused_before_its_port_is_opened(unwritable, tmp_path):
+    with pytest.raises(StateFileError, match="nobody can hold an arm"):
+        Arm.connect(str(tmp_path / "no-port"), dialect="teachmover")
+
+
+def test_a_position_that_nobody_could_keep_up_to_date_is_unknown_and_nothing_moves(
+    monkeypatch, tmp_path
+):
+    """What docs/trust.md promises of an arm that is connected all the same."""
+    path = state_file("bench")
+    config = simulated_config("teachmover")
+    with connect_simulated(config, recorder=FileRecorder(path)) as arm:
+        arm.confirm_reference()
+        world = arm.twin.save()
+    before = path.read_bytes()
+    with monkeypatch.context() as patched:
+        a_read_only_disk_of_this(patched)
+        with connect_simulated(
+            config, twin=make_twin(config, world), recorder=FileRecorder(path)
+        ) as arm:
+            assert arm.status.trust is Trust.UNKNOWN
+            assert "make the folder writable" in arm.status.trust_reason
+            motors = arm.twin.world.motors
+            with pytest.raises(StateFileError, match="make room on the disk, or the folder"):
+                arm.jog_j(base_deg=1.0)
+            assert arm.twin.world.motors == motors
+    assert path.read_bytes() == before
+
+
+def a_read_only_disk_of_this(patched):
+    def refused(*words):
+        raise OSError(30, "Read-only file system", str(words[-1]))
+
+    for name in ("create", "replace", "remove"):
+        patched.setattr(Files, name, refused)
+    patched.setattr(Files, "may_change", lambda files, folder: False)
+
+
+@pytest.mark.skipif(
+    os.name != "posix" or os.geteuid() == 0, reason="root writes whatever the modes say"
+)
+def test_a_folder_whose_mode_forbids_it(call):
+    places.states().mkdir(parents=True)
+    places.states().chmod(0o500)
+    try:
+        for words in DRIVING:
+            assert "writable" in call.refused(*words, code=1)
+    finally:
+        places.states().chmod(0o700)

@@ -1,0 +1,150 @@
+"""A driver that hangs, in each way, is a named violation; and a paused arm is none."""
+
+from __future__ import annotations
+
+import pytest
+
+from armdrive.engine import Engine
+from armdrive.errors import WrongState
+from armdrive.flow import Until
+from armdrive.flows.motion import follow
+from armdrive.pace import SimulatedPace
+from armdrive.status import State
+from armdrive.tempo import LONGEST_SIMULATED_PAUSE_S, Tempo
+
+from . import clock
+from .actions import move_j
+from .clock import Hangs, Patience
+from .laws import LONGEST_S, Broken, call
+from .mission import Mission, run_mission
+from .outcome import Outcome
+
+SEED = 1
+
+
+def test_no_time_passes(monkeypatch):
+    monkeypatch.setattr(Engine, "_next_s", lambda engine: engine.now_s)
+    result = run_mission("teachmover", SEED)
+    assert result.outcome is Outcome.VIOLATION
+    assert "hangs: the engine was called" in result.broken[0]
+
+
+def test_a_flow_goes_round_without_waiting(monkeypatch):
+    def circling(wire, plan):
+        while True:
+            yield Until(wire.now_s)
+
+    monkeypatch.setattr("armdrive.calls.moving.motion.follow", circling)
+    seeds = (run_mission("teachmover", seed) for seed in range(8))
+    found = next(each for each in seeds if each.broken)
+    assert "hangs: " in found.broken[0]
+    assert "without waiting" in found.broken[0]
+
+
+def test_time_passes_for_ever(monkeypatch):
+    """A motion whose end never comes, of a call that never gives up."""
+
+    def waiting(wire, plan):
+        while not wire.stopping:
+            yield Until(wire.now_s + 1.0)
+        yield from follow(wire, plan)
+
+    monkeypatch.setattr("armdrive.calls.moving.motion.follow", waiting)
+    monkeypatch.setattr("armdrive.calls.moving.PATIENCE_S", 1e9)
+    found = next(
+        each for each in (run_mission("teachmover", seed) for seed in range(8)) if each.broken
+    )
+    assert "hangs: " in found.broken[0]
+    assert "had not ended at" in found.broken[0]
+    assert "(" in found.broken[0].partition("hangs: ")[2]  # the call, with its goal
+
+
+def test_a_pause_is_waited_in_for_ever(monkeypatch):
+    """The hang of old: the driver without its limit, and a mission that does not resume."""
+    monkeypatch.setattr(Tempo, "breathe", lambda *_: None)
+    mission = ready()
+    mission.stage.arm.pause()
+    with pytest.raises(Broken, match=r"hangs: move_j\(.* had not ended at"):
+        moved(mission)
+
+
+def test_a_driver_that_never_lets_the_engine_take_a_turn(monkeypatch):
+    def computing(*_):
+        while True:
+            pass
+
+    monkeypatch.setattr(Mission, "cpu_s", 0.2)
+    monkeypatch.setattr(SimulatedPace, "wait", computing)
+    result = run_mission("teachmover", SEED)
+    assert result.broken == ("hangs: the driver has computed for 0.2 s of processor time",)
+
+
+def ready() -> Mission:
+    """Return a mission whose arm stands in standby, referenced."""
+    mission = Mission("teachmover", SEED)
+    stage = mission.stage
+    stage.connect(allow_restored=False, automatic=False, recorded=False)
+    joints, opening_mm = stage.posture()
+    stage.arm.declare_posture(joints, opening_mm=opening_mm)
+    return mission
+
+
+def moved(mission):
+    """Ask for a motion that is within the limits; return the error that it ended with."""
+    stage = mission.stage
+    while True:
+        error = move_j(stage)
+        if error is None or isinstance(error, WrongState):
+            return error
+
+
+def test_a_motion_asked_for_in_a_pause_ends_and_says_how_to_resume(monkeypatch):
+    monkeypatch.setattr("armdrive.tempo.time.sleep", lambda _: None)
+    mission = ready()
+    arm = mission.stage.arm
+    arm.pause()
+    began_s = mission.stage.now_s
+    error = moved(mission)
+    assert "call `resume()`, or run `armdrive resume`" in str(error)
+    assert mission.stage.now_s - began_s >= LONGEST_SIMULATED_PAUSE_S
+    assert arm.status.paused
+    assert arm.status.state is State.STANDBY
+    arm.resume()
+    assert moved(mission) is None
+
+
+@pytest.mark.parametrize("seed", [9800394, 9801417, 77100004])
+def test_a_program_that_is_suspended_in_a_pause_comes_to_its_end(seed):
+    assert not run_mission("teachmover", seed).broken
+
+
+def test_turns_and_time_are_counted_for_a_call_and_for_a_mission(monkeypatch):
+    monkeypatch.setattr(clock, "CALL_TURNS", 10)
+    monkeypatch.setattr(clock, "MISSION_TURNS", 25)
+    patience = Patience()
+    for _ in range(2):
+        patience.begin("look", 100.0)
+        for _ in range(10):
+            patience.turn(1.0)
+    with pytest.raises(Hangs, match="look had not ended"):
+        patience.turn(1.0)
+    patience.end()
+    for _ in range(4):
+        patience.turn(1.0)
+    with pytest.raises(Hangs, match="the mission had not ended"):
+        patience.turn(1.0)
+
+
+def test_a_suspension_is_no_part_of_a_calls_time():
+    patience = Patience()
+    patience.begin("look", LONGEST_S)
+    patience.postpone(4000.0)
+    patience.turn(4010.0)
+    with pytest.raises(Hangs):
+        patience.turn(4100.0)
+
+
+def test_a_call_that_ends_late_is_told_by_how_much():
+    mission = ready()
+    with pytest.raises(Broken, match=r"it lasted 2\d\.\d s"):
+        call(mission.stage, lambda: mission.stage.arm.sleep(LONGEST_S + 1.0))

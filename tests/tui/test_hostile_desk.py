@@ -1,0 +1,78 @@
+"""Text of an arm, a device or a file reaches the terminal of the desk as printable text alone."""
+
+import pytest
+from desk_fake import FakeArm
+from desk_session import Session
+from hostile import HOSTILE_TEXT, unprintable
+from textual.app import App
+
+from armdrive.status import State
+from tui.framework import FirstKeys, PlainText
+from tui.widgets.log_list import LogList
+
+
+def painted(app):
+    """Return the text of every line that is sent to the terminal."""
+    return "\n".join(strip.text for strip in app.screen._compositor.render_strips())
+
+
+@pytest.mark.parametrize("text", HOSTILE_TEXT.values(), ids=HOSTILE_TEXT)
+async def test_the_desk_paints_what_an_arm_says_as_printable_text(text):
+    arm = FakeArm(
+        arm=text,
+        title=text,
+        link=text,
+        trust_reason=text,
+        last_sent=text,
+        last_answer=text,
+        error=f"the device said {text}",
+        state=State.ERROR_STOP,
+    )
+    async with Session(arm, size=(120, 40)) as session:
+        session.desk.message = text
+        await session.poll()
+        for key in (None, "f1", "escape"):
+            if key is not None:
+                await session.press(key)
+                await session.poll()
+            assert not unprintable(painted(session.desk)), key
+
+
+class Plain(App):
+    """One text and one list of rows."""
+
+    def compose(self):
+        yield PlainText(id="text")
+        yield LogList(id="rows")
+
+
+@pytest.mark.parametrize("text", HOSTILE_TEXT.values(), ids=HOSTILE_TEXT)
+async def test_text_and_rows_are_painted_without_control_characters_and_without_markup(text):
+    app = Plain()
+    async with app.run_test(size=(80, 10)) as pilot:
+        app.query_one(PlainText).show(f"before {text} behind")
+        app.query_one(LogList).show([(f"row {text} and a good deal more of it", "")])
+        await pilot.pause()
+        seen = painted(app)
+        assert not unprintable(seen)
+        assert "before" in seen
+        assert "row" in seen
+        if text.isprintable():
+            assert seen.count(text) == 2  # markup too is text
+
+
+class Failing(FirstKeys):
+    """An app with a fault."""
+
+    def on_mount(self):
+        raise LookupError("\x1b[31m nobody foresaw this")
+
+
+def test_a_fault_of_the_desk_is_raised_and_not_printed(capsys, monkeypatch):
+    app = Failing()
+    monkeypatch.setattr(app, "run", lambda: FirstKeys.run(app, headless=True))
+    with pytest.raises(LookupError, match="nobody foresaw this"):
+        app.run_or_raise()
+    said = capsys.readouterr()
+    assert "Traceback" not in said.out + said.err
+    assert "nobody foresaw" not in said.out + said.err

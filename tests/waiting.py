@@ -1,0 +1,129 @@
+"""Waiting for another thread, process or terminal: for an observation, never for a time.
+
+This is the only module of the everyday tests that reads the wall clock or sleeps
+(`test_independence.py` sees to that). Its one limit ends a hang; it is so long that a busy
+computer never reaches it, and no test asserts how long anything took. A bound on a time belongs
+in simulated time, or on the clock of the simulated device.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+import time
+from collections.abc import Awaitable, Callable, Iterator
+from pathlib import Path
+from typing import Any, TypeVar
+
+LONG_S = 60.0
+"""Ends a wait for something that never happens: a hundred times what a busy computer takes."""
+
+LOOK_S = 0.002
+"""How often a test looks. Only its speed depends on this."""
+
+AGAIN_S = 0.5
+"""How often something is tried anew: slower than any keyboard repeats a key."""
+
+T = TypeVar("T")
+
+
+class NeverHappened(AssertionError):
+    """What a test waited for did not happen."""
+
+
+def looks(what: str = "it never happened") -> Iterator[None]:
+    """Yield for each look of a caller who waits; raise `NeverHappened` instead of hanging.
+
+    Leave the loop once it has been seen.
+    """
+    end_s = time.monotonic() + LONG_S
+    while True:
+        yield
+        if time.monotonic() > end_s:
+            raise NeverHappened(what)
+        time.sleep(LOOK_S)
+
+
+def until(happened: Callable[[], Any], what: str = "it never happened") -> None:
+    """Wait until a predicate is true."""
+    for _ in looks(what):
+        if happened():
+            return
+
+
+def tried(attempt: Callable[[], object], happened: Callable[[], Any], what: str) -> None:
+    """Try something anew, unhurriedly, until it is seen to have worked.
+
+    For what a busy program may rightly ignore: a key that it hears too late, say.
+    """
+    again_s = -1.0
+    for _ in looks(what):
+        if happened():
+            return
+        if time.monotonic() > again_s:
+            attempt()
+            again_s = time.monotonic() + AGAIN_S
+
+
+def returns(call: Callable[[], T], what: str = "the call never returned") -> T:
+    """Return what a call returns, or raise what it raises; fail if it hangs.
+
+    Give the call itself a wait of `FOREVER_S`: that it returns proves that something ended it.
+    """
+    outcome: list[Callable[[], T]] = []
+
+    def run() -> None:
+        try:
+            returned = call()
+        except BaseException as error:
+            raised = error
+            outcome.append(lambda: _raise(raised))
+        else:
+            outcome.append(lambda: returned)
+
+    thread = threading.Thread(target=run, name="test-returns", daemon=True)
+    thread.start()
+    thread.join(LONG_S)
+    if not outcome:
+        raise NeverHappened(what)
+    return outcome[0]()
+
+
+FOREVER_S = 100.0 * LONG_S
+"""A time that no test lets pass."""
+
+
+async def until_seen(
+    happened: Callable[[], Any],
+    turn: Callable[[], Awaitable[object]],
+    what: str = "it was never seen",
+) -> None:
+    """Let an event loop turn until a predicate is true; `turn` is a pilot's `pause`, say."""
+    end_s = time.monotonic() + LONG_S
+    while not happened():
+        if time.monotonic() > end_s:
+            raise NeverHappened(what)
+        await turn()
+        await asyncio.sleep(LOOK_S)
+
+
+def _raise(error: BaseException) -> Any:
+    raise error
+
+
+def soon(call: Callable[..., object], *args: object) -> threading.Thread:
+    """Have another thread make a call a moment later; return that thread.
+
+    Use it only where the test holds in whichever order the call and what follows here happen. The
+    moment makes it likely, and no more, that whoever is to be woken already sleeps.
+    """
+    timer = threading.Timer(10.0 * LOOK_S, call, args)
+    timer.daemon = True
+    timer.start()
+    return timer
+
+
+def suspended(pid: int) -> bool:
+    """Tell whether a process of this computer is stopped, as by SIGSTOP (Linux)."""
+    text = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8")
+    return text.rpartition(")")[2].split()[0] == "T"
