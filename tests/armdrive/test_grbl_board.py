@@ -68,6 +68,14 @@ def test_a_limit_alarm_mutes_the_board_which_is_no_broken_wire():
     assert arm.status.state is State.STANDBY
 
 
+def test_a_limit_alarm_of_an_arm_that_stands_makes_its_position_suspect():
+    arm = ready(config(device={"hard_limits": True}), limit_interrupts=True)
+    arm.twin.device.set_switch(0, SwitchState.CLOSED)
+    arm.sleep(2.0)
+    assert arm.status.state is State.ERROR_STOP
+    assert arm.status.trust is Trust.SUSPECT
+
+
 def test_somebody_at_the_hold_button_stops_the_arm_and_its_position_is_kept():
     arm = ready()
     handle = arm.move_j(base_deg=60, wait=False)

@@ -140,6 +140,21 @@ def test_a_stopped_arm_stands_in_time_and_keeps_its_position(firmware, begin, af
     assert standing_as_said(arm)
 
 
+@pytest.mark.parametrize("begin", [begin_planned, begin_line])
+def test_a_stop_brakes_and_does_not_only_send_no_more(begin):
+    """Without a feed hold, a stopped arm would drive what was sent ahead to its end."""
+    ways_mm = []
+    for end in (lambda arm: (arm.request_stop(), stands(arm)), killed):
+        arm = ready(config(planned_burst_s=0.5))
+        begin(arm)
+        arm.sleep(0.9)
+        tip = arm.twin.world.tip
+        end(arm)
+        ways_mm.append(tip_mm(arm, tip))
+    stopped_mm, sent_ahead_mm = ways_mm
+    assert 0.0 < stopped_mm < 0.6 * sent_ahead_mm
+
+
 @pytest.mark.parametrize("ramp_s", [0.1, 0.4])
 @pytest.mark.parametrize("begin", BEGINNINGS)
 def test_a_board_whose_driver_dies_stops_in_the_announced_time_and_way(begin, ramp_s):

@@ -79,6 +79,18 @@ def test_relative_ways_in_degrees_add_up_to_the_last_decimal(ways):
         assert sums[letter] * per == pytest.approx(count, abs=0.01)
 
 
+def test_a_thousand_like_ways_in_degrees_do_not_drift():
+    """The error of one that is rounded by itself would add up."""
+    axes, step = axes_of("degrees"), Motors([1] * len(ZERO))
+    at, sums = ZERO, dict.fromkeys("XYZABC", 0.0)
+    for _ in range(1000):
+        for letter, value in (moved("G91G1F100" + axes.words(at, at + step)) or {}).items():
+            sums[letter] += value
+        at = at + step
+    for letter, count, per in zip("XYZABC", at, axes.steps_per_unit, strict=True):
+        assert sums[letter] * per == pytest.approx(count, abs=0.01)
+
+
 @settings(max_examples=60)
 @given(st.lists(st.tuples(STEPS, st.floats(0.02, 0.5)), min_size=1, max_size=6))
 def test_the_planners_time_is_what_a_planner_takes(lines):

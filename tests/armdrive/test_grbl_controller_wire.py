@@ -9,6 +9,7 @@ from grbl_arm import OVER, config, found, lost, ready, rule, stands, without
 from armdrive import Jog, Pose
 from armdrive.errors import DeviceFault, NoAnswer
 from armdrive.status import State, Trust
+from armdrive.trust import Evidence
 
 CHANGES = {
     "lost": lost,
@@ -107,6 +108,7 @@ def test_an_arm_that_leaves_the_path_is_stopped_on_its_way():
         handle.wait(10.0)
     assert arm.twin.world.joints.deg["base"] < 30.0
     assert arm.status.trust is Trust.SUSPECT
+    assert arm.status.trust_reason.startswith(Evidence.OFF_THE_PATH.value)
     assert arm.status.state is State.ERROR_STOP
 
 

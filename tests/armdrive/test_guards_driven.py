@@ -5,10 +5,13 @@ from itertools import pairwise
 
 import pytest
 from faults import ready_arm, sim_config
+from grbl_arm import config
+from grbl_arm import ready as ready_board
 from robko_bench import ready_robko, robko_config
 
 from armdrive import Jog
 from armdrive.errors import OutOfBounds
+from armdrive.jog_bounds import Bounds
 from kinematics import Joints, Pose
 from kinematics.boxes import Box
 from kinematics.guards import AngleSum
@@ -19,6 +22,9 @@ STANDS_OFF_MM = 70.0
 
 WALL = Box("wall", (0.0, 100.0, -10.0), (500.0, 104.0, 600.0))
 FOREARM = AngleSum("forearm elevation", (("shoulder", 1.0), ("elbow", 1.0)), -1.8, 0.5)
+LOOK_S = 0.05
+LAST_MM = 5.0
+"""The guard's tolerance, and the last steps before it, which are made at once."""
 
 
 def guarded(config, **guards):
@@ -44,6 +50,18 @@ def test_a_way_through_a_box_is_refused_before_the_first_byte(call):
     assert caught.value.name == "box wall"
     assert caught.value.value < 0.0 == caught.value.bound
     assert len(arm.twin.link.sent) == sent
+
+
+def test_a_way_through_a_box_to_a_goal_behind_it_is_refused():
+    pillar = Box("pillar", (240.0, 95.0, -10.0), (260.0, 105.0, 600.0))
+    arm = ready_arm(guarded(sim_config(), radii_mm=RADII, boxes=(pillar,)))
+    arm.move_to(over(0))
+    behind = over(250)
+    assert not arm.config.model.guards.violations(
+        arm.config.model.arm, arm.config.model.arm.ik(behind)
+    )
+    with pytest.raises(OutOfBounds, match="inside the box 'pillar'"):
+        arm.move_to(behind)
 
 
 def test_a_goal_in_a_box_is_refused_with_the_nearest_pose_that_can_be_taken():
@@ -75,6 +93,22 @@ def test_a_jog_stops_before_a_box_and_may_turn_back():
     assert arm.twin.world.pose.y_mm < 57.0
 
 
+@pytest.mark.parametrize(
+    "flawed_jog",
+    [
+        lambda arm: arm.jog_l(y_mm=60),
+        lambda arm: arm.jog_l(y=1.0, speed=1.0, duration_s=3.0),
+    ],
+)
+def test_a_jog_is_audited_although_it_keeps_to_its_bounds_by_itself(flawed_jog, monkeypatch):
+    """Nothing goes unaudited: also not what a course proposes that sees no guard."""
+    monkeypatch.setattr(Bounds, "holds", lambda *_: True)
+    arm = ready_arm(walled(sim_config()))
+    arm.move_to(over(40))
+    assert "box 'wall'" in flawed_jog(arm).note
+    assert arm.twin.world.pose.y_mm <= STANDS_OFF_MM + 1.0
+
+
 @pytest.mark.parametrize("speed", [1.0, 0.2])
 def test_an_arm_that_runs_on_while_it_stops_is_slowed_before_a_guard(speed):
     arm = ready_robko(walled(robko_config()))
@@ -92,6 +126,24 @@ def test_an_arm_that_runs_on_while_it_stops_is_slowed_before_a_guard(speed):
     assert ways[-1][0] == pytest.approx(STANDS_OFF_MM, abs=3.0)
     for (here_mm, _), (_, after_mm_s) in pairwise(ways):
         assert here_mm + after_mm_s * runs_on_s <= STANDS_OFF_MM + 1.0 + 1.0
+
+
+def test_an_arm_that_drives_on_from_leg_to_leg_could_stop_before_a_guard_at_any_moment():
+    """The jog's own ramp is too short for that: it is slowed for as long as its device runs on."""
+    arm = ready_board(walled(config(jog_ramp_s=0.02)))
+    arm.move_to(over(-30))
+    runs_on_s = arm.core.controller.stopping(arm.config.motion.jog_burst_s).asked_motion_s
+    before_mm = arm.twin.world.pose.y_mm
+    fastest_mm_s = 0.0
+    for _ in range(200):
+        arm.hold(Jog.cartesian(y=1.0), speed=1.0, for_s=1.0)
+        arm.sleep(LOOK_S)
+        here_mm = arm.twin.world.pose.y_mm
+        speed_mm_s = (here_mm - before_mm) / LOOK_S
+        assert before_mm + speed_mm_s * runs_on_s <= STANDS_OFF_MM + LAST_MM
+        fastest_mm_s, before_mm = max(fastest_mm_s, speed_mm_s), here_mm
+    assert before_mm == pytest.approx(STANDS_OFF_MM, abs=3.0)
+    assert fastest_mm_s * runs_on_s > 10.0
 
 
 def test_an_arm_that_stands_in_a_box_may_leave_it_by_itself():

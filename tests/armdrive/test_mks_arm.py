@@ -10,9 +10,10 @@ import pytest
 from armdrive import Arm, dialects
 from armdrive.armsections import HomingSettings
 from armdrive.connecting import connect_simulated, simulated_config
-from armdrive.errors import DeviceFault, Refused
+from armdrive.errors import DeviceFault, Refused, Stopped
 from armdrive.sim.twin import make_twin
 from armdrive.status import Current, State, Trust
+from armdrive.trust import Evidence
 from kinematics import Joints, Pose
 
 START = Joints.of(0.0, 40.0, -80.0, -40.0, 0.0)
@@ -128,6 +129,19 @@ def test_a_search_for_a_switch_can_be_stopped():
     arm.sleep(1.0)
     assert arm.twin.world.motors == stood
     assert arm.status.trust is not Trust.REFERENCED
+
+
+def test_a_referenced_arm_whose_homing_was_stopped_is_suspect():
+    """Encoders count on, but nobody knows whether a home was set meanwhile."""
+    homing = HomingSettings(Joints.of(40.0, 40.0, -80.0, -40.0, 0.0), 20.0, ((1,),))
+    arm = mks_arm(homing=homing)
+    arm.enable()
+    arm.declare_posture(START, opening_mm=20.0)
+    arm.twin.device.at(arm.pace.now_s() + 0.5, arm.request_stop)
+    with pytest.raises(Stopped):
+        arm.home()
+    assert arm.status.trust is Trust.SUSPECT
+    assert arm.status.trust_reason == Evidence.HOMING_FAILED.value
 
 
 def test_drives_as_they_are_shipped_are_one_id_and_that_is_said():

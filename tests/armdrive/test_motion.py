@@ -110,6 +110,18 @@ def test_long_ways_over_many_goals_come_back_to_the_same_steps(goals):
     assert arm.twin.world.motors == began
 
 
+def test_a_motion_reports_where_the_motors_stand_and_not_where_they_were_sent():
+    arm = ready_arm()
+    goal = Pose.of(x_mm=250.3, y_mm=40.7, z_mm=120.1, pitch_deg=-81.3)
+    moved = arm.move_to(goal)
+    pose, tip = moved.pose, arm.twin.world.tip
+    assert math.dist((pose.x_mm, pose.y_mm, pose.z_mm), tip) < 1e-6
+    off_mm = math.dist((goal.x_mm, goal.y_mm, goal.z_mm), tip)
+    assert moved.rounding_mm == pytest.approx(off_mm, abs=1e-6)
+    assert off_mm > 0.001
+    assert moved.joints == arm.twin.world.joints
+
+
 def test_joints_that_are_not_named_keep_their_angle_to_the_last_digit():
     arm = ready_arm()
     before = arm.core.coordinates.joints
@@ -219,6 +231,19 @@ def test_an_arm_that_stands_beyond_a_guard_may_leave_it_but_not_go_deeper():
         arm.move_j(shoulder_deg=-25)
     arm.move_j(shoulder_deg=40)
     assert arm.pose.z_mm > 0.0
+
+
+def test_an_arm_that_stands_beyond_a_limit_may_come_back_but_go_no_further():
+    arm = ready_arm()
+    arm.declare_posture(OVER_THE_TABLE.replace(base=math.radians(89.0)))
+    arm.move_motors(79, 0, 0, 0, 0, 0)  # knows no limits
+    assert arm.joints.deg["base"] == pytest.approx(93.0, abs=0.1)
+    for further_deg in (93.5, 170.0):
+        with pytest.raises(OutOfBounds, match="nothing was moved"):
+            arm.move_j(base_deg=further_deg)
+    arm.move_j(base_deg=92.0)
+    arm.move_j(base_deg=80.0)
+    assert arm.joints.deg["base"] == pytest.approx(80.0, abs=0.1)
 
 
 @pytest.mark.parametrize("speed", [1.0, 0.3, 0.04])

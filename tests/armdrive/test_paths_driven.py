@@ -111,6 +111,12 @@ def test_a_path_is_audited_whole_before_its_first_byte():
         assert arm.twin.world.pose == before
 
 
+def test_a_path_is_audited_at_each_of_its_corners_and_not_at_its_end_alone():
+    moves = [JointMove(Joints.of(base, 60, -80, -40, 0)) for base in (100.0, 10.0)]
+    with ready_arm() as arm, pytest.raises(OutOfBounds, match="base would turn to 100"):
+        arm.move_path(moves)
+
+
 @pytest.mark.parametrize("frame", ["tool", "nowhere"])
 def test_a_path_has_a_frame_that_stays_where_it_is(frame):
     with ready_arm() as arm, pytest.raises(BadRequest):

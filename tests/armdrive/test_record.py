@@ -12,6 +12,8 @@ from armdrive.errors import ArmError, NotReferenced, StateFileError
 from armdrive.record import FileRecorder, Record
 from armdrive.sim.twin import make_twin
 from armdrive.status import State, Trust
+from armdrive.trust import Evidence
+from armdrive.writing import Keeper, Outcome
 
 
 @pytest.fixture
@@ -86,6 +88,53 @@ def test_a_program_that_dies_in_mid_motion_leaves_a_mark(bench, after_s):
     bench.twin.device.transmit(arm.status.time_s + 5.0)
     after = bench.connect()
     assert after.status.trust is Trust.SUSPECT
+
+
+def test_counts_that_agree_by_chance_do_not_hide_an_end_in_mid_motion(bench):
+    """The house lost its power: counts that were zero before are zero again."""
+    arm = bench.connect()
+    arm.declare_posture(OVER_THE_TABLE, opening_mm=20.0)
+    assert not arm.core.counts.largest
+    arm.move_j(base_deg=80, wait=False)
+    arm.sleep(0.5)
+    bench.twin.device.power_off()
+    bench.twin.device.power_on()
+    after = bench.connect()
+    assert after.status.trust is Trust.SUSPECT
+    assert after.status.trust_reason == Evidence.ENDED_IN_MOTION.value
+
+
+def test_an_arm_that_was_moved_before_it_was_confirmed_is_not_confirmed(bench):
+    referenced(bench).close()
+    arm = bench.connect()
+    bench.twin.device.pendant_move((0, 25, 0, 0, 0, 0))
+    with pytest.raises(NotReferenced, match="no restored position"):
+        arm.confirm_restored()
+    assert arm.status.trust is Trust.SUSPECT
+
+
+def test_a_wire_that_is_lost_soon_after_a_motion_leaves_the_mark(bench):
+    """Nobody has seen the arm stand for two seconds, nor will this program."""
+    arm = referenced(bench)
+    bench.link.cut()
+    arm.sleep(2.5)
+    assert arm.status.state is State.DISCONNECTED
+    arm.close()
+    assert bench.recorder.load().in_motion
+    assert bench.connect().status.trust is Trust.SUSPECT
+
+
+def test_a_program_that_has_ended_changes_nothing_on_the_disk_any_more(tmp_path):
+    """Its last thread may still be at work on a slow disk while the next program moves the arm."""
+    recorder = FileRecorder(tmp_path / "arm.json")
+    good = Record("lab", "0123", (0, 7), (-3, 5), (0.1, 20.0), "restored", "by the next program")
+    recorder.save(good)
+    keeper = Keeper(recorder)
+    keeper.found(good)
+    keeper.end()
+    before = Outcome()
+    assert keeper.keep(replace(good, trust="suspect"), 1, before) is before
+    assert recorder.load() == good
 
 
 def test_the_mark_is_taken_away_two_seconds_after_the_arm_stands(bench):

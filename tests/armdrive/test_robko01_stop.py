@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from robko_bench import ready_robko
 
+from armdrive.status import Trust
 from firmware_protocol.robko01 import Op
 
 ANSWERED_S = 0.01
 """A look and its answer take 4 ms on the wire."""
+FAR_STEPS = 200
+"""More than a burst makes."""
 
 
 def test_a_stop_during_a_look_goes_out_as_soon_as_the_look_is_answered():
@@ -26,3 +29,25 @@ def test_a_stop_during_a_look_goes_out_as_soon_as_the_look_is_answered():
     arm.sleep(2.0)
     assert asked_s
     assert said_s[0] - asked_s[0] <= ANSWERED_S
+
+
+def test_a_motor_that_a_stop_left_far_beyond_its_target_is_not_believed():
+    """The firmware's arithmetic takes it three steps beyond at most; what goes further is moved."""
+    arm = ready_robko()
+    link, stopped, moved = arm.twin.link, [], []
+
+    def watch(op):
+        if op is Op.STOP:
+            stopped.append(op)
+        elif op is Op.POSITION and stopped and not moved and not arm.twin.device.moving:
+            moved.append(op)
+            arm.twin.device.jog((FAR_STEPS, 0, 0, 0, 0, 0))
+
+    arm.move_j(base_deg=40, wait=False)
+    link.on_write = watch
+    arm.sleep(0.5)
+    arm.request_stop()
+    arm.sleep(2.0)
+    assert moved
+    assert arm.status.trust is Trust.SUSPECT
+    assert arm.twin.world.motors == arm.status.acknowledged

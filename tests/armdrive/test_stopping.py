@@ -10,6 +10,8 @@ from faults import Rule, late_by, ready_arm, sim_arm, sim_config
 from armdrive import Jog
 from armdrive.controllers.requests import MoveBy
 from armdrive.errors import ArmError, OperatorNeeded, Stopped, WrongState
+from armdrive.flows.idling import set_outputs
+from armdrive.planning import speed_fraction
 from armdrive.status import State, Trust
 from firmware_protocol.teachmover import Key
 
@@ -238,6 +240,27 @@ def test_the_pendants_stop_ends_a_burst_and_the_position_is_still_known():
     assert arm.twin.world.joints.deg["base"] == pytest.approx(0.0, abs=0.1)
 
 
+def test_motors_that_a_stop_left_off_their_way_are_not_believed():
+    """Somebody pressed STOP, and moved the arm before the registers were read."""
+    arm = ready_arm()
+    device, link = arm.twin.device, arm.twin.link
+
+    def moves_it(data):
+        if data.startswith(b"@READ"):
+            link.on_write = lambda _: None
+            device.pendant_move((0, 0, 40, 0, 0, 0))
+
+    def press():
+        device.press(Key.STOP)
+        link.on_write = moves_it
+
+    device.at(device.now_s + 0.8, press)
+    with pytest.raises(ArmError, match="STOP key"):
+        arm.move_j(base_deg=60)
+    assert arm.status.trust is Trust.SUSPECT
+    assert arm.twin.world.motors == arm.status.acknowledged
+
+
 @pytest.mark.parametrize("how", ["request_stop", "stop", "estop"])
 def test_a_stop_while_homing_ends_the_homing_and_nothing_is_referenced(how):
     arm = sim_arm()
@@ -292,6 +315,33 @@ def test_interrupting_the_wait_stops_the_arm_between_two_steps():
     assert arm.twin.world.motors == arm.status.acknowledged
     assert arm.twin.link.overlaps == []
     arm.move_j(base_deg=0)
+
+
+def test_a_stop_between_a_call_and_its_plan_lets_nothing_begin(monkeypatch):
+    arm = ready_arm()
+
+    def checked(speed):
+        arm.stop()  # as from another thread: the engine has seen it before there is a motion
+        return speed_fraction(speed)
+
+    monkeypatch.setattr("armdrive.calls.moving.speed_fraction", checked)
+    with pytest.raises(Stopped):
+        arm.move_j(base_deg=20.0)
+    assert arm.twin.link.named(b"@STEP") == []
+
+
+def test_a_motion_does_not_wait_behind_work_that_moves_nothing():
+    """Else it would begin when nobody expects it any more."""
+    arm = ready_arm()
+    work = arm.submit(set_outputs(arm.wire, 1))
+    arm.sleep(0.001)
+    assert arm.status.state is State.STANDBY
+    assert not work.done
+    with pytest.raises(WrongState):
+        arm.move_j(base_deg=8.0)
+    arm.sleep(1.0)
+    assert work.done
+    assert arm.joints.deg["base"] == pytest.approx(0.0, abs=1e-9)
 
 
 def test_of_two_threads_that_move_at_once_one_is_refused_and_neither_hangs():

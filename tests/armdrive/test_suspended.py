@@ -1,4 +1,4 @@
-"""What an arm's speed is learnt from: no motion whose end was heard late makes the arm slow."""
+"""A program that stood still: its motion does not go on, and makes no arm slow."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import pytest
 from armdrive.arm import Arm
 from armdrive.connecting import connect_simulated, simulated_config
 from armdrive.dialects import DIALECTS
+from armdrive.errors import DeviceFault, Stopped
 from armdrive.pace import SimulatedPace
 from armdrive.sim.twin import make_twin
 from armdrive.status import State
@@ -60,6 +61,21 @@ def test_what_was_measured_over_a_sleep_makes_no_arm_slow(dialect):
         arm.reset()
         refer(arm, twin)
     assert jogged_deg(arm, twin, -1.0) == pytest.approx(as_before_deg, rel=0.2)
+
+
+@pytest.mark.parametrize("dialect", DIALECTS)
+def test_a_motion_does_not_go_on_when_its_program_wakes(dialect):
+    arm, twin = connected(dialect)
+    first = arm.model.arm.joint_names[0]
+    handle = arm.move_j(wait=False, **{f"{first}_deg": arm.joints.deg[first] + 40.0})
+    arm.sleep(0.3)
+    arm.pace.sleep()
+    arm.sleep(1.0)
+    woken = twin.world.motors
+    with pytest.raises((Stopped, DeviceFault)):  # or the deadline of an answer has passed
+        handle.wait()
+    arm.sleep(2.0)
+    assert twin.world.motors == woken
 
 
 def test_a_lost_answer_makes_a_robko_no_slower():

@@ -1,5 +1,7 @@
 """A disturbed wire: whatever is lost, garbled, repeated or late, nothing false is trusted."""
 
+import re
+
 import pytest
 from faults import (
     OVER_THE_TABLE,
@@ -18,8 +20,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from armdrive import Jog
-from armdrive.errors import ArmError, DeviceFault, LinkLost, NoAnswer, Stopped
+from armdrive.errors import (
+    ArmError,
+    DeviceFault,
+    LinkLost,
+    NoAnswer,
+    PositionMismatch,
+    Stopped,
+)
 from armdrive.status import State, Trust
+from armdrive.trust import Evidence
 from kinematics import KinematicsError
 
 CHANGES = {
@@ -66,6 +76,48 @@ def test_a_disturbed_answer_is_survived_or_found_out(change, start, skip):
     arm.move_j(base_deg=-5)
     assert arm.twin.world.joints.deg["base"] == pytest.approx(-5.0, abs=0.1)
     assert honest(arm)
+
+
+def test_a_burst_of_other_steps_is_found_out_before_its_call_returns():
+    """No check bytes guard the line, and the answer is that of a motion that went well."""
+    arm = ready_arm()
+
+    def farther(line):
+        return [(0.0, re.sub(rb",(\d+),", lambda n: b",%d," % (int(n[1]) + 3), line, count=1))]
+
+    arm.twin.link.to.append(Rule(b"@STEP", farther))
+    with pytest.raises(PositionMismatch):
+        arm.move_j(base_deg=1.0)
+    assert arm.status.trust is Trust.SUSPECT
+    assert arm.status.state is State.ERROR_STOP
+
+
+def test_an_answer_that_comes_too_early_is_compared_with_the_registers_at_once():
+    """It may be an echo: the next burst would be sent while the motors still turn."""
+    arm = ready_arm()
+    link = arm.twin.link
+
+    def echo(data):
+        if data.startswith(b"@STEP"):
+            link.on_write = lambda _: None
+            link._arriving.append((arm.engine.now_s + 0.01, b"1\r"))
+
+    link.on_write = echo
+    arm.move_j(base_deg=25.0)
+    lines = [line for _, line in link.sent]
+    step = next(index for index, line in enumerate(lines) if line.startswith(b"@STEP"))
+    assert lines[step + 1].startswith(b"@READ")
+    assert arm.twin.world.joints.deg["base"] == pytest.approx(25.0, abs=0.1)
+
+
+def test_a_motion_that_is_answered_by_no_leaves_a_suspect_position():
+    arm = ready_arm()
+    arm.move_j(base_deg=1.0)
+    arm.twin.link.to.append(Rule(b"@STEP", instead(b"@STXP 1,2\r")))
+    with pytest.raises(DeviceFault, match="refused a motion"):
+        arm.move_j(base_deg=2.0)
+    assert arm.status.trust is Trust.SUSPECT
+    assert arm.status.trust_reason == Evidence.MOTION_REFUSED.value
 
 
 @pytest.mark.parametrize("skip", [0, 1, 3])

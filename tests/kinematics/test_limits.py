@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kinematics.limits import LIMIT_TOLERANCE_RAD, JointRange, turn_into, wrap
+from kinematics.limits import LIMIT_TOLERANCE_RAD, JointRange, fitted, turn_into, wrap
 from kinematics.linear import DependentRow, inverse, times
 
 angles = st.floats(-50.0, 50.0)
@@ -43,6 +43,12 @@ def test_a_turn_is_the_best_of_all_turns(angle, low, width, seed):
 def test_an_angle_a_hair_beyond_a_limit_becomes_the_limit():
     assert turn_into(1.0 + 5e-8, -1.0, 1.0, 0.0) == 1.0
     assert turn_into(1.0 + 5e-7, -1.0, 1.0, 0.0) == 1.0 + 5e-7
+
+
+@pytest.mark.parametrize("angle", [-1.0, 2.0])
+def test_an_angle_without_a_turn_in_the_range_fits_nowhere(angle):
+    assert fitted(angle, 0.0, 1.0, 0.0) == math.inf
+    assert fitted(angle + math.tau, 0.0, 1.0, 0.0) == math.inf
 
 
 def test_a_range_clamps_to_its_ends():

@@ -155,6 +155,16 @@ def test_lines_on_to_and_along_the_base_axis_keep_the_base():
     assert caught.value.fraction < 1e-4
 
 
+@pytest.mark.parametrize("elbow_deg", [-70.0, 70.0])
+def test_a_line_keeps_the_elbow_that_it_starts_with(elbow_deg):
+    start = Joints.of(10, 20, elbow_deg, -15, 0)
+    pose = UNEVEN.fk(start)
+    goal = Pose(pose.x_mm - 20, pose.y_mm + 40, pose.z_mm + 10, pose.pitch_rad, pose.roll_rad)
+    waypoints = line_path(UNEVEN, start, goal)
+    assert same_pose(UNEVEN.fk(waypoints[-1]), goal, mm=1e-4)
+    assert all(each["elbow"] * elbow_deg > 0.0 for each in waypoints)
+
+
 def test_a_line_behind_the_base_axis_stays_behind():
     start = TEACHMOVER.ik(TEACHMOVER.fk(Joints.of(0, 130, -20, 0, 180)), Joints.of(0, 130, 0, 0, 0))
     origin = TEACHMOVER.fk(start)

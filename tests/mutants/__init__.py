@@ -1,0 +1,1 @@
+"""Deliberate faults, and the everyday tests that have to notice each of them."""

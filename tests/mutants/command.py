@@ -1,0 +1,124 @@
+"""Put deliberate faults into a copy of the project, one at a time, and see the tests notice them.
+
+    python -m tests.mutants
+    python -m tests.mutants --only stop
+    python -m tests.mutants --only "a stop is ignored" --everything
+
+The tests of all mutants are run without any first, so that a failure means something. Exit code 1
+where a mutant survives that the table does not say survives, or where a row of it is broken.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+from .copies import PACKAGES, PASSED, CopyError, run_tests
+from .mutant import Mutant
+from .table import MUTANTS
+from .trying import Copies, Trial, Verdict, try_all
+
+ROOT = Path(__file__).parents[2]
+
+
+def options(words: Sequence[str] | None) -> argparse.Namespace:
+    """Read the command line."""
+    parser = argparse.ArgumentParser(prog="python -m tests.mutants", description=__doc__)
+    parser.formatter_class = argparse.RawDescriptionHelpFormatter
+    parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1, help="mutants at a time")
+    parser.add_argument("--only", default="", metavar="TEXT", help="those whose row has this text")
+    parser.add_argument("--list", action="store_true", help="say what there is, and try nothing")
+    parser.add_argument("--json", action="store_true", help="print one JSON document")
+    parser.add_argument(
+        "--everything",
+        action="store_true",
+        help="try the whole test suite on a mutant that its own tests let pass",
+    )
+    return parser.parse_args(words)
+
+
+def main(
+    words: Sequence[str] | None = None,
+    *,
+    mutants: Sequence[Mutant] = MUTANTS,
+    root: Path = ROOT,
+    packages: Sequence[str] = PACKAGES,
+) -> int:
+    """Try what is asked for."""
+    chosen = options(words)
+    wanted = [each for each in mutants if _has(each, chosen.only)]
+    if not wanted:
+        sys.stderr.write(f"no mutant has {chosen.only!r} in its name, promise or path\n")
+        return 2
+    if chosen.list:
+        sys.stdout.write("".join(map(_listed, wanted)))
+        return 0
+    began_s = time.monotonic()
+    with tempfile.TemporaryDirectory(prefix="armdrive-mutants-") as folder:
+        try:
+            copies = Copies(root, Path(folder), packages)
+        except CopyError as error:
+            sys.stderr.write(f"{error}\n")
+            return 2
+        if (trouble := _unmutated(copies, wanted, chosen.jobs)) is not None:
+            sys.stderr.write(f"without any mutant, these tests do not pass:\n{trouble}\n")
+            return 2
+        trials = []
+        jobs = max(chosen.jobs, 1)
+        for trial in try_all(copies, wanted, jobs, everything=chosen.everything):
+            trials.append(trial)
+            if not chosen.json:
+                sys.stdout.write(f"{trial}\n")
+                sys.stdout.flush()
+    if chosen.json:
+        sys.stdout.write(json.dumps(_document(trials), indent=1) + "\n")
+    else:
+        sys.stdout.write(f"{_total(trials)} in {time.monotonic() - began_s:.0f} s\n")
+    return int(not all(trial.good for trial in trials))
+
+
+def _has(mutant: Mutant, text: str) -> bool:
+    return any(text in each for each in (mutant.name, mutant.promise, mutant.path))
+
+
+def _listed(mutant: Mutant) -> str:
+    why = f"    survives: {mutant.survives}\n" if mutant.survives else ""
+    tests = "".join(f"    {test}\n" for test in mutant.tests)
+    return f"{mutant.name}\n    breaks: {mutant.promise}\n    in {mutant.path}\n{tests}{why}"
+
+
+def _unmutated(copies: Copies, wanted: Sequence[Mutant], jobs: int) -> str | None:
+    """Return what fails of the tests without any mutant; None where all pass."""
+    tests = sorted({test for mutant in wanted for test in mutant.tests})
+    run = run_tests(copies.untouched, tests, workers=max(jobs, 1), first=False)
+    if run.code == PASSED:
+        return None
+    if not run.failed:  # several processes do not say which test there is none of
+        run = run_tests(copies.untouched, tests)
+    return "\n".join(run.failed) or run.words
+
+
+def _total(trials: Sequence[Trial]) -> str:
+    counts = {verdict: sum(each.verdict is verdict for each in trials) for verdict in Verdict}
+    said = [f"{count} {verdict.value}" for verdict, count in counts.items() if count]
+    return f"{len(trials)} mutants: {', '.join(said)}"
+
+
+def _document(trials: Sequence[Trial]) -> list[dict[str, object]]:
+    return [
+        {
+            "name": trial.mutant.name,
+            "promise": trial.mutant.promise,
+            "path": trial.mutant.path,
+            "verdict": trial.verdict.name.lower(),
+            "words": trial.words,
+            "took_s": round(trial.took_s, 2),
+        }
+        for trial in trials
+    ]

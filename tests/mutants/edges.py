@@ -1,0 +1,186 @@
+"""The desk, the command line, and other programs."""
+
+from __future__ import annotations
+
+from .mutant import Mutant, tests_of
+
+MUTANTS = (
+    Mutant(
+        name="two programs may hold one arm",
+        promise="one program holds an arm at a time",
+        path="armdrive/holding.py",
+        old="                lock.acquire(timeout=0)\n",
+        new="                pass\n",
+        tests=tests_of(
+            "tests/armdrive/test_holder.py",
+            "test_a_refused_holder_leaves_none_of_the_names_locked",
+        ),
+    ),
+    Mutant(
+        name="another program's stop is ignored",
+        promise="a stop comes in over the control socket",
+        path="armdrive/neighbours.py",
+        old="    arm.request_stop()\n",
+        new="",
+        tests=tests_of(
+            "tests/armdrive/test_holder.py",
+            "test_a_stop_comes_in",
+        ),
+    ),
+    Mutant(
+        name="another program's pause is ignored",
+        promise="a pause comes in over the control socket",
+        path="armdrive/neighbours.py",
+        old="    arm.pause()\n",
+        new="",
+        tests=tests_of(
+            "tests/armdrive/test_holder.py",
+            "test_a_pause_a_resume_and_a_slower_speed_come_in",
+        ),
+    ),
+    Mutant(
+        name="real ports are opened although simulation is forced",
+        promise="ARMDRIVE_FORCE_SIM keeps every port closed",
+        path="armdrive/connecting.py",
+        old='    return os.environ.get("ARMDRIVE_FORCE_SIM", "") not in ("", "0")',
+        new="    return False",
+        tests=tests_of(
+            "tests/armdrive/test_connecting.py",
+            "TestForcedSimulation::test_a_port_becomes_the_twin_of_its_arm",
+        ),
+    ),
+    Mutant(
+        name="a forced twin shares its arm's record",
+        promise="a twin keeps its hands off the real arm's record",
+        path="armdrive/connecting.py",
+        old='replace(config, name=f"{SIM}{config.name}"), simulated=True)',
+        new="config, simulated=True)",
+        tests=tests_of(
+            "tests/armdrive/test_connecting.py",
+            ("TestForcedSimulation::test_the_twin_never_touches_the_record_of_the_real_arm"),
+        ),
+    ),
+    Mutant(
+        name="a command that failed ends with 0",
+        promise="the exit code says what went wrong",
+        path="armdrive/cli/running.py",
+        old="        return _say(options, error, error.exit_code)\n",
+        new="        return _say(options, error, 0)\n",
+        tests=tests_of(
+            "tests/armdrive/test_cli_simulated.py",
+            "test_planned_motion_without_a_reference_is_refused_with_the_way_to_one",
+        ),
+    ),
+    Mutant(
+        name="a refusal has the exit code of a fault",
+        promise="the exit code says what went wrong",
+        path="armdrive/errors.py",
+        old=(
+            '    """The call was refused before anything was sent: nothing '
+            'moved."""\n'
+            "\n"
+            "    exit_code = 3"
+        ),
+        new=(
+            '    """The call was refused before anything was sent: nothing '
+            'moved."""\n'
+            "\n"
+            "    exit_code = 1"
+        ),
+        tests=tests_of(
+            "tests/armdrive/test_cli_simulated.py",
+            "test_planned_motion_without_a_reference_is_refused_with_the_way_to_one",
+        ),
+    ),
+    Mutant(
+        name="letting go of the mouse does not end a jog",
+        promise="what is let go ends its jog",
+        path="tui/jogging.py",
+        old=(
+            '            self._button, self._renew_s = "", math.inf\n'
+            "            self._tell(self._arm.release)\n"
+        ),
+        new='            self._button, self._renew_s = "", math.inf\n',
+        tests=tests_of(
+            "tests/tui/test_holding.py",
+            "test_it_is_renewed_before_it_ends_and_let_go_when_the_button_is",
+        ),
+    ),
+    Mutant(
+        name="a released key does not release the arm",
+        promise="a key that is let go ends its jog",
+        path="tui/jogging.py",
+        old=("        else:\n            self._arm.release()\n            if"),
+        new=("        else:\n            if"),
+        tests=tests_of(
+            "tests/tui/test_desk.py",
+            "test_holding_a_key_jogs_and_letting_go_stops",
+        ),
+    ),
+    Mutant(
+        name="the keys stay armed when the desk loses its focus",
+        promise="a desk that loses the focus lets go",
+        path="tui/desk.py",
+        old='        self.disarm("the terminal lost the keyboard focus")\n',
+        new="",
+        tests=tests_of(
+            "tests/tui/test_desk.py",
+            "test_losing_the_focus_ends_a_hold_and_disarms",
+        ),
+    ),
+    Mutant(
+        name="the desk's stop key only disarms",
+        promise="the stop key stops the arm",
+        path="tui/desk.py",
+        old=('        self.arm.request_stop()\n        self.disarm("stopped")'),
+        new='        self.disarm("stopped")',
+        tests=tests_of(
+            "tests/tui/test_desk.py",
+            "test_stop_keys_stop_disarm_and_close_whatever_is_open",
+        ),
+    ),
+    Mutant(
+        name="the desk's emergency stop is none",
+        promise="the emergency stop key latches",
+        path="tui/desk.py",
+        old="        self.arm.estop()\n",
+        new="",
+        tests=tests_of(
+            "tests/tui/test_desk.py",
+            "test_every_other_key_of_the_table_does_what_it_says",
+        ),
+    ),
+    Mutant(
+        name="keys that were typed before a stop act behind it",
+        promise="what was typed before a stop begins nothing",
+        path="tui/urgent.py",
+        old="            return bool(self._acted)\n",
+        new="            return False\n",
+        tests=tests_of(
+            "tests/tui/test_urgent.py",
+            "test_a_stop_that_never_came_is_forgotten_with_the_next",
+        ),
+    ),
+    Mutant(
+        name="a mouse that is heard of no more holds on",
+        promise="what is not heard of ends its jog",
+        path="tui/jogging.py",
+        old="        left_s = self._heard_s + MOUSE_HOLDS_S - now_s\n",
+        new="        left_s = MOUSE_HOLDS_S\n",
+        tests=tests_of(
+            "tests/tui/test_holding.py",
+            "test_a_mouse_that_is_heard_of_no_more_holds_nothing_after_its_time",
+        ),
+    ),
+    Mutant(
+        name="callers of other users are answered",
+        promise="the control socket is this user's alone",
+        path="armdrive/private.py",
+        old="    return user is None or user in (0, os.getuid())",
+        new="    return True",
+        tests=tests_of(
+            "tests/armdrive/test_security.py",
+            "test_a_caller_who_is_somebody_else_is_hung_up_on",
+        ),
+    ),
+)

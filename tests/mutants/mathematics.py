@@ -1,0 +1,168 @@
+"""Signs, turns and conventions of the kinematics."""
+
+from __future__ import annotations
+
+from .mutant import Mutant, tests_of
+
+MUTANTS = (
+    Mutant(
+        name="the elbow bends the wrong way",
+        promise="both postures hold the hand at its pose",
+        path="kinematics/closed_form.py",
+        old="    return (direction + lift, -bend), (direction - lift, bend)",
+        new="    return (direction + lift, bend), (direction - lift, -bend)",
+        tests=tests_of(
+            "tests/kinematics/test_paths.py",
+            "test_a_line_keeps_the_elbow_that_it_starts_with",
+        ),
+    ),
+    Mutant(
+        name="the arctangent has its arguments the wrong way round",
+        promise="a posture holds the hand at its pose",
+        path="kinematics/choice.py",
+        old="base = near[0] if on_axis else atan2(y, x)",
+        new="base = near[0] if on_axis else atan2(x, y)",
+        tests=tests_of(
+            "tests/kinematics/test_five_axis.py",
+            "test_ik_takes_the_branch_nearest_the_seed",
+        ),
+    ),
+    Mutant(
+        name="the back posture does not turn the roll over",
+        promise="back and front hold the hand alike",
+        path="kinematics/choice.py",
+        old="            r += pi\n",
+        new="",
+        tests=tests_of(
+            "tests/kinematics/test_five_axis.py",
+            "test_what_cannot_be_reached_names_something_that_can",
+        ),
+    ),
+    Mutant(
+        name="the pitch leaves the wrist out",
+        promise="the hand's pitch is the sum of the angles",
+        path="kinematics/closed_form.py",
+        old="    pitch = forearm + wrist\n",
+        new="    pitch = forearm - wrist\n",
+        tests=tests_of(
+            "tests/kinematics/test_paths.py",
+            "test_a_line_keeps_the_elbow_that_it_starts_with",
+        ),
+    ),
+    Mutant(
+        name="the nearest posture is the farthest",
+        promise="of several postures the nearest is taken",
+        path="kinematics/choice.py",
+        old="            if change < least:  # never",
+        new="            if best is None or inf > change > least:  # never",
+        tests=tests_of(
+            "tests/kinematics/test_five_axis.py",
+            "test_ik_takes_the_branch_nearest_the_seed",
+        ),
+    ),
+    Mutant(
+        name="an A matrix twists the wrong way",
+        promise="A matrices are those of the textbook",
+        path="kinematics/links.py",
+        old="            (0.0, sa, ca, d_mm),",
+        new="            (0.0, -sa, ca, d_mm),",
+        tests=tests_of(
+            "tests/kinematics/test_links.py",
+            "test_the_a_matrix_is_the_product_of_its_four_moves",
+        ),
+    ),
+    Mutant(
+        name="Craig's convention has its offset with the wrong sign",
+        promise="A matrices are those of the textbook",
+        path="kinematics/links.py",
+        old="(st * ca, ct * ca, -sa, -sa * d_mm)",
+        new="(st * ca, ct * ca, -sa, sa * d_mm)",
+        tests=tests_of(
+            "tests/kinematics/test_links.py",
+            "test_the_a_matrix_is_the_product_of_its_four_moves",
+        ),
+    ),
+    Mutant(
+        name="half a turn is minus half a turn",
+        promise="angles are wrapped into (-pi, pi]",
+        path="kinematics/limits.py",
+        old="    return turned if turned > -math.pi else math.pi",
+        new="    return turned",
+        tests=tests_of(
+            "tests/kinematics/test_limits.py",
+            "test_half_a_turn_is_always_the_positive_one",
+        ),
+    ),
+    Mutant(
+        name="an angle is turned by half circles",
+        promise="an angle is turned by whole circles",
+        path="kinematics/limits.py",
+        old=("    near = angle + round((seed - angle) / math.tau) * math.tau\n    floor"),
+        new=("    near = angle + round((seed - angle) / math.pi) * math.pi\n    floor"),
+        tests=tests_of(
+            "tests/kinematics/test_limits.py",
+            "test_a_turn_is_the_best_of_all_turns",
+        ),
+    ),
+    Mutant(
+        name="a limit's lower end is not kept",
+        promise="an angle is turned into its range",
+        path="kinematics/limits.py",
+        old="    return turned if low <= turned <= high else math.inf",
+        new="    return turned if turned <= high else math.inf",
+        tests=tests_of(
+            "tests/kinematics/test_limits.py",
+            "test_an_angle_without_a_turn_in_the_range_fits_nowhere",
+        ),
+    ),
+    Mutant(
+        name="the gripper's cable runs the other way over the elbow",
+        promise="the fingers stand still while the elbow moves",
+        path="kinematics/transmission.py",
+        old=(
+            "            followed = sum(ratio * steps[earlier] for earlier, "
+            "ratio in motor.follows)\n"
+        ),
+        new=(
+            "            followed = sum(-ratio * steps[earlier] for earlier, "
+            "ratio in motor.follows)\n"
+        ),
+        tests=tests_of(
+            "tests/kinematics/test_transmission.py",
+            "test_the_teachmovers_reference_posture_has_the_published_steps",
+        ),
+    ),
+    Mutant(
+        name="motors are read without what they follow",
+        promise="steps and angles agree both ways",
+        path="kinematics/transmission.py",
+        old=("            - sum(ratio * motors[earlier] for earlier, ratio in motor.follows)\n"),
+        new="",
+        tests=tests_of(
+            "tests/armdrive/test_gripper.py",
+            "test_opening_and_closing_end_where_asked_while_the_elbow_turns",
+        ),
+    ),
+    Mutant(
+        name="guards measure from the wrong side",
+        promise="a guard keeps the arm out",
+        path="kinematics/guards.py",
+        old='yield Reading("outer radius", "tip radius", tip_r, outer, outer - tip_r)',
+        new='yield Reading("outer radius", "tip radius", tip_r, outer, tip_r - outer)',
+        tests=tests_of(
+            "tests/kinematics/test_guards.py",
+            "test_the_outer_radius_is_kept",
+        ),
+    ),
+    Mutant(
+        name="the table is no guard",
+        promise="the arm stays above its table",
+        path="kinematics/guards.py",
+        old="        if self.guards.table:\n",
+        new="        if False:\n",
+        tests=tests_of(
+            "tests/kinematics/test_guards.py",
+            "test_the_table_has_a_tolerance",
+        ),
+    ),
+)

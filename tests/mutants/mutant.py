@@ -1,0 +1,62 @@
+"""One deliberate fault as a value, and how it is put into a copy of the project."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+
+@dataclass(frozen=True, slots=True)
+class Mutant:
+    """A fault that breaks a promise, and the tests that notice it.
+
+    `path` is a product file, `old` a text that occurs in it exactly once, `new` what replaces it.
+    `tests` are pytest node ids, as few and as quick as possible: at least one of them fails.
+    `survives` is empty, or the reason why no everyday test can notice this fault.
+    """
+
+    name: str
+    promise: str
+    path: str
+    old: str
+    new: str
+    tests: tuple[str, ...]
+    survives: str = ""
+
+    def mutated(self, text: str) -> str:
+        """Return a file's text with the fault in it. Raises `ValueError` where it does not fit."""
+        found = text.count(self.old)
+        if found != 1:
+            raise ValueError(
+                f"{self.name!r}: its text occurs {found} times in {self.path}, not once: "
+                "say again which lines it changes"
+            )
+        if self.old == self.new:
+            raise ValueError(f"{self.name!r} changes nothing")
+        return text.replace(self.old, self.new)
+
+
+def tests_of(path: str, *names: str) -> tuple[str, ...]:
+    """Return the node ids of some tests of one file."""
+    return tuple(f"{path}::{name}" for name in names)
+
+
+@contextmanager
+def applied(mutant: Mutant, folder: Path, stamp: int) -> Iterator[None]:
+    """Put a fault into a copy of the project, and take it out again.
+
+    `stamp` is the file's time in seconds, another for each mutant: Python compares a cached
+    module's time and size with its source's, and two mutants of one size may come in one second.
+    """
+    path = folder / mutant.path
+    before, times = path.read_bytes(), path.stat()
+    try:
+        path.write_text(mutant.mutated(before.decode("utf-8")), encoding="utf-8")
+        os.utime(path, (stamp, stamp))
+        yield
+    finally:
+        path.write_bytes(before)
+        os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))

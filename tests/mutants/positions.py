@@ -1,0 +1,423 @@
+"""Positions that are trusted although something speaks against them."""
+
+from __future__ import annotations
+
+from .mutant import Mutant, tests_of
+
+MUTANTS = (
+    Mutant(
+        name="evidence lowers no trust",
+        promise="a position is not trusted after evidence against it",
+        path="armdrive/trust.py",
+        old="        result = RESULTS[evidence]\n",
+        new=(
+            "        result = RESULTS[evidence]\n"
+            "        if result is Trust.SUSPECT:\n"
+            "            return self\n"
+        ),
+        tests=tests_of(
+            "tests/armdrive/test_trust.py",
+            "test_every_kind_of_evidence_has_a_row_and_words",
+        ),
+    ),
+    Mutant(
+        name="trust is kept after a motion without an answer",
+        promise="a position is not trusted after evidence against it",
+        path="armdrive/flows/asking.py",
+        old="            self.core.learn(silence, self.now_s)\n",
+        new="",
+        tests=tests_of(
+            "tests/armdrive/test_trust.py",
+            "test_a_power_cut_in_mid_motion_is_an_error_stop_with_a_suspect_position",
+        ),
+    ),
+    Mutant(
+        name="trust is kept where registers differ behind a motion",
+        promise="a position is not trusted after evidence against it",
+        path="armdrive/flows/asking.py",
+        old=(
+            '        core.learn(Evidence.READ_BACK_DIFFERS, self.now_s, f"by '
+            '{tuple(difference)} steps")\n'
+        ),
+        new="",
+        tests=tests_of(
+            "tests/armdrive/test_trust.py",
+            "test_a_brown_out_between_bursts_is_found_while_the_motion_goes_on",
+        ),
+    ),
+    Mutant(
+        name="trust is kept where a stop left the motors off their way",
+        promise="a position is not trusted after evidence against it",
+        path="armdrive/flows/exchange.py",
+        old=(
+            "        elif core.read_back is None or not passes(core.read_back):\n"
+            "            core.learn(Evidence.READ_BACK_DIFFERS, self.now_s)\n"
+        ),
+        new="",
+        tests=tests_of(
+            "tests/armdrive/test_stopping.py",
+            "test_motors_that_a_stop_left_off_their_way_are_not_believed",
+        ),
+    ),
+    Mutant(
+        name="trust is kept of an arm that others have moved",
+        promise="a position is not trusted after evidence against it",
+        path="armdrive/flows/asking.py",
+        old=("    core.learn(evidence, wire.now_s)\n    core.notify(core.belief.reason, evidence)"),
+        new="    core.notify(core.belief.reason, evidence)",
+        tests=tests_of(
+            "tests/armdrive/test_trust.py",
+            "test_the_pendant_makes_a_standing_arm_suspect_within_seconds",
+        ),
+    ),
+    Mutant(
+        name="trust is kept of counts that fell to zero in motion",
+        promise="a position is not trusted after evidence against it",
+        path="armdrive/whereabouts.py",
+        old=("            self.fell |= any(not min(a, c) <= b <= max(a, c) for a, b, c in ways)"),
+        new="            self.fell |= False",
+        tests=tests_of(
+            "tests/armdrive/test_zeroed_in_motion.py",
+            ("test_counts_that_go_back_to_where_they_began_are_those_of_a_device_that_began_anew"),
+        ),
+    ),
+    Mutant(
+        name="counts of zero after a silence are believed",
+        promise="a position is not trusted after evidence against it",
+        path="armdrive/flows/asking.py",
+        old="if mute and not reply.positions.largest:",
+        new="if False:",
+        tests=tests_of(
+            "tests/armdrive/test_trust.py",
+            ("test_counts_of_zero_after_a_silence_may_be_those_of_a_controller_that_began_anew"),
+        ),
+    ),
+    Mutant(
+        name="a record of an arm in motion is believed",
+        promise="a position is not trusted after evidence against it",
+        path="armdrive/flows/referencing.py",
+        old="            core.learn(Evidence.ENDED_IN_MOTION, wire.now_s)",
+        new="            pass",
+        tests=tests_of(
+            "tests/armdrive/test_record.py",
+            "test_counts_that_agree_by_chance_do_not_hide_an_end_in_mid_motion",
+        ),
+    ),
+    Mutant(
+        name="a record is believed although the counts differ",
+        promise="a position is not trusted after evidence against it",
+        path="armdrive/flows/referencing.py",
+        old="            core.learn(Evidence.RECORD_DIFFERS, wire.now_s)",
+        new="            pass",
+        tests=tests_of(
+            "tests/armdrive/test_record.py",
+            "test_a_power_cut_between_programs_is_suspect_and_keeps_the_posture",
+        ),
+    ),
+    Mutant(
+        name="a suspect record is restored",
+        promise="a position is not trusted after evidence against it",
+        path="armdrive/flows/referencing.py",
+        old="        if record.trust == Trust.SUSPECT.value:",
+        new="        if False:",
+        tests=tests_of(
+            "tests/armdrive/test_power_cuts.py",
+            "test_an_arm_that_was_let_go_is_never_restored",
+        ),
+    ),
+    Mutant(
+        name="what was said while connecting is not held against the record",
+        promise="a position is not trusted after evidence against it",
+        path="armdrive/flows/referencing.py",
+        old="    if core.told_early is not None:",
+        new="    if False:",
+        tests=tests_of(
+            "tests/armdrive/test_armdroid_sagging.py",
+            ("test_motors_that_are_told_to_be_off_while_connecting_leave_no_record_to_be_believed"),
+        ),
+    ),
+    Mutant(
+        name="trust is kept where the wire was lost in motion",
+        promise="a position is not trusted after evidence against it",
+        path="armdrive/core.py",
+        old="        self.learn(Evidence.LOST_IN_MOTION, now_s)\n",
+        new="",
+        tests=tests_of(
+            "tests/armdrive/test_reconnecting.py",
+            "test_who_waited_for_a_motion_hears_of_the_loss_and_nothing_goes_on_later",
+        ),
+    ),
+    Mutant(
+        name="a position is referenced still when a lost wire is back",
+        promise="a position is not trusted after evidence against it",
+        path="armdrive/flows/resuming.py",
+        old="        core.learn(Evidence.LINK_BACK, now_s)",
+        new="        pass",
+        tests=tests_of(
+            "tests/armdrive/test_reconnecting.py",
+            "test_a_wire_that_comes_back_ends_in_error_stop_and_moves_nothing",
+        ),
+    ),
+    Mutant(
+        name="a position is restored although the counts changed while the wire was lost",
+        promise="a position is not trusted after evidence against it",
+        path="armdrive/flows/resuming.py",
+        old="        core.learn(Evidence.RECORD_DIFFERS, now_s)",
+        new="        core.learn(Evidence.LINK_BACK, now_s)",
+        tests=tests_of(
+            "tests/armdrive/test_reconnecting.py",
+            "test_a_board_that_lost_its_power_meanwhile_is_suspect",
+        ),
+    ),
+    Mutant(
+        name="trust is kept of motors that were stopped dead",
+        promise="a position is not trusted after evidence against it",
+        path="armdrive/flows/exchange.py",
+        old=(
+            "        if isinstance(reply, Halted) and not reply.kept:\n"
+            "            core.learn(Evidence.STOPPED_DEAD, self.now_s)\n"
+            "        elif core.fell:"
+        ),
+        new="        if core.fell:",
+        tests=tests_of(
+            "tests/armdrive/test_grbl_controller.py",
+            "test_an_emergency_stop_loses_the_position_and_reset_brings_the_board_back",
+        ),
+    ),
+    Mutant(
+        name="trust is kept after an alarm that loses the position",
+        promise="a position is not trusted after evidence against it",
+        path="armdrive/flows/alerts.py",
+        old="AlertKind.ALARM_LOST: Evidence.ALARM,",
+        new="AlertKind.ALARM_LOST: None,",
+        tests=tests_of(
+            "tests/armdrive/test_grbl_board.py",
+            "test_a_limit_alarm_of_an_arm_that_stands_makes_its_position_suspect",
+        ),
+    ),
+    Mutant(
+        name="trust is kept of an arm off its path",
+        promise="a position is not trusted after evidence against it",
+        path="armdrive/flows/alerts.py",
+        old="AlertKind.ASTRAY: Evidence.OFF_THE_PATH,",
+        new="AlertKind.ASTRAY: None,",
+        tests=tests_of(
+            "tests/armdrive/test_grbl_controller_wire.py",
+            "test_an_arm_that_leaves_the_path_is_stopped_on_its_way",
+        ),
+    ),
+    Mutant(
+        name="trust is kept of a controller that was restarted",
+        promise="a position is not trusted after evidence against it",
+        path="armdrive/flows/alerts.py",
+        old="AlertKind.RESTARTED: Evidence.RESTARTED,",
+        new="AlertKind.RESTARTED: None,",
+        tests=tests_of(
+            "tests/armdrive/test_grbl_resets.py",
+            "test_nor_is_a_second_one",
+        ),
+    ),
+    Mutant(
+        name="trust is kept of motors that the device switched off",
+        promise="a position is not trusted after evidence against it",
+        path="armdrive/flows/alerts.py",
+        old="AlertKind.SWITCHED_OFF: Evidence.SWITCHED_OFF,",
+        new="AlertKind.SWITCHED_OFF: None,",
+        tests=tests_of(
+            "tests/armdrive/test_armdroid_sagging.py",
+            "test_an_arm_that_sagged_as_it_was_switched_on_is_not_believed",
+        ),
+    ),
+    Mutant(
+        name="trust is kept when the current is dropped",
+        promise="a position is not trusted after evidence against it",
+        path="armdrive/flows/referencing.py",
+        old=(
+            "    core.learn(Evidence.CURRENT_DROPPED, wire.now_s)  # whatever the answer will be\n"
+        ),
+        new="",
+        tests=tests_of(
+            "tests/armdrive/test_trust.py",
+            "test_dropping_the_current_says_suspect_and_only_disable_sends_it",
+        ),
+    ),
+    Mutant(
+        name="trust is kept where homing failed",
+        promise="a position is not trusted after evidence against it",
+        path="armdrive/flows/referencing.py",
+        old="    core.learn(Evidence.HOMING_FAILED, wire.now_s)\n",
+        new="",
+        tests=tests_of(
+            "tests/armdrive/test_mks_arm.py",
+            "test_a_referenced_arm_whose_homing_was_stopped_is_suspect",
+        ),
+    ),
+    Mutant(
+        name="trust is kept after a motion that was broken off",
+        promise="a position is not trusted after evidence against it",
+        path="armdrive/flows/exchange.py",
+        old="        core.learn(_evidence(reply), self.now_s, reply.reason)\n",
+        new="",
+        tests=tests_of(
+            "tests/armdrive/test_wire_faults.py",
+            "test_a_motion_that_is_answered_by_no_leaves_a_suspect_position",
+        ),
+    ),
+    Mutant(
+        name="trust is kept of an arm that was found off its mark",
+        promise="a position is not trusted after evidence against it",
+        path="armdrive/flows/verifying.py",
+        old="    core.learn(Evidence.OFF_ITS_MARK, wire.now_s, detail)\n",
+        new="",
+        tests=tests_of(
+            "tests/armdrive/test_verifying.py",
+            ("test_a_drift_that_nobody_accepts_makes_the_position_suspect_and_says_by_how_much"),
+        ),
+    ),
+    Mutant(
+        name="a restored position is used unconfirmed",
+        promise=(
+            "planned motion needs a reference, or a restored position that somebody has confirmed"
+        ),
+        path="armdrive/trust.py",
+        old="if belief.trust is Trust.RESTORED and allow_restored:",
+        new="if belief.trust is Trust.RESTORED:",
+        tests=tests_of(
+            "tests/armdrive/test_trust.py",
+            "test_a_refusal_says_why_and_how_to_mend_it",
+        ),
+    ),
+    Mutant(
+        name="any position can be confirmed",
+        promise="only a restored position can be confirmed",
+        path="armdrive/flows/referencing.py",
+        old="    if core.belief.trust is not Trust.RESTORED:",
+        new="    if False:",
+        tests=tests_of(
+            "tests/armdrive/test_record.py",
+            "test_an_arm_that_was_moved_before_it_was_confirmed_is_not_confirmed",
+        ),
+    ),
+    Mutant(
+        name="a posture is taken of an arm that changed since somebody looked",
+        promise="a posture is refused where the arm may have changed since somebody looked",
+        path="armdrive/flows/vouching.py",
+        old="    if doubted or (changed and (late or not registers.largest)):",
+        new="    if False:",
+        tests=tests_of(
+            "tests/armdrive/test_trust.py",
+            ("test_a_posture_is_not_taken_of_an_arm_that_moved_while_the_wire_was_disturbed"),
+        ),
+    ),
+    Mutant(
+        name="a standing arm is not looked at",
+        promise="an arm that the pendant moved is suspect within seconds",
+        path="armdrive/flows/idling.py",
+        old="return now_s + every_s, poll(self._wire)",
+        new="return now_s + every_s, None",
+        tests=tests_of(
+            "tests/armdrive/test_trust.py",
+            ("test_counts_of_zero_after_a_silence_may_be_those_of_a_controller_that_began_anew"),
+        ),
+    ),
+    Mutant(
+        name="nothing is read back behind a motion",
+        promise="a motion is compared with the registers",
+        path="armdrive/flows/motion.py",
+        old=(
+            "        yield from drive_legs(wire, plan.legs, "
+            "core.config.motion.planned_burst_s)\n"
+            "        yield from wire.verify()\n"
+        ),
+        new=(
+            "        yield from drive_legs(wire, plan.legs, core.config.motion.planned_burst_s)\n"
+        ),
+        tests=tests_of(
+            "tests/armdrive/test_wire_faults.py",
+            "test_a_burst_of_other_steps_is_found_out_before_its_call_returns",
+        ),
+    ),
+    Mutant(
+        name="a motion goes on from where a pause left it whatever happened there",
+        promise="a paused motion does not go on where something changed",
+        path="armdrive/flows/pausing.py",
+        old="    if core.acknowledged != stood or core.belief is not believed:",
+        new="    if False:",
+        tests=tests_of(
+            "tests/armdrive/test_pausing.py",
+            "test_an_arm_that_the_pendant_moved_in_a_pause_does_not_go_on",
+        ),
+    ),
+    Mutant(
+        name="a paused arm is not looked at before it goes on",
+        promise="a paused motion does not go on where something changed",
+        path="armdrive/flows/pausing.py",
+        old="    yield from wire.look()  # however fresh",
+        new="    yield from ()  # however fresh",
+        tests=tests_of(
+            "tests/armdrive/test_pausing.py",
+            "test_an_arm_that_the_pendant_moved_in_a_pause_does_not_go_on",
+        ),
+    ),
+    Mutant(
+        name="a lost wire moves the arm when it is back",
+        promise="a wire that is back moves nothing",
+        path="armdrive/flows/resuming.py",
+        old="    _weigh(core, registers, wire.now_s)\n",
+        new=(
+            "    _weigh(core, registers, wire.now_s)\n"
+            "    yield from wire.move(core.acknowledged + "
+            "type(core.acknowledged)([40] * len(core.acknowledged)), 100.0, None)\n"
+        ),
+        tests=tests_of(
+            "tests/armdrive/test_reconnecting.py",
+            "test_a_wire_that_comes_back_ends_in_error_stop_and_moves_nothing",
+        ),
+    ),
+    Mutant(
+        name="an arm is ready as soon as its wire is back",
+        promise="a lost wire ends in error-stop",
+        path="armdrive/flows/resuming.py",
+        old="        core.fault(back, RECONNECTED)",
+        new="        core.notify(back)",
+        tests=tests_of(
+            "tests/armdrive/test_reconnecting.py",
+            "test_a_wire_that_comes_back_ends_in_error_stop_and_moves_nothing",
+        ),
+    ),
+    Mutant(
+        name="what was asked for before a fault is done after it",
+        promise="what waits never survives a fault",
+        path="armdrive/core.py",
+        old=(
+            "        self.hold = None\n        self.nudges.clear()\n        self.tempo.end_pause()"
+        ),
+        new="        self.tempo.end_pause()",
+        tests=tests_of(
+            "tests/armdrive/test_reconnecting.py",
+            "test_what_waits_never_survives_a_fault",
+        ),
+    ),
+    Mutant(
+        name="a look of some seconds ago is fresh enough for a motion",
+        promise="a pendant's move just before a motion is seen before the motion",
+        path="armdrive/flows/exchange.py",
+        old="FRESH_S = 0.05",
+        new="FRESH_S = 5.0",
+        tests=tests_of(
+            "tests/armdrive/test_trust.py",
+            "test_a_pendant_move_just_before_a_motion_is_seen_before_the_motion",
+        ),
+    ),
+    Mutant(
+        name="an unreferenced arm makes planned motions",
+        promise="planned motion needs a reference",
+        path="armdrive/trust.py",
+        old=("    if belief.trust is Trust.REFERENCED:\n        return\n"),
+        new=("    if belief.trust is not Trust.RESTORED:\n        return\n"),
+        tests=tests_of(
+            "tests/armdrive/test_trust.py",
+            "test_a_refusal_says_why_and_how_to_mend_it",
+        ),
+    ),
+)

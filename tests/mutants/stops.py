@@ -1,0 +1,367 @@
+"""Stops that are not heard, and motion that does not expire."""
+
+from __future__ import annotations
+
+from .mutant import Mutant, tests_of
+
+MUTANTS = (
+    Mutant(
+        name="a stop is not asked for",
+        promise="a stop goes first, in every state, and ends what moves",
+        path="armdrive/calls/waiting.py",
+        old=("        self.engine.stop_asked = True\n        self.pace.wake()"),
+        new="        self.pace.wake()",
+        tests=tests_of(
+            "tests/armdrive/test_stopping.py",
+            "test_a_stopped_arm_stands_within_the_stated_time_and_way",
+        ),
+    ),
+    Mutant(
+        name="a stop does not end a motion between its bursts",
+        promise="a stop goes first, in every state, and ends what moves",
+        path="armdrive/flows/motion.py",
+        old="while done < 1.0 and not (wire.stopping or released()):",
+        new="while done < 1.0 and not released():",
+        tests=tests_of(
+            "tests/armdrive/test_stopping.py",
+            "test_a_stopped_arm_stands_within_the_stated_time_and_way",
+        ),
+    ),
+    Mutant(
+        name="a stop is not passed on to the device",
+        promise="a stop goes first, in every state, and ends what moves",
+        path="armdrive/engine.py",
+        old=("            self._stopping()\n            self.controller.stop(hard=self.stop_hard)"),
+        new="            self._stopping()",
+        tests=tests_of(
+            "tests/armdrive/test_grbl_controller.py",
+            "test_an_emergency_stop_loses_the_position_and_reset_brings_the_board_back",
+        ),
+    ),
+    Mutant(
+        name="a stop does not end a queued motion's drawing",
+        promise="a stop goes first, in every state, and ends what moves",
+        path="armdrive/controllers/grbl_motion.py",
+        old=(
+            "            if self.stop_asked or request.let_go():\n"
+            "                return (yield from self._halt(trip))"
+        ),
+        new=(
+            "            if request.let_go():\n                return (yield from self._halt(trip))"
+        ),
+        tests=tests_of(
+            "tests/armdrive/test_grbl_controller.py",
+            "test_an_emergency_stop_loses_the_position_and_reset_brings_the_board_back",
+        ),
+    ),
+    Mutant(
+        name="a GRBL stop sends no feed hold",
+        promise="a stop goes first, in every state, and ends what moves",
+        path="armdrive/controllers/grbl_stops.py",
+        old=("                self.press(Realtime.FEED_HOLD)\n            seen = yield"),
+        new=("                pass\n            seen = yield"),
+        tests=tests_of(
+            "tests/armdrive/test_grbl_controller.py",
+            "test_a_stop_brakes_and_does_not_only_send_no_more",
+        ),
+    ),
+    Mutant(
+        name="a GRBL jog is not cancelled",
+        promise="a stop goes first, in every state, and ends what moves",
+        path="armdrive/controllers/grbl_stops.py",
+        old="        self.press(Realtime.JOG_CANCEL)\n",
+        new="",
+        tests=tests_of(
+            "tests/armdrive/test_grbl_controller.py",
+            "test_a_jog_that_is_let_go_ends_soon_and_only_cancels",
+        ),
+    ),
+    Mutant(
+        name="a Robko is not sent its stop",
+        promise="a stop goes first, in every state, and ends what moves",
+        path="armdrive/controllers/robko01_motion.py",
+        old='if (yield from self._ask(Stop(), text="STOP")) is None:',
+        new='if (yield from self._ask(IsMoving(), text="STOP")) is None:',
+        tests=tests_of(
+            "tests/armdrive/test_robko01_stop.py",
+            "test_a_stop_during_a_look_goes_out_as_soon_as_the_look_is_answered",
+        ),
+    ),
+    Mutant(
+        name="MKS drives are not sent their stop",
+        promise="a stop goes first, in every state, and ends what moves",
+        path="armdrive/controllers/mks_insisting.py",
+        old='self.put(node, Stop(Code.ABSOLUTE_AXIS, 0 if dead else ramp), "STOP")',
+        new="pass",
+        tests=tests_of(
+            "tests/armdrive/test_mks_stops.py",
+            "test_drives_that_brake_are_told_once",
+        ),
+    ),
+    Mutant(
+        name="CiA 402 drives are not sent their quick stop",
+        promise="a stop goes first, in every state, and ends what moves",
+        path="armdrive/controllers/cia402_states.py",
+        old="self.command(drive, STOP, self._mode_of(drive))",
+        new="self.command(drive, ENABLE, self._mode_of(drive), drive.place)",
+        tests=tests_of(
+            "tests/armdrive/test_cia402_motion.py",
+            "test_drives_that_were_out_of_reach_for_a_moment_do_not_leap_far",
+        ),
+    ),
+    Mutant(
+        name="an Armdroid's burst that was stopped before its letter goes on",
+        promise="a stop goes first, in every state, and ends what moves",
+        path="armdrive/controllers/armdroid.py",
+        old=("            if self.stop_asked or let_go():\n                self.give_up()"),
+        new=("            if let_go():\n                self.give_up()"),
+        tests=tests_of(
+            "tests/armdrive/test_armdroid_controller.py",
+            "TestConversation::test_a_stop_before_the_letter_lets_nothing_begin",
+        ),
+    ),
+    Mutant(
+        name="a stop of an arm that stands ends the next motion",
+        promise="a stop ends what is at work, and nothing else",
+        path="armdrive/engine.py",
+        old=(
+            "                self.stop_asked = self.stop_hard = False  # nothing is left to stop\n"
+        ),
+        new="",
+        tests=tests_of(
+            "tests/armdrive/test_stopping.py",
+            "test_a_second_emergency_stop_during_the_reset_is_not_lost",
+        ),
+    ),
+    Mutant(
+        name="an emergency stop is a soft one",
+        promise="an emergency stop stops a device dead that can be",
+        path="armdrive/calls/waiting.py",
+        old="        self.engine.stop_hard = self.engine.stop_hard or hard\n",
+        new="",
+        tests=tests_of(
+            "tests/armdrive/test_grbl_controller.py",
+            "test_an_emergency_stop_loses_the_position_and_reset_brings_the_board_back",
+        ),
+    ),
+    Mutant(
+        name="an emergency stop does not latch",
+        promise="an emergency stop latches; only reset leaves it",
+        path="armdrive/calls/waiting.py",
+        old='self.core.fault("emergency stop: look',
+        new='self.core.notify("emergency stop: look',
+        tests=tests_of(
+            "tests/armdrive/test_stopping.py",
+            "test_a_second_emergency_stop_during_the_reset_is_not_lost",
+        ),
+    ),
+    Mutant(
+        name="enabling leaves error-stop",
+        promise="only reset leaves error-stop",
+        path="armdrive/states.py",
+        old="        (s.ERROR_STOP, e.RESET): s.STANDBY,\n",
+        new=(
+            "        (s.ERROR_STOP, e.RESET): s.STANDBY,\n"
+            "        (s.ERROR_STOP, e.ENABLE): s.STANDBY,\n"
+        ),
+        tests=tests_of(
+            "tests/armdrive/test_states.py",
+            "test_only_reset_and_a_lost_wire_leave_error_stop",
+        ),
+    ),
+    Mutant(
+        name="motion begins while the motors are off",
+        promise="motion begins in standby alone",
+        path="armdrive/states.py",
+        old="        (s.STANDBY, e.MOVE): s.MOVING,\n",
+        new=("        (s.STANDBY, e.MOVE): s.MOVING,\n        (s.DISABLED, e.MOVE): s.MOVING,\n"),
+        tests=tests_of(
+            "tests/armdrive/test_states.py",
+            "test_motion_begins_in_standby_alone",
+        ),
+    ),
+    Mutant(
+        name="a reset moves the arm",
+        promise="leaving an error moves nothing",
+        path="armdrive/flows/referencing.py",
+        old=('    core.error = core.notice = ""\n    weigh'),
+        new=(
+            '    core.error = core.notice = ""\n'
+            "    yield from wire.move(core.acknowledged + "
+            "type(core.acknowledged)([40] * len(core.acknowledged)), 100.0, None)\n"
+            "    weigh"
+        ),
+        tests=tests_of(
+            "tests/armdrive/test_stopping.py",
+            "test_a_reset_right_behind_the_emergency_stop_waits_for_the_burst",
+        ),
+    ),
+    Mutant(
+        name="connecting moves the arm",
+        promise="connecting moves nothing",
+        path="armdrive/flows/referencing.py",
+        old="    core.memory.taken_up()  # from here on",
+        new=(
+            "    if not switched:\n"
+            "        yield from wire.move(core.acknowledged + "
+            "type(core.acknowledged)([40] * len(core.acknowledged)), 100.0, None)\n"
+            "    core.memory.taken_up()  # from here on"
+        ),
+        tests=tests_of(
+            "tests/armdrive/test_trust.py",
+            "test_no_planned_motion_without_a_reference_and_no_byte_of_one",
+        ),
+    ),
+    Mutant(
+        name="closing an arm does not stop it",
+        promise="an arm that is closed stands",
+        path="armdrive/calls/connected.py",
+        old=("                self.stop()\n                with self.pace.lock:"),
+        new="                with self.pace.lock:",
+        tests=tests_of(
+            "tests/armdrive/test_stopping.py",
+            "test_closing_ends_a_motion_under_way_and_the_arm_stands",
+        ),
+    ),
+    Mutant(
+        name="a program that was suspended goes on with its motion",
+        promise="what nobody expects any more does not move",
+        path="armdrive/engine.py",
+        old=('            self.stop_asked = True\n            self.stop_why = f": this'),
+        new='            self.stop_why = f": this',
+        tests=tests_of(
+            "tests/armdrive/test_suspended.py",
+            "test_a_motion_does_not_go_on_when_its_program_wakes",
+        ),
+    ),
+    Mutant(
+        name="orders that are late are sent all the same",
+        promise="what nobody expects any more does not move",
+        path="armdrive/engine.py",
+        old=("return not self.stop_asked and self.round_s() > self.controller.abilities.order_s"),
+        new="return False",
+        tests=tests_of(
+            "tests/armdrive/test_stale_orders.py",
+            "test_what_was_thought_out_before_the_drives_stopped_is_not_said",
+        ),
+    ),
+    Mutant(
+        name="a motion is begun beside another",
+        promise="of two motions at once one is refused",
+        path="armdrive/engine.py",
+        old="busy = self._task is not None and not self._task.routine and alone",
+        new="busy = False",
+        tests=tests_of(
+            "tests/armdrive/test_stopping.py",
+            "test_a_motion_does_not_wait_behind_work_that_moves_nothing",
+        ),
+    ),
+    Mutant(
+        name="a motion that a stop overtook while it was planned begins",
+        promise="what was decided on before a stop is not begun",
+        path="armdrive/calls/moving.py",
+        old=(
+            "            made = plan(self.core.coordinates)\n"
+            "            if stops is not None and self.stops != stops:"
+        ),
+        new=("            made = plan(self.core.coordinates)\n            if False:"),
+        tests=tests_of(
+            "tests/armdrive/test_stopping.py",
+            "test_a_stop_between_a_call_and_its_plan_lets_nothing_begin",
+        ),
+    ),
+    Mutant(
+        name="a burst is as long as its whole leg",
+        promise="motion expires: nothing is sent further ahead than announced",
+        path="armdrive/flows/motion.py",
+        old="        share = next_share(wire, slowed, burst_s, done)\n",
+        new="        share = 1.0 - done\n",
+        tests=tests_of(
+            "tests/armdrive/test_stopping.py",
+            "test_a_stopped_arm_stands_within_the_stated_time_and_way",
+        ),
+    ),
+    Mutant(
+        name="MKS segments are drawn as soon as there are any",
+        promise="motion expires: nothing is sent further ahead than announced",
+        path="armdrive/controllers/mks_track.py",
+        old="return left_s <= 0.0 or left_s + self.guess_s <= self.ahead_s + 1e-6",
+        new="return True",
+        tests=tests_of(
+            "tests/armdrive/test_mks_controller_motion.py",
+            "test_the_next_segment_is_drawn_no_earlier_than_announced",
+        ),
+    ),
+    Mutant(
+        name="CiA 402 drives do not mind the program's heartbeat",
+        promise="a dead program's arm stops in the announced time",
+        path="armdrive/controllers/cia402_setup.py",
+        old="wanted.value if on else 0",
+        new="0",
+        tests=tests_of(
+            "tests/armdrive/test_cia402_controller.py",
+            "test_switching_on_holds_every_drive_where_it_is_and_is_verified",
+        ),
+    ),
+    Mutant(
+        name="a CiA 402 drive's missing heartbeat is not noticed",
+        promise="a drive that falls silent is missed",
+        path="armdrive/controllers/cia402_pulse.py",
+        old="            if drive.missed > LOOKS_LOST and not drive.reported:",
+        new="            if False:",
+        tests=tests_of(
+            "tests/armdrive/test_cia402_controller.py",
+            "test_a_drive_that_falls_silent_at_rest_is_missed_and_no_other_is",
+        ),
+    ),
+    Mutant(
+        name="MKS drives that did not hear a stop are not told again",
+        promise="a stop goes first, in every state, and ends what moves",
+        path="armdrive/controllers/mks_insisting.py",
+        old="elif deaf and self.now_s >= again_s:",
+        new="elif False:",
+        tests=tests_of(
+            "tests/armdrive/test_mks_stops.py",
+            "test_one_that_began_anew_near_zero_just_before_a_stop_is_found_out",
+        ),
+    ),
+    Mutant(
+        name="queued motions are sent ten seconds ahead",
+        promise="motion expires: nothing is sent further ahead than announced",
+        path="armdrive/flows/streaming.py",
+        old="MoveAlong(segments, ahead_s, jog,",
+        new="MoveAlong(segments, 10.0, jog,",
+        tests=tests_of(
+            "tests/armdrive/test_grbl_controller.py",
+            "test_a_board_whose_driver_dies_stops_in_the_announced_time_and_way",
+        ),
+    ),
+    Mutant(
+        name="the MKS drives' watchdog is not set",
+        promise="a dead program's arm stops in the announced time",
+        path="armdrive/controllers/mks_contact.py",
+        old=(
+            "        found = yield from self.ask(dict.fromkeys(self.nodes, "
+            'timeout), text="WATCHDOG")\n'
+        ),
+        new=("        found = dict.fromkeys(self.nodes, Taken)\n        return True\n"),
+        tests=tests_of(
+            "tests/armdrive/test_mks_controller.py",
+            "test_switching_on_sets_the_watchdog_and_reads_it_back",
+        ),
+    ),
+    Mutant(
+        name="the program says no heartbeat",
+        promise="drives that wait for a heartbeat get it",
+        path="armdrive/controllers/cia402_beats.py",
+        old="        return self._data",
+        new='        return b""',
+        tests=tests_of(
+            "tests/armdrive/test_cia402_controller.py",
+            (
+                "test_a_program_that_falls_silent_has_the_drives_hold_and_nothin"
+                "g_moves_when_it_wakes"
+            ),
+        ),
+    ),
+)

@@ -1,0 +1,205 @@
+"""The table of mutants fits the code, and the command tells a killed mutant from a survivor."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from .command import ROOT, main
+from .copies import CopyError, project_files, require_imported
+from .mutant import Mutant
+from .table import MUTANTS
+
+KILLED = Path(__file__).with_name("killed.txt")
+
+of_each = pytest.mark.parametrize("mutant", MUTANTS, ids=lambda mutant: mutant.name)
+
+
+# -- the table ------------------------------------------------------------------------------------
+
+
+@of_each
+def test_a_mutant_changes_one_place_of_the_product_and_compiles(mutant):
+    assert mutant.path.partition("/")[0] in ("armdrive", "firmware_protocol", "kinematics", "tui")
+    mutated = mutant.mutated((ROOT / mutant.path).read_text(encoding="utf-8"))
+    compile(mutated, mutant.path, "exec")
+
+
+@of_each
+def test_a_mutant_says_what_it_breaks_and_which_tests_notice(mutant):
+    assert mutant.name
+    assert mutant.promise
+    assert mutant.tests, "without tests of its own, a mutant would be tried on all of them"
+    for test in mutant.tests:
+        path, _, name = test.partition("::")
+        function = name.partition("[")[0].rpartition("::")[2]
+        assert path.startswith("tests/")
+        assert f"def {function}(" in (ROOT / path).read_text(encoding="utf-8"), test
+
+
+def test_no_two_mutants_share_a_name():
+    names = [mutant.name for mutant in MUTANTS]
+    assert len(set(names)) == len(names)
+
+
+def test_the_list_of_killed_mutants_is_complete_and_nobody_shortens_it():
+    """`killed.txt` may grow. A name leaves it only with the code that it was a fault of."""
+    recorded = KILLED.read_text(encoding="utf-8").splitlines()
+    killed = sorted(mutant.name for mutant in MUTANTS if not mutant.survives)
+    assert recorded == killed
+
+
+# -- the command, on a project of a few lines ------------------------------------------------------
+
+
+SUM, PRODUCT = "    return a + b", "    return a * b"
+CODE = f"""def add(a, b):
+{SUM}
+
+
+def multiply(a, b):
+{PRODUCT}
+
+
+def forgotten(a, b):
+    return a / b
+"""
+TESTS = """from toy import add, multiply
+
+
+def test_add():
+    assert add(2, 3) == 5
+
+
+def test_add_nothing():
+    assert add(7, 0) == 7
+
+
+def test_multiply():
+    assert multiply(2, 3) == 6
+"""
+ADDS, ADDS_NOTHING, MULTIPLIES = (
+    f"test_toy.py::test_{name}" for name in ("add", "add_nothing", "multiply")
+)
+
+
+def mutant(name, old, new, *tests, survives=""):
+    return Mutant(name, "the toy does sums", "toy/__init__.py", old, new, tests, survives)
+
+
+@pytest.fixture
+def toy(tmp_path):
+    (tmp_path / "toy").mkdir()
+    (tmp_path / "toy" / "__init__.py").write_text(CODE, encoding="utf-8")
+    (tmp_path / "test_toy.py").write_text(TESTS, encoding="utf-8")
+    return tmp_path
+
+
+@pytest.fixture
+def tried(toy, capsys):
+    """Return what becomes of mutants of the toy: the exit code, and a verdict for each name."""
+
+    def run(*mutants, words=()):
+        code = main(["--jobs", "1", "--json", *words], mutants=mutants, root=toy, packages=("toy",))
+        said = capsys.readouterr()
+        return code, json.loads(said.out) if said.out else said.err
+
+    return run
+
+
+LESS, TIMES = "    return a - b", "    return a * b"
+WHY = "nobody calls it"
+QUOTIENT = "    return a / b", "    return b / a"
+
+
+def test_each_mutant_gets_its_verdict(tried, toy):
+    """One run for all: each starts pytest again, which is what takes the time."""
+    code, trials = tried(
+        mutant("subtracts", SUM, LESS, ADDS_NOTHING, ADDS),
+        # as long as the one before, and noticed by another test: no bytecode of it is left
+        mutant("multiplies", SUM, TIMES, ADDS_NOTHING, ADDS),
+        mutant("nobody notices", *QUOTIENT, ADDS),
+        mutant("nobody can notice", *QUOTIENT, ADDS, survives=WHY),
+        mutant("said to survive", SUM, LESS, ADDS, survives=WHY),
+        mutant("no Python", SUM, "    return a +", ADDS),
+        mutant("no such text", LESS, SUM, ADDS),
+        mutant("a text that is there twice", "    return a", "    return 0", ADDS),
+        mutant("nothing changed", SUM, SUM, ADDS),
+    )
+    found = {trial["name"]: trial["verdict"] for trial in trials}
+    assert found == {
+        "subtracts": "killed",
+        "multiplies": "killed",
+        "nobody notices": "survived",
+        "nobody can notice": "explained",
+        "said to survive": "broken",
+        "no Python": "broken",
+        "no such text": "broken",
+        "a text that is there twice": "broken",
+        "nothing changed": "broken",
+    }
+    said = {trial["name"]: trial["words"] for trial in trials}
+    assert (said["subtracts"], said["multiplies"]) == (ADDS, ADDS_NOTHING)
+    assert code == 1
+    assert (toy / "toy" / "__init__.py").read_text(encoding="utf-8") == CODE
+
+
+def test_all_tests_are_tried_where_somebody_looks_for_the_one_that_notices(tried):
+    row = mutant("subtracts", SUM, LESS, MULTIPLIES)
+    code, [trial] = tried(row, words=["--everything"])
+    assert (code, trial["words"]) == (0, ADDS)
+
+
+def test_tests_that_fail_without_a_mutant_prove_nothing(tried, toy):
+    (toy / "test_toy.py").write_text(TESTS.replace("== 5", "== 6"), encoding="utf-8")
+    code, words = tried(mutant("subtracts", SUM, LESS, ADDS))
+    assert code == 2
+    assert ADDS in words
+
+
+def test_a_test_that_is_not_there_is_told(tried):
+    code, words = tried(mutant("subtracts", SUM, LESS, "test_toy.py::test_nothing"))
+    assert code == 2
+    assert "test_nothing" in words
+
+
+def test_mutants_are_listed_and_chosen_by_a_text(toy, capsys):
+    rows = [
+        mutant("subtracts", SUM, LESS, ADDS),
+        mutant("divides", PRODUCT, "    return a / b", MULTIPLIES, survives="a reason"),
+    ]
+    assert main(["--list"], mutants=rows, root=toy, packages=("toy",)) == 0
+    listed = capsys.readouterr().out
+    assert all(part in listed for part in ("subtracts", ADDS, "divides", "a reason"))
+    assert main(["--list", "--only", "divi"], mutants=rows, root=toy, packages=("toy",)) == 0
+    assert "subtracts" not in capsys.readouterr().out
+    assert main(["--only", "nothing"], mutants=rows, root=toy, packages=("toy",)) == 2
+
+
+def test_a_run_ends_with_a_line_for_each_mutant_and_a_total(toy, capsys):
+    rows = [mutant("subtracts", SUM, LESS, ADDS)]
+    assert main(["--jobs", "1"], mutants=rows, root=toy, packages=("toy",)) == 0
+    line, total = capsys.readouterr().out.splitlines()
+    assert line.startswith(f"subtracts: killed by {ADDS} in ")
+    assert total.startswith("1 mutants: 1 killed in ")
+
+
+def test_a_package_from_elsewhere_is_not_taken_for_the_copy(toy):
+    with pytest.raises(CopyError, match="would be tested instead"):
+        require_imported(toy, ["toy", "json"])
+    with pytest.raises(CopyError, match="cannot be imported"):
+        require_imported(toy, ["no_such_package"])
+
+
+@pytest.mark.skipif(shutil.which("git") is None, reason="there is no git here")
+def test_a_project_in_git_is_copied_without_what_git_ignores(toy):
+    subprocess.run(["git", "init", "-q"], cwd=toy, check=True)
+    (toy / ".gitignore").write_text("rubbish/\n", encoding="utf-8")
+    (toy / "rubbish").mkdir()
+    (toy / "rubbish" / "big").write_text("big", encoding="utf-8")
+    named = {str(path) for path in project_files(toy)}
+    assert named == {".gitignore", "test_toy.py", str(Path("toy") / "__init__.py")}
