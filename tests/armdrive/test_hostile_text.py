@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 import armdrive
 from armdrive import places
-from armdrive.cli import COMMANDS, choosing
+from armdrive.cli import COMMANDS, home
 from armdrive.errors import ArmError, BadRequest, DeviceFault, UnknownPoint
 from armdrive.printable import LONGEST_LINE, as_message, encodable, printable, printable_lines
 from armdrive.programs.problems import excerpt
@@ -384,9 +384,7 @@ def test_the_words_of_a_device_are_not_printed_raw(call, text, monkeypatch):
     def refuses(*_, **__):
         raise DeviceFault(f"the board said {text!s}")
 
-    monkeypatch.setattr(choosing, "connect_chosen", refuses)
-    monkeypatch.setattr("armdrive.cli.status.connect_chosen", refuses, raising=False)
-    monkeypatch.setattr("armdrive.cli.home.connect_chosen", refuses, raising=False)
+    monkeypatch.setattr(home, "connect_chosen", refuses)
     for words in (("home", *SIMULATED), ("home", *SIMULATED, "--json")):
         said = call(*words, code=DeviceFault.exit_code)
         assert not unprintable(said.out + said.err)

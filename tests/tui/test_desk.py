@@ -217,7 +217,8 @@ async def test_a_real_timer_ends_a_hold_by_itself():
         await session.arm_keys()
         await session.press("w")
         await session.press("w", after_s=0.4)
-        assert len(arm.asked("hold")) == 1
+        session.clock.now_s += 0.03
+        await until_seen(lambda: arm.asked("hold"), session.pilot.pause)
         session.clock.now_s += 1.0
         await until_seen(released.is_set, session.pilot.pause)
     assert len(arm.asked("hold")) == 1
