@@ -20,14 +20,16 @@ from armdrive.status import State, Trust
 
 LATE_S = {
     "teachmover": 0.9,
-    "robko01": 0.9,
+    "robko01": 0.3,
     "armdroid": 0.9,
-    "grbl": 0.9,
+    "grbl": 0.3,
     "mks": 0.2,
     "cia402": 0.1,
 }
 """How late the program is at most. Drives on a bus stop by themselves where they hear nothing for
-longer, and rightly."""
+longer, and rightly. The banner of a GRBL board that is read later may be that of its button. A
+Robko 01 gets there later, too, but in motions so short that a call grows impatient.
+"""
 
 
 class LateClock(SimulatedClock):
@@ -40,9 +42,9 @@ class LateClock(SimulatedClock):
         self.late = False
 
     def advance(self) -> float:
-        """Have the engine do what is due, later than it should every other time or so."""
+        """Have the engine do what is due, and now and then call it later than it asked for."""
         next_s = super().advance()
-        if self.late and self._random.random() < 0.3:
+        if self.late and self._random.random() < 0.1:
             return max(next_s, self.now_s) + self._random.uniform(0.0, self._latest_s)
         return next_s
 
