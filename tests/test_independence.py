@@ -39,7 +39,7 @@ ALLOWED = {
     "conformance/real_time_bench.py": BENCH,
     "conformance/rows_neighbours.py": BENCH,
     "conformance/running.py": "says how long a row took",
-    "campaign/clock.py": "limits processor time, of which a busy computer takes no more",
+    "campaign/clock.py": "ends a mission that hangs, after processor time of its own",
     "campaign/run.py": "says how long a mission took",
     "campaign/soak_work.py": BENCH,
     "mutants/command.py": "says how long all mutants took",

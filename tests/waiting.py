@@ -11,7 +11,7 @@ from __future__ import annotations
 import asyncio
 import threading
 import time
-from collections.abc import Awaitable, Callable, Iterator
+from collections.abc import Awaitable, Callable, Coroutine, Iterator
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -65,6 +65,25 @@ def tried(attempt: Callable[[], object], happened: Callable[[], Any], what: str)
             again_s = time.monotonic() + AGAIN_S
 
 
+def at_last(
+    attempt: Callable[[], T],
+    mend: Callable[[], object],
+    late: type[BaseException] | tuple[type[BaseException], ...],
+) -> T:
+    """Return what an attempt returns once it succeeds; mend what went wrong before each new one.
+
+    For real-time conversations with a simulated device, either side of which a busy computer may
+    keep from its work for longer than the other one rightly waits.
+    """
+    for _ in looks("it never succeeded"):
+        try:
+            return attempt()
+        except late as error:
+            last = error
+            mend()
+    raise last
+
+
 def returns(call: Callable[[], T], what: str = "the call never returned") -> T:
     """Return what a call returns, or raise what it raises; fail if it hangs.
 
@@ -91,6 +110,11 @@ def returns(call: Callable[[], T], what: str = "the call never returned") -> T:
 
 FOREVER_S = 100.0 * LONG_S
 """A time that no test lets pass."""
+
+
+async def ends(talk: Coroutine[Any, Any, T]) -> T:
+    """Return what a coroutine returns; fail if it hangs."""
+    return await asyncio.wait_for(talk, LONG_S)
 
 
 async def until_seen(

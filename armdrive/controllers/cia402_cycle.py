@@ -53,6 +53,16 @@ class Cia402Cycle(Cia402Objects):
         self.sync()
         yield from self.wait(self.now_s + self.cycle_s)
 
+    def timed(self, turn: Turning) -> Generator[float, Heard | None, float]:
+        """Make a turn; return how much longer it took than it should, and 0 for one cut short.
+
+        This program was late by that. A deadline of a drive is put off by it: the drive was told
+        nothing meanwhile, and what it has told since is unread.
+        """
+        began_s = self.now_s
+        yield from turn
+        return max(self.now_s - began_s - self.cycle_s, 0.0)
+
     def look(self) -> Generator[float, Heard | None, tuple[Drive, ...]]:
         """Have every drive tell where it is; return those that do not."""
         missing: tuple[Drive, ...] = self.drives

@@ -76,12 +76,15 @@ class Cia402Ending(Cia402Current):
                 return (yield from self.halted())
             for drive in self.drives:
                 self.command(drive, ENABLE, mode, drive.place)
-            yield from self.turn()
+            until_s += yield from self.timed(self.turn())
             if (ended := (yield from self.weighed(mode))) is not None:
                 return ended
             off = [each for each in self.drives if not each.near(self.settings.rest_window)]
             fresh = all(drive.missed == 0 for drive in self.drives)
-            there = there + self._weight() if fresh and not off else 0
+            if off:
+                there = 0
+            elif fresh:  # a turn in which one told nothing speaks neither for it nor against it
+                there += self._weight()
             if self.now_s > until_s:
                 return (yield from self.broken_off(self.beside(off[0] if off else None)))
         self.progress()

@@ -110,7 +110,7 @@ class Cia402Profile(Cia402Cyclic):
             if self.stop_asked:
                 return (yield from self.halted())
             self._say(hosts)
-            yield from self.turn_of_motion()
+            given_up_s += yield from self.timed(self.turn_of_motion())
             if (ended := None if self.stop_asked else (yield from self.weighed(MODE))) is not None:
                 return ended
             under_way -= {node for node in under_way if self._has_arrived(node, hosts[node])}
@@ -129,7 +129,7 @@ class Cia402Profile(Cia402Cyclic):
                 return (yield from self.broken_off(self.beside(left[0])))
             if self.stop_asked:
                 return (yield from self.halted())
-            yield from self.turn()
+            until_s += yield from self.timed(self.turn())
             if (ended := (yield from self.weighed(MODE))) is not None:
                 return ended
         return Done()

@@ -51,7 +51,7 @@ class Cia402States(Cia402Cycle):
                 return left
             for drive in left:
                 self.command(drive, self._next_word(drive, goal), self.resting_mode)
-            yield from self.turn()
+            given_up_s += yield from self.timed(self.turn())
         return ()
 
     def _is_there(self, drive: Drive, goal: DriveState) -> bool:
@@ -109,7 +109,7 @@ class Cia402States(Cia402Cycle):
                 if drive.node in left and drive.state in _TO_BE_STOPPED:
                     self.command(drive, STOP, self._mode_of(drive))
             self.last_said = "QUICK STOP"
-            yield from self.turn()
+            given_up_s += yield from self.timed(self.turn())
             self.progress()
             left -= {drive.node for drive in self.drives if self._has_stopped(drive, began_s)}
             mute = self.mute([self._by_node[node] for node in left])

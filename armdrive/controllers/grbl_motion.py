@@ -222,10 +222,12 @@ class GrblMotion(GrblStopping):
                 return Denied("the board was reset, or lost its power, while it moved")
             case StatusReported():
                 return self._reported(trip)
+        if heard is not None:  # what is missed may stand behind it, unread
+            return None
         return self.silence_of_mute() if self.mute else self._overdue(trip)
 
     def _reported(self, trip: Trip) -> Reply | None:
-        trip.awaiting = False
+        trip.awaiting, trip.seen_s = False, trip.polled_s
         if self.state is State.ALARM:
             return Denied(self.alarm_words())
         if self.state in HELD:
@@ -283,7 +285,8 @@ class GrblMotion(GrblStopping):
             elif standing or not road.oks:
                 return Denied("the board answered a line with nothing: it was lost on the wire")
         patience_s = STALLED_S + OVERRIDDEN * road.expected_s()
-        waited_s = self.now_s - max(trip.changed_s, trip.not_before_s)
+        # by the last report: where this program is late, the board has not been asked meanwhile
+        waited_s = trip.seen_s - max(trip.changed_s, trip.not_before_s)
         if (not road.empty or trip.drawn is not None) and waited_s >= patience_s:
             return Denied("the motion does not go on: look at the arm and at the board")
         return None

@@ -181,6 +181,7 @@ class Trip:
 
     A motion that is slower than the board can is `lead_s` ahead of its time, and no line is sent
     before `not_before_s`. `waits` is true in a pause. The motors began to turn at `began_s`.
+    The last report shows what was so at `seen_s`, when it was asked for.
     """
 
     segments: Iterator[MoveBy]
@@ -195,6 +196,7 @@ class Trip:
     began_s: float = -math.inf
     polled_s: float = -math.inf
     awaiting: bool = False
+    seen_s: float = -math.inf
     changed_s: float = 0.0
     off: int = 0
     steps: int = 0

@@ -119,10 +119,12 @@ class GrblTalk(GrblHearing):
         self._host.forget_outstanding()
         self.speak(command)
         end_s = self.wire_free_s + patience_s
-        while self.now_s < end_s:
+        while True:
             heard = yield from self.listen(end_s)
             if isinstance(heard, Acknowledged | Refused | Restarted | AlarmRaised):
                 return heard
+            if heard is None and self.now_s >= end_s:  # all that has come is read by now
+                break
         self._host.forget_outstanding()
         return None
 

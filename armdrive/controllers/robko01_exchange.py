@@ -95,13 +95,15 @@ class RobkoExchange(Scripted[HostEvent]):
         data = self._host.send(message)
         self.say(data, text)
         until_s = self.now_s + self._patience_s(len(data))
-        while self.now_s < until_s and not (break_at_stop and self.stop_asked):
+        while not (break_at_stop and self.stop_asked):
             heard = yield until_s
             if isinstance(heard, Answered) and heard.request is message:
                 self._heed(heard)
                 return heard.answer
             if heard is not None:
                 self.unasked(heard)
+            elif self.now_s >= until_s:  # all that has come is read by now
+                break
         return None
 
     def _get_into_step(self) -> Generator[float, HostEvent | None, bool]:

@@ -242,7 +242,7 @@ class RobkoMotion(RobkoExchange, ABC):
         last: Motors | None = None
         going_s = way.began_s
         given_up_s = way.began_s + PATIENCE * self._meter.doubt * way.expected_s + PATIENCE_S
-        while self.now_s < given_up_s:
+        while True:
             asked_s = self.now_s
             seen = yield from self._look()
             if seen is None:
@@ -250,6 +250,8 @@ class RobkoMotion(RobkoExchange, ABC):
             if not way.left(seen).largest:
                 self._stood = seen
                 return Done(self._measure(way, going_s, asked_s))
+            if asked_s >= given_up_s:  # only a look from then on tells: this program may be late
+                break
             if not way.holds(seen):  # believed when it is seen twice: an answer may be a late one
                 astray += 1
                 if astray > 1:
@@ -290,13 +292,11 @@ class RobkoMotion(RobkoExchange, ABC):
         began_s = self.now_s
         if (yield from self._ask(Stop(), text="STOP")) is None:
             return self.silence(began_s)
-        looks, since_s = 0, self.now_s
+        looks, since_s, overdue = 0, self.now_s, 0
         last: Motors | None = None
         given_up_s = began_s + PATIENCE * self._meter.doubt * way.expected_s + PATIENCE_S
         while looks < STILL_LOOKS or self.now_s < since_s + STILL_S:
             asked_s = self.now_s
-            if asked_s > given_up_s:
-                return Denied("the motors were told to stop, and do not come to rest")
             seen, mask = (yield from self._look()), (yield from self._mask())
             if seen is None or mask is None:
                 return self.silence(began_s)
@@ -305,6 +305,9 @@ class RobkoMotion(RobkoExchange, ABC):
                 mask or self._turning or seen != last
             ):  # the mask has gaps when an axis runs by speed
                 looks, since_s, last = 0, self.now_s, seen
+                overdue += asked_s > given_up_s  # once, this program may have been late
+                if overdue > 1:
+                    return Denied("the motors were told to stop, and do not come to rest")
             looks += 1
             yield from self.pause(asked_s + POLL_S)
         self._stood = last

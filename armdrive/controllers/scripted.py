@@ -98,16 +98,21 @@ class Scripted(ABC, Generic[H]):
     def hear(
         self, until_s: float, wanted: Callable[[H], bool]
     ) -> Generator[float, H | None, H | None]:
-        """Wait for a message of a kind, stop or no stop; None when the time is over."""
-        while self.now_s < until_s:
+        """Wait for a message of a kind, stop or no stop; None when the time is over.
+
+        What has come is read to its end before the time is found to be over: this program may be
+        late, and the answer stand behind something else.
+        """
+        while True:
             heard = yield until_s
             if heard is None:
+                if self.now_s >= until_s:
+                    return None
                 continue
             if wanted(heard):
                 self.overdue = self.now_s > until_s
                 return heard
             self.unasked(heard)
-        return None
 
     def pause(self, until_s: float) -> Generator[float, H | None, None]:
         """Let time pass until a moment, or until a stop is asked for."""

@@ -14,9 +14,10 @@ from pathlib import Path
 
 import pytest
 from can_fault_bench import SETTLED_S, Bus, goes_on
+from waiting import at_last
 
 from armdrive import Arm
-from armdrive.errors import ArmError, LinkLost, NoAnswer, SettingsDiffer
+from armdrive.errors import ArmError, DeviceFault, LinkLost, NoAnswer, SettingsDiffer
 from armdrive.sim.cia402_places import without
 from armdrive.status import State, Trust
 from firmware_protocol.canopen import DEVICE_TYPE, Nmt, NmtCommand
@@ -325,5 +326,5 @@ def test_a_bus_of_another_bit_rate_is_told_and_the_right_one_works(tmp_path):
         with Arm.connect(right, dialect="mks") as arm:
             assert bus.state()["motors"] == stood
             assert arm.status.state is State.STANDBY
-            arm.jog_j(base_deg=-1.0)
+            at_last(lambda: arm.jog_j(base_deg=-1.0), arm.reset, (DeviceFault, NoAnswer))
         assert bus.state()["motors"] != stood

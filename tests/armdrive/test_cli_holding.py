@@ -11,6 +11,7 @@ from cli_calls import Caller
 from waiting import FOREVER_S, soon, until
 
 from armdrive import Pose, Stopped
+from armdrive.cli import watch
 from armdrive.cli.worlds import connect_remembered
 from armdrive.connecting import simulated_config
 from armdrive.status import State
@@ -94,8 +95,14 @@ def test_what_nobody_holds_is_neither_paused_nor_resumed(call, word):
     assert "no program holds" in call(word, "--sim", "teachmover", code=1).out
 
 
-def test_a_held_arm_is_watched_until_it_is_given_back(call, held):
-    soon(held.close)
+def test_a_held_arm_is_watched_until_it_is_given_back(call, held, monkeypatch):
+    def seen(view):
+        watch_emit(view)
+        if view["state"] == "standby":
+            soon(held.close)
+
+    watch_emit = watch.emit
+    monkeypatch.setattr(watch, "emit", seen)
     views = call("watch", "--every", "0.05", code=0).json_lines
     assert views[0]["state"] == "standby"
     assert views[-1]["state"] == "disconnected"
@@ -103,8 +110,6 @@ def test_a_held_arm_is_watched_until_it_is_given_back(call, held):
 
 
 def test_ctrl_c_ends_the_watching_and_nothing_else(call, held, monkeypatch):
-    from armdrive.cli import watch
-
     def interrupted(view):
         raise KeyboardInterrupt
 

@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 
 import pytest
+from waiting import ends
 
 from armdrive.cli import jog_porch
 from armdrive.cli.jog_door import HOST, Door
@@ -13,6 +14,7 @@ from armdrive.cli.jog_porch import MOST_CALLERS, MOST_HEAD_BYTES, UNREADABLE, Po
 
 KEY = "the-key"
 KEY_BYTES = KEY.encode()
+LONG_S = 3600.0
 LONG = b"a" * 100_000
 
 
@@ -36,7 +38,7 @@ def talked(talk):
         async with await loop.create_server(porch, HOST, 0) as server:
             port = server.sockets[0].getsockname()[1]
             porch.door = Door(port, KEY)
-            return await talk(port)
+            return await ends(talk(port))
 
     return asyncio.run(main())
 

@@ -36,6 +36,7 @@ class Ground:
 
     def __init__(self, folder: Path, dialect: str) -> None:
         self.sim = WatchedSim(folder / "arm", dialect)
+        self._child = 0
         self._host = subprocess.Popen(
             [sys.executable, str(HOST), self.sim.port, dialect],
             stdin=subprocess.PIPE,
@@ -45,6 +46,9 @@ class Ground:
         )
 
     def close(self) -> None:
+        """End all, a program that a test has left alive included: it would be waited for."""
+        if self._child:
+            os.kill(self._child, signal.SIGKILL)
         self._host.communicate()
         self.sim.__exit__()
 
@@ -64,7 +68,9 @@ class Ground:
         return list(self.sim.state()["motors"])
 
     def told(self) -> dict:
-        return json.loads(self._host.stdout.readline())
+        told = json.loads(self._host.stdout.readline())
+        self._child = 0 if "ended" in told else told["pid"]
+        return told
 
     def stands_within(self, bound_s: float) -> None:
         """Check how long the arm moved on once it had heard the last of an ended program."""

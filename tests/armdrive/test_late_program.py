@@ -1,0 +1,75 @@
+"""A program that is kept from its work, over and over, while its arm and the wire go on.
+
+It is late as a busy computer is: too little for anyone to call it suspended. What has come
+meanwhile is read before anything is judged to be missing, so that motions end as they were asked
+to, and none is called a failure for the time that nobody looked.
+"""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+
+from armdrive.arm import Arm
+from armdrive.clock import SimulatedClock
+from armdrive.connecting import simulated_config
+from armdrive.pace import SimulatedPace
+from armdrive.sim.twin import make_twin
+from armdrive.status import State, Trust
+
+LATE_S = {
+    "teachmover": 0.9,
+    "robko01": 0.3,
+    "armdroid": 0.9,
+    "grbl": 0.3,
+    "mks": 0.2,
+    "cia402": 0.1,
+}
+"""How late the program is at most. Drives on a bus stop by themselves where they hear nothing for
+longer, and rightly. The banner of a GRBL board that is read later may be that of its button. A
+Robko 01 gets there later, too, but in motions so short that a call grows impatient.
+"""
+
+
+class LateClock(SimulatedClock):
+    """Simulated time in which the engine is called late, by a random time, at random."""
+
+    def __init__(self, seed: int, latest_s: float) -> None:
+        super().__init__()
+        self._random = random.Random(seed)
+        self._latest_s = latest_s
+        self.late = False
+
+    def advance(self) -> float:
+        """Have the engine do what is due, and now and then call it later than it asked for."""
+        next_s = super().advance()
+        if self.late and self._random.random() < 0.1:
+            return max(next_s, self.now_s) + self._random.uniform(0.0, self._latest_s)
+        return next_s
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("dialect", LATE_S)
+def test_every_motion_ends_as_it_was_asked_to(dialect, seed):
+    config = simulated_config(dialect)
+    twin = make_twin(config)
+    clock = LateClock(seed, LATE_S[dialect])
+    pace = SimulatedPace(clock)
+    with Arm(config, twin.link, pace, simulated=True, operator=twin.operator) as arm:
+        if arm.status.state is State.DISABLED:
+            arm.enable()
+        joints, opening_mm = twin.world.body.transmission.to_joints(twin.world.motors)
+        arm.declare_posture(joints, opening_mm=opening_mm)
+        first = arm.model.arm.joint_names[0]
+        start_deg = arm.joints.deg[first]
+        clock.late = True
+        for way_deg in (10.0, -10.0, 3.0):
+            arm.move_j(**{f"{first}_deg": start_deg + way_deg})
+            assert twin.world.joints.deg[first] == pytest.approx(start_deg + way_deg, abs=0.5)
+        motion = arm.move_j(wait=False, **{f"{first}_deg": start_deg - 30.0})
+        arm.sleep(0.3)
+        arm.stop()
+        assert motion.done
+        assert arm.status.state is State.STANDBY, arm.status.error
+        assert arm.status.trust is Trust.REFERENCED
