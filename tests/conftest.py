@@ -22,7 +22,9 @@ from amounts import THOROUGH
 from hypothesis import settings
 
 GARBAGE = 50_000
-"""So many new objects let the collector search: a desk makes so many that it would all the time."""
+"""So many new objects let the collector search: a desk makes so many that it would all the time,
+and so do thousands of tests that are collected."""
+gc.set_threshold(GARBAGE, 20, 20)
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     # a shell starts jobs in the background deaf to Ctrl-C, and their children too
@@ -80,7 +82,6 @@ def pytest_collection_finish():
     """Leave what stays until the end out of every later search for garbage, and search less."""
     gc.collect()
     gc.freeze()
-    gc.set_threshold(GARBAGE, 20, 20)
 
 
 @pytest.hookimpl(trylast=True)

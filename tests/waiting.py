@@ -75,13 +75,15 @@ def at_last(
     For real-time conversations with a simulated device, either side of which a busy computer may
     keep from its work for longer than the other one rightly waits.
     """
+    failed = False
     for _ in looks("it never succeeded"):
         try:
+            if failed:
+                mend()
             return attempt()
-        except late as error:
-            last = error
-            mend()
-    raise last
+        except late:
+            failed = True
+    raise NeverHappened
 
 
 def returns(call: Callable[[], T], what: str = "the call never returned") -> T:

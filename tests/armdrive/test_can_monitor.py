@@ -9,11 +9,12 @@ import pytest
 from can_setup_bench import ServedBus
 from hypothesis import given
 from hypothesis import strategies as st
-from waiting import soon
+from waiting import at_last, soon
 
 from armdrive import Arm
 from armdrive.commissioning.frame_words import Check, Kind
 from armdrive.commissioning.frame_words_mks import MksEar
+from armdrive.errors import NoAnswer
 from armdrive.transports.url import open_link
 from firmware_protocol.canopen import Heartbeat, NodeState
 from firmware_protocol.frames import Frame, Unpacker, pack
@@ -150,7 +151,7 @@ def test_the_frames_of_a_held_arm_are_told_by_its_holder(call, bus):
         told = call("can", "monitor", bus.port, "--count", "4", code=0).out
         lines = call("can", "monitor", bus.port, "--id", "3", "--count", "4", "--json", code=0)
         view = call("can", "monitor", bus.port, "--seconds", "0.1", code=0).out
-        arm.enable()
+        at_last(arm.enable, arm.reset, NoAnswer)
     assert "holds" in told
     assert "this is what it sends and hears" in view
     assert "read encoder" in told
