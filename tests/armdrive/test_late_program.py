@@ -14,9 +14,13 @@ import pytest
 from armdrive.arm import Arm
 from armdrive.clock import SimulatedClock
 from armdrive.connecting import simulated_config
+from armdrive.controllers.requests import ReadPosition, Registers, Silence
+from armdrive.controllers.scripted import Scripted
+from armdrive.dialects import DIALECTS
 from armdrive.pace import SimulatedPace
 from armdrive.sim.twin import make_twin
 from armdrive.status import State, Trust
+from kinematics import Motors
 
 LATE_S = {
     "teachmover": 0.9,
@@ -73,3 +77,52 @@ def test_every_motion_ends_as_it_was_asked_to(dialect, seed):
         assert motion.done
         assert arm.status.state is State.STANDBY, arm.status.error
         assert arm.status.trust is Trust.REFERENCED
+
+
+class Words:
+    """A codec whose messages are words."""
+
+    def __init__(self):
+        self._words = []
+
+    def receive_data(self, data):
+        self._words += data.decode().split()
+
+    def next_event(self):
+        return self._words.pop(0) if self._words else None
+
+
+class Waiting(Scripted):
+    """A driver that waits a second for the word `ready`."""
+
+    def script(self, request):
+        heard = yield from self.hear(self.now_s + 1.0, lambda word: word == "ready")
+        return Registers(Motors((0,)), 0) if heard else self.silence(0.0)
+
+    def unasked(self, heard):
+        pass
+
+    def stopping(self, burst_s, parts=()):
+        raise NotImplementedError
+
+
+@pytest.mark.parametrize(
+    ("came", "reply"),
+    [(b"ready", Registers), (b"noise more ready", Registers), (b"noise", Silence), (b"", Silence)],
+)
+def test_a_late_program_reads_all_that_has_come_before_it_calls_an_answer_missing(came, reply):
+    driver = Waiting(DIALECTS["teachmover"].abilities, Words())
+    driver.begin(ReadPosition(), 0.0)
+    driver.receive(came, 5.0)
+    driver.advance(5.0)
+    assert isinstance(driver.next_event(), reply)
+
+
+def test_a_wire_that_never_falls_silent_does_not_keep_a_driver_waiting():
+    driver = Waiting(DIALECTS["teachmover"].abilities, Words())
+    driver.begin(ReadPosition(), 0.0)
+    for now_s in (0.25, 0.5, 0.75, 1.0):
+        assert driver.busy
+        driver.receive(b"noise", now_s)
+        driver.advance(now_s)
+    assert isinstance(driver.next_event(), Silence)
