@@ -70,7 +70,7 @@ MAY_ARRIVE = 0.7
 STILL_LOOKS, STILL_S = 3, 0.03
 """Motors stand when so many looks, spread over this time, have found them still."""
 PROMPT_S = 0.1
-"""A look that took longer than this does not tell when the motors arrived."""
+"""A look that is later than this does not tell when the motors arrived."""
 BUSY_S = 2.0
 """How long to wait for a board that is busy. No axis turns so slowly that it makes no step
 meanwhile: one that stands for so long, and is called moving, hangs."""
@@ -240,7 +240,7 @@ class RobkoMotion(RobkoExchange, ABC):
         """Look at the motors until they have arrived."""
         still = astray = 0
         last: Motors | None = None
-        going_s = way.began_s
+        going_s = due_s = way.began_s
         given_up_s = way.began_s + PATIENCE * self._meter.doubt * way.expected_s + PATIENCE_S
         while True:
             asked_s = self.now_s
@@ -249,16 +249,17 @@ class RobkoMotion(RobkoExchange, ABC):
                 return self.silence(way.began_s)
             if not way.left(seen).largest:
                 self._stood = seen
-                return Done(self._measure(way, going_s, asked_s))
+                return Done(self._measure(way, going_s, due_s))
             if asked_s >= given_up_s:  # only a look from then on tells: this program may be late
                 break
             if not way.holds(seen):  # believed when it is seen twice: an answer may be a late one
                 astray += 1
                 if astray > 1:
                     return (yield from self._astray(way, seen))
-                yield from self.pause(self.now_s + POLL_S)
+                due_s = self.now_s + POLL_S
+                yield from self.pause(due_s)
                 continue
-            astray, going_s = 0, self.now_s
+            astray, going_s = 0, asked_s
             self.tell(Progress(Registers(seen)))
             if self.now_s > way.began_s + way.expected_s and seen == last:
                 still = still + 1 if (yield from self._mask()) == 0 else 0
@@ -266,20 +267,22 @@ class RobkoMotion(RobkoExchange, ABC):
                 left = tuple(way.left(seen))
                 return Denied(f"the motion has ended {left} steps short of its target")
             last = seen
+            due_s = self._next_look_s(way, asked_s)
             if not self.stop_asked:  # one that came during the look would not end this pause
-                yield from self.pause(self._next_look_s(way, asked_s))
+                yield from self.pause(due_s)
             if self.stop_asked:
                 return (yield from self._halt(way))
         yield from self._halt(way)
         return Denied(f"the motion had not ended after {self.now_s - way.began_s:.1f} s")
 
-    def _measure(self, way: Way, going_s: float, asked_s: float) -> bool:
+    def _measure(self, way: Way, going_s: float, due_s: float) -> bool:
         """Learn how fast the arm is, and tell whether a motion can have lasted so long.
 
-        After a look that was repeated, or that a suspended program heard late, nobody knows when
-        the motors arrived: only that they were still going at the look before.
+        The look that found the motors arrived was due at `due_s`. If it was repeated, or this
+        program was late, that does not tell when they arrived: only that they were still going at
+        the look before.
         """
-        prompt = self.now_s <= asked_s + PROMPT_S
+        prompt = self.now_s <= due_s + PROMPT_S
         until_s = self.now_s if prompt else going_s
         return self._meter.learn(way.expected_s, until_s - way.began_s) and prompt
 

@@ -24,15 +24,14 @@ from kinematics import Motors
 
 LATE_S = {
     "teachmover": 0.9,
-    "robko01": 0.3,
+    "robko01": 0.9,
     "armdroid": 0.9,
     "grbl": 0.3,
     "mks": 0.2,
     "cia402": 0.1,
 }
 """How late the program is at most. Drives on a bus stop by themselves where they hear nothing for
-longer, and rightly. The banner of a GRBL board that is read later may be that of its button. A
-Robko 01 gets there later, too, but in motions so short that a call grows impatient.
+longer, and rightly. The banner of a GRBL board that is read later may be that of its button.
 """
 
 
