@@ -461,4 +461,33 @@ MUTANTS = (
             "test_every_burst_fits_its_announced_length_and_once_measured_really_does",
         ),
     ),
+    Mutant(
+        name="a late driver calls an answer missing that stands behind something else",
+        promise="what has come is read before an answer is called missing",
+        path="armdrive/controllers/scripted.py",
+        old="""        while True:
+            heard = yield until_s
+            if heard is None:
+""",
+        new="""        while self.now_s < until_s:
+            heard = yield until_s
+            if heard is None:
+""",
+        tests=tests_of(
+            "tests/armdrive/test_late_program.py",
+            "test_a_late_program_reads_all_that_has_come_before_it_calls_an_answer_missing",
+        ),
+    ),
+    Mutant(
+        name="a late look makes a Robko 01 seem slow",
+        promise="a program that is late learns nothing wrong about the arm",
+        path="armdrive/controllers/robko01_motion.py",
+        old="        prompt = self.now_s <= due_s + PROMPT_S\n",
+        new="        prompt = True\n",
+        tests=tests_of(
+            "tests/armdrive/test_late_program.py",
+            "test_every_motion_ends_as_it_was_asked_to[robko01-0]",
+            "test_every_motion_ends_as_it_was_asked_to[robko01-2]",
+        ),
+    ),
 )
