@@ -139,4 +139,4 @@ def test_a_fault_on_a_real_port_leaves_a_file_whose_replay_shows_it(call, tmp_pa
     out = call("replay", str(file), code=1).out
     assert "they part at" in out
     assert "the twin said what the arm did not say" in out
-    assert "no answer to `@STEP" in out
+    assert "no answer to `@" in out  # the move, or a look at the arm that came before it
