@@ -62,12 +62,16 @@ def _changes(name: str, request: str, every_s: float) -> Iterator[dict[str, Any]
 
 def _streamed(name: str, request: str, every_s: float) -> Generator[dict[str, Any], None, None]:
     with _called(name) as connection:
-        connection.send_bytes(json.dumps({"request": request, "every_s": every_s}).encode())
-        while True:
-            try:
+        try:
+            connection.send_bytes(json.dumps({"request": request, "every_s": every_s}).encode())
+            while True:
                 yield _heard(name, connection, max(every_s, 0.0))
-            except EOFError:
-                return
+        except _HUNG_UP:
+            return
+
+
+_HUNG_UP = (EOFError, ConnectionResetError, BrokenPipeError)
+"""How the end of a call is met: the last two by a caller whose words were not read any more."""
 
 
 @contextlib.contextmanager

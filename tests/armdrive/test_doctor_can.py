@@ -9,6 +9,7 @@ from dataclasses import replace
 import pytest
 from can_setup_bench import READING, Bench, ServedBus
 from cli_calls import write_arm_file
+from waiting import looks
 
 from armdrive.cli import doctor_can
 from armdrive.cli.doctor_can import ids_of
@@ -182,7 +183,10 @@ def served(tmp_path, monkeypatch):
 
 @needs_pty
 def test_a_bus_is_looked_at_and_an_arm_file_mended(call, served):
-    called = call("doctor", "--can", served.port.removeprefix("can:"), "--json", code=0)
+    for _ in looks("not all drives ever answered in time"):  # they are another process
+        called = call("doctor", "--can", served.port.removeprefix("can:"), "--json")
+        if called.code == 0 and len(called.json["drives"]) == 6:
+            break
     assert [each["id"] for each in called.json["drives"]] == [1, 2, 3, 4, 5, 6]
     assert called.json["bus"]["state"] == "active"
     write_arm_file("bench", ARM.format(port=served.port))
@@ -219,11 +223,15 @@ def test_a_bus_on_which_another_program_commands_drives_is_left_alone(call, serv
     commanding = threading.Thread(target=command, daemon=True)
     commanding.start()
     try:
-        called = call("doctor", "--can", served.port, code=1)
+        for _ in looks("the other program was never heard"):  # it may be kept from its work
+            called = call("doctor", "--can", served.port)
+            if "nothing passed" not in called.out:
+                break
     finally:
         ended.set()
         commanding.join()
         other.close()
+    assert called.code == 1
     assert "another program commands drives (drive 2: read encoder" in called.out
     assert "answer" not in called.out.replace("answers", "")
     assert served.server.adapter.refused == 0

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
+import socket
 import subprocess
 import sys
 import threading
+from multiprocessing.connection import Connection
 
 import pytest
 from waiting import LONG_S, looks, returns, soon
 
-from armdrive import Arm, places
+from armdrive import Arm, holder, places
 from armdrive.connecting import connect_simulated, simulated_config
 from armdrive.control_server import MOST_WATCHERS
 from armdrive.errors import ArmError, ArmInUse, StateFileError
@@ -259,3 +262,27 @@ def test_names_that_a_disk_may_take_for_the_same_have_files_of_their_own():
     files = {file_name(name).lower() for name in names}
     assert len(files) == len(names)
     assert all("." not in name for name in files)
+
+
+class HungUp(Connection):
+    """A connection whose other end hangs up without reading what it was sent."""
+
+    other: socket.socket
+
+    def send_bytes(self, *data):
+        super().send_bytes(*data)
+        self.other.close()
+
+
+@pytest.mark.skipif(os.name != "posix", reason="a Windows pipe ends in one way alone")
+def test_a_holder_that_ends_without_reading_has_given_its_arm_back(monkeypatch):
+    @contextlib.contextmanager
+    def called(_name):
+        ours, theirs = socket.socketpair(socket.AF_UNIX)
+        connection = HungUp(ours.detach())
+        connection.other = theirs
+        yield connection
+        connection.close()
+
+    monkeypatch.setattr(holder, "_called", called)
+    assert list(watch_holder("bench", 0.1)) == []

@@ -11,6 +11,7 @@ import pytest
 from amounts import THOROUGH
 from waiting import LONG_S
 
+from armdrive.connecting import state_file
 from armdrive.dialects import DIALECTS
 from armdrive.errors import DeviceFault
 from armdrive.sim.twins import TWINS
@@ -137,6 +138,7 @@ def attempted(dialect: str, rows: list[Behaviour]) -> tuple[list[str], list[Beha
     with UnhurriedPtyBench(dialect) as bench:
         if dialect in UNHURRIED:
             bench.fit(UNHURRIED[dialect])
+        state_file(bench.config.name).unlink(missing_ok=True)  # an earlier attempt's
         for behaviour in (row for row in rows if not row.lacking(bench)):
             try:
                 behaviour.run(bench)
