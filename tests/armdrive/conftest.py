@@ -44,12 +44,14 @@ def lead_to(port, monkeypatch):
 
 @pytest.fixture
 def short_patience(monkeypatch):
-    """Have what must last to be a loss last less, so that tests are quick.
-
-    A frame that waits for a busy computer is sent all the same.
-    """
+    """Have what must last to be a loss last less, so that tests are quick."""
     monkeypatch.setattr(can_watch, "PATIENCE_S", 0.1)
     monkeypatch.setattr(can_writer, "PATIENCE_S", 0.3)
+
+
+@pytest.fixture
+def never_stale(monkeypatch):
+    """Have a frame that waits for a busy computer sent all the same."""
     monkeypatch.setattr(can_writer, "FRESH_S", LONG_S)
 
 

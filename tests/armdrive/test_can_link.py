@@ -20,7 +20,7 @@ BUS_OFF = message(0x040, bytes(8), is_error_frame=True)
 NO_ACK = message(0x020, bytes(8), is_error_frame=True)
 
 
-pytestmark = pytest.mark.usefixtures("short_patience")
+pytestmark = pytest.mark.usefixtures("short_patience", "never_stale")
 
 
 @pytest.fixture
