@@ -61,7 +61,7 @@ if TYPE_CHECKING:
     from armdrive.status import Current, State, Status, Trust
     from armdrive.teaching.pendantrows import PendantProgram
     from kinematics import Joints, KinematicsError, Motors, NoArc, PathBroken, Pose, Unreachable
-    from kinematics.moves import ArcMove, JointMove, LineMove, PoseMove
+    from kinematics.paths.parts import ArcMove, JointMove, LineMove, PoseMove
 
 _HOMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
@@ -69,7 +69,11 @@ _HOMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "armdrive.aio.handle": ("AsyncHandle",),
         "armdrive.arm": ("Arm",),
         "armdrive.clock": ("SimulatedClock",),
-        "armdrive.drift": ("Drift", "Verdict", "Verified"),
+        "armdrive.drift": (
+            "Drift",
+            "Verdict",
+            "Verified",
+        ),
         "armdrive.errors": (
             "ArmError",
             "ArmFileError",
@@ -90,7 +94,6 @@ _HOMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "PortUnavailable",
             "PositionMismatch",
             "ProgramHalfWritten",
-            "ProgramHalfWritten",
             "RecordingError",
             "Refused",
             "StateFileError",
@@ -102,12 +105,27 @@ _HOMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "armdrive.flows.jogging": ("Jogged",),
         "armdrive.flows.motion": ("Moved",),
         "armdrive.handle": ("Handle",),
-        "armdrive.intents": ("Jog", "Space"),
-        "armdrive.points": ("Point", "Step", "StepList"),
-        "armdrive.posture": ("MarkRequest", "PostureRequest"),
+        "armdrive.intents": (
+            "Jog",
+            "Space",
+        ),
+        "armdrive.points": (
+            "Point",
+            "Step",
+            "StepList",
+        ),
+        "armdrive.posture": (
+            "MarkRequest",
+            "PostureRequest",
+        ),
         "armdrive.preview": ("Preview",),
         "armdrive.sequence": ("Stepper",),
-        "armdrive.status": ("Current", "State", "Status", "Trust"),
+        "armdrive.status": (
+            "Current",
+            "State",
+            "Status",
+            "Trust",
+        ),
         "armdrive.teaching.pendantrows": ("PendantProgram",),
         "kinematics": (
             "Joints",
@@ -118,7 +136,12 @@ _HOMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "Pose",
             "Unreachable",
         ),
-        "kinematics.moves": ("ArcMove", "JointMove", "LineMove", "PoseMove"),
+        "kinematics.paths.parts": (
+            "ArcMove",
+            "JointMove",
+            "LineMove",
+            "PoseMove",
+        ),
     }
 )
 """Where each public name lives. Names are imported when they are first used, so that the command

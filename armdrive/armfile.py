@@ -40,8 +40,8 @@ from kinematics import (
     Pose,
     preset,
 )
+from kinematics.frames.graph import UserFrame
 from kinematics.tool import Tool
-from kinematics.user_frames import UserFrame
 
 M = TypeVar("M", bound=ArmModel)
 
@@ -204,7 +204,7 @@ def _with_gripper(model: M, gripper: GripperSettings) -> M:
 
 def _holding(model: M, tool: Tool) -> ArmModel:
     """Return the model with a tool in its fingers, as thick as the guards of links have to know."""
-    from kinematics.tool_arm import holding  # few arms hold a tool
+    from kinematics.five_axis.tool_arm import holding  # few arms hold a tool
 
     arm = holding(model.arm, tool)
     guards, links = model.guards, len(arm.moving_points)

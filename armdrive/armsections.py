@@ -10,7 +10,7 @@ from types import MappingProxyType
 from armdrive.errors import ArmFileError
 from armdrive.sections import read_section, require_table, within
 from kinematics import Joints, Pose
-from kinematics.user_frames import UserFrame
+from kinematics.frames.graph import UserFrame
 
 RESERVED_FRAMES = ("base", "tool")
 """Names of frames that every arm has (frames.py)."""

@@ -25,7 +25,7 @@ from armdrive.recorder.flight import FlightRecorder
 from armdrive.standins import stood_in
 from armdrive.transports.can_address import is_can
 from armdrive.wiring import Wiring
-from kinematics.near_words import suggestion
+from kinematics.errors import suggestion
 
 if TYPE_CHECKING:
     from armdrive.recorder.witness import Witness

@@ -14,7 +14,7 @@ from armdrive.abilities import Abilities, Abort, Switching
 from armdrive.budget import Traffic
 from armdrive.errors import BadRequest
 from armdrive.torque import Torque
-from kinematics.near_words import suggestion
+from kinematics.errors import suggestion
 
 if TYPE_CHECKING:
     from armdrive.armfile import ArmConfig

@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING
 
 from armdrive.errors import BadRequest
 from armdrive.intents import BASE_FRAME
-from kinematics.rotations import IDENTITY, Matrix3, columns
-from kinematics.user_frames import UserFrame, moved_along
+from kinematics.frames.graph import UserFrame, moved_along
+from kinematics.frames.rotations import IDENTITY, Matrix3, columns
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from armdrive.armfile import ArmConfig
     from kinematics import Joints, Pose
-    from kinematics.vectors import Vector
+    from kinematics.frames.vectors import Vector
 
 BASE, TOOL = BASE_FRAME, "tool"
 """Frames that every arm has. The tool's x is up from the hand's back, y its side, z along it."""

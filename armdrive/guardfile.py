@@ -14,9 +14,9 @@ from typing import Any
 from armdrive.errors import ArmFileError
 from armdrive.sections import joint_range, number, refuse_unknown, require_table, within
 from kinematics import ArmGeometry, Guards, KinematicsError
-from kinematics.boxes import Box
-from kinematics.guards import AngleSum
-from kinematics.guards_links import link_names
+from kinematics.guards.guards import AngleSum
+from kinematics.guards.links import link_names
+from kinematics.guards.shapes import Box
 
 NUMBERS: Mapping[str, tuple[float, float]] = MappingProxyType(
     {

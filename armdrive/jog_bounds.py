@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from armdrive.jog_ways import Way
     from armdrive.whereabouts import Coordinates
     from kinematics import Joints
-    from kinematics.guards import Violation
+    from kinematics.guards.guards import Violation
 
 HALVINGS = 9
 """How closely a bound is looked for: to a five-hundredth of what is looked ahead, leg by leg."""
@@ -50,7 +50,7 @@ class Bounds:
     """What bounds the jogs of one arm besides its limits: its reach and its guards.
 
     How far the arm may travel before a guard is broken is looked at once and then used up leg by
-    leg; only where that does not suffice is the way itself proved (kinematics/guards_path.py).
+    leg; only where that does not suffice is the way itself proved (kinematics/guards/path.py).
     """
 
     def __init__(self, config: ArmConfig) -> None:

@@ -19,7 +19,7 @@ from armdrive.jog_scale import Scale, axis_names
 from armdrive.jog_ways import JointWay, Span, TipWay, Way, in_base, on_limits, spans_of
 from armdrive.legs import Leg
 from armdrive.whereabouts import Coordinates
-from kinematics.jog_rates import Rates, braked, shares_to_stop
+from kinematics.five_axis.jog_rates import Rates, braked, shares_to_stop
 
 if TYPE_CHECKING:
     from armdrive.armfile import ArmConfig

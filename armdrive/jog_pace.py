@@ -12,7 +12,7 @@ import math
 from dataclasses import dataclass
 
 from armdrive.intents import Space
-from kinematics.jog_rates import Rates, ramped
+from kinematics.five_axis.jog_rates import Rates, ramped
 
 Kind = tuple[Space, str]
 """What a jog is meant in: a space and a frame."""

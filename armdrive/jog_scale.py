@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from armdrive.intents import CARTESIAN_AXES, GRIPPER_AXIS, YAW_AXIS, Space
 from kinematics import FiveAxisArm
-from kinematics.jog_rates import Rates, joint_rates, share_of_limits
+from kinematics.five_axis.jog_rates import Rates, joint_rates, share_of_limits
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

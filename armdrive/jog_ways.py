@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING, Protocol
 
 from armdrive.whereabouts import Coordinates
 from kinematics import Joints, KinematicsError, Pose
-from kinematics.five_axis import FiveAxisArm
-from kinematics.tool_arm import ToolArm
+from kinematics.five_axis.arm import FiveAxisArm
+from kinematics.five_axis.tool_arm import ToolArm
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from armdrive.armfile import ArmConfig
     from kinematics import ArmGeometry
-    from kinematics.vectors import Vector
+    from kinematics.frames.vectors import Vector
 
 HOP_S = 0.1
 """A posture so far ahead is not solved from the start, but from one on the way there."""
@@ -140,7 +140,7 @@ class TipWay:
 def _near(arm: ArmGeometry, pose: Pose, seed: Joints) -> Joints | None:
     """Return the posture for a pose a small step from the seed, None where there is none."""
     if not isinstance(arm, FiveAxisArm | ToolArm):
-        from kinematics.jog_chain import near  # few arms are chains
+        from kinematics.chains.task import near  # few arms are chains
 
         return near(arm, pose, seed)
     try:

@@ -1,7 +1,8 @@
 """From corners to legs: when each part of a motion is driven, under every limit there is.
 
 A leg is straight in joint space and driven at one speed; where the arm speeds up or slows down,
-legs are short, so that their speeds follow the ramp (kinematics/timing.py). Units: rad, mm, s.
+legs are short, so that their speeds follow the ramp (kinematics/paths/timing.py). Units: rad, mm,
+s.
 """
 
 from __future__ import annotations
@@ -13,8 +14,8 @@ from typing import TYPE_CHECKING
 
 from armdrive.whereabouts import Coordinates
 from kinematics import Joints
-from kinematics.timing import timed
-from kinematics.timing_limits import MotionLimits, Point
+from kinematics.paths.motion_limits import MotionLimits, Point
+from kinematics.paths.timing import timed
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -32,9 +32,9 @@ from kinematics import (
     Reference,
     Transmission,
 )
-from kinematics.chain_arm import ChainArm
-from kinematics.chains import Chain
-from kinematics.links import JointKind
+from kinematics.chains.arm import ChainArm
+from kinematics.chains.chain import Chain
+from kinematics.chains.links import JointKind
 
 OPENING = "opening"
 """What a gripper's motor sees beside the joints."""

@@ -14,12 +14,12 @@ from typing import Any
 from armdrive.errors import ArmFileError
 from armdrive.sections import number, read_section, refuse_unknown, require_table
 from armdrive.textfile import read_toml
-from kinematics.chains import Chain
+from kinematics.chains.chain import Chain
+from kinematics.chains.links import Convention
+from kinematics.chains.tables import chain_of_rows
 from kinematics.errors import KinematicsError
-from kinematics.frames import Transform, transform
-from kinematics.links import Convention
-from kinematics.orientations import RPY
-from kinematics.tables import chain_of_rows
+from kinematics.frames.orientations import RPY
+from kinematics.frames.transforms import Transform, transform
 
 ENDING = ".toml"
 

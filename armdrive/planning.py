@@ -2,7 +2,7 @@
 
 A plan is audited whole before its first byte is sent: every joint limit at every corner (a leg is
 straight in joint space, so its ends are its worst points) and every guard along the way
-(kinematics/guards_path.py). A start that is itself beyond a bound is not held against the plan as
+(kinematics/guards/path.py). A start that is itself beyond a bound is not held against the plan as
 long as the plan never goes further beyond it: there must be a way out.
 """
 
@@ -29,14 +29,14 @@ from kinematics import (
     nearest_allowed,
 )
 from kinematics.errors import finite
-from kinematics.moves import LineMove, Move, PoseMove
+from kinematics.paths.parts import LineMove, Move, PoseMove
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from armdrive.armfile import ArmConfig
-    from kinematics.guards import Violation
-    from kinematics.routes import PathSection
+    from kinematics.guards.guards import Violation
+    from kinematics.paths.routes import PathSection
 
 
 NEARLY = 0.999
@@ -107,7 +107,7 @@ def plan_route(
     config: ArmConfig, speeds: Speeds, start: Coordinates, moves: Sequence[Move], fraction: float
 ) -> Plan:
     """Plan joint motions, lines and arcs one after another, with their blends, and audit it all."""
-    from kinematics.routes import Route, route_sections  # few programs lay routes
+    from kinematics.paths.routes import Route, route_sections  # few programs lay routes
 
     for move in moves:
         if isinstance(move, LineMove | PoseMove):

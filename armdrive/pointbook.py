@@ -17,7 +17,7 @@ from armdrive.errors import BadRequest, PointsChanged, Refused, UnknownPoint
 from armdrive.pointfile import PointFile
 from armdrive.points import Point, StepList, Taught, check_name
 from armdrive.pointwriting import Writer
-from kinematics.near_words import suggestion
+from kinematics.errors import suggestion
 
 if TYPE_CHECKING:
     from armdrive.armfile import ArmConfig

@@ -15,14 +15,14 @@ from armdrive.furthest import Furthest, instead_of
 from armdrive.goals import Goal, Ground
 from armdrive.stopping import run_on, stretches
 from armdrive.ways import Way, ways_of
-from kinematics.clearances import Clearance, least_clearances
 from kinematics.errors import KinematicsError
+from kinematics.guards.path import Clearance, least_clearances
 
 if TYPE_CHECKING:
     from armdrive.controllers.controller import Controller
     from armdrive.planning import Plan
     from kinematics import Joints, Pose
-    from kinematics.arm_geometry import Point
+    from kinematics.geometry import Point
 
 Refusal = ArmError | KinematicsError
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from armdrive.foresight import Margin
     from armdrive.preview import Preview
     from armdrive.ways import Way
-    from kinematics.clearances import Clearance
+    from kinematics.guards.path import Clearance
 
 MARGINS_SAID = 2
 CLEARANCES_SAID = 3

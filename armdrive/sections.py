@@ -14,9 +14,8 @@ from dataclasses import fields
 from typing import Any, TypeVar
 
 from armdrive.errors import ArmFileError
-from kinematics.errors import BadNumber, finite
+from kinematics.errors import BadNumber, did_you_mean, finite
 from kinematics.limits import JointRange
-from kinematics.near_words import did_you_mean
 
 S = TypeVar("S")
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from armdrive.goals import LineGoal
 from armdrive.view import violation_text
-from kinematics.postures import Posture, postures
+from kinematics.five_axis.arm import Posture, postures
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

@@ -18,7 +18,7 @@ from armdrive.handle import Handle
 from armdrive.planning import plan_line, plan_route
 from armdrive.whereabouts import Coordinates
 from kinematics import Joints, KinematicsError, Pose
-from kinematics.moves import ArcMove
+from kinematics.paths.parts import ArcMove
 from tests.conformance.rows_moving import off_line_mm
 from tests.conformance.seen import Point
 

@@ -30,7 +30,7 @@ from armdrive.jog_course import JogCourse, Proposal, Terms, Wish
 from armdrive.legs import Speeds
 from armdrive.whereabouts import Coordinates
 from kinematics import Joints
-from kinematics.jog_rates import joint_rates, ramped, share_of_limits, shares_to_stop
+from kinematics.five_axis.jog_rates import joint_rates, ramped, share_of_limits, shares_to_stop
 from kinematics.presets import preset
 
 ROUNDS = 60

@@ -9,8 +9,9 @@ from statistics import median
 
 from measuring import Row, Section, interleaved, ratio
 
-from kinematics import Joints, closed_form, preset
-from kinematics.closed_form import Angles
+from kinematics import Joints, preset
+from kinematics.five_axis import closed_form
+from kinematics.five_axis.closed_form import Angles
 
 SEED = 1982
 MODEL = "minimover5"

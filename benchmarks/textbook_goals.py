@@ -1,6 +1,6 @@
 """Goals for solvers of the Mini-mover: in reach, out of it, off the manifold, on every singularity.
 
-Frames in mm, in the axes of `kinematics.hand_frame`. The same goals in every run.
+Frames in mm, in the axes of `kinematics.five_axis.frame`. The same goals in every run.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from kinematics import FiveAxisArm, Joints
-from kinematics.frames import Transform, position_of, rotation_of, transform
-from kinematics.rotations import multiply, rot_y, rot_z
+from kinematics.frames.rotations import multiply, rot_y, rot_z
+from kinematics.frames.transforms import Transform, position_of, rotation_of, transform
 
 SEED = 1982
 MARGIN_RAD = math.radians(2.0)

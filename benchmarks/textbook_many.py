@@ -11,7 +11,7 @@ from textbook_goals import SEED
 from textbook_peers import Peers, eaik_robot
 
 from kinematics import preset
-from kinematics.batch import (
+from kinematics.five_axis.batch import (
     branches_many,
     branches_of_frames,
     forward_many,

@@ -22,11 +22,11 @@ from textbook_peers import (
 )
 
 from kinematics import FiveAxisArm, Joints, preset
-from kinematics.chains import Chain
-from kinematics.generated import generated
-from kinematics.hand_frame import forward_frame
-from kinematics.systems import MiniMover, Puma
-from kinematics.systems.spherical_wrist import inverse
+from kinematics.chains.chain import Chain
+from kinematics.chains.generated import generated
+from kinematics.five_axis.frame import forward_frame
+from kinematics.textbook.systems import MiniMover, Puma
+from kinematics.textbook.systems.wrist import inverse
 
 Cases = dict[str, Callable[[], object]]
 

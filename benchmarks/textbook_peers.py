@@ -18,9 +18,9 @@ from typing import Any
 import numpy as np
 
 from kinematics import FiveAxisArm
-from kinematics.closed_form import Angles
-from kinematics.frames import Transform
-from kinematics.systems import Puma
+from kinematics.five_axis.closed_form import Angles
+from kinematics.frames.transforms import Transform
+from kinematics.textbook.systems import Puma
 
 QUARTER = math.pi / 2.0
 WHEELS = {

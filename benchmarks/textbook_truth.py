@@ -18,11 +18,11 @@ from textbook_goals import GoalSet, goal_sets
 from textbook_peers import START, Peers, solvers
 
 from kinematics import FiveAxisArm, preset
-from kinematics.batch import branches_of_frames
-from kinematics.closed_form import Angles
-from kinematics.frames import Transform
-from kinematics.hand_frame import ON_MANIFOLD_RAD
-from kinematics.systems import MiniMover
+from kinematics.five_axis.batch import branches_of_frames
+from kinematics.five_axis.closed_form import Angles
+from kinematics.five_axis.frame import ON_MANIFOLD_RAD
+from kinematics.frames.transforms import Transform
+from kinematics.textbook.systems import MiniMover
 
 NEAR_MM = 0.1
 NEAR_RAD = math.radians(0.1)

@@ -12,7 +12,7 @@ from textbook_peers import Peers, toolbox_robot
 from trajectories_peers import joint_limits, missing, model, peer
 
 from kinematics import Joints, Pose, line_path, timed
-from kinematics.batch_line import LinePlanner
+from kinematics.five_axis.batch_line import LinePlanner
 
 START = Pose.of(x_mm=150.0, y_mm=-100.0, z_mm=150.0, pitch_deg=-60.0)
 GOAL = Pose.of(x_mm=250.0, y_mm=100.0, z_mm=60.0, pitch_deg=-80.0, roll_deg=20.0)

@@ -27,7 +27,7 @@ from armdrive.budget import BITS_A_CHARACTER, Budget
 from armdrive.flows.motion import Moved
 from armdrive.handle import Handle
 from kinematics import LineMove, Pose
-from kinematics.moves import ArcMove, Move
+from kinematics.paths.parts import ArcMove, Move
 
 TIMES, QUICK_TIMES = 5, 1
 PATIENCE_S = 300.0

@@ -27,9 +27,9 @@ from armdrive import Arm, Pose
 from armdrive.cli.worlds import connect_remembered
 from armdrive.connecting import find
 from armdrive.points import Point, Step, StepList
-from armdrive.theory.subject import find_subject
 from armdrive.view import status_view
 from kinematics import Joints
+from kinematics.textbook.study import find_subject
 from tui.desk import Desk
 from tui.model_desk import ModelDesk
 from tui.watching import Watching

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from types import MappingProxyType
 
-from kinematics.arm_geometry import ArmGeometry
 from kinematics.errors import (
     BadNumber,
     Constraint,
@@ -33,13 +32,14 @@ from kinematics.errors import (
     Unreachable,
     ZeroVector,
 )
-from kinematics.escape import nearest_allowed
-from kinematics.five_axis import Base, Branch, Elbow, FiveAxisArm, RollFrame
-from kinematics.guards import Guards, GuardViolation
-from kinematics.guards_path import first_violation
+from kinematics.five_axis.arm import Base, Branch, Elbow, FiveAxisArm, RollFrame
+from kinematics.five_axis.nearest import Nearest, nearest
+from kinematics.geometry import ArmGeometry
+from kinematics.guards.escape import nearest_allowed
+from kinematics.guards.guards import Guards, GuardViolation
+from kinematics.guards.path import first_violation
 from kinematics.limits import JointRange, LimitViolation
-from kinematics.nearest import Nearest, nearest
-from kinematics.paths import JointPath, deviation_mm, joint_path, line_path
+from kinematics.paths.chords import JointPath, deviation_mm, joint_path, line_path
 from kinematics.presets import PRESETS, ArmModel, ArmPreset, Reference, cable_transmission, preset
 from kinematics.spaces import JOINT_NAMES, Joints, Motors, Pose
 from kinematics.transmission import MotorSpec, Transmission
@@ -49,59 +49,55 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from typing import Any
 
-    from kinematics.accuracy import (
-        MapPoint,
-        TipError,
-        accuracy_map,
-        gearing_errors,
-        length_errors,
-        rounding_bound_mm,
-        rounding_rms_mm,
-        step_errors,
-        zero_errors,
+    from kinematics.chains.arm import ChainArm
+    from kinematics.chains.assignment import Assignment, JointAxis, assign_frames
+    from kinematics.chains.chain import Chain, JointViolation
+    from kinematics.chains.generated import Generated
+    from kinematics.chains.goals import Goal, Part, frame_goal, pose_goal
+    from kinematics.chains.inverse import (
+        PITCH_FIRST,
+        POSITION_FIRST,
+        Effort,
+        Reason,
+        Solution,
+        solve_frame_ik,
+        solve_goal,
+        solve_pose_ik,
     )
-    from kinematics.arcs import arc_path, circle_path
-    from kinematics.assignment import Assignment, JointAxis, assign_frames
-    from kinematics.bases import Handedness, basis_along, change_of_basis, handedness, third_axis
-    from kinematics.chain_arm import ChainArm
-    from kinematics.chains import Chain, JointViolation
-    from kinematics.counting import Ledger, Tally, on_any_numbers
-    from kinematics.efficiency import Efficiency, Way, forward_ways
-    from kinematics.five_axis_singularities import (
+    from kinematics.chains.jacobians import (
+        Rates,
+        geometric_jacobian,
+        joint_rates,
+        manipulability,
+        task_jacobian,
+    )
+    from kinematics.chains.links import (
+        LINK_TYPES,
+        Convention,
+        DHLink,
+        JointKind,
+        LinkType,
+        a_matrix,
+        link_type,
+    )
+    from kinematics.chains.singularities import (
+        Condition,
+        NearestSingularity,
+        condition,
+        nearest_singularity,
+    )
+    from kinematics.chains.tables import chain_of_rows, rows_of, table_text
+    from kinematics.chains.urdf import urdf_of_arm, urdf_of_chain
+    from kinematics.five_axis.frame import FrameSolution
+    from kinematics.five_axis.singularities import (
         FiveAxisSingularity,
         Nearness,
         five_axis_singularities,
         nearest_five_axis_singularity,
     )
-    from kinematics.frame_graph import FrameGraph, solve_loop
-    from kinematics.frames import (
-        Transform,
-        compose,
-        invert,
-        position_of,
-        rotation_of,
-        transform,
-        transform_point,
-        transform_vector,
-        translation,
-    )
-    from kinematics.generated import Generated
-    from kinematics.goals import Goal, Part, frame_goal, pose_goal
-    from kinematics.hand_frame import FrameSolution
-    from kinematics.ik_account import Reason, Solution
-    from kinematics.jacobians import geometric_jacobian, manipulability, task_jacobian
-    from kinematics.link_types import LINK_TYPES, LinkType, link_type
-    from kinematics.links import Convention, DHLink, JointKind, a_matrix
-    from kinematics.moves import ArcMove, JointMove, LineMove, Move, PoseMove
-    from kinematics.numeric_ik import (
-        PITCH_FIRST,
-        POSITION_FIRST,
-        Effort,
-        solve_frame_ik,
-        solve_goal,
-        solve_pose_ik,
-    )
-    from kinematics.orientations import (
+    from kinematics.five_axis.workspace import Reach, Section, sampled_reach, section
+    from kinematics.frames.graph import FrameGraph, solve_loop
+    from kinematics.frames.orientations import (
         RPY,
         AxisAngle,
         Degeneracy,
@@ -115,162 +111,154 @@ if TYPE_CHECKING:
         solve_rpy,
         turn_between,
     )
-    from kinematics.profiles import Phase, Profile, jerk_limited, trapezoid
-    from kinematics.rates import Rates, joint_rates
-    from kinematics.resolution import StepRange, explain_resolution, step_ranges
-    from kinematics.rotation_check import check_rotation, check_transform, is_rotation
-    from kinematics.rotation_fit import nearest_rotation
-    from kinematics.rotations import Matrix3, multiply, rot_x, rot_y, rot_z, rotate, transpose
-    from kinematics.routes import PathSection, Route, route_sections
-    from kinematics.singular_nearby import NearestSingularity, nearest_singularity
-    from kinematics.singularities import Condition, condition
-    from kinematics.symbol_text import matrix_latex, matrix_text
-    from kinematics.symbolic_systems import symbolic_chain, symbolic_system
-    from kinematics.symbols import Symbol, coordinate, named
-    from kinematics.systems import SYSTEMS, NamedBranch, System, system
-    from kinematics.tables import chain_of_rows, rows_of, table_text
-    from kinematics.timing import Piece, TimedPath, timed
-    from kinematics.timing_limits import MotionLimits
-    from kinematics.urdf import urdf_of_arm, urdf_of_chain
-    from kinematics.vectors import Vector, angle_between, cross, dot, norm, unit
-    from kinematics.worked_example import WorkedExample, work_chain, work_system
-    from kinematics.workspace import Reach, Section, sampled_reach, section
+    from kinematics.frames.quaternions import nearest_rotation
+    from kinematics.frames.rotations import (
+        Matrix3,
+        multiply,
+        rot_x,
+        rot_y,
+        rot_z,
+        rotate,
+        transpose,
+    )
+    from kinematics.frames.transforms import (
+        Handedness,
+        Transform,
+        basis_along,
+        change_of_basis,
+        check_rotation,
+        check_transform,
+        compose,
+        handedness,
+        invert,
+        is_rotation,
+        position_of,
+        rotation_of,
+        third_axis,
+        transform,
+        transform_point,
+        transform_vector,
+        translation,
+    )
+    from kinematics.frames.vectors import Vector, angle_between, cross, dot, norm, unit
+    from kinematics.paths.arcs import arc_path, circle_path
+    from kinematics.paths.motion_limits import MotionLimits
+    from kinematics.paths.parts import ArcMove, JointMove, LineMove, Move, PoseMove
+    from kinematics.paths.profiles import Phase, Profile, jerk_limited, trapezoid
+    from kinematics.paths.routes import PathSection, Route, route_sections
+    from kinematics.paths.timing import Piece, TimedPath, timed
+    from kinematics.textbook.accuracy import (
+        MapPoint,
+        StepRange,
+        TipError,
+        accuracy_map,
+        explain_resolution,
+        gearing_errors,
+        length_errors,
+        rounding_bound_mm,
+        rounding_rms_mm,
+        step_errors,
+        step_ranges,
+        zero_errors,
+    )
+    from kinematics.textbook.efficiency import (
+        Efficiency,
+        Ledger,
+        Tally,
+        Way,
+        forward_ways,
+        on_any_numbers,
+    )
+    from kinematics.textbook.notation import matrix_latex, matrix_text
+    from kinematics.textbook.symbolic_systems import symbolic_chain, symbolic_system
+    from kinematics.textbook.symbols import Symbol, coordinate, named
+    from kinematics.textbook.systems import SYSTEMS, NamedBranch, System, system
+    from kinematics.textbook.worked_example import WorkedExample, work_chain, work_system
 
 _TEXTBOOK: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
-        "kinematics.accuracy": (
-            "MapPoint",
-            "TipError",
-            "accuracy_map",
-            "gearing_errors",
-            "length_errors",
-            "rounding_bound_mm",
-            "rounding_rms_mm",
-            "step_errors",
-            "zero_errors",
-        ),
-        "kinematics.counting": (
-            "Ledger",
-            "Tally",
-            "on_any_numbers",
-        ),
-        "kinematics.efficiency": (
-            "Efficiency",
-            "Way",
-            "forward_ways",
-        ),
-        "kinematics.arcs": (
-            "arc_path",
-            "circle_path",
-        ),
-        "kinematics.moves": (
-            "ArcMove",
-            "JointMove",
-            "LineMove",
-            "Move",
-            "PoseMove",
-        ),
-        "kinematics.routes": (
-            "PathSection",
-            "Route",
-            "route_sections",
-        ),
-        "kinematics.hand_frame": ("FrameSolution",),
-        "kinematics.resolution": (
-            "StepRange",
-            "explain_resolution",
-            "step_ranges",
-        ),
-        "kinematics.urdf": (
-            "urdf_of_arm",
-            "urdf_of_chain",
-        ),
-        "kinematics.workspace": (
-            "Reach",
-            "Section",
-            "sampled_reach",
-            "section",
-        ),
-        "kinematics.assignment": (
+        "kinematics.chains.arm": ("ChainArm",),
+        "kinematics.chains.assignment": (
             "Assignment",
             "JointAxis",
             "assign_frames",
         ),
-        "kinematics.bases": (
-            "Handedness",
-            "basis_along",
-            "change_of_basis",
-            "handedness",
-            "third_axis",
-        ),
-        "kinematics.chain_arm": ("ChainArm",),
-        "kinematics.chains": (
+        "kinematics.chains.chain": (
             "Chain",
             "JointViolation",
         ),
-        "kinematics.five_axis_singularities": (
-            "FiveAxisSingularity",
-            "Nearness",
-            "five_axis_singularities",
-            "nearest_five_axis_singularity",
-        ),
-        "kinematics.frame_graph": (
-            "FrameGraph",
-            "solve_loop",
-        ),
-        "kinematics.frames": (
-            "Transform",
-            "compose",
-            "invert",
-            "position_of",
-            "rotation_of",
-            "transform",
-            "transform_point",
-            "transform_vector",
-            "translation",
-        ),
-        "kinematics.generated": ("Generated",),
-        "kinematics.goals": (
+        "kinematics.chains.generated": ("Generated",),
+        "kinematics.chains.goals": (
             "Goal",
             "Part",
             "frame_goal",
             "pose_goal",
         ),
-        "kinematics.ik_account": (
-            "Reason",
-            "Solution",
-        ),
-        "kinematics.jacobians": (
-            "geometric_jacobian",
-            "manipulability",
-            "task_jacobian",
-        ),
-        "kinematics.link_types": (
-            "LINK_TYPES",
-            "LinkType",
-            "link_type",
-        ),
-        "kinematics.links": (
-            "Convention",
-            "DHLink",
-            "JointKind",
-            "a_matrix",
-        ),
-        "kinematics.numeric_ik": (
+        "kinematics.chains.inverse": (
+            "Effort",
             "PITCH_FIRST",
             "POSITION_FIRST",
-            "Effort",
+            "Reason",
+            "Solution",
             "solve_frame_ik",
             "solve_goal",
             "solve_pose_ik",
         ),
-        "kinematics.orientations": (
-            "RPY",
+        "kinematics.chains.jacobians": (
+            "Rates",
+            "geometric_jacobian",
+            "joint_rates",
+            "manipulability",
+            "task_jacobian",
+        ),
+        "kinematics.chains.links": (
+            "Convention",
+            "DHLink",
+            "JointKind",
+            "LINK_TYPES",
+            "LinkType",
+            "a_matrix",
+            "link_type",
+        ),
+        "kinematics.chains.singularities": (
+            "Condition",
+            "NearestSingularity",
+            "condition",
+            "nearest_singularity",
+        ),
+        "kinematics.chains.tables": (
+            "chain_of_rows",
+            "rows_of",
+            "table_text",
+        ),
+        "kinematics.chains.urdf": (
+            "urdf_of_arm",
+            "urdf_of_chain",
+        ),
+        "kinematics.five_axis.frame": ("FrameSolution",),
+        "kinematics.five_axis.singularities": (
+            "FiveAxisSingularity",
+            "Nearness",
+            "five_axis_singularities",
+            "nearest_five_axis_singularity",
+        ),
+        "kinematics.five_axis.workspace": (
+            "Reach",
+            "Section",
+            "sampled_reach",
+            "section",
+        ),
+        "kinematics.frames.graph": (
+            "FrameGraph",
+            "solve_loop",
+        ),
+        "kinematics.frames.orientations": (
             "AxisAngle",
             "Degeneracy",
             "EulerZYZ",
             "OrientationSolution",
             "Quaternion",
+            "RPY",
             "rotation_vector",
             "solve_axis_angle",
             "solve_euler",
@@ -278,29 +266,8 @@ _TEXTBOOK: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "solve_rpy",
             "turn_between",
         ),
-        "kinematics.profiles": (
-            "Phase",
-            "Profile",
-            "jerk_limited",
-            "trapezoid",
-        ),
-        "kinematics.timing": (
-            "Piece",
-            "TimedPath",
-            "timed",
-        ),
-        "kinematics.timing_limits": ("MotionLimits",),
-        "kinematics.rates": (
-            "Rates",
-            "joint_rates",
-        ),
-        "kinematics.rotation_check": (
-            "check_rotation",
-            "check_transform",
-            "is_rotation",
-        ),
-        "kinematics.rotation_fit": ("nearest_rotation",),
-        "kinematics.rotations": (
+        "kinematics.frames.quaternions": ("nearest_rotation",),
+        "kinematics.frames.rotations": (
             "Matrix3",
             "multiply",
             "rot_x",
@@ -309,50 +276,106 @@ _TEXTBOOK: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "rotate",
             "transpose",
         ),
-        "kinematics.singular_nearby": (
-            "NearestSingularity",
-            "nearest_singularity",
+        "kinematics.frames.transforms": (
+            "Handedness",
+            "Transform",
+            "basis_along",
+            "change_of_basis",
+            "check_rotation",
+            "check_transform",
+            "compose",
+            "handedness",
+            "invert",
+            "is_rotation",
+            "position_of",
+            "rotation_of",
+            "third_axis",
+            "transform",
+            "transform_point",
+            "transform_vector",
+            "translation",
         ),
-        "kinematics.singularities": (
-            "Condition",
-            "condition",
-        ),
-        "kinematics.symbol_text": (
-            "matrix_latex",
-            "matrix_text",
-        ),
-        "kinematics.symbolic_systems": (
-            "symbolic_chain",
-            "symbolic_system",
-        ),
-        "kinematics.symbols": (
-            "Symbol",
-            "coordinate",
-            "named",
-        ),
-        "kinematics.worked_example": (
-            "WorkedExample",
-            "work_chain",
-            "work_system",
-        ),
-        "kinematics.systems": (
-            "SYSTEMS",
-            "NamedBranch",
-            "System",
-            "system",
-        ),
-        "kinematics.tables": (
-            "chain_of_rows",
-            "rows_of",
-            "table_text",
-        ),
-        "kinematics.vectors": (
+        "kinematics.frames.vectors": (
             "Vector",
             "angle_between",
             "cross",
             "dot",
             "norm",
             "unit",
+        ),
+        "kinematics.paths.arcs": (
+            "arc_path",
+            "circle_path",
+        ),
+        "kinematics.paths.motion_limits": ("MotionLimits",),
+        "kinematics.paths.parts": (
+            "ArcMove",
+            "JointMove",
+            "LineMove",
+            "Move",
+            "PoseMove",
+        ),
+        "kinematics.paths.profiles": (
+            "Phase",
+            "Profile",
+            "jerk_limited",
+            "trapezoid",
+        ),
+        "kinematics.paths.routes": (
+            "PathSection",
+            "Route",
+            "route_sections",
+        ),
+        "kinematics.paths.timing": (
+            "Piece",
+            "TimedPath",
+            "timed",
+        ),
+        "kinematics.textbook.accuracy": (
+            "MapPoint",
+            "StepRange",
+            "TipError",
+            "accuracy_map",
+            "explain_resolution",
+            "gearing_errors",
+            "length_errors",
+            "rounding_bound_mm",
+            "rounding_rms_mm",
+            "step_errors",
+            "step_ranges",
+            "zero_errors",
+        ),
+        "kinematics.textbook.efficiency": (
+            "Efficiency",
+            "Ledger",
+            "Tally",
+            "Way",
+            "forward_ways",
+            "on_any_numbers",
+        ),
+        "kinematics.textbook.notation": (
+            "matrix_latex",
+            "matrix_text",
+        ),
+        "kinematics.textbook.symbolic_systems": (
+            "symbolic_chain",
+            "symbolic_system",
+        ),
+        "kinematics.textbook.symbols": (
+            "Symbol",
+            "coordinate",
+            "named",
+        ),
+        "kinematics.textbook.systems": (
+            "NamedBranch",
+            "SYSTEMS",
+            "System",
+            "system",
+        ),
+        "kinematics.textbook.worked_example": (
+            "WorkedExample",
+            "work_chain",
+            "work_system",
         ),
     }
 )

@@ -11,12 +11,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
-from kinematics.arm_geometry import ArmGeometry
-from kinematics.errors import UnknownPreset
-from kinematics.five_axis import FiveAxisArm
-from kinematics.guards import Guards
+from kinematics.errors import UnknownPreset, nearest_word
+from kinematics.five_axis.arm import FiveAxisArm
+from kinematics.geometry import ArmGeometry
+from kinematics.guards.guards import Guards
 from kinematics.limits import JointRange
-from kinematics.near_words import nearest_word
 from kinematics.spaces import Pose
 from kinematics.transmission import MotorSpec, Transmission
 

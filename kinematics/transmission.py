@@ -18,7 +18,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 from kinematics.errors import KinematicsError, SingularTransmission, finite
-from kinematics.linear import DependentRow, Matrix, inverse, times
+from kinematics.frames.matrices import DependentRow, Matrix, inverse, times
 from kinematics.spaces import JOINT_NAMES, Joints, Motors
 
 

@@ -21,7 +21,7 @@ from textual.message import Message
 from textual.widgets import Static
 
 from armdrive.printable import printable_lines
-from kinematics.near_words import suggestion
+from kinematics.errors import suggestion
 from tui.lasting import lasting
 from tui.served import ending, is_served
 from tui.urgent import Urgent

@@ -13,8 +13,7 @@ from textual.containers import Container
 from textual.screen import Screen
 
 from armdrive.draw.terminal import can_braille
-from armdrive.theory.study import Study
-from armdrive.theory.subject import Subject
+from kinematics.textbook.study import Study, Subject
 from tui.dialogs import HelpScreen
 from tui.framework import FirstKeys, PlainText
 from tui.keyboard import DEFAULT_KEYS, Keyboard

@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from armdrive.theory.stepping import axes_of, axis_unit, has_inverse, step_axis, step_joint
-from armdrive.theory.study import Study, study
-from armdrive.theory.subject import Subject
-from kinematics.worked_example import example_posture
+from kinematics.textbook.stepping import axes_of, axis_unit, has_inverse, step_axis, step_joint
+from kinematics.textbook.study import Study, Subject, study
+from kinematics.textbook.worked_example import example_posture
 from tui.keys import JogPair
 from tui.model_keys import model_pairs
 from tui.settings import INCREMENTS

@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 from itertools import zip_longest
 
-from armdrive.theory.study import Study
-from kinematics.links import JointKind
+from kinematics.chains.links import JointKind
+from kinematics.textbook.study import Study
 from tui.keyboard import Keyboard
 from tui.keys import JogPair, words
 from tui.tables import bar

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from armdrive.status import Status
     from armdrive.ways import Way
     from kinematics import Pose
-    from kinematics.clearances import Clearance
+    from kinematics.guards.path import Clearance
     from tui.goal_form import Form
     from tui.keyboard import Keyboard
 

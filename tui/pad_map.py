@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 from armdrive.errors import KeyFileError
-from kinematics.near_words import suggestion
+from kinematics.errors import suggestion
 from tui.keys import AXIS_KEYS
 
 STICKS: Mapping[str, int] = MappingProxyType(

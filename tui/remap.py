@@ -18,7 +18,7 @@ from typing import Any
 from armdrive import places
 from armdrive.errors import KeyFileError
 from armdrive.textfile import is_there, read_toml
-from kinematics.near_words import suggestion
+from kinematics.errors import suggestion
 from tui.framework import key_named
 from tui.key_row import DeskKey
 from tui.keyboard import DEFAULT_KEYS, Keyboard, label

@@ -16,7 +16,7 @@ from armdrive.handle import Handle
 from armdrive.intents import BASE_FRAME
 from armdrive.preview import Preview
 from kinematics import Pose
-from kinematics.moves import Move
+from kinematics.paths.parts import Move
 
 
 class AsyncMoves(Twin[Arm]):

@@ -13,7 +13,7 @@ from armdrive.frames import BASE, TOOL, goal_in_base
 from armdrive.handle import Handle
 from armdrive.planning import plan_route, speed_fraction
 from kinematics import Joints, Pose
-from kinematics.moves import ArcMove, JointMove, Move
+from kinematics.paths.parts import ArcMove, JointMove, Move
 
 if TYPE_CHECKING:
     from armdrive.armfile import ArmConfig

@@ -16,7 +16,7 @@ from armdrive.catalogue.entry import Entry
 from armdrive.catalogue.mathematics import MATHEMATICS
 from armdrive.catalogue.positions import POSITIONS
 from armdrive.catalogue.wires import BYTES, CONTROLLERS, WIRES
-from kinematics.near_words import nearest_word
+from kinematics.errors import nearest_word
 
 if TYPE_CHECKING:
     from armdrive.trust import Evidence

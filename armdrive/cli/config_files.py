@@ -11,7 +11,7 @@ from armdrive.armfile import read_arm_table
 from armdrive.durable import replace_file
 from armdrive.errors import ArmFileError
 from armdrive.textfile import is_there, read_text
-from kinematics.near_words import suggestion
+from kinematics.errors import suggestion
 
 ENDING = ".toml"
 LONGEST_NAME = 4096

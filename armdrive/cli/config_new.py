@@ -26,7 +26,7 @@ from armdrive.interview.writing import files_of
 from armdrive.setup.filing import checked, write
 from armdrive.setup.finding import surroundings
 from armdrive.textfile import read_toml
-from kinematics.near_words import did_you_mean
+from kinematics.errors import did_you_mean
 
 if TYPE_CHECKING:
     from armdrive.armfile import ArmConfig

@@ -27,12 +27,10 @@ from armdrive.errors import BadRequest, Refused
 from armdrive.modelfile import is_model_file, read_model
 from kinematics import PRESETS, preset
 from kinematics.errors import OutOfReach, UnknownSystem
-from kinematics.systems import SYSTEMS, MiniMover, System, system
+from kinematics.textbook.systems import SYSTEMS, MiniMover, System, system
 
 if TYPE_CHECKING:
-    from kinematics.worked_example import WorkedExample
-    from kinematics.worked_symbols import SymbolicExample
-    from kinematics.worked_text import Section
+    from kinematics.textbook.worked_example import Section, SymbolicExample, WorkedExample
 
 EFFICIENCY = "efficiency"
 ACCURACY = "accuracy"
@@ -88,7 +86,7 @@ def run(options: argparse.Namespace) -> int:
 
         emit(example_view(example))
     else:
-        from kinematics.worked_text import sections
+        from kinematics.textbook.worked_example import sections
 
         _say_heading(example.title or example.name, example.source)
         _say_sections(sections(example))
@@ -96,7 +94,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _say_urdf(word: str) -> None:
-    from kinematics.urdf import urdf_of_chain
+    from kinematics.chains.urdf import urdf_of_chain
 
     chain = read_model(word).chain if is_model_file(word) else _system(word).chain()
     name = word if not is_model_file(word) else ""
@@ -135,7 +133,7 @@ def _list(*, as_json: bool) -> None:
 def _example(
     word: str, joints: Sequence[float] | None, goal: Sequence[float] | None
 ) -> WorkedExample:
-    from kinematics.worked_example import FRAME_COORDINATES, work_chain, work_system
+    from kinematics.textbook.worked_example import FRAME_COORDINATES, work_chain, work_system
 
     if is_model_file(word):
         model = read_model(word)
@@ -180,7 +178,7 @@ def _title(word: str, named: System) -> str:
 
 
 def _say_symbolic(options: argparse.Namespace) -> None:
-    from kinematics.worked_symbols import (
+    from kinematics.textbook.worked_example import (
         symbolic_chain_example,
         symbolic_sections,
         symbolic_system_example,

@@ -12,8 +12,9 @@ from armdrive.cli.numbers import number
 from armdrive.cli.output import emit, say, say_lines
 from armdrive.errors import BadRequest, Refused
 from kinematics import ArmPreset, Joints, preset
-from kinematics.accuracy import (
+from kinematics.textbook.accuracy import (
     TipError,
+    explain_resolution,
     gearing_errors,
     length_errors,
     rounding_bound_mm,
@@ -21,7 +22,6 @@ from kinematics.accuracy import (
     step_errors,
     zero_errors,
 )
-from kinematics.resolution import explain_resolution
 from kinematics.transmission import Transmission
 
 DEFAULT_ARM = "minimover5"

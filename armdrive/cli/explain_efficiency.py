@@ -11,10 +11,9 @@ from typing import Any
 
 from armdrive.cli.output import emit, say
 from armdrive.errors import BadRequest
-from kinematics.counting import Tally
-from kinematics.efficiency import Efficiency, Way, efficiency
 from kinematics.errors import UnknownSystem
-from kinematics.systems import SYSTEMS, system
+from kinematics.textbook.efficiency import Efficiency, Tally, Way, efficiency
+from kinematics.textbook.systems import SYSTEMS, system
 
 DEFAULT = ("minimover5", "puma")
 

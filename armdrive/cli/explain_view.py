@@ -7,16 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 from armdrive.cli.ik_by_numbers import solution_view
 from armdrive.cli.units import shown, shown_joints
-from kinematics.frames import IN_PLACE, position_of
-from kinematics.symbol_text import Latex, Text
-from kinematics.symbols import as_symbol
-from kinematics.tables import rows_of
-from kinematics.worked_text import violation_text
+from kinematics.chains.tables import rows_of
+from kinematics.frames.transforms import IN_PLACE, position_of
+from kinematics.textbook.notation import Latex, Text
+from kinematics.textbook.symbols import as_symbol
+from kinematics.textbook.worked_example import violation_text
 
 if TYPE_CHECKING:
-    from kinematics.frames import Transform
-    from kinematics.worked_example import WorkedBranch, WorkedExample
-    from kinematics.worked_symbols import SymbolicExample
+    from kinematics.frames.transforms import Transform
+    from kinematics.textbook.worked_example import SymbolicExample, WorkedBranch, WorkedExample
 
 
 def example_view(example: WorkedExample) -> dict[str, Any]:

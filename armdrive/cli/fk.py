@@ -72,8 +72,8 @@ def _of_preset(model: ArmPreset, typed: Sequence[float], *, as_json: bool) -> No
 
 
 def _of_chain(model: Model, typed: Sequence[float], *, as_json: bool) -> None:
-    from kinematics import worked_text
-    from kinematics.worked_example import FRAME_COORDINATES, frame_coordinates
+    from kinematics.textbook import worked_example as worked_text
+    from kinematics.textbook.worked_example import FRAME_COORDINATES, frame_coordinates
 
     values = given_joints(model.chain, typed)
     frame = model.chain.fk(values)

@@ -14,9 +14,9 @@ from kinematics.spaces import Pose
 
 if TYPE_CHECKING:
     from armdrive.modelfile import Model
-    from kinematics.chains import Chain
-    from kinematics.goals import Goal
-    from kinematics.ik_account import Solution
+    from kinematics.chains.chain import Chain
+    from kinematics.chains.goals import Goal
+    from kinematics.chains.inverse import Solution
 
 
 def solve_by_numbers(model: Model, options: argparse.Namespace) -> int:
@@ -26,7 +26,7 @@ def solve_by_numbers(model: Model, options: argparse.Namespace) -> int:
 
     Raises `Refused` where it is not met, after printing the posture that comes nearest.
     """
-    from kinematics.numeric_ik import solve_goal, solve_pose_ik
+    from kinematics.chains.inverse import solve_goal, solve_pose_ik
 
     pose = Pose.of(
         x_mm=options.x,
@@ -52,9 +52,9 @@ def solve_by_numbers(model: Model, options: argparse.Namespace) -> int:
 
 def _headed(chain: Chain, pose: Pose, yaw_deg: float, pitch_free: bool, roll_free: bool) -> Goal:
     """Return the goal of a hand that points in a direction of its own."""
-    from kinematics.chain_task import Task, goal_of
-    from kinematics.frames import position_of
-    from kinematics.goals import Part
+    from kinematics.chains.goals import Part
+    from kinematics.chains.task import Task, goal_of
+    from kinematics.frames.transforms import position_of
 
     headed = replace(pose, yaw_rad=math.radians(yaw_deg))
     goal = goal_of(headed, Task.WHOLE, position_of(chain.base))
@@ -79,8 +79,12 @@ def solution_view(chain: Chain, solution: Solution) -> dict[str, Any]:
 
 
 def _say(model: Model, solution: Solution) -> None:
-    from kinematics.worked_example import FRAME_COORDINATES, frame_coordinates
-    from kinematics.worked_text import coordinates_text, joints_text
+    from kinematics.textbook.worked_example import (
+        FRAME_COORDINATES,
+        coordinates_text,
+        frame_coordinates,
+        joints_text,
+    )
 
     say(f"{model.title}, solved by numbers")
     say(f"{'joints' if solution.ok else 'nearest'}: {joints_text(model.chain, solution.joints)}")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from armdrive.cli.output import emit, say
 from armdrive.cli.screens import require_screen
 from armdrive.errors import BadRequest
-from armdrive.theory.subject import find_subject, subject_names
+from kinematics.textbook.study import find_subject, subject_names
 
 if TYPE_CHECKING:
     import argparse

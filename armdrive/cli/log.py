@@ -19,7 +19,7 @@ from armdrive.cli.output import emit, say
 from armdrive.errors import BadRequest
 from armdrive.log.lines import Topic
 from armdrive.log.sieve import BETWEEN, Sieve
-from kinematics.near_words import suggestion
+from kinematics.errors import suggestion
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

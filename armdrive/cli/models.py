@@ -5,8 +5,8 @@ from __future__ import annotations
 from armdrive.errors import BadRequest
 from armdrive.modelfile import Model, is_model_file, read_model
 from kinematics import PRESETS
-from kinematics.near_words import suggestion
-from kinematics.systems import SYSTEMS
+from kinematics.errors import suggestion
+from kinematics.textbook.systems import SYSTEMS
 
 MODEL_HELP = (
     f"one of {', '.join(PRESETS)}, a named system of `armdrive explain --list`, or a .toml file "

@@ -18,7 +18,7 @@ from armdrive.programs.acts import Look
 if TYPE_CHECKING:
     from armdrive.programs.progress import Took
     from armdrive.programs.rehearsal import Rehearsal
-    from kinematics.arm_geometry import Point
+    from kinematics.geometry import Point
 
 MOST_COLUMNS, MOST_ROWS = 110, 30
 

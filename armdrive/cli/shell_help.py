@@ -17,7 +17,7 @@ from armdrive.programs.vocabulary import (
     Function,
     Word,
 )
-from kinematics.near_words import suggestion
+from kinematics.errors import suggestion
 
 if TYPE_CHECKING:
     from armdrive.cli.shell_entries import Shell

@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 
 from armdrive.errors import BadRequest
-from kinematics.chains import Chain
-from kinematics.links import JointKind
+from kinematics.chains.chain import Chain
+from kinematics.chains.links import JointKind
 
 
 def given_joints(chain: Chain, typed: Sequence[float]) -> tuple[float, ...]:

@@ -10,9 +10,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
-from kinematics.arm_geometry import Point
-from kinematics.rotations import Matrix3, transpose
-from kinematics.vectors import Vector
+from kinematics.frames.rotations import Matrix3, transpose
+from kinematics.frames.vectors import Vector
+from kinematics.geometry import Point
 
 ZOOM = 1.25
 """One step of zooming in."""

@@ -11,13 +11,13 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from kinematics.arm_geometry import Point
-from kinematics.chains import Chain
-from kinematics.frames import position_of, rotation_of
-from kinematics.guards import Guards
+from kinematics.chains.chain import Chain
+from kinematics.chains.links import JointKind
+from kinematics.frames.rotations import Matrix3
+from kinematics.frames.transforms import position_of, rotation_of
+from kinematics.geometry import Point
+from kinematics.guards.guards import Guards
 from kinematics.limits import JointRange
-from kinematics.links import JointKind
-from kinematics.rotations import Matrix3
 from kinematics.spaces import Joints, Pose
 
 NO_GUARDS = Guards(

@@ -8,10 +8,10 @@ from itertools import pairwise
 
 from armdrive.draw.camera import Dome
 from armdrive.draw.inks import Ink, Layer, Letters, Stroke
-from kinematics.arm_geometry import ArmGeometry, Point
-from kinematics.rotations import Matrix3, columns
+from kinematics.frames.rotations import Matrix3, columns
+from kinematics.frames.vectors import Vector
+from kinematics.geometry import ArmGeometry, Point
 from kinematics.spaces import Joints
-from kinematics.vectors import Vector
 
 _FINGERS = 0.4
 """Share of the hand that is fingers."""

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 from types import MappingProxyType
 
-from kinematics.arm_geometry import Point
+from kinematics.geometry import Point
 
 
 class Ink(IntEnum):

@@ -7,7 +7,7 @@ from functools import partial
 from types import MappingProxyType
 
 from armdrive.draw.camera import VIEWS, Camera, Dome, next_view
-from kinematics.arm_geometry import Point
+from kinematics.geometry import Point
 
 ORBIT_DEG = 10
 """One step round the arm or up; 36 of them lead back."""

@@ -12,10 +12,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from armdrive.draw.inks import Ink, Layer, Stroke
-from kinematics.arm_geometry import ArmGeometry, Point
-from kinematics.five_axis import FiveAxisArm
+from kinematics.five_axis.arm import FiveAxisArm
+from kinematics.five_axis.workspace import section
+from kinematics.geometry import ArmGeometry, Point
 from kinematics.spaces import Joints
-from kinematics.workspace import section
 
 PITCH_DEG = 5
 """The outline is worked out for the nearest multiple of this pitch."""

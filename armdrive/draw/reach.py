@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from armdrive.draw.sketch import Sketch
-from kinematics.chains import Chain
-from kinematics.five_axis import FiveAxisArm
-from kinematics.workspace import sampled_reach, section
+from kinematics.chains.chain import Chain
+from kinematics.five_axis.arm import FiveAxisArm
+from kinematics.five_axis.workspace import sampled_reach, section
 
 _LATTICE = 24
 _FINEST_MM = 5.0

@@ -16,8 +16,8 @@ from armdrive.draw.studio import Space
 from armdrive.draw.surroundings import surroundings
 from armdrive.draw.trail import Trail
 from kinematics import ArmModel
-from kinematics.arm_geometry import Point
-from kinematics.five_axis import FiveAxisArm
+from kinematics.five_axis.arm import FiveAxisArm
+from kinematics.geometry import Point
 from kinematics.spaces import Joints
 
 MOST_OUTLINES = 128

@@ -8,9 +8,9 @@ from itertools import product
 
 from armdrive.draw.camera import Dome
 from armdrive.draw.inks import Ink, Layer, Letters, Stroke
-from kinematics.arm_geometry import ArmGeometry, Point
-from kinematics.boxes import Box
-from kinematics.guards import Guards
+from kinematics.geometry import ArmGeometry, Point
+from kinematics.guards.guards import Guards
+from kinematics.guards.shapes import Box
 
 GRID_MM = 100.0
 """The table is drawn in squares of this size."""

@@ -6,7 +6,7 @@ import math
 from collections import deque
 
 from armdrive.draw.inks import Ink, Layer, Stroke
-from kinematics.arm_geometry import Point
+from kinematics.geometry import Point
 
 PIECE = 16
 """Points in one layer. Full layers stay as they are, so that they need not be drawn again."""

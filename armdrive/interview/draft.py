@@ -23,7 +23,7 @@ from armdrive.interview.templates import (
     Template,
 )
 from kinematics import PRESETS, ArmPreset
-from kinematics.chains import Chain
+from kinematics.chains.chain import Chain
 
 CABLE_MOTORS = ("base", "shoulder", "elbow", "right wrist", "left wrist")
 GRIPPER_MOTOR = "gripper"

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from armdrive.errors import BadRequest
-from kinematics.near_words import suggestion
+from kinematics.errors import suggestion
 
 Reader = Callable[[str], Any]
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 from kinematics import Joints
-from kinematics.arm_geometry import ArmGeometry
+from kinematics.geometry import ArmGeometry
 
 ROLL_LEVER_MM = 40.0
 SEEN_SHARE = 0.15

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from armdrive.interview.readers import WrongAnswer
 from armdrive.interview.sight import WAYS, Sight, sight
 from kinematics import Joints, Transmission
-from kinematics.arm_geometry import ArmGeometry
+from kinematics.geometry import ArmGeometry
 
 TRIAL_MM = 10.0
 TRIAL_RAD = math.radians(5.0)

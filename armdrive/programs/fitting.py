@@ -23,7 +23,7 @@ from armdrive.programs.terms import (
     Use,
 )
 from armdrive.programs.vocabulary import FIELDS, FUNCTIONS, WORDS, Kind, Slot
-from kinematics.near_words import suggestion
+from kinematics.errors import suggestion
 
 _COUNT = Slot("how often", least=0.0, whole=True)
 _CONDITION = Slot("condition", Kind.TRUTH)

@@ -19,7 +19,7 @@ from armdrive.programs.reading import read_tree
 from armdrive.programs.state import State
 from armdrive.programs.syntax import Define, Tree
 from armdrive.programs.values import ForwardKinematics, Place
-from kinematics.near_words import suggestion
+from kinematics.errors import suggestion
 
 
 @dataclass(frozen=True)

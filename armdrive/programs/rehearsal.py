@@ -32,7 +32,7 @@ from kinematics.errors import KinematicsError
 if TYPE_CHECKING:
     from armdrive.arm import Arm
     from armdrive.armfile import ArmConfig
-    from kinematics.arm_geometry import Point
+    from kinematics.geometry import Point
 
 MOST_ACTS = 20_000
 """A rehearsal that has come so far is long enough; programs may run for ever."""

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from armdrive.arm import Arm
     from armdrive.programs.acts import Mark
-    from kinematics.arm_geometry import Point
+    from kinematics.geometry import Point
 
 WORDS = {True: "on", False: "off"}
 

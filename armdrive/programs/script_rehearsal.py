@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from armdrive.arm import Arm
     from armdrive.armfile import ArmConfig
     from armdrive.programs.calls import ScriptCall
-    from kinematics.arm_geometry import Point
+    from kinematics.geometry import Point
 
 GRASPS = ("grasp", "feel")
 

@@ -21,7 +21,7 @@ from armdrive.programs.syntax import (
 )
 from armdrive.programs.vocabulary import RESERVED, SHAPES, WORDS
 from armdrive.programs.wording import unknown_word
-from kinematics.near_words import suggestion
+from kinematics.errors import suggestion
 
 
 def shape_problems(tree: Tree, known: frozenset[str] = frozenset()) -> Iterator[Problem]:

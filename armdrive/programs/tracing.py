@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from armdrive.arm import Arm
     from armdrive.sim.incidents import Incident
     from armdrive.sim.scene import Scene
-    from kinematics.arm_geometry import Point
+    from kinematics.geometry import Point
 
 NEAREST_MM = 1.0
 """Points of the path are no nearer to one another."""

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from lark import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
 
 from armdrive.programs.vocabulary import RESERVED, SHAPES, SPELLINGS
-from kinematics.near_words import suggestion
+from kinematics.errors import suggestion
 
 FOREIGN: Mapping[str, str] = MappingProxyType({
     "for": "`repeat 3 as i`",

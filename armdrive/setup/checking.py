@@ -12,7 +12,7 @@ from armdrive.errors import BadRequest, Refused
 from armdrive.interview.corrections import Look, Saw, Verdict, judge
 from armdrive.interview.signs import Trial, roll_joint, trials
 from kinematics import Joints, Transmission
-from kinematics.arm_geometry import ArmGeometry
+from kinematics.geometry import ArmGeometry
 
 if TYPE_CHECKING:
     from armdrive.armfile import ArmConfig

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from armdrive.errors import BadRequest
-from kinematics.arm_geometry import ArmGeometry
+from kinematics.geometry import ArmGeometry
 from kinematics.limits import JointRange
 from kinematics.presets import POUND_FORCE_N, ArmModel, Reference
 from kinematics.transmission import MotorSpec, Transmission

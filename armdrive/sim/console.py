@@ -14,7 +14,7 @@ from armdrive.sim.device import SimDevice
 from armdrive.sim.faults import Faults
 from armdrive.sim.pacing import PacedDevice
 from armdrive.transports.serve import Server
-from kinematics.near_words import did_you_mean
+from kinematics.errors import did_you_mean
 
 JSON_FLAG = "--json"
 

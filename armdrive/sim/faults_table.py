@@ -39,7 +39,7 @@ from armdrive.sim.faults_wire import (
 )
 from armdrive.sim.wire_faults import changed, lost, repeated
 from armdrive.transports.can_faults import frame_lost, overtaken
-from kinematics.near_words import did_you_mean
+from kinematics.errors import did_you_mean
 
 _FRAMES = "P|#N|next"
 """How many: each frame with a probability, the one with the n-th byte from now, or the next."""

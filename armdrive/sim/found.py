@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import random
 
-from kinematics.arm_geometry import ArmGeometry
-from kinematics.five_axis import FiveAxisArm
+from kinematics.five_axis.arm import FiveAxisArm
+from kinematics.five_axis.tool_arm import ToolArm
+from kinematics.geometry import ArmGeometry
 from kinematics.spaces import Joints
-from kinematics.tool_arm import ToolArm
 
 FOUND_POSTURE = Joints.of(0.0, 70.0, -95.0, -35.0, 0.0)
 """The posture of an arm of the Mini-mover's build."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from armdrive.errors import BadRequest
-from kinematics.near_words import did_you_mean
+from kinematics.errors import did_you_mean
 
 Value: TypeAlias = bool | int | float | str
 _FLAGS = {"yes": True, "true": True, "on": True, "1": True}

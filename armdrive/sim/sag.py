@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from kinematics.arm_geometry import ArmGeometry
-from kinematics.five_axis import FiveAxisArm
+from kinematics.five_axis.arm import FiveAxisArm
+from kinematics.five_axis.tool_arm import ToolArm
+from kinematics.geometry import ArmGeometry
 from kinematics.spaces import Joints
-from kinematics.tool_arm import ToolArm
 
 SAG_RAD = (math.radians(3.0), math.radians(5.2), math.radians(4.7))
 """How far upper arm, forearm and hand come down: about 60, 60 and 20 half-steps.

@@ -14,7 +14,7 @@ from armdrive.errors import BadRequest
 from armdrive.sim.device import SimDevice
 from armdrive.sim.options import Option, Options
 from armdrive.sim.world import World
-from kinematics.near_words import suggestion
+from kinematics.errors import suggestion
 
 if TYPE_CHECKING:
     from armdrive.armfile import ArmConfig

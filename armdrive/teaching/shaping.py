@@ -16,12 +16,11 @@ from armdrive.errors import OutOfBounds, Refused, UnknownPoint
 from armdrive.planning import guard_error, limit_error
 from armdrive.points import Point, StepList
 from kinematics import Joints, Pose
-from kinematics.errors import KinematicsError
-from kinematics.near_words import suggestion
+from kinematics.errors import KinematicsError, suggestion
 
 if TYPE_CHECKING:
     from armdrive.armfile import ArmConfig
-    from kinematics.arm_geometry import ArmGeometry
+    from kinematics.geometry import ArmGeometry
 
 SAME_MM = 1e-6
 """Postures whose points all lie so near each other are the same."""

@@ -10,7 +10,7 @@ from pathlib import Path
 from armdrive.errors import PortUnavailable
 from armdrive.transports.can_address import CanAddress
 from armdrive.transports.refusals import NoSuchPort, PortForbidden, PortInUse, refusal
-from kinematics.near_words import suggestion
+from kinematics.errors import suggestion
 
 NET = Path("/sys/class/net")
 CAN_TYPE = "280"

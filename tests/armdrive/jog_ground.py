@@ -16,7 +16,7 @@ from armdrive.sim.twin import make_twin
 from armdrive.status import State
 from armdrive.whereabouts import Coordinates
 from kinematics import Joints
-from kinematics.boxes import Box
+from kinematics.guards.shapes import Box
 
 WALL = Box("wall", (-500.0, 250.0, -10.0), (500.0, 254.0, 700.0))
 RADII_MM = (35.0, 30.0, 25.0)

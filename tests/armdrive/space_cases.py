@@ -12,11 +12,11 @@ from armdrive.draw.camera import VIEWS, Camera
 from armdrive.draw.scene import Moment, Scene
 from armdrive.draw.studio import Studio
 from kinematics import Joints, preset
-from kinematics.boxes import Box
-from kinematics.chain_arm import ChainArm
-from kinematics.frames import translation
-from kinematics.guards import Guards
-from kinematics.systems import system
+from kinematics.chains.arm import ChainArm
+from kinematics.frames.transforms import translation
+from kinematics.guards.guards import Guards
+from kinematics.guards.shapes import Box
+from kinematics.textbook.systems import system
 
 PICTURES = Path(__file__).parent / "pictures"
 

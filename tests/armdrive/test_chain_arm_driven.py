@@ -13,7 +13,7 @@ from armdrive.sim.body import ArmBody
 from armdrive.status import Trust
 from armdrive.view import status_view
 from kinematics import PRESETS, Joints, KinematicsError, Pose, Unreachable
-from kinematics.chain_arm import ChainArm
+from kinematics.chains.arm import ChainArm
 
 READY = (0.0, -60.0, 120.0, 10.0, 40.0, 0.0)
 

@@ -9,7 +9,7 @@ from xml.etree import ElementTree as ET
 import pytest
 from cli_calls import Caller
 
-from kinematics.systems import SYSTEMS
+from kinematics.textbook.systems import SYSTEMS
 
 PAGE = Path(__file__).parents[2] / "docs" / "model-file.md"
 

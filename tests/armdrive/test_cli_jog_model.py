@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from armdrive.cli import screens
-from armdrive.theory.subject import subject_names
+from kinematics.textbook.study import subject_names
 
 
 @pytest.fixture

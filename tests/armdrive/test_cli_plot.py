@@ -10,7 +10,7 @@ from cli_calls import Caller
 from armdrive.draw.reach import reach_sketches, section_sketch
 from armdrive.draw.sketch import Sketch, sketch_rows
 from kinematics import PRESETS, preset
-from kinematics.systems import SYSTEMS, system
+from kinematics.textbook.systems import SYSTEMS, system
 
 WORKSPACE = ("plot", "workspace")
 

@@ -10,7 +10,7 @@ from space_cases import CAMERAS, guarded, six_axes
 from armdrive.draw.camera import VIEWS, Camera, Dome, next_view, projection
 from armdrive.draw.figure import dome
 from kinematics import Joints
-from kinematics.rotations import from_columns, multiply, rot_y, rot_z, rotate, transpose
+from kinematics.frames.rotations import from_columns, multiply, rot_y, rot_z, rotate, transpose
 
 DOME = Dome((0.0, 0.0, 195.0), 452.0)
 FRONT = from_columns((0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0))

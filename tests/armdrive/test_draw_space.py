@@ -22,7 +22,7 @@ from armdrive.draw.raster import raster
 from armdrive.draw.scene import Moment, Scene
 from armdrive.draw.studio import Space, Studio
 from kinematics import Joints
-from kinematics.boxes import Box
+from kinematics.guards.shapes import Box
 
 INKS = st.sampled_from(sorted(PATTERNS))
 POINTS = st.tuples(*(st.floats(-2000.0, 2000.0) for _ in "xyz"))

@@ -13,7 +13,7 @@ from armdrive.draw.outline import key_of, outline
 from armdrive.draw.scene import MOST_OUTLINES, Moment, Scene
 from armdrive.draw.trail import LEAP, MOST_PIECES, PIECE, Trail
 from kinematics import Joints
-from kinematics.workspace import section
+from kinematics.five_axis.workspace import section
 
 REACH_MM = 452.0
 

@@ -12,7 +12,7 @@ from armdrive.errors import ArmFileError, BadRequest
 from armdrive.frames import axes_of, frame_names
 from armdrive.interview.complete import complete
 from kinematics import Pose
-from kinematics.user_frames import UserFrame
+from kinematics.frames.graph import UserFrame
 
 BOARD = UserFrame.turned((180.0, 40.0, 30.0), math.radians(30.0))
 STEP_MM = 0.6

@@ -13,7 +13,7 @@ from armdrive.errors import ArmFileError
 from armdrive.guardfile import guard_table, guards_of
 from armdrive.interview.toml_text import value
 from kinematics import Guards, preset
-from kinematics.boxes import Box
+from kinematics.guards.shapes import Box
 
 WHOLE = """
 model = "teachmover"

@@ -13,8 +13,8 @@ from armdrive import Jog
 from armdrive.errors import OutOfBounds
 from armdrive.jog_bounds import Bounds
 from kinematics import Joints, Pose
-from kinematics.boxes import Box
-from kinematics.guards import AngleSum
+from kinematics.guards.guards import AngleSum
+from kinematics.guards.shapes import Box
 
 RADII = (35.0, 30.0, 25.0)
 STANDS_OFF_MM = 70.0

@@ -14,7 +14,7 @@ from armdrive.jog_course import JogCourse, Proposal, Terms, Wish
 from armdrive.legs import Speeds
 from armdrive.whereabouts import Coordinates
 from kinematics import Joints, Pose
-from kinematics.user_frames import UserFrame
+from kinematics.frames.graph import UserFrame
 
 LEG_S = 0.05
 RAMP_S = 0.2

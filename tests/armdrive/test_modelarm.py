@@ -11,7 +11,7 @@ from armdrive.armsections import Connection
 from armdrive.connecting import connect_simulated
 from armdrive.errors import ArmFileError, Refused
 from kinematics import Pose, preset
-from kinematics.chain_arm import ChainArm
+from kinematics.chains.arm import ChainArm
 
 
 def test_the_shown_files_are_the_teachmover(tmp_path):

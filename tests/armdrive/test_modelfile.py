@@ -13,11 +13,11 @@ from hypothesis import strategies as st
 
 from armdrive.errors import ArmFileError
 from armdrive.modelfile import is_model_file, parse_model, read_model
+from kinematics.chains.links import Convention, JointKind
+from kinematics.chains.tables import rows_of
 from kinematics.errors import KinematicsError
-from kinematics.frames import position_of, translation
-from kinematics.links import Convention, JointKind
-from kinematics.systems import system
-from kinematics.tables import rows_of
+from kinematics.frames.transforms import position_of, translation
+from kinematics.textbook.systems import system
 
 PAGE = Path(__file__).parents[2] / "docs" / "model-file.md"
 

@@ -14,7 +14,7 @@ from armdrive.errors import BadRequest, NotReferenced, OutOfBounds, Refused, Wro
 from armdrive.preview import Preview
 from armdrive.previewing import clearance_words, preview_view
 from kinematics import JointRange, Joints, PathBroken, Pose, Unreachable
-from kinematics.clearances import Clearance
+from kinematics.guards.path import Clearance
 
 GOAL = Pose.of(x_mm=250, y_mm=100, z_mm=120, pitch_deg=-80)
 FAR = Pose.of(x_mm=600, y_mm=0, z_mm=120, pitch_deg=-80)

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from cli_calls import Caller
 
-from kinematics.systems import SYSTEMS
+from kinematics.textbook.systems import SYSTEMS
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "textbook.md").read_text(encoding="utf-8")
@@ -62,7 +62,7 @@ def test_a_command_works(command, capsys):
 def test_every_named_system_is_on_the_page():
     for name, system in SYSTEMS.items():
         assert f"`armdrive explain {name}" in PAGE, name
-        assert f"`kinematics.systems.{type(system).__name__}`" in PAGE, name
+        assert f"`kinematics.textbook.systems.{type(system).__name__}`" in PAGE, name
 
 
 def test_every_section_of_the_notes_is_on_the_page():

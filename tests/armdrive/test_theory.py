@@ -8,24 +8,15 @@ from pathlib import Path
 import pytest
 
 from armdrive.errors import BadRequest
-from armdrive.theory.columns import laid
-from armdrive.theory.pages import fixed, sections, summary, symbol_sections
-from armdrive.theory.stepping import (
-    axes_of,
-    axis_unit,
-    has_inverse,
-    step_axis,
-    step_joint,
-)
-from armdrive.theory.study import searched, study
-from armdrive.theory.subject import find_subject, subject_names, subject_of_arm
 from kinematics import preset
-from kinematics.chain_arm import ChainArm
-from kinematics.frames import position_of
-from kinematics.own_jacobian import ROW_NAMES
-from kinematics.systems import SYSTEMS
-from kinematics.worked_example import example_posture
-from kinematics.worked_text import Section
+from kinematics.chains.arm import ChainArm
+from kinematics.frames.transforms import position_of
+from kinematics.textbook.jacobians import ROW_NAMES
+from kinematics.textbook.pages import fixed, laid, sections, summary, symbol_sections
+from kinematics.textbook.stepping import axes_of, axis_unit, has_inverse, step_axis, step_joint
+from kinematics.textbook.study import find_subject, searched, study, subject_names, subject_of_arm
+from kinematics.textbook.systems import SYSTEMS
+from kinematics.textbook.worked_example import Section, example_posture
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

@@ -19,7 +19,8 @@ import solving
 import starting
 import walking_arm
 
-from kinematics import closed_form, preset
+from kinematics import preset
+from kinematics.five_axis import closed_form
 
 needs_pty = pytest.mark.skipif(
     sys.platform == "win32", reason="Windows has no pseudo-terminal that a test could open"

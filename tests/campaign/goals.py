@@ -10,7 +10,7 @@ from dataclasses import replace
 from armdrive.arm import Arm
 from armdrive.whereabouts import Coordinates
 from kinematics import Joints, Motors, Pose
-from kinematics.guards import GuardedArm
+from kinematics.guards.guards import GuardedArm
 from tests.conformance.going import beside
 
 from .arrival import JointsAim, PoseAim

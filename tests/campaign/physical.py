@@ -19,7 +19,7 @@ from typing import Protocol
 from armdrive.sim.body import ArmBody
 from armdrive.sim.world import World
 from kinematics import Joints, Motors
-from kinematics.guards import GuardedArm
+from kinematics.guards.guards import GuardedArm
 from tests.conformance.seen import ON_THE_STEP, Point
 
 from .freed import Freed

@@ -33,7 +33,7 @@ from armdrive.status import State
 from armdrive.transports.can_memory import CanMemoryLink
 from armdrive.transports.memory import MemoryLink
 from kinematics import Joints, Motors
-from kinematics.boxes import Box
+from kinematics.guards.shapes import Box
 from tests.conformance.seen import ON_THE_STEP
 
 from .clock import Agenda, CampaignPace

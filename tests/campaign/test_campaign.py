@@ -20,7 +20,7 @@ from armdrive.flows.turns import Corridor
 from armdrive.gripper import Gripper
 from armdrive.tempo import Tempo
 from armdrive.trust import Belief, Evidence
-from kinematics.timing_limits import MotionLimits
+from kinematics.paths.motion_limits import MotionLimits
 
 from . import mission
 from .actions import ACTIONS

@@ -11,8 +11,8 @@ from amounts import THOROUGH
 
 from armdrive.armfile import parse_arm_file
 from armdrive.dialects import DIALECTS
+from kinematics.five_axis.tool_arm import ToolArm
 from kinematics.tool import Tool
-from kinematics.tool_arm import ToolArm
 
 from . import worlds
 from .examples_table import EXAMPLES

@@ -4,10 +4,10 @@ import math
 
 from hypothesis import strategies as st
 
-from kinematics.chains import Chain
-from kinematics.frames import IN_PLACE, transform
-from kinematics.links import Convention, DHLink, JointKind
-from kinematics.rotations import multiply, rot_x, rot_z
+from kinematics.chains.chain import Chain
+from kinematics.chains.links import Convention, DHLink, JointKind
+from kinematics.frames.rotations import multiply, rot_x, rot_z
+from kinematics.frames.transforms import IN_PLACE, transform
 
 QUARTER = math.pi / 2
 

@@ -4,9 +4,9 @@ import math
 
 from hypothesis import strategies as st
 
-from kinematics.frames import transform
-from kinematics.quaternions import Quaternion
-from kinematics.vectors import norm
+from kinematics.frames.quaternions import Quaternion
+from kinematics.frames.transforms import transform
+from kinematics.frames.vectors import norm
 
 components = st.floats(-1000.0, 1000.0).map(lambda x: round(x, 6))
 vectors = st.tuples(components, components, components)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from kinematics_cases import TEACHMOVER
 
 from kinematics import Joints, KinematicsError, Pose, line_path
-from kinematics.chords import TINY_RAD
+from kinematics.paths.chords import TINY_RAD
 
 LARGEST_CORNER_DEG = 15.0
 

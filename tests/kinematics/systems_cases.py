@@ -6,7 +6,7 @@ from itertools import chain as joined
 
 from hypothesis import strategies as st
 
-from kinematics.links import JointKind
+from kinematics.chains.links import JointKind
 
 QUARTERS = tuple(n * math.pi / 2 for n in range(-2, 3))
 FURTHEST_MM = 300.0

@@ -7,16 +7,17 @@ from hypothesis import given
 from kinematics_cases import TEACHMOVER, distance_mm, postures
 
 from kinematics import Joints, Pose, preset
-from kinematics.accuracy import (
+from kinematics.textbook.accuracy import (
     accuracy_map,
+    explain_resolution,
     gearing_errors,
     length_errors,
     rounding_bound_mm,
     rounding_rms_mm,
     step_errors,
+    step_ranges,
     zero_errors,
 )
-from kinematics.resolution import explain_resolution, step_ranges
 
 MODEL = preset("teachmover")
 STEPS = MODEL.transmission

@@ -8,15 +8,13 @@ from chain_cases import ALPHA_II, ASKEW, PUMA, chains_and_values, difference
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kinematics.assignment import JointAxis, assign_frames
-from kinematics.axes import Line, Relation, relate
+from kinematics.chains.assignment import JointAxis, Line, Relation, assign_frames, relate
+from kinematics.chains.links import Convention, JointKind, assigned_parameters, link_parameters
+from kinematics.chains.tables import table_text
 from kinematics.errors import BadNumber, KinematicsError, ZeroVector
-from kinematics.frames import IN_PLACE, compose, transform
-from kinematics.link_parameters import assigned_parameters, link_parameters
-from kinematics.links import Convention, JointKind
-from kinematics.rotations import from_columns
-from kinematics.tables import table_text
-from kinematics.vectors import add, cross, distance, dot, norm, scale, subtract, unit
+from kinematics.frames.rotations import from_columns
+from kinematics.frames.transforms import IN_PLACE, compose, transform
+from kinematics.frames.vectors import add, cross, distance, dot, norm, scale, subtract, unit
 
 HAND_FORWARD = from_columns((0.0, 0.0, 1.0), (0.0, -1.0, 0.0), (1.0, 0.0, 0.0))
 BOTH = pytest.mark.parametrize("convention", Convention)

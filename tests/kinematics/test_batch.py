@@ -9,18 +9,21 @@ from hypothesis import strategies as st
 from kinematics_cases import ARMS, TEACHMOVER, UNEVEN
 
 from kinematics import Base, Elbow, Joints, KinematicsError, Pose
-from kinematics.batch import (
+from kinematics.five_axis.batch import (
     BLOCK,
     BRANCHES,
+    arc_tangent,
     branches_many,
     branches_of_frames,
+    directions,
     forward_many,
     frames_many,
     inverse_many,
+    mirror_back,
+    sine_cosine,
     within_limits,
 )
-from kinematics.batch_trig import arc_tangent, directions, mirror_back, sine_cosine
-from kinematics.hand_frame import ON_MANIFOLD_RAD
+from kinematics.five_axis.frame import ON_MANIFOLD_RAD
 
 each_arm = pytest.mark.parametrize("arm", ARMS, ids=["teachmover", "uneven"])
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from kinematics_cases import ARMS, TEACHMOVER, arm_and_posture
 
 from kinematics import Joints, KinematicsError, MotionLimits, PathBroken, Pose, preset, timed
-from kinematics.batch_line import LinePlanner
+from kinematics.five_axis.batch_line import LinePlanner
 
 SPEEDS = (0.5, 0.4, 0.5, 0.8, 0.8)
 HARD = (2.0, 1.0, 2.0, 4.0, 4.0)

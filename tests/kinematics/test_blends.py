@@ -21,9 +21,8 @@ from kinematics import (
     Route,
     route_sections,
 )
-from kinematics.blends import blend
-from kinematics.chords import corners, cut, posture_at
-from kinematics.laying import lay
+from kinematics.paths.chords import corners, cut, posture_at
+from kinematics.paths.routes import blend, lay
 
 RADII = st.floats(1.0, 60.0)
 VIA = pose(290, 20, 100)

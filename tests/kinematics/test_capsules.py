@@ -8,9 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from kinematics import KinematicsError
-from kinematics.boxes import Box
-from kinematics.capsules import point_distance_mm, segment_distance_mm
-from kinematics.columns import Column
+from kinematics.guards.shapes import Box, Column, point_distance_mm, segment_distance_mm
 
 BOX = Box("vice", (-30.0, -50.0, 0.0), (40.0, 60.0, 80.0))
 WALL = Box("wall", (-1.0, -200.0, -200.0), (1.0, 200.0, 200.0))

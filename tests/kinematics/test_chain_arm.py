@@ -27,11 +27,11 @@ from kinematics import (
     preset,
     system,
 )
-from kinematics.chain_arm import ChainArm
-from kinematics.chain_task import Task, goal_of, pose_of
-from kinematics.frames import position_of, rotation_of, translation
-from kinematics.goals import Part
-from kinematics.rotations import multiply, transpose
+from kinematics.chains.arm import ChainArm
+from kinematics.chains.goals import Part
+from kinematics.chains.task import Task, goal_of, pose_of
+from kinematics.frames.rotations import multiply, transpose
+from kinematics.frames.transforms import position_of, rotation_of, translation
 
 FIVE = preset("minimover5").arm
 MINI = ChainArm(system("minimover5").chain())

@@ -6,10 +6,10 @@ import pytest
 from chain_cases import MINI_MOVER, PUMA, chains_and_values, difference
 from hypothesis import given
 
-from kinematics.chains import Chain
-from kinematics.generated import generated
-from kinematics.links import Convention, JointKind
-from kinematics.numeric_ik import solve_frame_ik
+from kinematics.chains.chain import Chain
+from kinematics.chains.generated import generated
+from kinematics.chains.inverse import solve_frame_ik
+from kinematics.chains.links import Convention, JointKind
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")  # the library's own imports warn

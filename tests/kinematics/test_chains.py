@@ -17,12 +17,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kinematics import PRESETS, Joints
-from kinematics.chains import Chain
+from kinematics.chains.chain import Chain
+from kinematics.chains.links import Convention, DHLink, JointKind
+from kinematics.chains.tables import chain_of_rows, rows_of, table_text
 from kinematics.errors import BadNumber, KinematicsError
-from kinematics.frames import compose, invert, position_of
-from kinematics.links import Convention, DHLink, JointKind
-from kinematics.tables import chain_of_rows, rows_of, table_text
-from kinematics.vectors import cross, distance, norm, subtract
+from kinematics.frames.transforms import compose, invert, position_of
+from kinematics.frames.vectors import cross, distance, norm, subtract
 
 
 @given(chains_and_values())

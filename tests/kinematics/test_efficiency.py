@@ -6,13 +6,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kinematics import closed_form
-from kinematics.chains import Chain
-from kinematics.counting import Ledger, Tally, on_any_numbers, plain
-from kinematics.efficiency import efficiency, forward_ways, recursion
-from kinematics.hand_frame import forward_frame
-from kinematics.links import Convention, DHLink
-from kinematics.systems import SYSTEMS
+from kinematics.chains.chain import Chain
+from kinematics.chains.links import Convention, DHLink
+from kinematics.five_axis import closed_form
+from kinematics.five_axis.frame import forward_frame
+from kinematics.textbook.efficiency import (
+    Ledger,
+    Tally,
+    efficiency,
+    forward_ways,
+    on_any_numbers,
+    plain,
+    recursion,
+)
+from kinematics.textbook.systems import SYSTEMS
 
 ARM = SYSTEMS["minimover5"].arm
 FREE_OF_ARITHMETIC = {"cartesian", "two-link-5"}

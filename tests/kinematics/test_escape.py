@@ -10,8 +10,8 @@ from kinematics_cases import TEACHMOVER, distance_mm, same_pose
 from test_chain_arm import PUMA, START, TABLE
 
 from kinematics import Guards, Joints, Pose, nearest_allowed
-from kinematics.boxes import Box
-from kinematics.guards import AngleSum
+from kinematics.guards.guards import AngleSum
+from kinematics.guards.shapes import Box
 
 VICE = Box("vice", (150.0, -60.0, 0.0), (230.0, 60.0, 60.0))
 LAMP = Box("lamp", (250.0, -250.0, 250.0), (330.0, -120.0, 700.0))

@@ -27,10 +27,20 @@ from kinematics import (
     solve_loop,
     third_axis,
 )
-from kinematics.bases import inverse
-from kinematics.frames import (
+from kinematics.frames.rotations import (
+    IDENTITY,
+    columns,
+    determinant,
+    multiply,
+    rot_x,
+    rot_z,
+    rotate,
+    transpose,
+)
+from kinematics.frames.transforms import (
     IN_PLACE,
     compose,
+    inverse,
     invert,
     moved_in_itself,
     moved_in_reference,
@@ -41,17 +51,17 @@ from kinematics.frames import (
     transform_vector,
     translation,
 )
-from kinematics.rotations import (
-    IDENTITY,
-    columns,
-    determinant,
-    multiply,
-    rot_x,
-    rot_z,
-    rotate,
-    transpose,
+from kinematics.frames.vectors import (
+    X_AXIS,
+    Y_AXIS,
+    Z_AXIS,
+    add,
+    cross,
+    norm,
+    scale,
+    subtract,
+    unit,
 )
-from kinematics.vectors import X_AXIS, Y_AXIS, Z_AXIS, add, cross, norm, scale, subtract, unit
 
 
 @given(transforms, vectors)

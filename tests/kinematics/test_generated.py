@@ -13,10 +13,10 @@ from chain_cases import (
 )
 from hypothesis import given
 
-from kinematics.chains import Chain
+from kinematics.chains.chain import Chain
+from kinematics.chains.generated import generated
+from kinematics.chains.links import DHLink
 from kinematics.errors import KinematicsError
-from kinematics.generated import generated
-from kinematics.links import DHLink
 
 
 @given(chains_and_values())

@@ -8,11 +8,11 @@ from hypothesis import strategies as st
 from kinematics_cases import arm_and_posture
 
 from kinematics import BadNumber, KinematicsError, NotARotation, Pose, RollFrame
-from kinematics.frames import transform
-from kinematics.goals import ALL_PARTS, Goal, Part, frame_goal, pose_goal
-from kinematics.hand_frame import forward_frame
-from kinematics.rotations import columns, multiply, rot_x, rot_y, rot_z
-from kinematics.vectors import X_AXIS, angle_between, dot, norm
+from kinematics.chains.goals import ALL_PARTS, Goal, Part, frame_goal, pose_goal
+from kinematics.five_axis.frame import forward_frame
+from kinematics.frames.rotations import columns, multiply, rot_x, rot_y, rot_z
+from kinematics.frames.transforms import transform
+from kinematics.frames.vectors import X_AXIS, angle_between, dot, norm
 
 angles = st.floats(-3.0, 3.0)
 rotations = st.builds(

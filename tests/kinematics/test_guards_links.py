@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 from kinematics_cases import TEACHMOVER, postures
 
 from kinematics import PRESETS, Guards, JointRange, Joints, KinematicsError, Pose, preset, system
-from kinematics.boxes import Box
-from kinematics.chain_arm import ChainArm
-from kinematics.chains import Chain
-from kinematics.frames import translation
-from kinematics.guards import AngleSum
-from kinematics.guards_links import link_names
+from kinematics.chains.arm import ChainArm
+from kinematics.chains.chain import Chain
+from kinematics.frames.transforms import translation
+from kinematics.guards.guards import AngleSum
+from kinematics.guards.links import link_names
+from kinematics.guards.shapes import Box
 
 OPEN = Guards(inner_radius_mm=None, outer_radius_mm=None, hand_wrist_radius_mm=None, table=False)
 """No guard at all, so that the one of a test stands alone."""

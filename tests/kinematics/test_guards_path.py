@@ -11,9 +11,9 @@ from kinematics_cases import TEACHMOVER, UNEVEN, postures
 from test_chain_arm import MINI, PUMA
 
 from kinematics import Guards, JointPath, Joints, Pose, first_violation, line_path
-from kinematics.boxes import Box
-from kinematics.guards import AngleSum
-from kinematics.guards_path import turns_upright
+from kinematics.guards.guards import AngleSum
+from kinematics.guards.path import turns_upright
+from kinematics.guards.shapes import Box
 
 VICE = Box("vice", (150.0, -60.0, 0.0), (230.0, 60.0, 60.0))
 WALL = Box("wall", (-500.0, 200.0, -10.0), (500.0, 204.0, 600.0))

@@ -9,9 +9,9 @@ from kinematics_cases import TEACHMOVER, UNEVEN, arm_and_posture, same_pose
 
 from kinematics import Joints
 from kinematics.errors import KinematicsError
-from kinematics.frames import compose, position_of, rotation_of, transform
-from kinematics.hand_frame import ON_MANIFOLD_RAD
-from kinematics.rotations import multiply, rot_x, rot_y, rot_z, transpose
+from kinematics.five_axis.frame import ON_MANIFOLD_RAD
+from kinematics.frames.rotations import multiply, rot_x, rot_y, rot_z, transpose
+from kinematics.frames.transforms import compose, position_of, rotation_of, transform
 
 HALF = math.pi / 2
 

@@ -8,10 +8,10 @@ import pytest
 from kinematics_cases import TEACHMOVER, UNEVEN
 
 from kinematics import FiveAxisArm, JointRange
-from kinematics.batch import branches_of_frames
-from kinematics.frames import Transform, compose, position_of, rotation_of, transform
-from kinematics.hand_frame import ON_MANIFOLD_RAD, forward_frame
-from kinematics.rotations import multiply, rot_x, rot_y, rot_z, transpose
+from kinematics.five_axis.batch import branches_of_frames
+from kinematics.five_axis.frame import ON_MANIFOLD_RAD, forward_frame
+from kinematics.frames.rotations import multiply, rot_x, rot_y, rot_z, transpose
+from kinematics.frames.transforms import Transform, compose, position_of, rotation_of, transform
 
 NEAR_MM, NEAR_RAD = 1e-4, 1e-5
 GOALS = 120

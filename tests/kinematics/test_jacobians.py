@@ -16,12 +16,18 @@ from hypothesis import strategies as st
 from kinematics_cases import arm_and_posture
 
 from kinematics import KinematicsError, RollFrame
-from kinematics.chains import Chain
-from kinematics.generated import generated
-from kinematics.jacobians import dimensionless, geometric_jacobian, manipulability, task_jacobian
-from kinematics.linear import singular, transposed
-from kinematics.links import DHLink, JointKind
-from kinematics.rates import THRESHOLD, joint_rates
+from kinematics.chains.chain import Chain
+from kinematics.chains.generated import generated
+from kinematics.chains.jacobians import (
+    THRESHOLD,
+    dimensionless,
+    geometric_jacobian,
+    joint_rates,
+    manipulability,
+    task_jacobian,
+)
+from kinematics.chains.links import DHLink, JointKind
+from kinematics.frames.matrices import singular, transposed
 
 
 @given(chains_and_values(most=6))

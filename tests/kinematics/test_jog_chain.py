@@ -7,13 +7,13 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from kinematics.chain_arm import ChainArm
+from kinematics.chains.arm import ChainArm
+from kinematics.chains.task import chain_near, near
 from kinematics.errors import KinematicsError
-from kinematics.frames import translation
-from kinematics.jog_chain import chain_near, near
+from kinematics.frames.transforms import translation
 from kinematics.presets import preset
 from kinematics.spaces import Joints
-from kinematics.systems import system
+from kinematics.textbook.systems import system
 
 MINI = ChainArm(system("minimover5").chain())
 PUMA = ChainArm(dataclasses.replace(system("puma").chain(), base=translation(0.0, 0.0, 660.0)))

@@ -6,10 +6,16 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from kinematics.closed_form import forward
-from kinematics.jacobians import task_jacobian
-from kinematics.jog_rates import braked, joint_rates, ramped, share_of_limits, shares_to_stop
-from kinematics.linear import times
+from kinematics.chains.jacobians import task_jacobian
+from kinematics.five_axis.closed_form import forward
+from kinematics.five_axis.jog_rates import (
+    braked,
+    joint_rates,
+    ramped,
+    share_of_limits,
+    shares_to_stop,
+)
+from kinematics.frames.matrices import times
 from kinematics.presets import preset
 from kinematics.spaces import Joints
 

@@ -28,7 +28,7 @@ def test_an_unknown_name_is_an_attribute_error():
 def test_importing_the_room_loads_neither_numpy_nor_the_named_systems():
     code = (
         "import sys, kinematics\n"
-        "late = {'numpy', 'kinematics.systems', 'kinematics.frame_graph'}\n"
+        "late = {'numpy', 'kinematics.textbook.systems', 'kinematics.frames.graph'}\n"
         "assert late <= {'numpy', *kinematics._TEXTBOOK}\n"
         "print(sorted(late & sys.modules.keys()))"
     )

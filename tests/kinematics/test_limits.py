@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from kinematics.frames.matrices import DependentRow, inverse, times
 from kinematics.limits import LIMIT_TOLERANCE_RAD, JointRange, fitted, turn_into, wrap
-from kinematics.linear import DependentRow, inverse, times
 
 angles = st.floats(-50.0, 50.0)
 

@@ -7,11 +7,10 @@ from chain_cases import QUARTER, angles, difference, lengths
 from hypothesis import given
 from hypothesis import strategies as st
 
+from kinematics.chains.links import LINK_TYPES, Convention, DHLink, JointKind, a_matrix, link_type
 from kinematics.errors import BadNumber, KinematicsError
-from kinematics.frames import compose, invert, position_of, transform, translation
-from kinematics.link_types import LINK_TYPES, link_type
-from kinematics.links import Convention, DHLink, JointKind, a_matrix
-from kinematics.rotations import rot_x, rot_z
+from kinematics.frames.rotations import rot_x, rot_z
+from kinematics.frames.transforms import compose, invert, position_of, transform, translation
 
 ORIGIN = (0.0, 0.0, 0.0)
 

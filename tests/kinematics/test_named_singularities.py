@@ -4,13 +4,18 @@ import math
 
 import pytest
 
-from kinematics.frames import rotation_of
-from kinematics.named_singularities import named_singularities
-from kinematics.own_jacobian import chain_rows, judged, own_jacobian, own_rows
-from kinematics.rotations import multiply, transpose
-from kinematics.systems import SYSTEMS
-from kinematics.tables import chain_of_rows
-from kinematics.worked_example import example_posture
+from kinematics.chains.tables import chain_of_rows
+from kinematics.frames.rotations import multiply, transpose
+from kinematics.frames.transforms import rotation_of
+from kinematics.textbook.jacobians import (
+    chain_rows,
+    judged,
+    named_singularities,
+    own_jacobian,
+    own_rows,
+)
+from kinematics.textbook.systems import SYSTEMS
+from kinematics.textbook.worked_example import example_posture
 
 STEP = 1e-6
 NAMES = list(SYSTEMS)

@@ -18,7 +18,8 @@ from kinematics_cases import (
     turn_between,
 )
 
-from kinematics import FiveAxisArm, JointRange, Joints, Pose, RollFrame, nearest
+from kinematics import FiveAxisArm, JointRange, Joints, Pose, RollFrame
+from kinematics.five_axis import nearest
 
 frames = st.sampled_from(RollFrame)
 

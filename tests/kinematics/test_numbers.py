@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kinematics import numbers
-from kinematics.numbers import QUARTER_TOLERANCE_RAD, atan2, cos_sin, is_own_kind
+from kinematics.frames import numbers
+from kinematics.frames.numbers import QUARTER_TOLERANCE_RAD, atan2, cos_sin, is_own_kind
 
 
 class Own:

@@ -11,15 +11,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from kinematics import FiveAxisArm, JointRange, KinematicsError, Pose, RollFrame
-from kinematics.chains import Chain
-from kinematics.frames import compose, position_of, transform
-from kinematics.goals import ALL_PARTS, Part
-from kinematics.ik_account import Reason
-from kinematics.links import Convention, DHLink, JointKind
-from kinematics.nearest import nearest
-from kinematics.numeric_ik import PITCH_FIRST, Effort, solve_frame_ik, solve_pose_ik
-from kinematics.rotations import rot_x
-from kinematics.vectors import distance
+from kinematics.chains.chain import Chain
+from kinematics.chains.goals import ALL_PARTS, Part
+from kinematics.chains.inverse import PITCH_FIRST, Effort, Reason, solve_frame_ik, solve_pose_ik
+from kinematics.chains.links import Convention, DHLink, JointKind
+from kinematics.five_axis.nearest import nearest
+from kinematics.frames.rotations import rot_x
+from kinematics.frames.transforms import compose, position_of, transform
+from kinematics.frames.vectors import distance
 
 ARM = FiveAxisArm(
     195.0, 177.8, 177.8, 96.5, tuple(JointRange(one.low, one.high) for one in MINI_MOVER.links)
@@ -247,5 +246,5 @@ def test_a_seed_that_does_not_fit_is_refused():
 
 
 def test_numpy_is_imported_when_the_first_goal_is_solved():
-    script = "import sys, kinematics.numeric_ik; sys.exit('numpy' in sys.modules)"
+    script = "import sys, kinematics.chains.inverse; sys.exit('numpy' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0

@@ -25,17 +25,9 @@ from kinematics import (
     solve_rpy,
     turn_between,
 )
-from kinematics.quaternions import quaternion_of
-from kinematics.rotations import (
-    IDENTITY,
-    multiply,
-    rot_x,
-    rot_y,
-    rot_z,
-    rotate,
-    transpose,
-)
-from kinematics.vectors import X_AXIS, Z_AXIS, norm, scale
+from kinematics.frames.quaternions import quaternion_of
+from kinematics.frames.rotations import IDENTITY, multiply, rot_x, rot_y, rot_z, rotate, transpose
+from kinematics.frames.vectors import X_AXIS, Z_AXIS, norm, scale
 
 SOLVERS = (solve_rpy, solve_euler, solve_axis_angle, solve_quaternion)
 every_solver = pytest.mark.parametrize("solve", SOLVERS, ids=lambda solve: solve.__name__)

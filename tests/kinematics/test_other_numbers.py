@@ -12,11 +12,18 @@ import pytest
 from frame_cases import any_angle
 from hypothesis import given
 
-from kinematics.axis_angle import AxisAngle
-from kinematics.frames import compose, invert, position_of, transform, transform_point, translation
-from kinematics.orientation_angles import RPY, EulerZYZ
-from kinematics.rotations import multiply, rot_x, rot_y, rot_z
-from kinematics.vectors import X_AXIS, Z_AXIS, angle_between, norm, signed_angle
+from kinematics.frames.orientations import RPY, EulerZYZ
+from kinematics.frames.quaternions import AxisAngle
+from kinematics.frames.rotations import multiply, rot_x, rot_y, rot_z
+from kinematics.frames.transforms import (
+    compose,
+    invert,
+    position_of,
+    transform,
+    transform_point,
+    translation,
+)
+from kinematics.frames.vectors import X_AXIS, Z_AXIS, angle_between, norm, signed_angle
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kinematics import KinematicsError
-from kinematics.profiles import jerk_limited, trapezoid
+from kinematics.paths.profiles import jerk_limited, trapezoid
 
 sizes = st.floats(1e-3, 1e3)
 limits = sizes | st.just(math.inf)

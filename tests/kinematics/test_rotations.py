@@ -19,9 +19,8 @@ from kinematics import (
     nearest_rotation,
     turn_between,
 )
-from kinematics.eigen import symmetric_eigen
-from kinematics.rotation_check import rotation_flaws
-from kinematics.rotations import (
+from kinematics.frames.matrices import symmetric_eigen
+from kinematics.frames.rotations import (
     IDENTITY,
     columns,
     determinant,
@@ -35,7 +34,8 @@ from kinematics.rotations import (
     trace,
     transpose,
 )
-from kinematics.vectors import X_AXIS, Y_AXIS, Z_AXIS, cross, dot, norm
+from kinematics.frames.transforms import rotation_flaws
+from kinematics.frames.vectors import X_AXIS, Y_AXIS, Z_AXIS, cross, dot, norm
 
 about = pytest.mark.parametrize(
     ("rot", "axis", "across", "onto"),

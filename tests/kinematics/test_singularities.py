@@ -9,16 +9,21 @@ from hypothesis import strategies as st
 from kinematics_cases import TEACHMOVER, arm_and_posture
 
 from kinematics import Joints, KinematicsError
-from kinematics.chains import Chain
-from kinematics.five_axis_singularities import (
+from kinematics.chains.chain import Chain
+from kinematics.chains.jacobians import manipulability, task_jacobian
+from kinematics.chains.links import DHLink, JointKind
+from kinematics.chains.singularities import (
+    SINGULAR,
+    condition,
+    in_words,
+    length_of,
+    nearest_singularity,
+)
+from kinematics.five_axis.singularities import (
     FiveAxisSingularity,
     five_axis_singularities,
     nearest_five_axis_singularity,
 )
-from kinematics.jacobians import manipulability, task_jacobian
-from kinematics.links import DHLink, JointKind
-from kinematics.singular_nearby import nearest_singularity
-from kinematics.singularities import SINGULAR, condition, in_words, length_of
 
 TWO_LINK = Chain((DHLink(a_mm=200.0), DHLink(a_mm=100.0)))
 

@@ -9,19 +9,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kinematics.chains import Chain
-from kinematics.links import Convention, DHLink, JointKind
-from kinematics.symbol_naming import definitions
-from kinematics.symbol_text import Text, matrix_text
-from kinematics.symbolic_systems import (
+from kinematics.chains.chain import Chain
+from kinematics.chains.links import Convention, DHLink, JointKind
+from kinematics.textbook.notation import Text, definitions, matrix_text
+from kinematics.textbook.symbolic_systems import (
     joint_symbols,
     symbolic_chain,
     symbolic_goal,
     symbolic_system,
 )
-from kinematics.symbols import as_symbol
-from kinematics.systems import SYSTEMS
-from kinematics.worked_symbols import symbolic_system_example
+from kinematics.textbook.symbols import as_symbol
+from kinematics.textbook.systems import SYSTEMS
+from kinematics.textbook.worked_example import symbolic_system_example
 
 
 def postures(system, low_rad=-3.0, high_rad=3.0):

@@ -10,14 +10,20 @@ from amounts import amount
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from kinematics import numbers
+from kinematics.chains.links import Convention, a_matrix
 from kinematics.errors import KinematicsError
-from kinematics.frames import compose
-from kinematics.links import Convention, a_matrix
-from kinematics.rotations import multiply, rot_x, rot_y, rot_z
-from kinematics.symbol_naming import definitions, renamed
-from kinematics.symbol_text import Latex, Text, matrix_latex, matrix_text
-from kinematics.symbols import ONE, ZERO, Symbol, as_symbol, coordinate, named
+from kinematics.frames import numbers
+from kinematics.frames.rotations import multiply, rot_x, rot_y, rot_z
+from kinematics.frames.transforms import compose
+from kinematics.textbook.notation import (
+    Latex,
+    Text,
+    definitions,
+    matrix_latex,
+    matrix_text,
+    renamed,
+)
+from kinematics.textbook.symbols import ONE, ZERO, Symbol, as_symbol, coordinate, named
 
 QUARTER = math.pi / 2
 NAMES = ("theta1", "theta2", "theta3", "l1", "l2")

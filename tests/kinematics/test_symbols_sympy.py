@@ -6,12 +6,12 @@ import math
 
 import pytest
 
-from kinematics.chains import Chain
-from kinematics.frames import compose
-from kinematics.links import Convention, DHLink
-from kinematics.symbolic_systems import joint_symbols, symbolic_chain, symbolic_system
-from kinematics.symbols import as_symbol
-from kinematics.systems import SYSTEMS
+from kinematics.chains.chain import Chain
+from kinematics.chains.links import Convention, DHLink
+from kinematics.frames.transforms import compose
+from kinematics.textbook.symbolic_systems import joint_symbols, symbolic_chain, symbolic_system
+from kinematics.textbook.symbols import as_symbol
+from kinematics.textbook.systems import SYSTEMS
 
 sympy = pytest.importorskip("sympy", reason="the computer algebra to compare with is missing")
 
@@ -19,7 +19,7 @@ QUARTER = math.pi / 2
 
 
 class Foreign:
-    """A sympy expression that brings its own functions, as `kinematics.numbers` asks."""
+    """A sympy expression that brings its own functions, as `kinematics.frames.numbers` asks."""
 
     def __init__(self, expression):
         self.expression = sympy.nsimplify(expression)

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from systems_cases import Wrapped, gap, postures, same_goal, same_joints
 
 from kinematics.errors import BadNumber, KinematicsError, OutOfReach, UnknownSystem
-from kinematics.frames import position_of
-from kinematics.systems import SYSTEMS, system
+from kinematics.frames.transforms import position_of
+from kinematics.textbook.systems import SYSTEMS, system
 
 EACH = pytest.mark.parametrize("one", SYSTEMS.values(), ids=SYSTEMS)
 

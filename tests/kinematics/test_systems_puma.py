@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 from systems_cases import gap, postures, same_joints
 
 from kinematics.errors import NotARotation, OutOfReach
-from kinematics.frames import position_of, rotation_of, transform
-from kinematics.systems import Puma
-from kinematics.systems.spherical_wrist import inverse
+from kinematics.frames.transforms import position_of, rotation_of, transform
+from kinematics.textbook.systems import Puma
+from kinematics.textbook.systems.wrist import inverse
 
 HALF = math.pi / 2.0
 SIMPLE = Puma()

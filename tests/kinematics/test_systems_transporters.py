@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from systems_cases import gap, postures, same_joints
 
 from kinematics import Joints, Pose, preset
-from kinematics.frames import position_of
-from kinematics.systems import SYSTEMS, Alpha2, MiniMover, RevoluteTransporter, system
+from kinematics.frames.transforms import position_of
+from kinematics.textbook.systems import SYSTEMS, Alpha2, MiniMover, RevoluteTransporter, system
 
 angles = st.floats(-math.pi, math.pi)
 lengths = st.floats(0.0, 500.0)

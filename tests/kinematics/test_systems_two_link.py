@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 from systems_cases import gap, postures
 
 from kinematics.errors import OutOfReach
-from kinematics.frames import position_of, rotation_of
-from kinematics.orientation_angles import RPY
-from kinematics.systems import (
+from kinematics.frames.orientations import RPY
+from kinematics.frames.transforms import position_of, rotation_of
+from kinematics.textbook.systems import (
     ThreeLink,
     TwoLinkType1,
     TwoLinkType2,

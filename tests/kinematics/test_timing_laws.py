@@ -13,8 +13,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from kinematics.timing import timed
-from kinematics.timing_limits import MotionLimits
+from kinematics.paths.motion_limits import MotionLimits
+from kinematics.paths.timing import timed
 
 AXES = 3
 SAMPLES = 60

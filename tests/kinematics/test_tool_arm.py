@@ -19,9 +19,9 @@ from kinematics import (
     line_path,
     preset,
 )
+from kinematics.five_axis.tool_arm import ToolArm, holding
+from kinematics.frames.vectors import cross
 from kinematics.tool import Tool
-from kinematics.tool_arm import ToolArm, holding
-from kinematics.vectors import cross
 
 BARE = preset("teachmover").arm
 LENGTHS = st.floats(-80.0, 80.0)

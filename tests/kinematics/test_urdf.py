@@ -9,14 +9,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from kinematics_cases import TEACHMOVER, postures
 
-from kinematics.chains import Chain
-from kinematics.counting import Ledger
+from kinematics.chains.chain import Chain
+from kinematics.chains.links import Convention, DHLink, JointKind
+from kinematics.chains.urdf import urdf_of_arm, urdf_of_chain
 from kinematics.errors import KinematicsError
-from kinematics.frames import compose, transform
-from kinematics.links import Convention, DHLink, JointKind
-from kinematics.rotations import multiply, rot_x, rot_y, rot_z
-from kinematics.systems import SYSTEMS
-from kinematics.urdf import urdf_of_arm, urdf_of_chain
+from kinematics.frames.rotations import multiply, rot_x, rot_y, rot_z
+from kinematics.frames.transforms import compose, transform
+from kinematics.textbook.efficiency import Ledger
+from kinematics.textbook.systems import SYSTEMS
 
 SLIDE = {"kind": JointKind.PRISMATIC, "low": -200.0, "high": 200.0}
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from kinematics import ZeroVector
-from kinematics.vectors import (
+from kinematics.frames.vectors import (
     X_AXIS,
     Y_AXIS,
     Z_AXIS,

@@ -6,18 +6,23 @@ import math
 
 import pytest
 
-from kinematics.chains import Chain
+from kinematics.chains.chain import Chain
+from kinematics.chains.links import DHLink, JointKind
 from kinematics.errors import KinematicsError, OutOfReach
-from kinematics.frames import compose
-from kinematics.links import DHLink, JointKind
-from kinematics.systems import SYSTEMS, system
-from kinematics.worked_example import example_posture, work_chain, work_system
-from kinematics.worked_symbols import (
+from kinematics.frames.transforms import compose
+from kinematics.textbook.systems import SYSTEMS, system
+from kinematics.textbook.worked_example import (
+    example_posture,
+    frame_text,
+    number_text,
+    plain,
+    sections,
     symbolic_chain_example,
     symbolic_sections,
     symbolic_system_example,
+    work_chain,
+    work_system,
 )
-from kinematics.worked_text import frame_text, number_text, plain, sections
 
 DEG = math.pi / 180.0
 

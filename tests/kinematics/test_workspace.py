@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from kinematics_cases import TEACHMOVER, UNEVEN
 
 from kinematics import FiveAxisArm, JointRange, KinematicsError, Pose
-from kinematics.chains import Chain
-from kinematics.closed_form import forward
-from kinematics.links import DHLink, JointKind
-from kinematics.workspace import NUDGE_MM, sampled_reach, section
+from kinematics.chains.chain import Chain
+from kinematics.chains.links import DHLink, JointKind
+from kinematics.five_axis.closed_form import forward
+from kinematics.five_axis.workspace import NUDGE_MM, sampled_reach, section
 
 PITCHES_DEG = (-90, 0, 35)
 FREE = FiveAxisArm(150.0, 120.0, 80.0, 60.0, (JointRange.of(-180, 180),) * 5)

@@ -8,7 +8,7 @@ MUTANTS = (
     Mutant(
         name="the elbow bends the wrong way",
         promise="both postures hold the hand at its pose",
-        path="kinematics/closed_form.py",
+        path="kinematics/five_axis/closed_form.py",
         old="    return (direction + lift, -bend), (direction - lift, bend)",
         new="    return (direction + lift, bend), (direction - lift, -bend)",
         tests=tests_of(
@@ -19,7 +19,7 @@ MUTANTS = (
     Mutant(
         name="the arctangent has its arguments the wrong way round",
         promise="a posture holds the hand at its pose",
-        path="kinematics/choice.py",
+        path="kinematics/five_axis/closed_form.py",
         old="base = near[0] if on_axis else atan2(y, x)",
         new="base = near[0] if on_axis else atan2(x, y)",
         tests=tests_of(
@@ -30,7 +30,7 @@ MUTANTS = (
     Mutant(
         name="the back posture does not turn the roll over",
         promise="back and front hold the hand alike",
-        path="kinematics/choice.py",
+        path="kinematics/five_axis/closed_form.py",
         old="            r += pi\n",
         new="",
         tests=tests_of(
@@ -41,7 +41,7 @@ MUTANTS = (
     Mutant(
         name="the pitch leaves the wrist out",
         promise="the hand's pitch is the sum of the angles",
-        path="kinematics/closed_form.py",
+        path="kinematics/five_axis/closed_form.py",
         old="    pitch = forearm + wrist\n",
         new="    pitch = forearm - wrist\n",
         tests=tests_of(
@@ -52,7 +52,7 @@ MUTANTS = (
     Mutant(
         name="the nearest posture is the farthest",
         promise="of several postures the nearest is taken",
-        path="kinematics/choice.py",
+        path="kinematics/five_axis/closed_form.py",
         old="            if change < least:  # never",
         new="            if best is None or inf > change > least:  # never",
         tests=tests_of(
@@ -63,7 +63,7 @@ MUTANTS = (
     Mutant(
         name="an A matrix twists the wrong way",
         promise="A matrices are those of the textbook",
-        path="kinematics/links.py",
+        path="kinematics/chains/links.py",
         old="            (0.0, sa, ca, d_mm),",
         new="            (0.0, -sa, ca, d_mm),",
         tests=tests_of(
@@ -74,7 +74,7 @@ MUTANTS = (
     Mutant(
         name="Craig's convention has its offset with the wrong sign",
         promise="A matrices are those of the textbook",
-        path="kinematics/links.py",
+        path="kinematics/chains/links.py",
         old="(st * ca, ct * ca, -sa, -sa * d_mm)",
         new="(st * ca, ct * ca, -sa, sa * d_mm)",
         tests=tests_of(
@@ -146,7 +146,7 @@ MUTANTS = (
     Mutant(
         name="guards measure from the wrong side",
         promise="a guard keeps the arm out",
-        path="kinematics/guards.py",
+        path="kinematics/guards/guards.py",
         old='yield Reading("outer radius", "tip radius", tip_r, outer, outer - tip_r)',
         new='yield Reading("outer radius", "tip radius", tip_r, outer, tip_r - outer)',
         tests=tests_of(
@@ -157,7 +157,7 @@ MUTANTS = (
     Mutant(
         name="the table is no guard",
         promise="the arm stays above its table",
-        path="kinematics/guards.py",
+        path="kinematics/guards/guards.py",
         old="        if self.guards.table:\n",
         new="        if False:\n",
         tests=tests_of(

@@ -131,7 +131,7 @@ MUTANTS = (
     Mutant(
         name="guards are checked at the goal alone",
         promise="no guard is broken on the way",
-        path="kinematics/guards_path.py",
+        path="kinematics/guards/path.py",
         old="            near = part * travel.whole_mm <= self._step_mm\n",
         new="            near = True\n",
         tests=tests_of(
@@ -142,7 +142,7 @@ MUTANTS = (
     Mutant(
         name="joint limits are five degrees wide of the arm's",
         promise="no joint passes its limit",
-        path="kinematics/five_axis.py",
+        path="kinematics/five_axis/arm.py",
         old="        if abs(angle - bounds.clamp(angle)) > LIMIT_TOLERANCE_RAD",
         new="        if abs(angle - bounds.clamp(angle)) > LIMIT_TOLERANCE_RAD + 0.0873",
         tests=tests_of(
@@ -175,7 +175,7 @@ MUTANTS = (
     Mutant(
         name="a line's joints pass their limits",
         promise="no joint passes its limit on a line",
-        path="kinematics/line.py",
+        path="kinematics/five_axis/follow.py",
         old="            if abs(angle - inside) > LIMIT_TOLERANCE_RAD:",
         new="            if False:",
         tests=tests_of(
@@ -264,7 +264,7 @@ MUTANTS = (
     Mutant(
         name="every motion is twice as fast as the limits",
         promise="no joint is faster than its limit",
-        path="kinematics/timing_limits.py",
+        path="kinematics/paths/motion_limits.py",
         old="        return max(slowest, busiest / self.motor_hz)",
         new="        return max(slowest, busiest / self.motor_hz) / 2.0",
         tests=tests_of(
@@ -275,7 +275,7 @@ MUTANTS = (
     Mutant(
         name="motors turn twice as fast as they are able to",
         promise="no motor is faster than its limit",
-        path="kinematics/timing_limits.py",
+        path="kinematics/paths/motion_limits.py",
         old="busiest / self.motor_hz)",
         new="busiest / self.motor_hz / 2.0)",
         tests=tests_of(
@@ -414,7 +414,7 @@ MUTANTS = (
     Mutant(
         name="a line takes another elbow than the one it starts with",
         promise="a line keeps one posture",
-        path="kinematics/line.py",
+        path="kinematics/five_axis/follow.py",
         old="        _elbow_sign(wrap(start[2]), arm.limits[2]),\n",
         new="        -1.0,\n",
         tests=tests_of(
@@ -425,7 +425,7 @@ MUTANTS = (
     Mutant(
         name="a line of an arm that faces away turns its base",
         promise="a line keeps one posture",
-        path="kinematics/line.py",
+        path="kinematics/five_axis/follow.py",
         old="        r < -AXIS_MM,\n",
         new="        False,\n",
         tests=tests_of(

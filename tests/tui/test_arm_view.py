@@ -21,7 +21,7 @@ from armdrive.draw.inks import PATTERNS
 from armdrive.draw.looks import LOOKS
 from armdrive.draw.scene import Moment
 from kinematics import Joints
-from kinematics.boxes import Box
+from kinematics.guards.shapes import Box
 from tui.keyboard import label
 from tui.keys_view import VIEW_KEYS
 from tui.spans import SpansUpdate, _cut, send_spans_alone

@@ -14,7 +14,7 @@ from waiting import until_seen
 from armdrive.intents import Jog, Space
 from armdrive.status import State, Trust
 from kinematics import Joints, system
-from kinematics.chain_arm import ChainArm
+from kinematics.chains.arm import ChainArm
 from tui import panels
 from tui.framework import ENDING_SIGNALS
 from tui.jogging import IDLE_DISARMS_S

@@ -9,8 +9,8 @@ from desk_planner import CONFIG, PlannerArm
 from desk_session import Session
 
 from armdrive.status import State
-from armdrive.theory.subject import find_subject
 from armdrive.view import status_view
+from kinematics.textbook.study import find_subject
 from tui.keyboard import DEFAULT_KEYS
 from tui.keys import TABLE
 from tui.model_desk import ModelDesk

@@ -8,8 +8,8 @@ import pytest
 
 from armdrive.draw.camera import VIEWS
 from armdrive.errors import KeyFileError
-from armdrive.theory.subject import find_subject
-from kinematics.worked_example import example_posture
+from kinematics.textbook.study import find_subject
+from kinematics.textbook.worked_example import example_posture
 from tui.framework import PlainText
 from tui.keyboard import DEFAULT_KEYS, label
 from tui.keys import TABLE

@@ -8,7 +8,7 @@ from desk_fake import MODEL, Clock, FakeArm, unknown_position
 from desk_session import Session
 
 from kinematics import Joints, system
-from kinematics.chain_arm import ChainArm
+from kinematics.chains.arm import ChainArm
 from tui.desk import Desk
 from tui.keyboard import Keyboard, label
 from tui.keys import TABLE

@@ -10,9 +10,8 @@ from textual.binding import BindingType
 from textual.geometry import Size
 
 from armdrive.status import Status
-from armdrive.theory.stepping import axes_of
-from armdrive.theory.study import Study, study
-from armdrive.theory.subject import Subject, subject_of_arm
+from kinematics.textbook.stepping import axes_of
+from kinematics.textbook.study import Study, Subject, study, subject_of_arm
 from tui.framework import PlainText
 from tui.layout import bindings
 from tui.model_tables import axis_rows, joint_rows

@@ -12,12 +12,10 @@ from textual.containers import Horizontal, Vertical
 
 from armdrive.draw.chain_figure import ChainFigure, DrawnChain
 from armdrive.draw.scene import Moment
-from armdrive.theory.columns import Column, laid
-from armdrive.theory.pages import sections, summary, symbol_sections
-from armdrive.theory.study import Study, searched
-from armdrive.theory.subject import Subject
-from kinematics.named_singularities import Lost
-from kinematics.worked_text import Section
+from kinematics.textbook.jacobians import Lost
+from kinematics.textbook.pages import Column, laid, sections, summary, symbol_sections
+from kinematics.textbook.study import Study, Subject, searched
+from kinematics.textbook.worked_example import Section
 from tui.alarm import Alarm
 from tui.framework import FirstKeys, PlainText
 from tui.keys import spoken

@@ -1,1 +1,0 @@
-"""A named system or a link table, studied posture by posture with no arm connected."""

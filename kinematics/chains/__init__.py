@@ -1,0 +1,1 @@
+"""Serial chains of links: frame assignment, forward and inverse kinematics, Jacobians, URDF."""

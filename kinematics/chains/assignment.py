@@ -1,0 +1,334 @@
+"""Frame assignment: from an arm's joint axes in its zero position to its link table.
+
+Standard (distal) frames by McKerrow, chapter 4, section 4; frames of the other convention by
+Craig, chapter 3, "affixing frames to links". Where the rules leave something free, the result
+says what was chosen. Lengths in mm, angles in rad, everything as seen from the world.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+from kinematics.chains.chain import Chain
+from kinematics.chains.links import (
+    Convention,
+    DHLink,
+    JointKind,
+    assigned_parameters,
+    link_parameters,
+)
+from kinematics.errors import KinematicsError, finite
+from kinematics.frames.rotations import from_columns
+from kinematics.frames.transforms import (
+    IN_PLACE,
+    Transform,
+    compose,
+    invert,
+    position_of,
+    transform,
+    translation,
+)
+from kinematics.frames.vectors import (
+    X_AXIS,
+    Y_AXIS,
+    Vector,
+    add,
+    any_normal,
+    cross,
+    distance,
+    dot,
+    norm,
+    reject,
+    scale,
+    subtract,
+    unit,
+)
+
+# Two joint axes in space: skew, intersecting, parallel or the same, and their common normal.
+#
+# Source: McKerrow, chapter 4, section 3 (the common normal of a link). Lengths in mm.
+
+SAME_DIRECTION = 1e-9
+"""Sine of the angle below which two axes count as parallel."""
+
+TOUCHING_MM = 1e-6
+"""Axes nearer to each other than this intersect, or are the same."""
+
+
+class Relation(Enum):
+    """How two axes lie to each other."""
+
+    SKEW = "skew"
+    INTERSECTING = "intersecting"
+    PARALLEL = "parallel"
+    COINCIDENT = "coincident"
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A line in space: any point on it, and its direction, which is made 1 long.
+
+    Raises `ZeroVector` for no direction and `BadNumber` for what is not a finite number.
+    """
+
+    point: Vector
+    direction: Vector
+
+    def __post_init__(self) -> None:
+        for name in ("point", "direction"):
+            x, y, z = (finite(f"an axis' {name}", one) for one in getattr(self, name))
+            object.__setattr__(self, name, (x, y, z))
+        object.__setattr__(self, "direction", unit(self.direction))
+
+    def foot(self, point: Vector) -> Vector:
+        """Return the point of the line that is nearest to a point."""
+        along = dot(subtract(point, self.point), self.direction)
+        return add(self.point, scale(along, self.direction))
+
+
+@dataclass(frozen=True, slots=True)
+class AxisPair:
+    """Two axes' common normal: its ends on the one and on the other, and how the axes lie.
+
+    Of parallel axes the common normal may be anywhere along them; `relate` was told where.
+    """
+
+    relation: Relation
+    near: Vector
+    far: Vector
+
+
+def relate(first: Line, second: Line, level: Vector) -> AxisPair:
+    """Return the common normal of two axes, through the height of `level` where it is free."""
+    across = cross(first.direction, second.direction)
+    if norm(across) < SAME_DIRECTION:
+        near = first.foot(level)
+        far = second.foot(near)
+        same = distance(near, far) < TOUCHING_MM
+        return AxisPair(Relation.COINCIDENT if same else Relation.PARALLEL, near, far)
+    between = subtract(second.point, first.point)
+    size = dot(across, across)
+    along_first = dot(cross(between, second.direction), across) / size
+    along_second = dot(cross(between, first.direction), across) / size
+    near = add(first.point, scale(along_first, first.direction))
+    far = add(second.point, scale(along_second, second.direction))
+    meet = distance(near, far) < TOUCHING_MM
+    return AxisPair(Relation.INTERSECTING if meet else Relation.SKEW, near, far)
+
+
+_LEANS = 1e-9
+"""Dot product of unit vectors above which one leans towards the other."""
+
+
+@dataclass(frozen=True, slots=True)
+class JointAxis:
+    """A joint of an arm in its zero position: a point on its axis, and its positive direction.
+
+    A revolute joint turns right-handed about the direction, a prismatic one slides along it;
+    its value is zero in this position. `low` and `high` bound the value, in rad or mm.
+    """
+
+    point: Vector
+    direction: Vector
+    kind: JointKind = JointKind.REVOLUTE
+    name: str = ""
+    low: float = -math.inf
+    high: float = math.inf
+
+    @property
+    def line(self) -> Line:
+        """The axis without its joint."""
+        return Line(self.point, self.direction)
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """Something that the rules leave free at one frame, and what was taken."""
+
+    frame: int
+    sentence: str
+
+    def __str__(self) -> str:
+        return f"frame {self.frame}: {self.sentence}"
+
+
+@dataclass(frozen=True, slots=True)
+class Assignment:
+    """A chain with its frames 0 to n in the zero position, how neighbouring axes lie, choices."""
+
+    chain: Chain
+    frames: tuple[Transform, ...]
+    relations: tuple[Relation, ...]
+    choices: tuple[Choice, ...]
+
+
+def assign_frames(
+    axes: Sequence[JointAxis],
+    tool: Transform = IN_PLACE,
+    convention: Convention = Convention.STANDARD,
+    name: str = "",
+) -> Assignment:
+    """Return the chain whose joints have these axes and whose tool has this frame at zero.
+
+    `tool` is the tool's frame in the world, z along its approach. The chain's forward kinematics
+    in the zero position is that frame. Raises `KinematicsError` where there are no axes and
+    `ZeroVector` for an axis without a direction.
+    """
+    if not axes:
+        raise KinematicsError("an arm needs at least one joint axis")
+    work = _Work(tuple(axes), tool, [], [])
+    if convention is Convention.STANDARD:
+        frames, tip = _standard(work)
+    else:
+        frames, tip = _craig(work)
+    names = tuple(axis.name or f"joint_{index}" for index, axis in enumerate(axes, 1))
+    links = []
+    for number, axis in enumerate(axes, 1):
+        step = compose(invert(frames[number - 1]), frames[number])
+        theta, d, a, alpha = assigned_parameters(number, step, convention)
+        links.append(DHLink(theta, d, a, alpha, axis.kind, 0.0, axis.low, axis.high))
+    chain = Chain(tuple(links), convention, frames[0], tip, name, names)
+    return Assignment(chain, tuple(frames), tuple(work.relations), tuple(work.choices))
+
+
+@dataclass(frozen=True, slots=True)
+class _Work:
+    """What is given, and what is found on the way."""
+
+    axes: tuple[JointAxis, ...]
+    tool: Transform
+    relations: list[Relation]
+    choices: list[Choice]
+
+    def chose(self, frame: int, sentence: str) -> None:
+        self.choices.append(Choice(frame, sentence))
+
+    def pair(self, index: int, level: Vector) -> AxisPair:
+        """Return the common normal of axes `index` and `index` + 1, counted from 1."""
+        near, far = self.axes[index - 1], self.axes[index]
+        found = relate(near.line, far.line, level)
+        self.relations.append(found.relation)
+        return found
+
+
+def _standard(work: _Work) -> tuple[list[Transform], Transform]:
+    """Return frames 0 to n and the tool's frame in the last one."""
+    first = work.axes[0]
+    origin, x = first.line.point, _first_x(work, first.line.direction, 0)
+    frames = [_frame(origin, x, first.line.direction)]
+    for k in range(1, len(work.axes)):
+        pair = work.pair(k, origin)
+        x = _x_axis(work, k, pair, x)
+        if pair.relation in (Relation.PARALLEL, Relation.COINCIDENT):
+            work.chose(k, "its origin may lie anywhere along its axis; it makes d zero")
+        _say_slide(work, k, work.axes[k])
+        origin = pair.far
+        frames.append(_frame(origin, x, work.axes[k].line.direction))
+    last, tip = _standard_tip(work, frames[-1])
+    return [*frames, last], tip
+
+
+def _standard_tip(work: _Work, before: Transform) -> tuple[Transform, Transform]:
+    """Return frame n: the tool's where four parameters lead there, else in line with joint n."""
+    number = len(work.axes)
+    step = compose(invert(before), work.tool)
+    if link_parameters(step) is not None:
+        return work.tool, IN_PLACE
+    last = compose(before, translation(0.0, 0.0, position_of(step)[2]))
+    work.chose(
+        number,
+        "four parameters do not lead to the tool's frame, so z keeps joint "
+        f"{number}'s direction and a constant tool transform does the rest",
+    )
+    return last, compose(invert(last), work.tool)
+
+
+def _craig(work: _Work) -> tuple[list[Transform], Transform]:
+    """Return frames 0 to n and the tool's frame in the last one."""
+    count = len(work.axes)
+    level = work.axes[0].line.point
+    x = _first_x(work, work.axes[0].line.direction, 1)
+    frames: list[Transform] = []
+    for i in range(1, count):
+        pair = work.pair(i, level)
+        x = _x_axis(work, i, pair, x)
+        if pair.relation in (Relation.PARALLEL, Relation.COINCIDENT):
+            work.chose(i, "its origin may lie anywhere along its axis; it makes d zero")
+        _say_slide(work, i, work.axes[i - 1])
+        frames.append(_frame(pair.near, x, work.axes[i - 1].line.direction))
+        level = pair.far
+    frames.append(_frame(level, x, work.axes[-1].line.direction))
+    if count > 1:
+        work.chose(count, "the last frame is free along and about its axis; theta and d are zero")
+    work.chose(0, "frame 0 is frame 1 in the zero position")
+    frames.insert(0, frames[0])
+    return frames, compose(invert(frames[-1]), work.tool)
+
+
+def _first_x(work: _Work, z: Vector, frame: int) -> Vector:
+    """Return an x for the first frame: the world's, or one near it where z is in the way."""
+    for name, towards in (("x", X_AXIS), ("y", Y_AXIS)):
+        across = reject(towards, z)
+        if norm(across) > _LEANS:
+            work.chose(
+                frame, f"x may point anywhere about its axis; it points along the world's {name}"
+            )
+            return unit(across)
+    return any_normal(z)
+
+
+def _x_axis(work: _Work, number: int, pair: AxisPair, before: Vector) -> Vector:
+    """Return x of a frame: along the common normal, or normal to both axes where they meet.
+
+    In both conventions frame `number` lies on the normal of the axes `number` and the next.
+    """
+    if pair.relation is Relation.COINCIDENT:
+        work.chose(
+            number,
+            f"axes {number} and {number + 1} are the same, so x may point anywhere "
+            "about them; it stays as the frame before has it",
+        )
+        return before
+    if pair.relation is not Relation.INTERSECTING:
+        return unit(subtract(pair.far, pair.near))
+    near, far = work.axes[number - 1], work.axes[number]
+    normal = unit(cross(near.line.direction, far.line.direction))
+    towards, why = _nearer(normal, before)
+    work.chose(
+        number,
+        f"axes {number} and {number + 1} intersect, so x may point either way along "
+        f"their normal; it points {why}",
+    )
+    return towards
+
+
+def _nearer(normal: Vector, before: Vector) -> tuple[Vector, str]:
+    """Return the normal or its opposite: as x was before, else upwards, else as it is.
+
+    The first keeps angles at zero in the zero position, the second is how the Alpha II's fourth
+    frame is drawn.
+    """
+    for lean, why in (
+        (dot(normal, before), "the way that x before it leans"),
+        (normal[2], "up"),
+    ):
+        if abs(lean) > _LEANS:
+            return scale(math.copysign(1.0, lean), normal), why
+    return normal, "along the cross product of the axes"
+
+
+def _say_slide(work: _Work, frame: int, axis: JointAxis) -> None:
+    if axis.kind is JointKind.PRISMATIC:
+        work.chose(
+            frame,
+            "a slide has a direction and no place; its axis is taken through the given point",
+        )
+
+
+def _frame(origin: Vector, x: Vector, z: Vector) -> Transform:
+    """Return a right-handed frame with this z, and x as near to the given one as z lets it."""
+    level = unit(reject(x, z))
+    return transform(from_columns(level, cross(z, level), z), origin)

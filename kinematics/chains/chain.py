@@ -1,0 +1,182 @@
+"""Serial chains of links: the manipulator transform of any number of joints, frames and limits.
+
+Source: McKerrow, chapter 4, section 7 (the product of the A matrices) and section 8. Lengths in
+mm, angles in rad; a joint's value is in rad where it is revolute and in mm where it is prismatic.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from kinematics.chains.links import Convention, DHLink, JointKind
+from kinematics.errors import KinematicsError, finite
+from kinematics.frames.numbers import is_own_kind
+from kinematics.frames.transforms import IN_PLACE, Transform, compose, position_of, translation
+from kinematics.frames.vectors import Vector, norm
+from kinematics.limits import LIMIT_TOLERANCE_RAD
+
+LIMIT_TOLERANCE_MM = 1e-6
+"""How far beyond a limit a prismatic joint may lie and still be taken for at the limit."""
+
+
+@dataclass(frozen=True, slots=True)
+class JointViolation:
+    """A joint beyond one of its limits: its value and the limit, both in `unit` (rad or mm)."""
+
+    joint: str
+    value: float
+    bound: float
+    unit: str
+
+    @property
+    def excess(self) -> float:
+        """How far beyond the limit, in `unit`."""
+        return abs(self.value - self.bound)
+
+
+@dataclass(frozen=True, slots=True)
+class Chain:
+    """Links in order from the base, in one convention, with what stands before and after them.
+
+    `base` is frame 0 in the world and `tool` the tool's frame in the last link's, both constant.
+    Joints are named `joint_names`, by default joint_1, joint_2 and so on. Raises
+    `KinematicsError` for a chain without links, or names that do not fit the links.
+    """
+
+    links: tuple[DHLink, ...]
+    convention: Convention = Convention.STANDARD
+    base: Transform = IN_PLACE
+    tool: Transform = IN_PLACE
+    name: str = ""
+    joint_names: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "links", tuple(self.links))
+        if not self.links:
+            raise KinematicsError("a chain needs at least one link")
+        names = tuple(self.joint_names) or tuple(
+            f"joint_{number}" for number in range(1, len(self.links) + 1)
+        )
+        if len(names) != len(self.links) or len(set(names)) != len(names):
+            raise KinematicsError(
+                f"{len(self.links)} different joint names are needed, not {', '.join(names)}"
+            )
+        object.__setattr__(self, "joint_names", names)
+
+    def __len__(self) -> int:
+        return len(self.links)
+
+    @property
+    def kinds(self) -> tuple[JointKind, ...]:
+        """What each joint does."""
+        return tuple(link.kind for link in self.links)
+
+    @property
+    def limits(self) -> tuple[tuple[float, float], ...]:
+        """Lowest and highest value of each joint, infinite where it does not end; rad or mm."""
+        return tuple((link.low, link.high) for link in self.links)
+
+    @property
+    def zero(self) -> tuple[float, ...]:
+        """The zero position: every joint's value is zero, within its limits or not."""
+        return (0.0,) * len(self.links)
+
+    @property
+    def longest_reach_mm(self) -> float:
+        """A distance from the first joint's frame that the tool's origin never exceeds.
+
+        The sum of all lengths and distances, infinite with a prismatic joint without limits; the
+        reach that a chain has is often less.
+        """
+        total = norm(position_of(self.tool))
+        for link in self.links:
+            total += abs(link.a_mm)
+            if link.kind is JointKind.REVOLUTE:
+                total += abs(link.d_mm)
+            else:
+                still = link.d_mm + link.offset
+                total += max(abs(still + link.low), abs(still + link.high))
+        return total
+
+    @property
+    def reach_sphere(self) -> tuple[Vector, float]:
+        """A centre in the world and a radius in mm that the tool's origin never leaves.
+
+        Where the first joint turns, the end of its own distance stays where it is, and the
+        sphere is about that point: the shoulder of most arms.
+        """
+        first = self.links[0]
+        if first.kind is JointKind.PRISMATIC:
+            return position_of(self.base), self.longest_reach_mm
+        length = first.a_mm if self.convention is Convention.CRAIG else 0.0
+        shoulder = compose(self.base, first.matrix(0.0, self.convention))
+        if self.convention is Convention.STANDARD:
+            shoulder = compose(self.base, translation(0.0, 0.0, first.d_mm))
+        return position_of(shoulder), self.longest_reach_mm - abs(first.d_mm) - abs(length)
+
+    def matrices(self, values: Sequence[float]) -> tuple[Transform, ...]:
+        """Return the A matrix of every link: each frame in the one before it."""
+        return tuple(
+            link.matrix(value, self.convention)
+            for link, value in zip(self.links, self.checked(values), strict=True)
+        )
+
+    def frames(self, values: Sequence[float]) -> tuple[Transform, ...]:
+        """Return frames 0 to n in the world: the base's, then every link's, without the tool."""
+        found = [self.base]
+        for matrix in self.matrices(values):
+            found.append(compose(found[-1], matrix))
+        return tuple(found)
+
+    def fk(self, values: Sequence[float]) -> Transform:
+        """Return the tool's frame in the world, the manipulator transform (section 7).
+
+        Works on any kind of number. Raises `KinematicsError` for the wrong number of values and
+        `BadNumber` for one that is not finite. `generated` makes a faster function of floats.
+        """
+        return compose(self.base, *self.matrices(values), self.tool)
+
+    def axes(self, values: Sequence[float]) -> tuple[tuple[Vector, Vector], ...]:
+        """Return a point on each joint's axis and its direction, in the world."""
+        frames = self.frames(values)
+        standard = self.convention is Convention.STANDARD
+        return tuple(
+            (position_of(frame), (frame[0][2], frame[1][2], frame[2][2]))
+            for frame in (frames[:-1] if standard else frames[1:])
+        )
+
+    def violations(self, values: Sequence[float]) -> tuple[JointViolation, ...]:
+        """Return the limits that a posture breaks."""
+        broken = []
+        checked = self.checked(values)
+        for name, link, value in zip(self.joint_names, self.links, checked, strict=True):
+            bound = min(max(value, link.low), link.high)
+            revolute = link.kind is JointKind.REVOLUTE
+            tolerance = LIMIT_TOLERANCE_RAD if revolute else LIMIT_TOLERANCE_MM
+            if abs(value - bound) > tolerance:
+                broken.append(JointViolation(name, value, bound, link.kind.unit))
+        return tuple(broken)
+
+    def clamp(self, values: Sequence[float]) -> tuple[float, ...]:
+        """Return the posture within the limits that is nearest, joint by joint."""
+        return tuple(
+            min(max(value, link.low), link.high)
+            for link, value in zip(self.links, self.checked(values), strict=True)
+        )
+
+    def checked(self, values: Sequence[float]) -> tuple[float, ...]:
+        """Return one number a joint, or raise `KinematicsError` or `BadNumber`."""
+        if len(values) != len(self.links):
+            raise KinematicsError(
+                f"this chain has {len(self.links)} joints ({', '.join(self.joint_names)}), "
+                f"not {len(values)}"
+            )
+        return tuple(
+            value if is_own_kind(value) else finite(name, value)
+            for name, value in zip(self.joint_names, values, strict=True)
+        )
+
+    def with_tool(self, tool: Transform) -> Chain:
+        """Return this chain with another tool in its hand."""
+        return replace(self, tool=tool)

@@ -1,0 +1,116 @@
+"""One posture of an arm given by its link table, kept along a line or any other curve of the tip.
+
+Units: mm and rad. Five joints take pitch and roll in proportion, each the shorter way round: a
+hand is the two angles, of any turn. Six turn the hand about one axis, the shorter way, which no
+angle's own degeneracy disturbs: a hand is the unit quaternion of its rotation.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from kinematics.chains.chain import Chain
+from kinematics.chains.task import Task, pose_of
+from kinematics.frames.quaternions import Quaternion, quaternion_of
+from kinematics.frames.transforms import rotation_of, transform
+from kinematics.geometry import Hand, NotFollowed, Point
+from kinematics.paths.curves import Line, hand_near, in_proportion, refuse_leap, straight_between
+from kinematics.spaces import Joints, Pose
+
+if TYPE_CHECKING:
+    from kinematics.chains.arm import ChainArm
+    from kinematics.chains.inverse import Solution
+
+LARGEST_TURN_RAD = 0.1
+"""The furthest that a joint may turn between two waypoints, so that the hand's direction, which
+is no sum of joint angles here, stays within some thousandths of a rad of the line's."""
+
+
+@dataclass(frozen=True, slots=True)
+class ChainFollower:
+    """The posture near the one before; `chain` has limits widened to the start."""
+
+    arm: ChainArm
+    first: Hand
+    chain: Chain
+    posture = ""
+
+    def hand(self, pose: Pose, near: Hand) -> Hand:
+        """Return how a pose holds the hand; refuses a yaw that is missing or cannot be taken."""
+        goal = self.arm.goal(pose)
+        if self.arm.task is Task.WHOLE:
+            turn = _four(quaternion_of(rotation_of(goal.frame)))
+            opposite = sum(a * b for a, b in zip(near, turn, strict=True)) < 0.0
+            return tuple(-part for part in turn) if opposite else turn
+        return hand_near(pose, near)
+
+    def between(self, a: Hand, b: Hand, share: float) -> Hand:
+        """Return the hand at a share of the turn from one to another."""
+        if self.arm.task is Task.WHOLE and share < 1.0:
+            return _turned(a, b, share)
+        return in_proportion(a, b, share)
+
+    def pose(self, tip: Point, hand: Hand) -> Pose:
+        """Return the pose of a tip and a hand."""
+        if self.arm.task is Task.WHOLE:
+            frame = transform(Quaternion.of(*hand).rotation(), tip)
+            return pose_of(frame, self.arm.task, self.arm.centre)
+        return Pose(*tip, *hand)
+
+    def solve(self, tip: Point, hand: Hand, before: Joints) -> Joints:
+        """Return the posture near the one before; raises `NotFollowed`."""
+        goal = self.arm.goal(self.pose(tip, hand))
+        found = self.arm.meet(goal, before, self.chain)
+        if not found.ok:
+            raise NotFollowed(_reason(found))
+        joints = self.arm.joints_of(found.joints)
+        refuse_leap(before, joints, LARGEST_TURN_RAD)
+        return joints
+
+
+def chain_line(arm: ChainArm, start: Joints, goal: Pose) -> Line:
+    """Return the line from a posture to a pose."""
+    origin = arm.fk(start)
+    first: Hand = (origin.pitch_rad, origin.roll_rad)
+    if arm.task is Task.WHOLE:
+        first = _four(quaternion_of(rotation_of(arm.chain.fk(start.angles_rad))))
+    follower = ChainFollower(arm, first, _widened(arm, start))
+    tip = origin.x_mm, origin.y_mm, origin.z_mm
+    return straight_between(follower, tip, first, goal)
+
+
+def _four(turn: Quaternion) -> Hand:
+    return turn.w, turn.x, turn.y, turn.z
+
+
+def _turned(a: Hand, b: Hand, share: float) -> Hand:
+    """Return the unit quaternion at a share of the turn about one axis (Shoemake, 1985).
+
+    The angle is that of half difference and half sum, which is exact for small turns.
+    """
+    apart = math.dist(a, b)
+    half = 2.0 * math.atan2(apart, math.hypot(*map(float.__add__, a, b)))
+    if half == 0.0:
+        return a
+    sine = math.sin(half)
+    first, second = math.sin((1.0 - share) * half) / sine, math.sin(share * half) / sine
+    return tuple(first * one + second * two for one, two in zip(a, b, strict=True))
+
+
+def _widened(arm: ChainArm, start: Joints) -> Chain:
+    """Return the chain with its limits widened to a posture beyond them."""
+    if not arm.violations(start):
+        return arm.chain
+    links = tuple(
+        replace(link, low=min(link.low, angle), high=max(link.high, angle))
+        for link, angle in zip(arm.chain.links, start, strict=True)
+    )
+    return replace(arm.chain, links=links)
+
+
+def _reason(found: Solution) -> str:
+    if found.at_limit:
+        return f"the {found.at_limit[0].replace('_', ' ')} would pass its limit"
+    return "no posture near the one before holds the hand there"

@@ -1,0 +1,347 @@
+"""A chain's forward kinematics and Jacobian as one straight-line Python function each.
+
+Made of the link table, in either convention, for speed: no matrix is multiplied at run time,
+what is constant is folded, and a run of parallel joints is one sum of angles. In such a run the
+frame turns about one axis Z only, so that with the run's first frame (X, Y, Z at P) and the
+angles phi summed up so far, the next frame is at P + X sum(a cos phi) + Y sum(a sin phi) +
+Z sum(d): the trigonometric solution of McKerrow, chapter 4, section 5, inside any chain.
+
+Values in rad and mm, on floats only, and unchecked: `Chain.fk` checks.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import NamedTuple
+
+from kinematics.chains.chain import Chain
+from kinematics.chains.links import Convention, DHLink, JointKind
+from kinematics.errors import KinematicsError
+from kinematics.frames.numbers import cos_sin, is_own_kind
+from kinematics.frames.transforms import IN_PLACE, Transform
+
+# Straight-line code under construction: sums of products, constants folded, nothing twice.
+#
+# A `Term` is a constant times at most one variable; what cannot stay a term becomes an assignment.
+# Only the names made here and the representations of floats enter the source.
+
+
+class Term(NamedTuple):
+    """A factor times a variable; a variable of no name is the number 1."""
+
+    factor: float
+    variable: str = ""
+
+    def __neg__(self) -> Term:
+        return Term(-self.factor, self.variable)
+
+
+ZERO = Term(0.0)
+ONE = Term(1.0)
+
+Monomial = tuple[str, ...]
+
+
+@dataclass(slots=True)
+class Lines:
+    """Assignments in order, each made once; `live` leaves out those that nothing needs."""
+
+    _assigned: dict[str, str] = field(default_factory=dict)
+    """Expression to name."""
+    _needs: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    """Name to the names in its expression."""
+
+    def total(self, *products: tuple[Term, ...]) -> Term:
+        """Return the sum of products of terms, as a term where it is one."""
+        monomials = _collect(products)
+        if not monomials:
+            return ZERO
+        if len(monomials) == 1:
+            [(variables, factor)] = monomials.items()
+            if len(variables) < 2:
+                return Term(factor, *variables)
+            return Term(factor, self.assign("*".join(variables), variables))
+        # a positive term first saves the sign in front
+        ordered = sorted(monomials.items(), key=lambda item: item[1] < 0.0)
+        source = "".join(
+            _signed(factor, variables, first=index == 0)
+            for index, (variables, factor) in enumerate(ordered)
+        )
+        return Term(1.0, self.assign(source, [name for names in monomials for name in names]))
+
+    def call(self, function: str, argument: Term) -> Term:
+        """Return a function's value at a term."""
+        source = f"{function}({text(argument)})"
+        return Term(1.0, self.assign(source, (argument.variable,)))
+
+    def assign(self, source: str, needs: Iterable[str]) -> str:
+        """Return the name that holds an expression's value."""
+        name = self._assigned.get(source)
+        if name is None:
+            name = f"v{len(self._assigned)}"
+            self._assigned[source] = name
+            self._needs[name] = tuple(needs)
+        return name
+
+    def live(self, results: Iterable[Term]) -> list[str]:
+        """Return the assignments that these results need, in order."""
+        wanted = {term.variable for term in results}
+        kept = []
+        for source, name in reversed(self._assigned.items()):
+            if name in wanted:
+                wanted.update(self._needs[name])
+                kept.append(f"{name} = {source}")
+        return kept[::-1]
+
+
+def text(term: Term) -> str:
+    """Return the source of a term."""
+    if term.variable and term.factor != 0.0:
+        return _signed(term.factor, (term.variable,), first=True)
+    return repr(term.factor + 0.0)
+
+
+def _collect(products: Iterable[tuple[Term, ...]]) -> dict[Monomial, float]:
+    """Return the factor of every monomial, those that cancel left out."""
+    found: dict[Monomial, float] = {}
+    for product in products:
+        factor = 1.0
+        for term in product:
+            factor *= term.factor
+        variables = tuple(sorted(term.variable for term in product if term.variable))
+        found[variables] = found.get(variables, 0.0) + factor
+    return {variables: factor for variables, factor in found.items() if factor != 0.0}
+
+
+def _signed(factor: float, variables: Monomial, *, first: bool) -> str:
+    sign = "-" if factor < 0.0 else ("" if first else "+")
+    size = abs(factor)
+    factors = [repr(size), *variables] if size != 1.0 or not variables else list(variables)
+    return sign + "*".join(factors)
+
+
+Jacobian = tuple[tuple[float, ...], ...]
+"""Six rows, one column a joint: the tip's velocity (mm per rad or mm of the joint) along the
+world's x, y and z, then its rate of turning (rad per rad or mm) about them."""
+
+Column = tuple[Term, Term, Term]
+
+_ROWS = range(3)
+_NOTHING: Column = (ZERO, ZERO, ZERO)
+
+
+@dataclass(frozen=True, slots=True)
+class Generated:
+    """The functions made of a chain, and their source, which is good to read."""
+
+    fk: Callable[[Sequence[float]], Transform]
+    jacobian: Callable[[Sequence[float]], Jacobian]
+    fk_and_jacobian: Callable[[Sequence[float]], tuple[Transform, Jacobian]]
+    source: str
+
+
+@lru_cache(maxsize=64)
+def generated(chain: Chain) -> Generated:
+    """Return the functions of a chain; the same chain is not generated twice.
+
+    Keep the result: looking it up costs more than calling it. Raises `KinematicsError` for a
+    chain whose parameters are not plain numbers.
+    """
+    if any(is_own_kind(one) for link in chain.links for one in link.parameters(0.0)):
+        raise KinematicsError("functions are generated of plain numbers; use Chain.fk for others")
+    walk = _Walk(chain)
+    frame, jacobian = walk.frame_rows(), walk.jacobian_rows()
+    source = "\n\n".join(
+        (
+            _function("fk", chain, walk.lines, [frame]),
+            _function("jacobian", chain, walk.lines, [jacobian]),
+            _function("fk_and_jacobian", chain, walk.lines, [frame, jacobian]),
+        )
+    )
+    made: dict[str, Callable[..., object]] = {"sin": math.sin, "cos": math.cos}
+    exec(compile(source, "<generated kinematics>", "exec"), made)  # noqa: S102 - our own source
+    return Generated(
+        made["fk"],  # type: ignore[arg-type]
+        made["jacobian"],  # type: ignore[arg-type]
+        made["fk_and_jacobian"],  # type: ignore[arg-type]
+        source,
+    )
+
+
+@dataclass(slots=True)
+class _Axis:
+    """A joint's axis: its direction, and (u, v) of its place in the run that it belongs to."""
+
+    kind: JointKind
+    sign: float
+    u: Term
+    v: Term
+    run: int
+
+
+class _Walk:
+    """The way from the base to the tool, writing down what must be computed."""
+
+    def __init__(self, chain: Chain) -> None:
+        self.lines = Lines()
+        self.axes: list[_Axis] = []
+        self.runs: list[tuple[Column, Column, Column, Column]] = []
+        self.hops: list[tuple[Column, Term, Term]] = []
+        self._enter(*_columns(chain.base))
+        for index, link in enumerate(chain.links):
+            if chain.convention is Convention.STANDARD:
+                self._along_z(index, link)
+                self._along_x(link)
+            else:
+                self._along_x(link)
+                self._along_z(index, link)
+        self._leave(1.0, 0.0)
+        if chain.tool != IN_PLACE:
+            self._hop(_columns(chain.tool))
+        self.hops.append((_NOTHING, ZERO, ZERO))
+
+    def frame_rows(self) -> list[list[Term]]:
+        """Return the rows of the tool's frame."""
+        columns = self.runs[-1]
+        return [*([column[row] for column in columns] for row in _ROWS), [ZERO, ZERO, ZERO, ONE]]
+
+    def jacobian_rows(self) -> list[list[Term]]:
+        """Return the six rows of the geometric Jacobian."""
+        columns = [self._velocity(axis) for axis in self.axes]
+        return [[column[row] for column in columns] for row in range(6)]
+
+    def _enter(self, x: Column, y: Column, z: Column, p: Column) -> None:
+        """Begin a run of parallel joints."""
+        self.runs.append((x, y, z, p))
+        self._u = self._v = self._w = self._angle = ZERO
+        self._turn_rad = 0.0
+        self._sign = 1.0
+
+    def _along_z(self, index: int, link: DHLink) -> None:
+        """Turn about and move along the joint's axis."""
+        value = Term(self._sign, f"q{index}")
+        self.axes.append(_Axis(link.kind, self._sign, self._u, self._v, len(self.runs) - 1))
+        theta, distance, _, _ = link.parameters(0.0)
+        shift = (self._w,), (Term(self._sign * distance),)
+        if link.kind is JointKind.REVOLUTE:
+            self._angle = self.lines.total((self._angle,), (value,))
+            self._w = self.lines.total(*shift)
+        else:
+            self._w = self.lines.total(*shift, (value,))
+        self._turn_rad += self._sign * theta
+
+    def _along_x(self, link: DHLink) -> None:
+        """Move along the common normal and twist about it; a twist of 0 or 180° ends no run."""
+        if link.a_mm != 0.0:
+            length = Term(link.a_mm)
+            cosine, sine = self._heading()
+            self._u = self.lines.total((self._u,), (length, cosine))
+            self._v = self.lines.total((self._v,), (length, sine))
+        twist_cosine, twist_sine = cos_sin(link.alpha_rad)
+        if twist_sine != 0.0:
+            self._leave(twist_cosine, twist_sine)
+        else:
+            self._sign *= twist_cosine
+
+    def _heading(self) -> tuple[Term, Term]:
+        """Return cosine and sine of the angle summed up in this run."""
+        turn_cosine, turn_sine = (Term(one) for one in cos_sin(self._turn_rad))
+        if not self._angle.variable:
+            return turn_cosine, turn_sine
+        if turn_cosine.factor != 0.0 and turn_sine.factor != 0.0:  # no quarter turn: add it first
+            angle = self.lines.total((self._angle,), (Term(self._turn_rad),))
+            return self.lines.call("cos", angle), self.lines.call("sin", angle)
+        angle = Term(1.0, self._angle.variable)
+        cosine = self.lines.call("cos", angle)
+        sine = self.lines.call("sin", angle)
+        if self._angle.factor < 0.0:
+            sine = -sine
+        total = self.lines.total
+        return (
+            total((turn_cosine, cosine), (-turn_sine, sine)),
+            total((turn_sine, cosine), (turn_cosine, sine)),
+        )
+
+    def _leave(self, twist_cosine: float, twist_sine: float) -> None:
+        """End a run: write down the frame that it leads to, twisted, and begin the next there."""
+        cosine, sine = self._heading()
+        across = Term(self._sign)
+        ca, sa = Term(twist_cosine), Term(twist_sine)
+        x = (cosine, sine, ZERO)
+        y = (-sine, cosine, ZERO)
+        local = (
+            x,
+            self._combined((across, ca), y, (across, sa), (ZERO, ZERO, ONE)),
+            self._combined((across, -sa), y, (across, ca), (ZERO, ZERO, ONE)),
+            (self._u, self._v, self._w),
+        )
+        self._hop(local)
+
+    def _combined(self, f: tuple[Term, ...], u: Column, g: tuple[Term, ...], v: Column) -> Column:
+        """Return f u + g v."""
+        one, two, three = (self.lines.total((*f, u[i]), (*g, v[i])) for i in _ROWS)
+        return one, two, three
+
+    def _hop(self, local: tuple[Column, Column, Column, Column]) -> None:
+        """Go to a frame given in the present run's first one, and begin the next run there."""
+        origin = self.runs[-1][3]
+        self.hops.append((self._turned(local[3]), local[3][0], local[3][1]))
+        x, y, z = (self._turned(column) for column in local[:3])
+        self._enter(x, y, z, self._turned(local[3], origin))
+
+    def _turned(self, column: Column, *origin: Column) -> Column:
+        """Return a vector given in the present run's first frame, in the world; from an origin."""
+        axes = self.runs[-1][:3]
+        one, two, three = (
+            self.lines.total(
+                *((place[i],) for place in origin),
+                *((axis[i], part) for axis, part in zip(axes, column, strict=True)),
+            )
+            for i in _ROWS
+        )
+        return one, two, three
+
+    def _velocity(self, axis: _Axis) -> list[Term]:
+        """Return a joint's column: what a unit rate of it makes the tip do.
+
+        Of a revolute joint at (u, v) of a run that ends at (U, V), the tip being `rest` further:
+        Z x (X (U - u) + Y (V - v) + rest) = Y (U - u) - X (V - v) + Z x rest.
+        """
+        x, y, z, _ = self.runs[axis.run]
+        total, sign = self.lines.total, Term(axis.sign)
+        direction = [total((sign, part)) for part in z]
+        if axis.kind is JointKind.PRISMATIC:
+            return [*direction, ZERO, ZERO, ZERO]
+        _, u_end, v_end = self.hops[axis.run]
+        across, along = total((u_end,), (-axis.u,)), total((axis.v,), (-v_end,))
+        rest = [total(*((hop[i],) for hop, _, _ in self.hops[axis.run + 1 :])) for i in _ROWS]
+        swing = [total((z[j], rest[k]), (-z[k], rest[j])) for j, k in ((1, 2), (2, 0), (0, 1))]
+        velocity = [
+            total((sign, swing[i]), (sign, across, y[i]), (sign, along, x[i])) for i in _ROWS
+        ]
+        return [*velocity, *direction]
+
+
+def _columns(frame: Transform) -> tuple[Column, Column, Column, Column]:
+    x, y, z, p = (
+        (Term(frame[0][column]), Term(frame[1][column]), Term(frame[2][column]))
+        for column in range(4)
+    )
+    return x, y, z, p
+
+
+def _function(name: str, chain: Chain, lines: Lines, results: list[list[list[Term]]]) -> str:
+    """Return the source of a function of the joints' values."""
+    values = [f"q{index}" for index in range(len(chain.links))]
+    needed = lines.live(term for rows in results for row in rows for term in row)
+    matrices = [_tuple([_tuple([text(term) for term in row]) for row in rows]) for rows in results]
+    returned = matrices[0] if len(matrices) == 1 else _tuple(matrices)
+    body = [f"{_tuple(values)} = q", *needed, f"return {returned}"]
+    return f"def {name}(q):\n" + "\n".join(f"    {line}" for line in body)
+
+
+def _tuple(parts: Sequence[str]) -> str:
+    return f"({', '.join(parts)}{',' if len(parts) == 1 else ''})"

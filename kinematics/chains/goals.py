@@ -1,0 +1,233 @@
+"""What a hand is asked to do: a frame, and which parts of it matter.
+
+The hand's direction (z of its frame) is split as a five-axis arm has it: its pitch in the
+vertical plane that the hand should lie in, and its heading, by which it leaves that plane. The
+roll is about the hand, from x pointing upwards in that plane. Lengths in mm, angles in rad.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import Enum
+
+from kinematics.errors import KinematicsError
+from kinematics.five_axis.arm import RollFrame
+from kinematics.frames.quaternions import rotation_vector
+from kinematics.frames.rotations import Matrix3, columns, from_columns, multiply, transpose
+from kinematics.frames.transforms import (
+    Transform,
+    check_transform,
+    position_of,
+    rotation_of,
+    transform,
+)
+from kinematics.frames.vectors import (
+    X_AXIS,
+    Z_AXIS,
+    ZERO,
+    Vector,
+    add,
+    cross,
+    dot,
+    norm,
+    reject,
+    scale,
+    subtract,
+    unit,
+)
+from kinematics.spaces import Pose
+
+VERTICAL = 1e-9
+"""A horizontal part smaller than this gives no heading."""
+
+SPLIT_SINE = 1e-3
+"""Sine of an angle below which, near half a turn, the sine no longer gives the axis."""
+
+
+class Part(Enum):
+    """A part of what a goal asks of the hand."""
+
+    POSITION = "position"
+    HEADING = "heading"
+    PITCH = "pitch"
+    ROLL = "roll"
+
+
+ALL_PARTS = frozenset(Part)
+
+Misses = tuple[tuple[Part, Vector, float], ...]
+"""What heading, pitch and roll miss: the axis of each in the world, and the angle about it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Goal:
+    """A frame that the hand should take, in the world, and the parts of it that are asked.
+
+    `outwards` is the horizontal direction of the vertical plane that the hand should lie in.
+    What is not in `parts` is left free. Make one by `frame_goal` or `pose_goal`. Raises
+    `KinematicsError` where nothing is asked.
+    """
+
+    frame: Transform
+    outwards: Vector
+    parts: frozenset[Part] = ALL_PARTS
+
+    def __post_init__(self) -> None:
+        if not self.parts:
+            raise KinematicsError(
+                f"a goal asks at least one of {', '.join(part.value for part in Part)}"
+            )
+
+    @property
+    def pitch_rad(self) -> float:
+        """The elevation of the asked direction in its plane."""
+        return self.pitch_of(columns(rotation_of(self.frame))[2])
+
+    def pitch_of(self, hand: Vector) -> float:
+        """Return the elevation of a direction, seen in the goal's plane."""
+        return math.atan2(hand[2], dot(hand, self.outwards))
+
+    def wanted(self, now: Transform) -> Matrix3:
+        """Return the rotation asked of a hand that is at `now`: what is free stays as it is."""
+        turned, target = rotation_of(now), rotation_of(self.frame)
+        hand = self._direction(columns(turned)[2])
+        if Part.ROLL not in self.parts:
+            return _swung(turned, hand)
+        x, _, z = columns(target)
+        if hand == z:
+            return target
+        plane = self._plane(columns(turned)[2])
+        return _rolled(hand, _level(hand, plane), _roll(x, z, self.outwards))
+
+    def turn(self, now: Transform) -> tuple[Vector, Misses]:
+        """Return the rotation vector, in the world, that leads from `now` to what is asked.
+
+        With it each asked one of heading, pitch and roll, the axis about which it changes, and
+        the part of the vector along that axis.
+        """
+        turned, wanted = rotation_of(now), self.wanted(now)
+        vector = _rotation_vector(multiply(wanted, transpose(turned)))
+        hand = (wanted[0][2], wanted[1][2], wanted[2][2])
+        plane = self._plane((turned[0][2], turned[1][2], turned[2][2]))
+        across = (-plane[1], plane[0], 0.0)
+        named = (
+            (Part.HEADING, cross(hand, across)),
+            (Part.PITCH, across),
+            (Part.ROLL, hand),
+        )
+        return vector, tuple(
+            (part, axis, dot(vector, axis)) for part, axis in named if part in self.parts
+        )
+
+    def _direction(self, hand: Vector) -> Vector:
+        """Return where the hand should point, given where it points now."""
+        asked = columns(rotation_of(self.frame))[2]
+        heading, pitch = Part.HEADING in self.parts, Part.PITCH in self.parts
+        if heading and pitch:
+            return asked
+        if heading:
+            return _elevated(self.outwards, self.pitch_of(hand))
+        return _elevated(self._plane(hand), self.pitch_rad) if pitch else hand
+
+    def _plane(self, hand: Vector) -> Vector:
+        """Return the outward direction of the plane: the goal's, or where it is free the hand's.
+
+        A pitch beyond the vertical leans back over the plane's outward direction.
+        """
+        level = (hand[0], hand[1], 0.0)
+        if Part.HEADING in self.parts or norm(level) < VERTICAL:
+            return self.outwards
+        return scale(math.copysign(1.0, math.cos(self.pitch_rad)), unit(level))
+
+
+def frame_goal(
+    frame: Transform, parts: frozenset[Part] = ALL_PARTS, centre: Vector = (0.0, 0.0, 0.0)
+) -> Goal:
+    """Return the goal of a full frame, or of some parts of it.
+
+    The hand's own vertical plane is the goal's; a vertical hand lies in the plane through
+    `centre` (the arm's base) and the position. Raises as `check_transform` does.
+    """
+    checked = check_transform(frame)
+    hand = columns(rotation_of(checked))[2]
+    for towards in (hand, subtract(position_of(checked), centre), X_AXIS):
+        level = (towards[0], towards[1], 0.0)
+        if norm(level) > VERTICAL:
+            return Goal(checked, unit(level), parts)
+    raise AssertionError("the x axis is level")
+
+
+def pose_goal(
+    pose: Pose,
+    *,
+    pitch_free: bool = False,
+    roll_free: bool = False,
+    roll_frame: RollFrame = RollFrame.HAND,
+    centre: Vector = (0.0, 0.0, 0.0),
+) -> Goal:
+    """Return the goal of a five-axis pose: the hand in the plane of the base axis and the tip.
+
+    `centre` is a point of the base axis. A tip on that axis leaves the plane free, and with it
+    the heading; its pitch and roll then count in the plane the hand lies in. `roll_frame` TABLE
+    counts the roll from the table: the heading is added.
+    """
+    level = (pose.x_mm - centre[0], pose.y_mm - centre[1], 0.0)
+    on_axis = norm(level) <= VERTICAL
+    outwards = X_AXIS if on_axis else unit(level)
+    roll = pose.roll_rad + roll_frame.value * math.atan2(outwards[1], outwards[0])
+    hand = _elevated(outwards, pose.pitch_rad)
+    up = add(scale(-math.sin(pose.pitch_rad), outwards), scale(math.cos(pose.pitch_rad), Z_AXIS))
+    frame = transform(_rolled(hand, up, roll), (pose.x_mm, pose.y_mm, pose.z_mm))
+    left_out = {Part.PITCH} if pitch_free else set()
+    left_out |= {Part.ROLL} if roll_free else set()
+    left_out |= {Part.HEADING} if on_axis else set()
+    return Goal(frame, outwards, ALL_PARTS - left_out)
+
+
+def _rotation_vector(matrix: Matrix3) -> Vector:
+    """Return axis times angle of a matrix that is known to be a rotation, several times as fast.
+
+    Descents call this at every step.
+    """
+    (a, b, c), (d, e, f), (g, h, i) = matrix
+    x, y, z = 0.5 * (h - f), 0.5 * (c - g), 0.5 * (d - b)
+    sine, cosine = math.hypot(x, y, z), 0.5 * (a + e + i - 1.0)
+    if sine == 0.0 and cosine > 0.0:
+        return ZERO
+    if sine > SPLIT_SINE or cosine > 0.0:
+        return scale(math.atan2(sine, cosine) / sine, (x, y, z))
+    return rotation_vector(matrix)
+
+
+def _elevated(outwards: Vector, pitch: float) -> Vector:
+    return add(scale(math.cos(pitch), outwards), scale(math.sin(pitch), Z_AXIS))
+
+
+def _level(hand: Vector, outwards: Vector) -> Vector:
+    """Return the direction, normal to the hand, that x has where the roll is zero."""
+    across = cross(Z_AXIS, outwards)
+    up = cross(hand, across)
+    return unit(up) if norm(up) > VERTICAL else Z_AXIS
+
+
+def _roll(x: Vector, hand: Vector, outwards: Vector) -> float:
+    level = _level(hand, outwards)
+    return math.atan2(dot(x, cross(hand, level)), dot(x, level))
+
+
+def _rolled(hand: Vector, level: Vector, roll: float) -> Matrix3:
+    x = add(scale(math.cos(roll), level), scale(math.sin(roll), cross(hand, level)))
+    return from_columns(x, cross(hand, x), hand)
+
+
+def _swung(turned: Matrix3, hand: Vector) -> Matrix3:
+    """Return a rotation turned, the shortest way, so that its z points along the hand."""
+    x, _, z = columns(turned)
+    if dot(z, hand) < -1.0 + VERTICAL:  # opposite: about x, which is as good as any
+        return from_columns(x, cross(hand, x), hand)
+    middle = unit(add(z, hand))  # the shortest turn is two mirrors: z to the middle, then to hand
+    mirrored = subtract(x, scale(2.0 * dot(x, middle), middle))
+    moved = subtract(mirrored, scale(2.0 * dot(mirrored, hand), hand))
+    level = unit(reject(moved, hand))
+    return from_columns(level, cross(hand, level), hand)

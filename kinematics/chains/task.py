@@ -1,0 +1,382 @@
+"""The task of a chain's hand: from its frame to a pose, and from a pose to what is asked of it.
+
+The hand points along z of the tool's frame; x of that frame is its roll reference. Three kinds of
+arms have three tasks. An arm of six joints takes any frame: its pitch is the elevation of the
+hand, its yaw the direction of the vertical plane that the hand lies in, and its roll is counted
+from upwards in that plane. Five joints leave the yaw to the arm. Where such an arm keeps its hand
+in the plane of base axis and tip, as the Mini-mover's build does, pitch counts outwards in that
+plane and may pass the vertical, as `FiveAxisArm` has it. Lengths in mm, angles in rad.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from dataclasses import replace
+from enum import Enum
+from typing import TYPE_CHECKING
+
+from kinematics.chains.chain import Chain
+from kinematics.chains.generated import generated
+from kinematics.chains.goals import VERTICAL, Goal, Part, pose_goal
+from kinematics.chains.inverse import Reason
+from kinematics.chains.singularities import length_of
+from kinematics.errors import Constraint, KinematicsError, Unreachable, limit_sentence
+from kinematics.frames.rotations import columns, from_columns
+from kinematics.frames.transforms import Transform, position_of, rotation_of, transform
+from kinematics.frames.vectors import (
+    X_AXIS,
+    Z_AXIS,
+    Vector,
+    add,
+    cross,
+    dot,
+    norm,
+    scale,
+    subtract,
+    unit,
+)
+from kinematics.limits import LIMIT_TOLERANCE_RAD
+from kinematics.paths.curves import largest_turn, leap_sentence
+from kinematics.spaces import Pose
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from kinematics.chains.arm import ChainArm
+    from kinematics.chains.inverse import Solution
+    from kinematics.geometry import ArmGeometry
+    from kinematics.spaces import Joints
+
+AXIS_MM = 1e-6
+"""A tip nearer to the base axis than this is on it, and no direction is outwards."""
+
+PLANE_SINE = 1e-9
+"""A hand that leaves the plane of base axis and tip by less than this lies in it."""
+
+_LOOKS = 8
+
+
+class Task(Enum):
+    """What an arm can ask of its hand."""
+
+    IN_PLANE = "position, pitch in the arm's plane, roll"
+    ELEVATION = "position, elevation of the hand, roll; the heading is the arm's"
+    WHOLE = "position, pitch, roll and yaw"
+
+
+def task_of(chain: Chain) -> Task:
+    """Return the task of a chain of five or six joints; `KinematicsError` for any other number."""
+    if len(chain) == 6:
+        return Task.WHOLE
+    if len(chain) != 5:
+        raise KinematicsError(
+            f"an arm that is to be driven has five or six joints, not {len(chain)}"
+        )
+    draw = random.Random(1)  # noqa: S311 - any postures will do
+    postures = (tuple(draw.uniform(-3.0, 3.0) for _ in chain.links) for _ in range(_LOOKS))
+    centre = position_of(chain.base)
+    planar = all(abs(_off_plane(chain.fk(values), centre)) < PLANE_SINE for values in postures)
+    return Task.IN_PLANE if planar else Task.ELEVATION
+
+
+def pose_of(frame: Transform, task: Task, centre: Vector) -> Pose:
+    """Return the pose of the hand's frame; `centre` is a point of the base axis."""
+    x, _, hand = columns(rotation_of(frame))
+    if task is Task.IN_PLANE:
+        outwards = _outwards(frame, centre)
+        pitch = math.atan2(hand[2], dot(hand, outwards))
+    else:
+        level = (hand[0], hand[1], 0.0)
+        outwards = unit(level) if norm(level) > VERTICAL else X_AXIS
+        pitch = math.atan2(hand[2], norm(level))
+    up = _up(outwards, pitch)
+    roll = math.atan2(dot(x, cross(hand, up)), dot(x, up))
+    yaw = math.atan2(outwards[1], outwards[0]) if task is Task.WHOLE else None
+    return Pose(*position_of(frame), pitch, roll, yaw)
+
+
+def goal_of(pose: Pose, task: Task, centre: Vector) -> Goal:
+    """Return what a pose asks of the hand. Raises `KinematicsError` for a missing or extra yaw."""
+    if (pose.yaw_rad is not None) != (task is Task.WHOLE):
+        raise KinematicsError(
+            "this arm has six joints, so its poses need a yaw: give yaw_deg"
+            if task is Task.WHOLE
+            else "this arm has five joints: it cannot take a yaw, which follows from the position"
+        )
+    if task is Task.IN_PLANE:
+        return pose_goal(pose, centre=centre)
+    heading = pose.yaw_rad or 0.0
+    outwards = (math.cos(heading), math.sin(heading), 0.0)
+    up = _up(outwards, pose.pitch_rad)
+    hand = add(scale(math.cos(pose.pitch_rad), outwards), scale(math.sin(pose.pitch_rad), Z_AXIS))
+    x = add(scale(math.cos(pose.roll_rad), up), scale(math.sin(pose.roll_rad), cross(hand, up)))
+    frame = transform(from_columns(x, cross(hand, x), hand), (pose.x_mm, pose.y_mm, pose.z_mm))
+    if task is Task.WHOLE:
+        return Goal(frame, outwards)
+    level = (hand[0], hand[1], 0.0)
+    return Goal(
+        frame,
+        unit(level) if norm(level) > VERTICAL else outwards,
+        frozenset({Part.POSITION, Part.PITCH, Part.ROLL}),
+    )
+
+
+def _up(outwards: Vector, pitch: float) -> Vector:
+    """Return the direction, normal to a hand of this pitch, that x has where the roll is zero."""
+    return add(scale(-math.sin(pitch), outwards), scale(math.cos(pitch), Z_AXIS))
+
+
+def _outwards(frame: Transform, centre: Vector) -> Vector:
+    """Return the level direction from the base axis to the tip, or on it that of the hand."""
+    off = subtract(position_of(frame), centre)
+    level = (off[0], off[1], 0.0)
+    if norm(level) > AXIS_MM:
+        return unit(level)
+    hand = columns(rotation_of(frame))[2]
+    level = (hand[0], hand[1], 0.0)
+    return unit(level) if norm(level) > VERTICAL else X_AXIS
+
+
+def _off_plane(frame: Transform, centre: Vector) -> float:
+    """Return the sine by which the hand leaves the plane of base axis and tip."""
+    hand = columns(rotation_of(frame))[2]
+    return dot(hand, cross(Z_AXIS, _outwards(frame, centre)))
+
+
+# Why an arm given by its link table cannot take a pose, and which pose it can take instead.
+#
+# What numbers did not find is not proved to be out of reach, and the sentence says so. Units: mm
+# and rad.
+
+HELD_RAD = 1e-6
+"""An angle of the hand nearer to the asked one than this is the asked one."""
+
+
+def chain_refusal(arm: ChainArm, pose: Pose, found: Solution) -> Unreachable:
+    """Return the error that explains the best posture found for a pose."""
+    nearest = nearest_of(arm, pose, found)
+    if found.reason is Reason.BEYOND_REACH:
+        centre, radius = arm.chain.reach_sphere
+        away = math.dist((pose.x_mm, pose.y_mm, pose.z_mm), centre)
+        reason = (
+            f"the tip would be {away - radius:.1f} mm beyond the {radius:.1f} mm that all links "
+            "together span"
+        )
+        return _refused(Constraint.TOO_FAR, reason, away, radius, "mm", pose, nearest)
+    if found.reason is Reason.JOINT_LIMIT and found.violations:
+        worst = max(found.violations, key=lambda one: one.excess)
+        reason = limit_sentence(worst.joint, worst.value, worst.bound)
+        return _refused(
+            Constraint.JOINT_LIMIT,
+            reason,
+            worst.value,
+            worst.bound,
+            "rad",
+            pose,
+            nearest,
+            joint=worst.joint,
+        )
+    return _not_found(pose, nearest, found)
+
+
+def step_refusal(arm: ChainArm, pose: Pose, found: Solution, seed: Joints) -> Unreachable:
+    """Return the error for a small step that leads nowhere near the posture it starts from."""
+    if found.ok:
+        name, turn = largest_turn(seed, arm.joints_of(found.joints))
+        reason = leap_sentence(name, turn, "the posture is singular here")
+        return _refused(Constraint.NO_POSTURE, reason, turn, 0.0, "rad", pose, arm.fk(seed))
+    if found.at_limit:
+        joint = found.at_limit[0]
+        index = arm.joint_names.index(joint)
+        value, nearest = found.joints[index], nearest_of(arm, pose, found)
+        reason = f"the {joint.replace('_', ' ')} is at its limit of {math.degrees(value):.1f}°"
+        return _refused(
+            Constraint.JOINT_LIMIT, reason, value, value, "rad", pose, nearest, joint=joint
+        )
+    return _not_found(pose, nearest_of(arm, pose, found), found)
+
+
+def nearest_of(arm: ChainArm, pose: Pose, found: Solution) -> Pose:
+    """Return the pose of the best posture found, in the goal's own angles where they are held.
+
+    A tip on the other side of the base axis than the goal holds another pitch and roll, although
+    its hand points where the goal's does.
+    """
+    reached = pose_of(found.frame, arm.task, arm.centre)
+    pairs = (
+        (pose.pitch_rad, reached.pitch_rad),
+        (pose.roll_rad, reached.roll_rad),
+        (pose.yaw_rad or 0.0, reached.yaw_rad or 0.0),
+    )
+    if all(abs(math.remainder(a - b, math.tau)) <= HELD_RAD for a, b in pairs):
+        return replace(pose, x_mm=reached.x_mm, y_mm=reached.y_mm, z_mm=reached.z_mm)
+    return reached
+
+
+def _not_found(pose: Pose, nearest: Pose, found: Solution) -> Unreachable:
+    away = math.dist((pose.x_mm, pose.y_mm, pose.z_mm), (nearest.x_mm, nearest.y_mm, nearest.z_mm))
+    if found.residual_rad > HELD_RAD:
+        gap = math.degrees(found.residual_rad)
+        reason = f"no posture was found; the nearest one misses the hand's direction by {gap:.2f}°"
+        value, unit = found.residual_rad, "rad"
+    else:
+        reason = f"no posture was found; the nearest one stays {away:.2f} mm away"
+        value, unit = away, "mm"
+    return _refused(Constraint.NO_POSTURE, reason, value, 0.0, unit, pose, nearest)
+
+
+def _refused(
+    constraint: Constraint,
+    reason: str,
+    value: float,
+    bound: float,
+    unit: str,
+    goal: Pose,
+    nearest: Pose,
+    joint: str | None = None,
+) -> Unreachable:
+    return Unreachable(
+        reason,
+        constraint=constraint,
+        joint=joint,
+        value=value,
+        bound=bound,
+        unit=unit,
+        goal=goal,
+        nearest=nearest,
+    )
+
+
+# The posture of a chain a small step from one that is known, on bare floats and quickly, or none.
+#
+# Levenberg and Marquardt's steps (Marquardt, 1963) by their normal equations. A jog asks this many
+# times for each leg, also of points that cannot be reached, and has no time for reasons: `ik_near`
+# gives those. Lengths in mm, angles in rad; errors count mm in the arm's length.
+
+ROUNDS = 16
+MET = 1e-18
+"""A squared error that is none: some 1e-7 mm."""
+
+GENTLE, HARSH = 1e-12, 1.0
+"""Between what the damping stays, as a share of the largest diagonal entry."""
+
+EASIER, HARDER = 0.01, 30.0
+HOPELESS = 0.999
+"""A round that leaves more of the error than this, twice in a row, leads nowhere."""
+
+INSIDE_RAD = 0.05
+"""How far from a joint's limit the second look begins."""
+
+Rows = list[list[float]]
+
+
+def near(arm: ArmGeometry, pose: Pose, seed: Joints) -> Joints | None:
+    """Return the posture for a pose a small step from the seed, None where there is none."""
+    from kinematics.chains.arm import ChainArm  # few arms are chains
+
+    try:
+        return chain_near(arm, pose, seed) if isinstance(arm, ChainArm) else arm.ik_near(pose, seed)
+    except KinematicsError:
+        return None
+
+
+def chain_near(arm: ChainArm, pose: Pose, seed: Joints) -> Joints | None:
+    """Return the posture of a chain; raises `KinematicsError` for a pose of other axes.
+
+    A singular posture is often one with a joint at its limit, as a straight elbow is: no slope
+    leads out of it, so that a look from further inside comes second.
+    """
+    goal = arm.goal(pose)
+    found = _descended(arm, goal, seed.angles_rad)
+    if found is None and (inside := _inside(arm, seed.angles_rad)) is not None:
+        found = _descended(arm, goal, inside)
+    return None if found is None else _within(arm, found)
+
+
+def _descended(arm: ChainArm, goal: Goal, start: Sequence[float]) -> Sequence[float] | None:
+    """Return where the steps from a start meet a goal, None where they do not."""
+    length, values = length_of(arm.chain), list(start)
+    error, rows = _linear(arm, goal, values, length)
+    cost, damping, stuck = _squared(error), 1e-6, 0
+    for _ in range(ROUNDS):
+        if cost < MET:
+            return values
+        step = _step(rows, error, damping)
+        moved = [a + b for a, b in zip(values, step, strict=True)]
+        next_error, next_rows = _linear(arm, goal, moved, length)
+        next_cost = _squared(next_error)
+        stuck = stuck + 1 if next_cost > HOPELESS * cost else 0
+        if next_cost < cost:
+            values, error, rows, cost = moved, next_error, next_rows, next_cost
+            damping = max(damping * EASIER, GENTLE)
+        else:
+            damping = min(damping * HARDER, HARSH)
+        if stuck > 1:
+            return None
+    return values if cost < MET else None
+
+
+def _inside(arm: ChainArm, start: Sequence[float]) -> list[float] | None:
+    """Return a start with the joints that stand at a limit inside of it; None where none does."""
+    moved = [
+        min(max(value, bounds.low_rad + INSIDE_RAD), bounds.high_rad - INSIDE_RAD)
+        for bounds, value in zip(arm.limits, start, strict=True)
+    ]
+    return None if moved == list(start) else moved
+
+
+def _within(arm: ChainArm, values: Sequence[float]) -> Joints | None:
+    """Return the posture, none where it passes a limit by more than rounding."""
+    turned = [bounds.clamp(value) for bounds, value in zip(arm.limits, values, strict=True)]
+    excess = max(abs(a - b) for a, b in zip(turned, values, strict=True))
+    return arm.joints_of(turned) if excess <= LIMIT_TOLERANCE_RAD else None
+
+
+def _linear(
+    arm: ChainArm, goal: Goal, values: Sequence[float], length: float
+) -> tuple[list[float], Rows]:
+    """Return the errors that are left, and how the joints reduce them."""
+    frame, jacobian = generated(arm.chain).fk_and_jacobian(values)
+    errors = [(goal.frame[row][3] - frame[row][3]) / length for row in range(3)]
+    rows = [[entry / length for entry in jacobian[row]] for row in range(3)]
+    turning = list(zip(*jacobian[3:], strict=True))
+    for _, axis, miss in goal.turn(frame)[1]:
+        errors.append(miss)
+        rows.append([dot(column, axis) for column in turning])
+    return errors, rows
+
+
+def _step(rows: Rows, error: Sequence[float], damping: float) -> list[float]:
+    """Solve the damped normal equations, by elimination with the largest pivot there is."""
+    count = len(rows[0])
+    columns = list(zip(*rows, strict=True))
+    square = [
+        [sum([a * b for a, b in zip(one, other, strict=True)]) for other in columns]
+        for one in columns
+    ]
+    most = max([square[index][index] for index in range(count)])
+    table = []
+    for index, row in enumerate(square):
+        row[index] += damping * most
+        row.append(sum([a * b for a, b in zip(columns[index], error, strict=True)]))
+        table.append(row)
+    for index in range(count):
+        best = max(range(index, count), key=lambda at: abs(table[at][index]))
+        table[index], table[best] = table[best], table[index]
+        head = table[index]
+        for below in table[index + 1 :]:
+            share = below[index] / head[index]
+            for at in range(index, count + 1):
+                below[at] -= share * head[at]
+    step = [0.0] * count
+    for index in reversed(range(count)):
+        row = table[index]
+        known = sum([row[at] * step[at] for at in range(index + 1, count)])
+        step[index] = (row[count] - known) / row[index]
+    return step
+
+
+def _squared(values: Sequence[float]) -> float:
+    """Return the sum of squares."""
+    return sum([value * value for value in values])

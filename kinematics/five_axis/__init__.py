@@ -1,0 +1,1 @@
+"""The Mini-mover geometry: closed form, nearest pose, singularities, many poses at once."""

@@ -1,0 +1,407 @@
+"""An arm of the Mini-mover's build: forward and inverse kinematics with limits and branches.
+
+Units: mm and rad. Joint angles are relative (facts of the build: base; shoulder = elevation of
+the upper arm; elbow = forearm minus upper arm; wrist pitch = hand minus forearm; wrist roll).
+In the arm's plane, with the shoulder s, elbow e and wrist w,
+r = a2 cos s + a3 cos(s+e) + a4 cos(s+e+w), z = H + the same of sines, pitch = s+e+w.
+
+The pitch of the task space is seen in the vertical plane through base axis and tip, outwards. A
+posture whose tip is behind the base axis (r < 0, "base back") therefore has the task pitch
+pi - (s+e+w), and its roll is the wrist's plus pi, because the hand's roll reference turns over
+with the base: the pose is the one of the front posture that holds the hand in the same way.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, fields
+from enum import Enum
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
+
+from kinematics.errors import JointLimit, KinematicsError, finite
+from kinematics.five_axis import closed_form
+from kinematics.five_axis.closed_form import Angles, Build, Lengths, build, solve_pose
+from kinematics.five_axis.frame import (
+    FrameAngles,
+    FrameSolution,
+    forward_frame,
+    frame_solution,
+    solve_frame,
+)
+from kinematics.five_axis.nearest import refusal
+from kinematics.limits import LIMIT_TOLERANCE_RAD, JointRange, LimitViolation, turn_into, wrap
+from kinematics.spaces import JOINT_NAMES, Joints, Pose
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from kinematics.frames.rotations import Matrix3
+    from kinematics.frames.transforms import Transform
+    from kinematics.geometry import ArmGeometry
+    from kinematics.paths.curves import Line
+
+MOVING_POINTS = ("elbow", "wrist", "tip")
+
+
+class Base(Enum):
+    """Whether the base faces the tip or has its back to it."""
+
+    FRONT = "front"
+    BACK = "back"
+
+
+class Elbow(Enum):
+    """Which side of the line from shoulder to wrist the elbow is on, seen outwards."""
+
+    UP = "up"
+    DOWN = "down"
+
+
+class RollFrame(Enum):
+    """What a goal's roll is measured against: wrist roll = roll + value * base angle."""
+
+    HAND = 0
+    TABLE = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Branch:
+    """One posture that holds the hand at a pose, and the limits it would break."""
+
+    joints: Joints
+    base: Base
+    elbow: Elbow
+    violations: tuple[LimitViolation, ...]
+    base_free: bool = False
+    """True where the tip is on the base axis: any base angle serves, the seed's was taken."""
+
+    @property
+    def within_limits(self) -> bool:
+        """Whether the arm can take this posture."""
+        return not self.violations
+
+    @property
+    def excess_rad(self) -> float:
+        """The largest excess over a limit, 0 within the limits."""
+        return max((violation.excess_rad for violation in self.violations), default=0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class FiveAxisArm:
+    """Lengths in mm and joint ranges in rad of an arm of the Mini-mover's build.
+
+    `base_height_mm` is the shoulder axis above the table, `hand_mm` the finger tips beyond the
+    wrist. Raises `BadNumber` and `KinematicsError` for lengths or ranges that make no arm.
+    """
+
+    base_height_mm: float
+    upper_arm_mm: float
+    forearm_mm: float
+    hand_mm: float
+    limits: tuple[JointRange, ...]
+    _build: Build = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        for name in [entry.name for entry in fields(self)[:4]]:
+            object.__setattr__(self, name, finite(name, getattr(self, name)))
+        if self.upper_arm_mm <= 0.0 or self.forearm_mm <= 0.0 or self.hand_mm < 0.0:
+            raise KinematicsError(
+                "upper arm and forearm must be longer than 0 mm, the hand not less"
+            )
+        if len(self.limits) != len(JOINT_NAMES):
+            raise KinematicsError(
+                f"a range is needed for each of {', '.join(JOINT_NAMES)}; "
+                f"{len(self.limits)} were given"
+            )
+        bounds = tuple((one.low_rad, one.high_rad) for one in self.limits)
+        object.__setattr__(self, "_build", build(self.lengths, bounds))
+
+    @property
+    def lengths(self) -> Lengths:
+        """Base height, upper arm, forearm and hand in mm."""
+        return self.base_height_mm, self.upper_arm_mm, self.forearm_mm, self.hand_mm
+
+    @property
+    def meaning(self) -> Lengths:
+        """The lengths, which give joint angles their meaning."""
+        return self.lengths
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """The joints from the table to the hand."""
+        return JOINT_NAMES
+
+    @property
+    def has_yaw(self) -> bool:
+        """Never: the hand stays in the plane of base axis and tip."""
+        return False
+
+    @property
+    def moving_points(self) -> tuple[str, ...]:
+        """Names of those of `points` that move."""
+        return MOVING_POINTS
+
+    def fk(self, joints: Joints, roll_frame: RollFrame = RollFrame.HAND) -> Pose:
+        """Return the pose of a posture; pitch and roll within (-pi, pi].
+
+        A wrist roll of more than half a turn is therefore reported as the same direction nearer
+        to zero; `ik` with the posture as its seed finds the turn again.
+        """
+        angles = _angles(joints)
+        x, y, z, pitch, roll = closed_form.forward(angles, self.lengths)
+        if roll_frame is RollFrame.TABLE:
+            roll = angles[4] - angles[0]  # the same from the front and from the back
+        return Pose(x, y, z, wrap(pitch), wrap(roll))
+
+    def points(self, joints: Joints) -> tuple[tuple[float, float, float], ...]:
+        """Return base (on the table), shoulder, elbow, wrist and tip as (x, y, z) in mm."""
+        base, shoulder, elbow, wrist, _ = _angles(joints)
+        cos_base, sin_base = math.cos(base), math.sin(base)
+        r, z = 0.0, self.base_height_mm
+        found = [(0.0, 0.0, 0.0), (0.0, 0.0, z)]
+        links = ((self.upper_arm_mm, shoulder), (self.forearm_mm, shoulder + elbow))
+        for length, elevation in (*links, (self.hand_mm, shoulder + elbow + wrist)):
+            r += length * math.cos(elevation)
+            z += length * math.sin(elevation)
+            found.append((r * cos_base, r * sin_base, z))
+        return tuple(found)
+
+    def violations(self, joints: Joints) -> tuple[LimitViolation, ...]:
+        """Return the limits that a posture breaks."""
+        return _violations(_angles(joints), self.limits)
+
+    def check(self, joints: Joints) -> None:
+        """Raise `JointLimit` for the joint that passes its limit furthest, if any does."""
+        broken = self.violations(joints)
+        if broken:
+            worst = max(broken, key=lambda violation: violation.excess_rad)
+            raise JointLimit(worst.joint, worst.value_rad, worst.bound_rad)
+
+    def branches(
+        self, pose: Pose, seed: Joints | None = None, roll_frame: RollFrame = RollFrame.HAND
+    ) -> tuple[Branch, ...]:
+        """Return every posture for a pose: base front and back, elbow up and down.
+
+        Four; two where the tip is on the base axis (the base is then free and taken from the
+        seed, and the pitch counts with the base in front); none where upper arm and forearm
+        cannot span the distance. Postures beyond the limits are included and say so. Each angle
+        is of the turn nearest to the seed (the zero posture by default) that the limits allow.
+        """
+        near = _seed(seed, self.limits)
+        goal = (pose.x_mm, pose.y_mm, pose.z_mm, pose.pitch_rad, pose.roll_rad)
+        found = closed_form.inverse(goal, self.lengths, float(roll_frame.value), near)
+        base_free = math.hypot(pose.x_mm, pose.y_mm) <= closed_form.AXIS_MM
+        return tuple(
+            self._branch(back, down, _turned(angles, self.limits, near), base_free)
+            for back, down, angles in found
+        )
+
+    def solve(
+        self, pose: Pose, seed: Joints | None = None, roll_frame: RollFrame = RollFrame.HAND
+    ) -> Joints | None:
+        """Return the posture within limits nearest to the seed, or None: `ik` without reasons.
+
+        Nearest is by the sum of the squares of the joints' changes.
+        """
+        goal = (pose.x_mm, pose.y_mm, pose.z_mm, pose.pitch_rad, pose.roll_rad)
+        table_roll = 0.0 if roll_frame is RollFrame.HAND else 1.0
+        found = solve_pose(goal, self._build, table_roll, _seed(seed, self.limits))
+        return None if found is None else _joints(found)
+
+    def solve_angles(self, goal: Angles, near: Angles, table_roll: float = 0.0) -> Angles | None:
+        """Return what `solve` does on bare floats, for loops: x, y, z, pitch, roll to angles.
+
+        The floats are not checked, and the seed's base must be within its limits.
+        """
+        return solve_pose(goal, self._build, table_roll, near)
+
+    def transform(self, joints: Joints) -> Transform:
+        """Return the hand's frame in the arm's base frame; see `hand_frame` for its axes."""
+        return forward_frame(_angles(joints), self.lengths)
+
+    def solve_transform(self, goal: Transform, seed: Joints | None = None) -> FrameSolution:
+        """Return how far a goal given as a full frame is met, and the posture that does it.
+
+        A direction that five axes cannot give is never bent in silence: the answer says by how
+        much it leaves the arm's plane. Raises `NotARotation` and `BadNumber` for what is no frame.
+        """
+        from kinematics.frames.transforms import check_transform  # only here is it needed
+
+        near = _seed(seed, self.limits)
+        return frame_solution(solve_frame(check_transform(goal), self._build, near))
+
+    def solve_frame_angles(self, goal: Transform, near: Angles) -> FrameAngles:
+        """Return what `solve_transform` does on bare floats, for loops; nothing is checked."""
+        return solve_frame(goal, self._build, near)
+
+    def ik(
+        self, pose: Pose, seed: Joints | None = None, roll_frame: RollFrame = RollFrame.HAND
+    ) -> Joints:
+        """Return the posture within the limits nearest to the seed (as `solve` measures it).
+
+        Raises `Unreachable`, which says which constraint fails, by how much, and the nearest
+        pose that can be reached. A wrist roll of more than half a turn is found where the seed
+        is nearer to it. An angle less than 1e-7 rad beyond a limit becomes the limit. On the base
+        axis, where the base is free and no direction is outwards, a pitch and its mirror image
+        are one elevation of the hand: the mirror image is taken where only it can be held.
+        Raises `KinematicsError` for a pose with a yaw, which `solve` and `branches` do not look at.
+        """
+        if pose.yaw_rad is not None:
+            raise KinematicsError(
+                "this arm has five joints: it cannot take a yaw, which follows from the position"
+            )
+        joints = self.solve(pose, seed, roll_frame)
+        if joints is None and math.hypot(pose.x_mm, pose.y_mm) <= closed_form.AXIS_MM:
+            turned = Pose(
+                pose.x_mm, pose.y_mm, pose.z_mm, math.pi - pose.pitch_rad, pose.roll_rad + math.pi
+            )
+            joints = self.solve(turned, seed, roll_frame)
+        if joints is None:
+            raise refusal(self, pose, seed, roll_frame)
+        return joints
+
+    def ik_near(self, pose: Pose, seed: Joints) -> Joints:
+        """Return what `ik` does, which is quick enough for every small step."""
+        return self.ik(pose, seed)
+
+    def nearest_pose(self, pose: Pose, seed: Joints | None = None) -> Pose:
+        """Return the reachable pose nearest to this one; see `nearest`."""
+        from kinematics.five_axis.nearest import nearest  # only here is it needed
+
+        return nearest(self, pose, seed).pose
+
+    def hand_axes(self, joints: Joints) -> Matrix3:
+        """Return the hand's up, side and along as the columns of a matrix in the base frame."""
+        (a, b, c, _), (d, e, f, _), (g, h, i, _), _ = forward_frame(_angles(joints), self.lengths)
+        return (a, b, c), (d, e, f), (g, h, i)
+
+    def line(self, start: Joints, goal: Pose) -> Line:
+        """Return the straight line from a posture to a pose; see `line_from`."""
+        from kinematics.five_axis.follow import line_from  # a line is made of an arm
+
+        return line_from(self, start, goal)
+
+    def travel_bound_mm(self, changes_rad: Sequence[float]) -> float:
+        """Return a distance that no point exceeds while the joints turn by this in proportion.
+
+        Each link turns by the sum of the joints before it: where those turn against one another,
+        as on a line along which the hand keeps its pitch, it travels little.
+        """
+        base, shoulder, elbow, wrist, _ = changes_rad
+        _, upper, fore, hand = self.lengths
+        fore_rad = abs(shoulder + elbow)
+        own_mm = upper * abs(shoulder) + fore * fore_rad + hand * abs(shoulder + elbow + wrist)
+        return own_mm + abs(base) * (upper + fore + hand)
+
+    def levers_mm(self, joints: Joints | None) -> tuple[float, ...]:
+        """Return each joint axis's distance from the tip, stretched out where none are given.
+
+        Rolling does not move the tip.
+        """
+        if joints is None:
+            forearm = self.hand_mm + self.forearm_mm
+            whole = forearm + self.upper_arm_mm
+            return whole, whole, forearm, self.hand_mm, 0.0
+        _, shoulder, elbow, wrist, tip = self.points(joints)
+        return (
+            math.hypot(tip[0], tip[1]),
+            math.dist(shoulder, tip),
+            math.dist(elbow, tip),
+            math.dist(wrist, tip),
+            0.0,
+        )
+
+    def _branch(self, back: bool, down: bool, angles: Angles, base_free: bool) -> Branch:
+        return Branch(
+            Joints(angles),
+            Base.BACK if back else Base.FRONT,
+            Elbow.DOWN if down else Elbow.UP,
+            _violations(angles, self.limits),
+            base_free,
+        )
+
+
+def _angles(joints: Joints) -> Angles:
+    """Return the five angles, or say that these are not this build's joints."""
+    if len(joints.angles_rad) != len(JOINT_NAMES):
+        raise KinematicsError(f"this arm has {len(JOINT_NAMES)} joints, not {len(joints)}")
+    return joints.angles_rad  # type: ignore[return-value]
+
+
+def _seed(seed: Joints | None, limits: tuple[JointRange, ...]) -> Angles:
+    """Return the seed's angles, its base within its limits: a free base must be one to take."""
+    near = (0.0, 0.0, 0.0, 0.0, 0.0) if seed is None else _angles(seed)
+    if limits[0].low_rad <= near[0] <= limits[0].high_rad:
+        return near
+    return (limits[0].clamp(near[0]), *near[1:])
+
+
+def _joints(angles: Angles) -> Joints:
+    """Return angles that are floats already as joints, without checking them again."""
+    made = object.__new__(Joints)
+    object.__setattr__(made, "angles_rad", angles)
+    object.__setattr__(made, "names", JOINT_NAMES)
+    return made
+
+
+def _turned(angles: Angles, limits: tuple[JointRange, ...], near: Angles) -> Angles:
+    b, s, e, w, r = (
+        turn_into(angle, bounds.low_rad, bounds.high_rad, seed)
+        for angle, bounds, seed in zip(angles, limits, near, strict=True)
+    )
+    if limits[2].clamp(e) != e:  # no elbow turns further than half a circle: say what it needs
+        e = angles[2]
+    return b, s, e, w, r
+
+
+def _violations(angles: Angles, limits: tuple[JointRange, ...]) -> tuple[LimitViolation, ...]:
+    return tuple(
+        LimitViolation(name, angle, bounds.clamp(angle))
+        for name, angle, bounds in zip(JOINT_NAMES, angles, limits, strict=True)
+        if abs(angle - bounds.clamp(angle)) > LIMIT_TOLERANCE_RAD
+    )
+
+
+# Every posture that an arm has for one pose, with the names that its build gives to them.
+#
+# Units: mm and rad. An arm of the Mini-mover's build has four: base front or back, elbow up or
+# down
+# (five_axis.py). Of an arm that is solved by numbers the one nearest to the seed is known.
+
+
+@dataclass(frozen=True, slots=True)
+class Posture:
+    """One posture that holds the hand at a pose, and the limits it would break.
+
+    `name` is empty where the arm's build gives no names to its postures.
+    """
+
+    name: str
+    joints: Joints
+    violations: tuple[LimitViolation, ...] = ()
+
+
+@runtime_checkable
+class Branching(Protocol):
+    """An arm that knows all its postures for a pose."""
+
+    def branches(self, pose: Pose, seed: Joints | None = None) -> tuple[Branch, ...]:
+        """Return every posture for a pose, those beyond the limits included."""
+        ...
+
+
+def postures(arm: ArmGeometry, pose: Pose, seed: Joints) -> tuple[Posture, ...]:
+    """Return the postures for a pose, each angle of the turn nearest to the seed that is allowed.
+
+    Those beyond the limits are among them. None where no posture holds the hand there, whatever
+    the limits; of an arm that is solved by numbers, also where no posture within them was found.
+    """
+    if isinstance(arm, Branching):
+        return tuple(_named(branch) for branch in arm.branches(pose, seed))
+    found = arm.solve(pose, seed)
+    return () if found is None else (Posture("", found),)
+
+
+def _named(branch: Branch) -> Posture:
+    name = f"elbow {branch.elbow.value}, base {branch.base.value}"
+    return Posture(name, branch.joints, branch.violations)

@@ -1,0 +1,273 @@
+"""The closed form of the five-axis build on bare floats: forward, and every inverse branch.
+
+Source: McKerrow, chapter 4, section 16 (the Mini-mover 5), whose elbow triangle is here written
+for an upper arm and a forearm of any lengths. Lengths in mm, angles in rad; nothing is checked
+and nothing but floats and tuples is made, because planners call this thousands of times.
+"""
+
+from __future__ import annotations
+
+import math
+from math import acos, atan2, cos, hypot, inf, pi, sin, sqrt
+from typing import NamedTuple
+
+from kinematics.limits import LIMIT_TOLERANCE_RAD, fitted
+
+AXIS_MM = 1e-9
+"""Nearer to the base axis than this, a tip is on it, and its direction from it means nothing."""
+
+REACH_MM = 1e-9
+"""How far beyond full stretch (or within full fold) rounding may put a wrist that touches it."""
+
+Lengths = tuple[float, float, float, float]
+"""Height of the shoulder axis, upper arm, forearm, hand."""
+
+Angles = tuple[float, float, float, float, float]
+"""Base, shoulder, elbow, wrist pitch, wrist roll."""
+
+
+def plane_tip(
+    shoulder: float, elbow: float, wrist: float, lengths: Lengths
+) -> tuple[float, float, float]:
+    """Return the tip's signed distance from the base axis, its height, and the hand's pitch.
+
+    All in the arm's own plane, in which a tip behind the base axis has a negative distance.
+    """
+    height, upper, fore, hand = lengths
+    forearm = shoulder + elbow
+    pitch = forearm + wrist
+    r = upper * math.cos(shoulder) + fore * math.cos(forearm) + hand * math.cos(pitch)
+    z = upper * math.sin(shoulder) + fore * math.sin(forearm) + hand * math.sin(pitch)
+    return r, z + height, pitch
+
+
+def forward(angles: Angles, lengths: Lengths) -> tuple[float, float, float, float, float]:
+    """Return x, y, z, pitch and roll (in the hand's frame), neither angle wrapped.
+
+    A tip behind the base axis is described as one in front of the opposite direction: pitch P
+    in the arm's plane is pi - P seen outwards, and the roll's reference turns by pi.
+    """
+    base, shoulder, elbow, wrist, roll = angles
+    r, z, pitch = plane_tip(shoulder, elbow, wrist, lengths)
+    if r < -AXIS_MM:
+        pitch, roll = math.pi - pitch, roll + math.pi
+    return r * math.cos(base), r * math.sin(base), z, pitch, roll
+
+
+def wrist_distance(r: float, z: float, pitch: float, lengths: Lengths) -> float:
+    """Return how far from the shoulder axis the wrist must be for this tip, r outwards."""
+    return math.hypot(
+        r - lengths[3] * math.cos(pitch), z - lengths[0] - lengths[3] * math.sin(pitch)
+    )
+
+
+def elbow_triangle(
+    wrist_r: float, wrist_z: float, upper: float, fore: float, free_shoulder: float
+) -> tuple[tuple[float, float], tuple[float, float]] | None:
+    """Return (shoulder, elbow) with the elbow up, and down; None where the sides cannot meet.
+
+    The wrist is given from the shoulder axis. Where it lies on that axis (equal lengths, folded)
+    the shoulder is free and takes `free_shoulder`.
+    """
+    square = wrist_r * wrist_r + wrist_z * wrist_z
+    cosine = elbow_cosine(square, upper, fore)
+    if cosine is None:
+        return None
+    bend = math.acos(cosine)
+    if square <= REACH_MM * REACH_MM:
+        return (free_shoulder, -bend), (free_shoulder, bend)
+    direction = math.atan2(wrist_z, wrist_r)
+    across = fore * math.sqrt((1.0 - cosine) * (1.0 + cosine))
+    lift = math.atan2(across, upper + fore * cosine)
+    return (direction + lift, -bend), (direction - lift, bend)
+
+
+def elbow_cosine(square: float, upper: float, fore: float) -> float | None:
+    """Return the cosine of the elbow's bend by the cosine rule; None where no triangle closes.
+
+    `square` is the wrist's squared distance from the shoulder axis. One that rounding has put a
+    hair beyond full stretch or within full fold counts as touching it.
+    """
+    cosine = (square - (upper * upper + fore * fore)) / (2.0 * upper * fore)
+    if -1.0 <= cosine <= 1.0:
+        return cosine
+    distance = math.sqrt(square)
+    if abs(upper - fore) - REACH_MM <= distance <= upper + fore + REACH_MM:
+        return 1.0 if cosine > 0.0 else -1.0
+    return None
+
+
+def inverse(
+    goal: tuple[float, float, float, float, float],
+    lengths: Lengths,
+    table_roll: float,
+    seed: Angles,
+) -> list[tuple[bool, bool, Angles]]:
+    """Return every branch as (base is back, elbow is down, angles); none where out of reach.
+
+    The angles are of any turn. `table_roll` is 1 where the goal's roll is given in the table's
+    frame and 0 where in the hand's. A tip on the base axis leaves the base free: it takes the
+    seed's base and only front branches, of which the pitch on the axis is the convention.
+
+    The back branches are the front ones mirrored in the base axis: the links stand where they
+    stood, driven from the other side.
+    """
+    x, y, z, pitch, roll = goal
+    height, upper, fore, hand = lengths
+    r = math.hypot(x, y)
+    on_axis = r <= AXIS_MM
+    base = seed[0] if on_axis else math.atan2(y, x)
+    pair = elbow_triangle(
+        r - hand * math.cos(pitch), z - height - hand * math.sin(pitch), upper, fore, seed[1]
+    )
+    if pair is None:
+        return []
+    roll += table_roll * base
+    found: list[tuple[bool, bool, Angles]] = []
+    for down, (shoulder, elbow) in zip((False, True), pair, strict=True):
+        wrist = pitch - shoulder - elbow
+        found.append((False, down, (base, shoulder, elbow, wrist, roll)))
+        if not on_axis:
+            mirrored = (base + math.pi, math.pi - shoulder, -elbow, -wrist, roll + math.pi)
+            found.append((True, down, mirrored))
+    return found
+
+
+# The branch nearest a seed within limits, on bare floats, in one straight piece of code.
+#
+# Lengths in mm, angles in rad. Planners and jogging solve one pose thousands of times, and what
+# costs time in Python is calls and containers: so the elbow triangle of McKerrow, chapter 4,
+# section 16, its mirror image behind the base axis, the turns of every angle and the comparison
+# with the seed are written out here once. `closed_form` holds the same formulas one by one.
+
+Span = tuple[float, float]
+"""The lowest and the highest of a range."""
+
+_FOLDED_MM2 = REACH_MM * REACH_MM
+
+
+class Build(NamedTuple):
+    """What the choice needs of an arm, worked out once.
+
+    `square_sum` is a2^2 + a3^2 and `double_product` 2 a2 a3, of the cosine rule. No base or elbow
+    angle within half a turn either way and outside of its gate has a turn within its limits.
+    """
+
+    height: float
+    upper: float
+    fore: float
+    hand: float
+    square_sum: float
+    double_product: float
+    base_gate: Span
+    elbow_gate: Span
+    bounds: tuple[Span, Span, Span, Span, Span]
+
+
+def build(lengths: Lengths, bounds: tuple[Span, ...]) -> Build:
+    """Return what `nearest_posture` needs of an arm with these lengths and limits."""
+    height, upper, fore, hand = lengths
+    base, shoulder, elbow, wrist, roll = bounds
+    return Build(
+        height,
+        upper,
+        fore,
+        hand,
+        upper * upper + fore * fore,
+        2.0 * upper * fore,
+        _gate(*base),
+        _gate(*elbow),
+        (base, shoulder, elbow, wrist, roll),
+    )
+
+
+def solve_pose(
+    goal: tuple[float, float, float, float, float], arm: Build, table_roll: float, near: Angles
+) -> Angles | None:
+    """Return the posture for x, y, z, pitch and roll; see `closed_form.inverse` for the terms."""
+    x, y, z, pitch, roll = goal
+    r = hypot(x, y)
+    on_axis = r <= AXIS_MM
+    base = near[0] if on_axis else atan2(y, x)
+    return nearest_posture(
+        base,
+        r - arm.hand * cos(pitch),
+        z - arm.height - arm.hand * sin(pitch),
+        pitch,
+        roll + table_roll * base,
+        not on_axis,
+        arm,
+        near,
+    )
+
+
+def nearest_posture(
+    base: float,
+    wrist_r: float,
+    wrist_z: float,
+    pitch: float,
+    roll: float,
+    mirrored_too: bool,
+    arm: Build,
+    near: Angles,
+) -> Angles | None:
+    """Return the posture within limits with the least sum of squared changes from `near`.
+
+    The wrist is given in the arm's plane from the shoulder axis, and the base within half a turn
+    either way. None where the elbow triangle does not close or every branch breaks a limit. The
+    base turned by half a circle is tried where `mirrored_too`.
+    """
+    _, upper, fore, _, square_sum, double_product, base_gate, elbow_gate, bounds = arm
+    square = wrist_r * wrist_r + wrist_z * wrist_z
+    cosine = (square - square_sum) / double_product
+    if not -1.0 <= cosine <= 1.0:
+        touching = elbow_cosine(square, upper, fore)
+        if touching is None:
+            return None
+        cosine = touching
+    bend = acos(cosine)
+    if square <= _FOLDED_MM2:  # equal links, folded: the shoulder is free
+        direction, lift = near[1], 0.0
+    else:
+        direction = atan2(wrist_z, wrist_r)
+        lift = atan2(fore * sqrt((1.0 - cosine) * (1.0 + cosine)), upper + fore * cosine)
+    (b_low, b_high), (s_low, s_high), (e_low, e_high), (w_low, w_high), (r_low, r_high) = bounds
+    b_gate_low, b_gate_high = base_gate
+    e_gate_low, e_gate_high = elbow_gate
+    b_near, s_near, e_near, w_near, r_near = near
+    best: Angles | None = None
+    least = inf
+    for back in (False, True) if mirrored_too else (False,):
+        b, r = base, roll
+        if back:
+            b = b - pi if b > 0.0 else b + pi
+            r += pi
+        if not b_gate_low <= b <= b_gate_high:
+            continue
+        if not (b_low <= b <= b_high and -pi < b - b_near < pi):
+            b = fitted(b, b_low, b_high, b_near)
+        if not (r_low <= r <= r_high and -pi < r - r_near < pi):
+            r = fitted(r, r_low, r_high, r_near)
+        for e, s in ((-bend, direction + lift), (bend, direction - lift)):
+            w = pitch - s - e
+            if back:
+                s, e, w = pi - s, -e, -w
+            if not e_gate_low <= e <= e_gate_high:
+                continue
+            if not (e_low <= e <= e_high and -pi < e - e_near < pi):
+                e = fitted(e, e_low, e_high, e_near)
+            if not (s_low <= s <= s_high and -pi < s - s_near < pi):
+                s = fitted(s, s_low, s_high, s_near)
+            if not (w_low <= w <= w_high and -pi < w - w_near < pi):
+                w = fitted(w, w_low, w_high, w_near)
+            db, ds, de, dw, dr = b - b_near, s - s_near, e - e_near, w - w_near, r - r_near
+            change = db * db + ds * ds + de * de + dw * dw + dr * dr
+            if change < least:  # never where a joint found no turn: that is infinitely far
+                best, least = (b, s, e, w, r), change
+    return best
+
+
+def _gate(low: float, high: float) -> Span:
+    """Return the gate of a range: none where a second turn of an angle may lie within it."""
+    low, high = low - LIMIT_TOLERANCE_RAD, high + LIMIT_TOLERANCE_RAD
+    return (low, high) if -pi < low and high < pi else (-inf, inf)

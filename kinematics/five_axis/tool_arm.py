@@ -1,0 +1,275 @@
+"""An arm of the Mini-mover's build with a tool in its fingers: poses are those of the tool's point.
+
+Units: mm and rad. With the tip's plane turned by the base, the tool's point is R outwards in that
+plane and c beside it; both follow from the roll alone, so that the inverse is closed as well:
+R = sqrt(x^2 + y^2 - c^2), and the base turns to the direction of the point plus atan2(c, R).
+Pitch and roll remain the hand's; the pitch counts outwards on the side on which the point is.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from kinematics.errors import Constraint, KinematicsError, Unreachable
+from kinematics.five_axis.arm import Branch, FiveAxisArm
+from kinematics.frames.rotations import Matrix3
+from kinematics.frames.transforms import compose, translation
+from kinematics.geometry import ArmGeometry, Hand, NotFollowed, Point
+from kinematics.limits import JointRange, LimitViolation, widened_to, wrap
+from kinematics.paths.curves import Line, hand_near, in_proportion, refuse_leap, straight_between
+from kinematics.spaces import Joints, Pose
+from kinematics.tool import Tool
+
+if TYPE_CHECKING:
+    from collections.abc import Hashable, Sequence
+
+
+@dataclass(frozen=True, slots=True)
+class ToolArm:
+    """`bare` with the tool's point in the place of the finger tips."""
+
+    bare: FiveAxisArm
+    tool: Tool
+
+    @property
+    def limits(self) -> tuple[JointRange, ...]:
+        """The range of each joint."""
+        return self.bare.limits
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """The joints from the table to the hand."""
+        return self.bare.joint_names
+
+    @property
+    def has_yaw(self) -> bool:
+        """Never, as of the arm that holds the tool."""
+        return False
+
+    @property
+    def moving_points(self) -> tuple[str, ...]:
+        """Elbow, wrist, finger tips, and the tool's point as the tip."""
+        return (*self.bare.moving_points[:-1], "fingers", "tip")
+
+    @property
+    def meaning(self) -> Hashable:
+        """What gives joint angles their meaning: a tool changes nothing about that."""
+        return self.bare.meaning
+
+    def hand_axes(self, joints: Joints) -> Matrix3:
+        """Return up, side and along as the columns of a matrix in the base frame."""
+        return self.bare.hand_axes(joints)
+
+    def fk(self, joints: Joints) -> Pose:
+        """Return the pose of the tool's point; pitch and roll within (-pi, pi]."""
+        *_, point = self.points(joints)
+        base, shoulder, elbow, wrist, roll = joints.angles_rad
+        pitch = shoulder + elbow + wrist
+        if point[0] * math.cos(base) + point[1] * math.sin(base) < 0.0:
+            pitch, roll = math.pi - pitch, roll + math.pi
+        return Pose(*point, wrap(pitch), wrap(roll))
+
+    def points(self, joints: Joints) -> tuple[Point, ...]:
+        """Return base, shoulder, elbow, wrist, finger tips and the tool's point in mm."""
+        found = self.bare.points(joints)
+        fingers, tool = found[-1], self.tool
+        up, side, along = zip(*self.bare.hand_axes(joints), strict=True)
+        x, y, z = (
+            at + tool.up_mm * u + tool.side_mm * s + tool.along_mm * a
+            for at, u, s, a in zip(fingers, up, side, along, strict=True)
+        )
+        return (*found, (x, y, z))
+
+    def solve(self, pose: Pose, seed: Joints | None = None) -> Joints | None:
+        """Return the posture within the limits nearest to the seed, or None."""
+        fingers = self._fingers(pose)
+        return None if fingers is None else self.bare.solve(fingers, seed)
+
+    def branches(self, pose: Pose, seed: Joints | None = None) -> tuple[Branch, ...]:
+        """Return every posture for a pose, those beyond the limits included: see `FiveAxisArm`."""
+        fingers = self._fingers(pose)
+        return () if fingers is None else self.bare.branches(fingers, seed)
+
+    def ik(self, pose: Pose, seed: Joints | None = None) -> Joints:
+        """Return the posture within the limits nearest to the seed; raises `Unreachable`."""
+        fingers = self._fingers(pose)
+        if fingers is None:
+            raise self._beside_the_plane(pose, seed)
+        try:
+            return self.bare.ik(fingers, seed)
+        except Unreachable as refusal:
+            raise _of_tool(refusal, pose, self.nearest_pose(pose, seed)) from None
+
+    def ik_near(self, pose: Pose, seed: Joints) -> Joints:
+        """Return what `ik` does, which is quick enough for every small step."""
+        return self.ik(pose, seed)
+
+    def nearest_pose(self, pose: Pose, seed: Joints | None = None) -> Pose:
+        """Return the pose of the tool for which the finger tips are nearest to what is asked."""
+        if self.solve(pose, seed) is not None:
+            return pose
+        fingers = self._fingers(pose) or self._fingers(_beside(pose, self._across(pose.roll_rad)))
+        if fingers is None:  # only rounding can bring this about
+            return pose if seed is None else self.fk(seed)
+        return self.fk(self.bare.ik(self.bare.nearest_pose(fingers, seed), seed))
+
+    def violations(self, joints: Joints) -> tuple[LimitViolation, ...]:
+        """Return the limits that a posture breaks."""
+        return self.bare.violations(joints)
+
+    def check(self, joints: Joints) -> None:
+        """Raise `JointLimit` for the joint that passes its limit furthest, if any does."""
+        self.bare.check(joints)
+
+    def line(self, start: Joints, goal: Pose) -> Line:
+        """Return the straight line of the tool's point from a posture to a pose."""
+        return tool_line(self, start, goal)
+
+    def travel_bound_mm(self, changes_rad: Sequence[float]) -> float:
+        """Return a distance that no point exceeds while the joints turn by this in proportion."""
+        _, shoulder, elbow, wrist, roll = changes_rad
+        base = abs(changes_rad[0])
+        hand = abs(shoulder + elbow + wrist)
+        off_mm = math.hypot(self.tool.up_mm, self.tool.side_mm)
+        reach_mm = math.hypot(off_mm, self.tool.along_mm)
+        return (
+            self.bare.travel_bound_mm(changes_rad) + reach_mm * (hand + base) + off_mm * abs(roll)
+        )
+
+    def levers_mm(self, joints: Joints | None) -> tuple[float, ...]:
+        """Return each joint axis's distance from the tool's point, stretched out of no posture."""
+        off_mm = math.hypot(self.tool.up_mm, self.tool.side_mm)
+        reach_mm = math.hypot(off_mm, self.tool.along_mm)
+        if joints is None:
+            *turning, _ = self.bare.levers_mm(None)
+            return (*(lever + reach_mm for lever in turning), off_mm)
+        _, shoulder, elbow, wrist, _, point = self.points(joints)
+        return (
+            math.hypot(point[0], point[1]),
+            *(_in_plane_mm(centre, point, joints[0]) for centre in (shoulder, elbow, wrist)),
+            off_mm,
+        )
+
+    def _across(self, roll: float) -> float:
+        """Return how far the point is beside the arm's plane."""
+        return self.tool.up_mm * math.sin(roll) + self.tool.side_mm * math.cos(roll)
+
+    def _fingers(self, pose: Pose) -> Pose | None:
+        """Return the pose of the finger tips that brings the point there; None beside the axis."""
+        across = self._across(pose.roll_rad)
+        upwards = self.tool.up_mm * math.cos(pose.roll_rad)
+        upwards -= self.tool.side_mm * math.sin(pose.roll_rad)
+        squared = pose.x_mm**2 + pose.y_mm**2 - across**2
+        if squared < 0.0:
+            return None
+        out = math.sqrt(squared)
+        base = math.atan2(pose.y_mm, pose.x_mm) + math.atan2(across, out)
+        cos_pitch, sin_pitch = math.cos(pose.pitch_rad), math.sin(pose.pitch_rad)
+        out -= self.tool.along_mm * cos_pitch - upwards * sin_pitch
+        z = pose.z_mm - self.tool.along_mm * sin_pitch - upwards * cos_pitch
+        pitch, roll = pose.pitch_rad, pose.roll_rad
+        if out < 0.0:  # the finger tips are behind the axis though the point is not
+            pitch, roll = math.pi - pitch, roll + math.pi
+        return Pose(out * math.cos(base), out * math.sin(base), z, pitch, roll, pose.yaw_rad)
+
+    def _beside_the_plane(self, pose: Pose, seed: Joints | None) -> Unreachable:
+        across, r = abs(self._across(pose.roll_rad)), math.hypot(pose.x_mm, pose.y_mm)
+        return Unreachable(
+            f"the tool is {across:.1f} mm beside the arm's plane, and the point only {r:.1f} "
+            "mm from the base axis",
+            constraint=Constraint.TOO_NEAR,
+            joint=None,
+            value=r,
+            bound=across,
+            unit="mm",
+            goal=pose,
+            nearest=self.nearest_pose(pose, seed),
+        )
+
+
+def _of_tool(refusal: Unreachable, pose: Pose, nearest: Pose) -> Unreachable:
+    """Return the refusal of the finger tips' pose as one of the tool's."""
+    return Unreachable(
+        refusal.reason,
+        constraint=refusal.constraint,
+        joint=refusal.joint,
+        value=refusal.value,
+        bound=refusal.bound,
+        unit=refusal.unit,
+        goal=pose,
+        nearest=nearest,
+    )
+
+
+def holding(arm: ArmGeometry, tool: Tool) -> ArmGeometry:
+    """Return an arm with a tool in its hand. Raises `KinematicsError` where it cannot take one."""
+    if isinstance(arm, FiveAxisArm):
+        return ToolArm(arm, tool)
+    from kinematics.chains.arm import ChainArm  # few arms are chains
+
+    if isinstance(arm, ChainArm):
+        off = translation(tool.up_mm, tool.side_mm, tool.along_mm)
+        return ChainArm(replace(arm.chain, tool=compose(arm.chain.tool, off)))
+    raise KinematicsError("this arm already holds a tool")
+
+
+def _beside(pose: Pose, across_mm: float) -> Pose:
+    """Return the pose outwards of this one, as far from the base axis as the tool is beside it."""
+    direction = math.atan2(pose.y_mm, pose.x_mm)
+    r = abs(across_mm) * (1.0 + 1e-9)
+    return replace(pose, x_mm=r * math.cos(direction), y_mm=r * math.sin(direction))
+
+
+def _in_plane_mm(centre: Point, point: Point, base: float) -> float:
+    """Return the distance of a point from an axis through `centre`, normal to the arm's plane."""
+    out = (point[0] - centre[0]) * math.cos(base) + (point[1] - centre[1]) * math.sin(base)
+    return math.hypot(out, point[2] - centre[2])
+
+
+# One posture of an arm with a tool, kept along a line or any other curve of the tool's point.
+#
+# Units: mm and rad. A hand is its pitch and roll, each of any turn.
+
+LARGEST_TURN_RAD = 0.5
+"""The furthest that a joint may turn between two waypoints: further is another posture."""
+
+
+@dataclass(frozen=True, slots=True)
+class ToolFollower:
+    """The posture near the one before; `arm` has limits widened to a start beyond them."""
+
+    arm: ToolArm
+    first: Hand
+    posture = ""
+
+    def hand(self, pose: Pose, near: Hand) -> Hand:
+        """Return how a pose holds the hand, pitch and roll the shorter way round."""
+        return hand_near(pose, near)
+
+    def between(self, a: Hand, b: Hand, share: float) -> Hand:
+        """Return the hand at a share of the turn: pitch and roll in proportion."""
+        return in_proportion(a, b, share)
+
+    def pose(self, tip: Point, hand: Hand) -> Pose:
+        """Return the pose of a tip and a hand."""
+        return Pose(*tip, *hand)
+
+    def solve(self, tip: Point, hand: Hand, before: Joints) -> Joints:
+        """Return the posture near the one before; raises `NotFollowed`."""
+        try:
+            joints = self.arm.ik_near(self.pose(tip, hand), before)
+        except Unreachable as refusal:
+            raise NotFollowed(refusal.reason) from None
+        refuse_leap(before, joints, LARGEST_TURN_RAD)
+        return joints
+
+
+def tool_line(arm: ToolArm, start: Joints, goal: Pose) -> Line:
+    """Return the line from a posture to a pose, pitch and roll the shorter way round."""
+    origin = arm.fk(start)
+    wide = replace(arm, bare=replace(arm.bare, limits=widened_to(arm.limits, start)))
+    follower = ToolFollower(wide, (origin.pitch_rad, origin.roll_rad))
+    tip = origin.x_mm, origin.y_mm, origin.z_mm
+    return straight_between(follower, tip, follower.first, goal)

@@ -1,0 +1,247 @@
+"""What an arm reaches within its limits: a section of the five-axis build, or samples of any chain.
+
+Lengths in mm, angles in rad. The section is the vertical plane through the base axis at one
+azimuth, with the hand held at one pitch: x outwards (negative behind the axis), z up. Its
+boundary is made of arcs of circles, the images of the joint limits and of the stretched arm
+(plane.py), and of pieces of the base axis; of each, the pieces remain that have reach on one
+side only.
+
+Source: McKerrow, chapter 4, figures c of the two-link manipulators, for arms with limits.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+from kinematics.chains.chain import Chain
+from kinematics.chains.generated import generated
+from kinematics.chains.links import JointKind
+from kinematics.errors import KinematicsError
+from kinematics.five_axis.arm import FiveAxisArm
+from kinematics.five_axis.closed_form import Angles
+from kinematics.five_axis.nearest import Arc, PlaneProblem, arcs
+from kinematics.frames.transforms import position_of
+from kinematics.frames.vectors import Vector
+from kinematics.limits import JointRange, wrap
+
+NUDGE_MM = 0.02
+"""How far to either side of a boundary its reach is asked; what is thinner is not seen."""
+
+_HALVINGS = 24
+_PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29)
+
+Point = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """What an arm reaches in a vertical plane through its base axis, at one pitch of the hand.
+
+    `boundary` holds curves, each a row of points (x, z) not farther apart than asked for; `holds`
+    tells of one place.
+    """
+
+    arm: FiveAxisArm
+    pitch_rad: float
+    azimuth_rad: float
+    boundary: tuple[tuple[Point, ...], ...]
+
+    def holds(self, x_mm: float, z_mm: float) -> bool:
+        """Whether some posture within the limits brings the tip there, whatever the roll."""
+        return _reach(self.arm, self.pitch_rad, self.azimuth_rad)(x_mm, z_mm)
+
+    @property
+    def box_mm(self) -> tuple[float, float, float, float]:
+        """Least and greatest x, least and greatest z; all zero where nothing is reached."""
+        points = [point for curve in self.boundary for point in curve] or [(0.0, 0.0)]
+        xs, zs = zip(*points, strict=True)
+        return min(xs), max(xs), min(zs), max(zs)
+
+    def points(self, spacing_mm: float = 10.0) -> tuple[Point, ...]:
+        """Return the places of a square lattice that are reached."""
+        holds = _reach(self.arm, self.pitch_rad, self.azimuth_rad)
+        low_x, high_x, low_z, high_z = self.box_mm
+        return tuple(
+            (x, z)
+            for x in _lattice(low_x, high_x, spacing_mm)
+            for z in _lattice(low_z, high_z, spacing_mm)
+            if holds(x, z)
+        )
+
+
+def section(
+    arm: FiveAxisArm, pitch_rad: float, azimuth_rad: float = 0.0, step_mm: float = 5.0
+) -> Section:
+    """Return what an arm reaches at a pitch in the vertical plane of an azimuth."""
+    holds = _reach(arm, pitch_rad, azimuth_rad)
+    curves = [curve for track in _tracks(arm, pitch_rad) for curve in _rims(track, holds, step_mm)]
+    return Section(arm, pitch_rad, azimuth_rad, tuple(curves))
+
+
+def _reach(
+    arm: FiveAxisArm, pitch_rad: float, azimuth_rad: float
+) -> Callable[[float, float], bool]:
+    """Return a function that tells whether a place (x, z) of the section is reached."""
+    any_roll = replace(arm, limits=(*arm.limits[:4], JointRange(-math.tau, math.tau)))
+    near: Angles = (arm.limits[0].clamp(azimuth_rad), 0.0, 0.0, 0.0, 0.0)
+    cosine, sine = math.cos(azimuth_rad), math.sin(azimuth_rad)
+
+    def holds(x: float, z: float) -> bool:
+        goal = (x * cosine, x * sine, z, pitch_rad, 0.0)
+        return any_roll.solve_angles(goal, near) is not None
+
+    return holds
+
+
+@dataclass(frozen=True, slots=True)
+class _Track:
+    """A candidate for a piece of the boundary: a place and its normal at a parameter."""
+
+    at: Callable[[float], tuple[Point, Point]]
+    low: float
+    high: float
+    length_mm: float
+
+
+def _tracks(arm: FiveAxisArm, pitch_rad: float) -> Iterator[_Track]:
+    """Yield the arcs of tips before and behind the axis, both ways round, and the axis itself."""
+    _, shoulder, elbow, wrist, _ = arm.limits
+    low = shoulder.low_rad + elbow.low_rad + wrist.low_rad
+    high = shoulder.high_rad + elbow.high_rad + wrist.high_rad
+    for side, plane_pitch in ((1, wrap(pitch_rad)), (-1, wrap(math.pi - pitch_rad))):
+        first = math.ceil((low - plane_pitch) / math.tau)
+        last = math.floor((high - plane_pitch) / math.tau)
+        for turn in range(first, last + 1):
+            pitch = plane_pitch + turn * math.tau
+            problem = PlaneProblem(
+                arm.lengths, shoulder, elbow, wrist, pitch, (0.0, 0.0), side, 0.0
+            )
+            for arc in arcs(problem):
+                yield from (_arc_track(arc, mirrored) for mirrored in (1.0, -1.0))
+    longest = sum(arm.lengths[1:])
+    height = arm.base_height_mm
+    yield _Track(lambda z: ((0.0, z), (1.0, 0.0)), height - longest, height + longest, 2 * longest)
+
+
+def _arc_track(arc: Arc, mirrored: float) -> _Track:
+    def at(theta: float) -> tuple[Point, Point]:
+        out, up = mirrored * math.cos(theta), math.sin(theta)
+        return (mirrored * arc.r + arc.radius * out, arc.z + arc.radius * up), (out, up)
+
+    return _Track(at, arc.low, arc.high, arc.radius * (arc.high - arc.low))
+
+
+def _rims(
+    track: _Track, holds: Callable[[float, float], bool], step_mm: float
+) -> Iterator[tuple[Point, ...]]:
+    """Yield the pieces of a track that have reach on one side only, ends found by halving."""
+
+    def is_rim(t: float) -> bool:
+        (x, z), (out, up) = track.at(t)
+        inner = holds(x - NUDGE_MM * out, z - NUDGE_MM * up)
+        return inner != holds(x + NUDGE_MM * out, z + NUDGE_MM * up)
+
+    count = max(math.ceil(track.length_mm / step_mm), 1)
+    places = [track.low + (track.high - track.low) * (i + 0.5) / count for i in range(count)]
+    found: list[float] = []
+    before = track.low
+    for t in places:
+        if is_rim(t):
+            if not found:
+                found.append(_end(is_rim, t, before))
+            found.append(t)
+        elif found:
+            yield _piece(track, [*found, _end(is_rim, found[-1], t)])
+            found = []
+        before = t
+    if found:
+        yield _piece(track, [*found, _end(is_rim, found[-1], track.high)])
+
+
+def _end(is_rim: Callable[[float], bool], inside: float, outside: float) -> float:
+    """Return the parameter between these two at which the rim ends."""
+    if is_rim(outside):
+        return outside
+    for _ in range(_HALVINGS):
+        middle = (inside + outside) / 2.0
+        inside, outside = (middle, outside) if is_rim(middle) else (inside, middle)
+    return inside
+
+
+def _piece(track: _Track, parameters: Sequence[float]) -> tuple[Point, ...]:
+    return tuple(track.at(t)[0] for t in parameters)
+
+
+def _lattice(low: float, high: float, spacing: float) -> Iterator[float]:
+    for index in range(math.floor(low / spacing), math.ceil(high / spacing) + 1):
+        yield index * spacing
+
+
+@dataclass(frozen=True, slots=True)
+class Reach:
+    """Places that a chain's tool was brought to: evenly spread postures and corners of its limits.
+
+    What was not sampled may reach a little farther. `points[i]` belongs to `postures[i]`.
+    """
+
+    points: tuple[Vector, ...]
+    postures: tuple[tuple[float, ...], ...]
+
+    @property
+    def box_mm(self) -> tuple[tuple[float, float], tuple[float, float], tuple[float, float]]:
+        """Least and greatest x, y and z."""
+        x, y, z = ((min(axis), max(axis)) for axis in zip(*self.points, strict=True))
+        return x, y, z
+
+    @property
+    def radius_mm(self) -> tuple[float, float]:
+        """Least and greatest distance from the first joint's axis frame, the world's z axis."""
+        radii = [math.hypot(x, y) for x, y, _ in self.points]
+        return min(radii), max(radii)
+
+
+def sampled_reach(chain: Chain, count: int = 4096) -> Reach:
+    """Return places that any chain reaches within its limits.
+
+    Postures are Halton's sequence over the limits, the same at every call; a joint that turns
+    without end takes one turn. Raises `KinematicsError` for a sliding joint without limits.
+    """
+    if count < 1:
+        raise KinematicsError(f"at least one posture must be sampled, not {count}")
+    spans = [_span(chain, index) for index in range(len(chain))]
+    fk = generated(chain).fk
+    corners = list(product(*spans)) if len(spans) <= 8 else []
+    spread = [
+        tuple(
+            low + (high - low) * _halton(index, _PRIMES[joint % len(_PRIMES)])
+            for joint, (low, high) in enumerate(spans)
+        )
+        for index in range(1, count + 1)
+    ]
+    postures = (*corners, *spread)
+    return Reach(tuple(position_of(fk(posture)) for posture in postures), postures)
+
+
+def _span(chain: Chain, index: int) -> Point:
+    link = chain.links[index]
+    if math.isfinite(link.low) and math.isfinite(link.high):
+        return link.low, link.high
+    if link.kind is JointKind.REVOLUTE:
+        return -math.pi, math.pi
+    raise KinematicsError(
+        f"joint {chain.joint_names[index]!r} slides without limits, so its reach has no end: "
+        "give its link low and high"
+    )
+
+
+def _halton(index: int, base: int) -> float:
+    """Return the index's digits in a base, mirrored at the point: evenly spread over 0 to 1."""
+    value, share = 0.0, 1.0
+    while index:
+        index, digit = divmod(index, base)
+        share /= base
+        value += digit * share
+    return value

@@ -1,0 +1,1 @@
+"""Vectors, rotations, orientations and transforms, and graphs of named frames."""

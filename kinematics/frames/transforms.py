@@ -1,0 +1,296 @@
+"""Frames in frames: homogeneous transforms, rotation and position in one (chapter 2, section 2.4).
+
+A `Transform` is a 4x4 matrix of plain numbers, four rows, the last one 0, 0, 0, 1; positions in
+mm. The transform T of a frame R1 in a frame R0 takes a point observed in R1 to the same point
+observed in R0, as O0A = O0O1 + M O1A (equation 2.27). Works on any kind of number.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from enum import Enum
+from itertools import combinations
+
+from kinematics.errors import (
+    FlatBasis,
+    KinematicsError,
+    NotARotation,
+    RotationFlaw,
+    RotationProperty,
+    finite,
+)
+from kinematics.frames.rotations import (
+    IDENTITY,
+    Matrix3,
+    columns,
+    determinant,
+    from_columns,
+    multiply,
+    rotate,
+    transpose,
+)
+from kinematics.frames.vectors import (
+    Vector,
+    add,
+    angle_between,
+    cross,
+    dot,
+    norm,
+    reject,
+    scale,
+    triple,
+    unit,
+)
+
+Row4 = tuple[float, float, float, float]
+Transform = tuple[Row4, Row4, Row4, Row4]
+
+LAST_ROW: Row4 = (0.0, 0.0, 0.0, 1.0)
+IN_PLACE: Transform = (
+    (1.0, 0.0, 0.0, 0.0),
+    (0.0, 1.0, 0.0, 0.0),
+    (0.0, 0.0, 1.0, 0.0),
+    LAST_ROW,
+)
+"""The identity: a frame that coincides with its reference."""
+
+
+def transform(rotation: Matrix3, position: Vector) -> Transform:
+    """Return the transform of a frame turned by `rotation` with its origin at `position`."""
+    (a, b, c), (d, e, f), (g, h, i) = rotation
+    x, y, z = position
+    return (a, b, c, x), (d, e, f, y), (g, h, i, z), LAST_ROW
+
+
+def translation(x: float, y: float, z: float) -> Transform:
+    """Return the transform of a frame that is moved and not turned."""
+    return transform(IDENTITY, (x, y, z))
+
+
+def rotation_of(frame: Transform) -> Matrix3:
+    """Return the rotation part: the frame's unit vectors as columns."""
+    (a, b, c, _), (d, e, f, _), (g, h, i, _), _ = frame
+    return (a, b, c), (d, e, f), (g, h, i)
+
+
+def position_of(frame: Transform) -> Vector:
+    """Return the position part: the frame's origin."""
+    return frame[0][3], frame[1][3], frame[2][3]
+
+
+def compose(*frames: Transform) -> Transform:
+    """Return the product of a chain of transforms, each in the one before it; of none, identity.
+
+    Only the affine part is multiplied out, since the last row stays what it is.
+    """
+    if not frames:
+        return IN_PLACE
+    product = frames[0]
+    for factor in frames[1:]:
+        product = _product(product, factor)
+    return product
+
+
+def _product(left: Transform, right: Transform) -> Transform:
+    rotation = rotation_of(left)
+    turned = multiply(rotation, rotation_of(right))
+    return transform(turned, add(position_of(left), rotate(rotation, position_of(right))))
+
+
+def moved_in_itself(frame: Transform, motion: Transform) -> Transform:
+    """Return a frame after a motion along and about its own axes, as they are now (section 2.3)."""
+    return compose(frame, motion)
+
+
+def moved_in_reference(frame: Transform, motion: Transform) -> Transform:
+    """Return a frame after a motion along and about the axes of the frame it is observed in."""
+    return compose(motion, frame)
+
+
+def invert(frame: Transform) -> Transform:
+    """Return the inverse: the reference observed from the frame (equations 2.17 and 2.27).
+
+    The rotation is transposed, so what is no rotation is not inverted; see `check_transform`.
+    """
+    back = transpose(rotation_of(frame))
+    return transform(back, scale(-1.0, rotate(back, position_of(frame))))
+
+
+def transform_point(frame: Transform, point: Vector) -> Vector:
+    """Return a point observed in a frame as observed in its reference (equation 2.27)."""
+    return add(position_of(frame), rotate(rotation_of(frame), point))
+
+
+def transform_vector(frame: Transform, vector: Vector) -> Vector:
+    """Return a free vector, one with a direction and no place, as observed in the reference."""
+    return rotate(rotation_of(frame), vector)
+
+
+# Bases: right- and left-handed axes, and vectors observed in one basis or another.
+#
+# A basis is a `Matrix3` with its three axes as columns, all observed in one common frame.
+
+FLAT = 1e-12
+"""Share of the largest possible volume of three axes below which they count as one plane."""
+
+
+class Handedness(Enum):
+    """On which side of the plane of X and Y the Z axis is."""
+
+    RIGHT = "right-handed"
+    LEFT = "left-handed"
+
+
+def handedness(x: Vector, y: Vector, z: Vector) -> Handedness:
+    """Tell the handedness of three axes by the sign of x . (y x z). Raises `FlatBasis`."""
+    return Handedness.RIGHT if _volume(x, y, z) > 0.0 else Handedness.LEFT
+
+
+def third_axis(x: Vector, y: Vector, hand: Handedness = Handedness.RIGHT) -> Vector:
+    """Return the unit Z axis normal to X and Y that gives the basis its handedness.
+
+    Raises `ZeroVector` where X and Y are parallel, or one is zero.
+    """
+    z = unit(cross(unit(x), unit(y)))
+    return z if hand is Handedness.RIGHT else scale(-1.0, z)
+
+
+def basis_along(x: Vector, towards_y: Vector) -> Matrix3:
+    """Return the right-handed orthonormal basis with X along `x` and Y as near to `towards_y`.
+
+    Raises `ZeroVector` where the two are parallel, or one is zero.
+    """
+    x = unit(x)
+    y = unit(reject(unit(towards_y), x))
+    return from_columns(x, y, cross(x, y))
+
+
+def inverse(matrix: Matrix3) -> Matrix3:
+    """Return the inverse by cofactors (equation 2.18), of any basis, skew ones included.
+
+    Raises `FlatBasis` where there is none.
+    """
+    x, y, z = columns(matrix)
+    volume = _volume(x, y, z)
+    return (
+        scale(1.0 / volume, cross(y, z)),
+        scale(1.0 / volume, cross(z, x)),
+        scale(1.0 / volume, cross(x, y)),
+    )
+
+
+def change_of_basis(old: Matrix3, new: Matrix3) -> Matrix3:
+    """Return the matrix that takes components in the old basis to components in the new one.
+
+    Any two bases will do. Between orthonormal ones of the same handedness it is a rotation;
+    between a right- and a left-handed one it is none, and its determinant is negative. Raises
+    `FlatBasis`.
+    """
+    handedness(*columns(old))
+    return multiply(inverse(new), old)
+
+
+def _volume(x: Vector, y: Vector, z: Vector) -> float:
+    volume = triple(x, y, z)
+    if abs(volume) <= FLAT * norm(x) * norm(y) * norm(z):
+        raise FlatBasis
+    return volume
+
+
+# Is a matrix a rotation? If not, which of the properties fails, and by how much.
+#
+# The properties are those of chapter 2, section 2.3: columns of length 1, normal to each other,
+# and a determinant of 1. Units: rad, and mm in the position of a transform.
+
+ROTATION_TOLERANCE = 1e-9
+"""How far lengths (of 1) and angles (rad) may be off: above rounding, below any arm's accuracy."""
+
+
+def is_rotation(matrix: Matrix3, tolerance: float = ROTATION_TOLERANCE) -> bool:
+    """Tell whether a matrix is a rotation. Raises as `rotation_flaws` does."""
+    return not rotation_flaws(matrix, tolerance)
+
+
+def check_rotation(matrix: Matrix3, tolerance: float = ROTATION_TOLERANCE) -> Matrix3:
+    """Return the matrix in floats, or raise `NotARotation` with everything that is wrong."""
+    matrix = finite_matrix(matrix)
+    if not _plainly_rotation(matrix, tolerance):
+        flaws = rotation_flaws(matrix, tolerance)
+        if flaws:
+            raise NotARotation(flaws)
+    return matrix
+
+
+def check_transform(frame: Transform, tolerance: float = ROTATION_TOLERANCE) -> Transform:
+    """Return the transform in floats, or raise an error that says what is wrong with it.
+
+    Raises `NotARotation` for its rotation part, `BadNumber` for what is not finite, and
+    `KinematicsError` for a wrong shape or another last row than 0, 0, 0, 1.
+    """
+    _check_shape(frame, 4)
+    if tuple(frame[3]) != LAST_ROW:
+        raise KinematicsError(
+            f"the last row of a homogeneous transform is 0, 0, 0, 1, not {tuple(frame[3])}"
+        )
+    x, y, z = position_of(frame)
+    position = finite("x_mm", x), finite("y_mm", y), finite("z_mm", z)
+    return transform(check_rotation(rotation_of(frame), tolerance), position)
+
+
+def rotation_flaws(
+    matrix: Matrix3, tolerance: float = ROTATION_TOLERANCE
+) -> tuple[RotationFlaw, ...]:
+    """Return every property of rotations that the matrix lacks; none for a rotation.
+
+    Raises `BadNumber` for entries that are not finite numbers, and `KinematicsError` for another
+    shape than three rows of three.
+    """
+    return tuple(_flaws(finite_matrix(matrix), tolerance))
+
+
+def finite_matrix(matrix: Matrix3) -> Matrix3:
+    """Return the matrix in floats; raises as `rotation_flaws` does."""
+    _check_shape(matrix, 3)
+    first, second, third = (
+        (finite(f"row {row}, x", x), finite(f"row {row}, y", y), finite(f"row {row}, z", z))
+        for row, (x, y, z) in enumerate(matrix, start=1)
+    )
+    return first, second, third
+
+
+def _check_shape(rows: Sequence[Sequence[float]], size: int) -> None:
+    if len(rows) != size or any(len(row) != size for row in rows):
+        raise KinematicsError(f"{size} rows of {size} numbers are needed, not {rows!r}")
+
+
+def _plainly_rotation(matrix: Matrix3, tolerance: float) -> bool:
+    """Tell by products alone, which is quicker than the lengths and angles of the verdict."""
+    x, y, z = columns(matrix)
+    return (
+        max(abs(dot(x, x) - 1.0), abs(dot(y, y) - 1.0), abs(dot(z, z) - 1.0)) <= tolerance
+        and max(abs(dot(x, y)), abs(dot(y, z)), abs(dot(z, x))) <= tolerance / 2.0
+        and determinant(matrix) > 0.0
+    )
+
+
+def _flaws(matrix: Matrix3, tolerance: float) -> Iterator[RotationFlaw]:
+    named = dict(zip("xyz", columns(matrix), strict=True))
+    for name, column in named.items():
+        excess = norm(column) - 1.0
+        if abs(excess) > tolerance:
+            yield RotationFlaw(RotationProperty.UNIT_COLUMNS, name, excess)
+    for first, second in combinations(named, 2):
+        slant = _slant(named[first], named[second])
+        if abs(slant) > tolerance:
+            yield RotationFlaw(RotationProperty.NORMAL_COLUMNS, f"{first} and {second}", slant)
+    volume = determinant(matrix)
+    if volume < 0.0:
+        yield RotationFlaw(RotationProperty.RIGHT_HANDED, "x, y and z", volume)
+
+
+def _slant(u: Vector, v: Vector) -> float:
+    """Return the angle beyond a right one; a zero vector is normal to everything."""
+    if norm(u) == 0.0 or norm(v) == 0.0:
+        return 0.0
+    return angle_between(u, v) - math.pi / 2.0

@@ -1,0 +1,1 @@
+"""Forbidden volumes: capsules, boxes, clearances, and proofs for a whole path."""

@@ -1,0 +1,251 @@
+"""Places where the arm would hit the table, itself, or what stands about it, as a table of rules.
+
+Lengths in mm, angles in rad. r is the distance from the base axis. Source of the numbers: the
+guards that public TeachMover programs carry. docs/guards.md says what each guard means.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from kinematics.geometry import ArmGeometry
+from kinematics.guards.links import (
+    AGAINST_ITSELF,
+    BASE_COLUMN,
+    BOX,
+    ROUNDING_MM,
+    AngleSum,
+    GuardViolation,
+    Links,
+    Reading,
+    Room,
+    SumViolation,
+    Violation,
+    links_of,
+)
+from kinematics.guards.shapes import Box
+from kinematics.spaces import Joints
+
+# What each broken guard says to a person: a table of sentences. Lengths in mm.
+
+
+def sentence_of(reading: Reading, guarded: GuardedArm) -> str:
+    """Return the sentence of a guard that this reading breaks."""
+    kind = BOX if reading.guard.startswith(BOX) else reading.guard
+    return _SENTENCES[kind](reading, guarded.guards)
+
+
+def _table(reading: Reading, _: Guards) -> str:
+    point = reading.quantity.removesuffix(" z")
+    return f"the {point} would be {-reading.value_mm:.1f} mm below the table"
+
+
+def _inner(reading: Reading, guards: Guards) -> str:
+    return (
+        f"the tip would be {reading.value_mm:.1f} mm from the base axis, inside the arm's body: "
+        f"below z {guards.inner_height_mm:.0f} mm it must keep {reading.bound_mm:.0f} mm away"
+    )
+
+
+def _outer(reading: Reading, _: Guards) -> str:
+    return (
+        f"the tip would be {reading.value_mm:.1f} mm from the base axis, "
+        f"beyond the guard at {reading.bound_mm:.0f} mm"
+    )
+
+
+def _hand(reading: Reading, _: Guards) -> str:
+    return (
+        f"the hand would hit the base: it points backwards with the wrist {reading.value_mm:.1f} "
+        f"mm from the base axis, where {reading.bound_mm:.0f} mm are needed"
+    )
+
+
+def _box(reading: Reading, _: Guards) -> str:
+    name = reading.guard.removeprefix(BOX)
+    return f"the {reading.quantity} would be {-reading.value_mm:.1f} mm inside the box {name!r}"
+
+
+def _base(reading: Reading, guards: Guards) -> str:
+    return (
+        f"the {reading.quantity} would be {-reading.value_mm:.1f} mm inside the base column "
+        f"(radius {guards.base_radius_mm or 0.0:g} mm, up to z {guards.base_top_mm:g} mm)"
+    )
+
+
+def _itself(reading: Reading, _: Guards) -> str:
+    one, other = reading.quantity.split(" against ")
+    return f"the {one} would be {-reading.value_mm:.1f} mm inside {other}"
+
+
+_SENTENCES: Mapping[str, Callable[[Reading, Guards], str]] = MappingProxyType(
+    {
+        "table": _table,
+        "inner radius": _inner,
+        "outer radius": _outer,
+        "hand against base": _hand,
+        BOX: _box,
+        BASE_COLUMN: _base,
+        AGAINST_ITSELF: _itself,
+    }
+)
+
+__all__ = ["AngleSum", "Box", "GuardViolation", "GuardedArm", "Guards", "SumViolation", "Violation"]
+
+
+@dataclass(frozen=True, slots=True)
+class Guards:
+    """The bounds, each None or empty where an arm has no such guard.
+
+    The tip, wrist and elbow must stay above the table (z = 0), `tolerance_mm` allowed, because
+    rounding to motor steps alone puts a tip on the table some hundredths below it. The tip must
+    not be nearer to the base axis than `inner_radius_mm` while below `inner_height_mm`, nor
+    further than `outer_radius_mm`. And the hand must not point backwards (pitch below -90
+    degrees) into the base: wrist nearer than `hand_wrist_radius_mm`, tip nearer than
+    `hand_tip_radius_mm` (public programs write x for it, with the arm turned to the front) and
+    the tip lower than `hand_height_mm`.
+
+    `radii_mm`, one for each link from the upper arm to the hand, makes the links capsules: these
+    keep out of one another, of `boxes`, and of the base, a column of `base_radius_mm` up to
+    `base_top_mm`, all with the same tolerance. `sums` of joint angles stay in their ranges.
+    """
+
+    tolerance_mm: float = 1.0
+    table: bool = True
+    inner_radius_mm: float | None = 57.0
+    inner_height_mm: float = 381.0
+    outer_radius_mm: float | None = 453.0
+    hand_wrist_radius_mm: float | None = 89.0
+    hand_tip_radius_mm: float = 57.0
+    hand_height_mm: float = 32.0
+    radii_mm: tuple[float, ...] = ()
+    base_radius_mm: float | None = None
+    base_top_mm: float = 150.0
+    boxes: tuple[Box, ...] = ()
+    sums: tuple[AngleSum, ...] = ()
+
+    def over(self, arm: ArmGeometry) -> GuardedArm:
+        """Return these guards about an arm; raises `KinematicsError` where they do not fit it."""
+        links = None
+        if self.radii_mm or self.boxes or self.base_radius_mm is not None:
+            links = links_of(arm, self.radii_mm, self.boxes, self.base_radius_mm, self.base_top_mm)
+        return GuardedArm(self, arm, links)
+
+    def violations(self, arm: ArmGeometry, joints: Joints) -> tuple[Violation, ...]:
+        """Return every guard that a posture breaks."""
+        return self.over(arm).violations(joints)
+
+    def violation(self, arm: ArmGeometry, joints: Joints) -> Violation | None:
+        """Return the guard that a posture breaks most, or None."""
+        return worst(self.violations(arm, joints))
+
+    def depth_mm(self, arm: ArmGeometry, joints: Joints) -> float:
+        """Return how deep a posture is inside the guards, 0 outside all: leaving makes it less."""
+        broken = self.violation(arm, joints)
+        return broken.excess_mm if broken else 0.0
+
+
+def deepest(broken: tuple[Violation, ...]) -> Violation:
+    """Return the deepest of some violations."""
+    return max(broken, key=lambda one: one.excess_mm)
+
+
+def worst(broken: tuple[Violation, ...]) -> Violation | None:
+    """Return the deepest of the violations, None where there are none."""
+    return deepest(broken) if broken else None
+
+
+@dataclass(frozen=True, slots=True)
+class GuardedArm:
+    """Guards that know their arm, for many postures of it."""
+
+    guards: Guards
+    arm: ArmGeometry
+    links: Links | None
+
+    def violations(self, joints: Joints) -> tuple[Violation, ...]:
+        """Return every guard that a posture breaks."""
+        return (
+            *(
+                GuardViolation(*reading[:4], -reading.clearance_mm, sentence_of(reading, self))
+                for reading in self.readings(joints)
+                if reading.room_mm < 0.0
+            ),
+            *self._broken_sums(joints),
+        )
+
+    def room(self, joints: Joints) -> Room:
+        """Return how far the arm may move from a posture without a guard being broken.
+
+        Sums of angles give no room of their own: along a joint motion they are worst at its ends.
+        """
+        points = self.arm.points(joints)
+        tolerance = self.guards.tolerance_mm
+        own = [reading.room_mm for reading in self._own(joints, points)]
+        boxes = math.inf
+        if self.links is not None:
+            lines = self.links.segments(points)
+            own += [one.room_mm for one in self.links.own_readings(lines, tolerance)]
+            boxes = self.links.clear_of_boxes_mm(lines) + tolerance + ROUNDING_MM
+        if self.guards.sums and any(self._broken_sums(joints)):
+            own.append(-1.0)
+        return Room(min(own, default=math.inf), boxes)
+
+    def readings(self, joints: Joints) -> Iterator[Reading]:
+        """Yield what every guard on a distance measures of a posture."""
+        points = self.arm.points(joints)
+        yield from self._own(joints, points)
+        if self.links is not None:
+            yield from self.links.readings(points, self.guards.tolerance_mm)
+
+    def _own(
+        self, joints: Joints, points: tuple[tuple[float, float, float], ...]
+    ) -> Iterator[Reading]:
+        yield from self._table(points)
+        yield from self._tip(joints, points)
+
+    def _table(self, points: tuple[tuple[float, float, float], ...]) -> Iterator[Reading]:
+        if self.guards.table:
+            names, tolerance = self.arm.moving_points, self.guards.tolerance_mm
+            for name, (_, _, z) in zip(names, points[-len(names) :], strict=True):
+                yield Reading("table", f"{name} z", z, 0.0, z, tolerance)
+
+    def _tip(
+        self, joints: Joints, points: tuple[tuple[float, float, float], ...]
+    ) -> Iterator[Reading]:
+        """Yield what the guards measure that know the tip, wrist and pitch alone."""
+        guards = self.guards
+        tip_r, wrist_r = math.hypot(*points[-1][:2]), math.hypot(*points[-2][:2])
+        tip_z = points[-1][2]
+        inner, outer, hand = (
+            guards.inner_radius_mm,
+            guards.outer_radius_mm,
+            guards.hand_wrist_radius_mm,
+        )
+        if inner is not None:
+            off = max(tip_r - inner, tip_z - guards.inner_height_mm)
+            yield Reading("inner radius", "tip radius", tip_r, inner, off)
+        if outer is not None:
+            yield Reading("outer radius", "tip radius", tip_r, outer, outer - tip_r)
+        if hand is not None:
+            off = max(
+                wrist_r - hand, tip_r - guards.hand_tip_radius_mm, tip_z - guards.hand_height_mm
+            )
+            if off < -ROUNDING_MM and not self._backwards(joints):
+                off = 0.0  # the hand may turn without travelling far: there is no room to rely on
+            yield Reading("hand against base", "wrist radius", wrist_r, hand, off)
+
+    def _backwards(self, joints: Joints) -> bool:
+        return -math.pi < self.arm.fk(joints).pitch_rad < -math.pi / 2.0 - 1e-9
+
+    def _broken_sums(self, joints: Joints) -> Iterator[SumViolation]:
+        for one in self.guards.sums:
+            value = math.fsum(share * joints[joint] for joint, share in one.shares)
+            excess = one.excess_rad(value)
+            if excess > 0.0:
+                reach_mm = max(self.arm.levers_mm(None))
+                name = f"range of the {one.name}"
+                yield SumViolation(name, one.name, value, one.bound_rad(value), excess * reach_mm)

@@ -1,0 +1,279 @@
+"""Guards on the arm's links as capsules: against keep-out boxes, the base column, one another.
+
+Lengths in mm. A link is the straight line between two neighbouring points of the arm with a
+radius about it. Neighbours always touch, and so do links that only short ones separate: those
+pairs are left out, as is a link whose joint at its beginning stands within the base column.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import pairwise
+from typing import TYPE_CHECKING, NamedTuple
+
+from kinematics.errors import KinematicsError
+from kinematics.guards.shapes import Column, segment_distance_mm
+from kinematics.limits import LIMIT_TOLERANCE_RAD
+from kinematics.spaces import Joints
+
+if TYPE_CHECKING:
+    from kinematics.geometry import ArmGeometry, Point
+    from kinematics.guards.shapes import Box
+
+
+# What a guard says of a posture: readings of every guard, and the ones that are broken.
+#
+# Lengths in mm, angles in rad.
+
+ROUNDING_MM = 1e-6
+"""A pose that stands on a guard's bound is allowed, whichever way its last digit fell."""
+
+
+class Reading(NamedTuple):
+    """How one guard measures a posture: `value_mm` of `quantity` against `bound_mm`.
+
+    `clearance_mm` is how far the arm is from the bound, below 0 beyond it. While no point of the
+    arm travels further than some distance, it changes by no more than `pace` times that.
+    """
+
+    guard: str
+    quantity: str
+    value_mm: float
+    bound_mm: float
+    clearance_mm: float
+    tolerance_mm: float = 0.0
+    pace: float = 1.0
+
+    @property
+    def room_mm(self) -> float:
+        """How far the arm may travel without breaking this guard; below 0 where it is broken."""
+        return (self.clearance_mm + self.tolerance_mm + ROUNDING_MM) / self.pace
+
+
+class Room(NamedTuple):
+    """How far every point of the arm may travel, at least, before a guard is broken.
+
+    `own_mm` for the guards about the base axis, which the base's turning leaves alone, `boxes_mm`
+    for those of places in the room. One that is broken already makes it less than 0.
+    """
+
+    own_mm: float
+    boxes_mm: float
+
+    @property
+    def free(self) -> bool:
+        """Whether no guard is broken."""
+        return self.own_mm >= 0.0 and self.boxes_mm >= 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class GuardViolation:
+    """One guard that a posture breaks.
+
+    `value_mm` of `quantity` against `bound_mm`; `excess_mm` is the least distance that would
+    free the arm of this guard. `sentence` says it to a person.
+    """
+
+    guard: str
+    quantity: str
+    value_mm: float
+    bound_mm: float
+    excess_mm: float
+    sentence: str
+
+
+@dataclass(frozen=True, slots=True)
+class SumViolation:
+    """A sum of joint angles out of its range.
+
+    `excess_mm` is how far the tip of the stretched arm travels while one joint turns by the
+    excess: so that it compares with the guards on distances.
+    """
+
+    guard: str
+    quantity: str
+    value_rad: float
+    bound_rad: float
+    excess_mm: float
+
+    @property
+    def sentence(self) -> str:
+        """The violation in words."""
+        value, bound = math.degrees(self.value_rad), math.degrees(self.bound_rad)
+        return (
+            f"the {self.quantity} would be {value:.1f}°, {abs(value - bound):.1f}° beyond its "
+            f"bound of {bound:.1f}°"
+        )
+
+
+Violation = GuardViolation | SumViolation
+
+
+@dataclass(frozen=True, slots=True)
+class AngleSum:
+    """A sum of joint angles and the range it must stay in, as where cables couple two links.
+
+    The forearm's elevation is 1 shoulder + 1 elbow. `shares` are pairs of joint and factor.
+    """
+
+    name: str
+    shares: tuple[tuple[str, float], ...]
+    low_rad: float
+    high_rad: float
+
+    def excess_rad(self, value_rad: float) -> float:
+        """Return how far beyond a bound, 0 within the range."""
+        excess = max(self.low_rad - value_rad, value_rad - self.high_rad)
+        return excess if excess > LIMIT_TOLERANCE_RAD else 0.0
+
+    def bound_rad(self, value_rad: float) -> float:
+        """Return the bound that is nearest."""
+        return min(max(value_rad, self.low_rad), self.high_rad)
+
+
+BASE_COLUMN = "base column"
+AGAINST_ITSELF = "arm against itself"
+BOX = "box "
+"""How the names of the guards of boxes begin."""
+
+FAR_MM = 40.0
+"""A link at least this far from a box need not be measured exactly: a bound will do."""
+
+_LOOKS = 4
+_STILL_MM = 1e-6
+
+_ENDING_AT = {
+    "shoulder": "shoulder column",
+    "elbow": "upper arm",
+    "wrist": "forearm",
+    "wrist pitch": "forearm",
+    "tip": "hand",
+}
+"""Links by the point where they end; others are called after that point."""
+
+Segments = tuple[tuple["Point", "Point"], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Links:
+    """Which links of one arm are looked at, against what; made by `links_of`."""
+
+    names: tuple[str, ...]
+    radii_mm: tuple[float, ...]
+    boxes: tuple[Box, ...]
+    column: Column | None
+    over_base: tuple[int, ...]
+    pairs: tuple[tuple[int, int], ...]
+
+    def segments(self, points: tuple[Point, ...]) -> Segments:
+        """Return the middle line of each link."""
+        ends = points[-len(self.names) - 1 :]
+        return tuple(pairwise(ends))
+
+    def readings(self, points: tuple[Point, ...], tolerance_mm: float) -> Iterator[Reading]:
+        """Yield what every box, the base column and every pair of links measure."""
+        lines = self.segments(points)
+        for box in self.boxes:
+            for name, radius, (a, b) in zip(self.names, self.radii_mm, lines, strict=True):
+                off = box.distance_mm(a, b) - radius
+                yield Reading(BOX + box.name, name, off, 0.0, off, tolerance_mm)
+        yield from self.own_readings(lines, tolerance_mm)
+
+    def own_readings(self, lines: Segments, tolerance_mm: float) -> Iterator[Reading]:
+        """Yield what the base column and every pair of links measure."""
+        if self.column is not None:
+            for index in self.over_base:
+                off = self.column.distance_mm(*lines[index]) - self.radii_mm[index]
+                yield Reading(BASE_COLUMN, self.names[index], off, 0.0, off, tolerance_mm)
+        for i, j in self.pairs:
+            off = segment_distance_mm(*lines[i], *lines[j]) - self.radii_mm[i] - self.radii_mm[j]
+            both = f"{self.names[j]} against the {self.names[i]}"
+            yield Reading(AGAINST_ITSELF, both, off, 0.0, off, tolerance_mm, 2.0)
+
+    def clear_of_boxes_mm(self, lines: Segments) -> float:
+        """Return how far the nearest link is from the nearest box, or a bound that is far enough.
+
+        Most links are far from most boxes: the sphere about a link decides, and is cheap.
+        """
+        spheres = [
+            (
+                ((a[0] + b[0]) / 2.0, (a[1] + b[1]) / 2.0, (a[2] + b[2]) / 2.0),
+                math.dist(a, b) / 2.0 + radius,
+            )
+            for (a, b), radius in zip(lines, self.radii_mm, strict=True)
+        ]
+        least = math.inf
+        for box in self.boxes:
+            for index, (middle, within) in enumerate(spheres):
+                off = box.point_distance_mm(middle) - within
+                if off < FAR_MM and off < least:
+                    off = box.distance_mm(*lines[index]) - self.radii_mm[index]
+                least = min(least, off)
+        return least
+
+
+@lru_cache(maxsize=32)
+def links_of(
+    arm: ArmGeometry,
+    radii_mm: tuple[float, ...],
+    boxes: tuple[Box, ...],
+    base_radius_mm: float | None,
+    base_top_mm: float,
+) -> Links:
+    """Return what is to be looked at on an arm; the same question is not worked out twice.
+
+    Raises `KinematicsError` where there are not as many radii as links.
+    """
+    names = link_names(arm)
+    if len(radii_mm) != len(names):
+        raise KinematicsError(
+            f"a radius is needed for each of {', '.join(names)}: {len(names)}, not {len(radii_mm)}"
+        )
+    points = arm.points(_zero(arm))
+    ends = points[-len(names) - 1 :]
+    lengths = [math.dist(a, b) for a, b in pairwise(ends)]
+    pairs = tuple(
+        (i, j)
+        for i in range(len(names))
+        for j in range(i + 2, len(names))
+        if sum(lengths[i + 1 : j]) >= radii_mm[i] + radii_mm[j]
+    )
+    column: Column | None = None
+    over: tuple[int, ...] = ()
+    if base_radius_mm is not None:
+        column = Column(points[0][0], points[0][1], base_radius_mm, base_top_mm)
+        over = _free_of_base(arm, column, radii_mm)
+    return Links(names, radii_mm, boxes, column, over, pairs)
+
+
+def link_names(arm: ArmGeometry) -> tuple[str, ...]:
+    """Return what the links are called that end at the arm's moving points."""
+    return tuple(_ENDING_AT.get(name, f"link to the {name}") for name in arm.moving_points)
+
+
+def _free_of_base(arm: ArmGeometry, column: Column, radii_mm: tuple[float, ...]) -> tuple[int, ...]:
+    """Return the links that do not stand in the base column with their first joint.
+
+    That joint stays where it is while the arm moves, or goes round the base axis with it.
+    """
+    draw = random.Random(1)  # noqa: S311 - any postures will do
+    count = len(radii_mm)
+    found: list[list[float]] = [[] for _ in radii_mm]
+    for _ in range(_LOOKS):
+        angles = tuple(draw.uniform(-3.0, 3.0) for _ in arm.limits)
+        starts = arm.points(Joints(angles, arm.joint_names))[-count - 1 : -1]
+        for distances, start in zip(found, starts, strict=True):
+            distances.append(column.distance_mm(start, start))
+    return tuple(
+        index
+        for index, (distances, radius) in enumerate(zip(found, radii_mm, strict=True))
+        if max(distances) - min(distances) > _STILL_MM or distances[0] >= radius
+    )
+
+
+def _zero(arm: ArmGeometry) -> Joints:
+    return Joints((0.0,) * len(arm.limits), arm.joint_names)

@@ -1,0 +1,239 @@
+"""Guards over whole paths: proved between the postures looked at, not only at them.
+
+Lengths in mm, angles in rad. Conservative advancement (Mirtich, 1996): while no point of the arm
+travels further than its room (guards_found.py), no guard can be broken. Two postures whose rooms
+together cover the travel between them prove all that lies between; where they do not, the motion
+is halved, until the travel is `step_mm` or less. So nowhere is the arm further beyond a guard
+than half of `step_mm`, and mostly a few looks are enough.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from kinematics.errors import KinematicsError, finite
+from kinematics.geometry import ArmGeometry, Point
+from kinematics.guards.guards import GuardedArm, Guards, Violation, deepest
+from kinematics.guards.links import Room
+from kinematics.paths.chords import JointPath
+from kinematics.spaces import Joints
+
+if TYPE_CHECKING:
+    from kinematics.guards.links import Reading
+
+STEP_MM = 2.0
+"""How near to one another postures are looked at, at most, where a guard is near."""
+
+SLACK_MM = 1e-6
+"""A depth that rounding alone makes greater has not grown."""
+
+Key = tuple[str, str]
+"""A guard and what it measures: each of them may get no deeper, by itself."""
+
+_LOOKS = 4
+_STILL_MM = 1e-6
+
+
+def first_violation(
+    arm: ArmGeometry,
+    guards: Guards,
+    waypoints: Sequence[Joints],
+    step_mm: float = STEP_MM,
+    *,
+    way_out: bool = False,
+) -> tuple[float, Violation] | None:
+    """Return where a path of joint motions first breaks a guard, or None.
+
+    The fraction (0 to 1) of the answer is the share of a bound of the travel, over the whole
+    path, that lies before it. With `way_out`, a guard that the start breaks is held against the
+    path only where it gets deeper: every such guard by itself, from one look to the next, at
+    most `step_mm` of travel apart, until the arm is free of it.
+    """
+    step = finite("step_mm", step_mm)
+    if step <= 0.0:
+        raise KinematicsError(f"step_mm must be more than 0, not {step}")
+    if not waypoints:
+        return None
+    watch = _Watch(guards.over(arm), step)
+    broken = watch.begin(waypoints[0])
+    if broken is not None and not way_out:
+        return 0.0, broken
+    done, total, travels = 0.0, 0.0, []
+    upright = turns_upright(arm)
+    for a, b in pairwise(waypoints):
+        travels.append(_travel(arm, JointPath(a, b), upright))
+        total += travels[-1].whole_mm
+    for travel in travels:
+        found = watch.along(travel)
+        if found is not None:
+            share, violation = found
+            return ((done + travel.whole_mm * share) / total if total > 0.0 else 1.0), violation
+        done += travel.whole_mm
+    return None
+
+
+@dataclass(frozen=True, slots=True)
+class _Travel:
+    """One joint motion, and how far no point of the arm travels on it.
+
+    `own_mm` without the turning of a base whose axis is the vertical through the origin.
+    """
+
+    path: JointPath
+    whole_mm: float
+    own_mm: float
+
+
+def _travel(arm: ArmGeometry, path: JointPath, upright: bool) -> _Travel:
+    changes = path.changes_rad
+    whole_mm = arm.travel_bound_mm(changes)
+    own_mm = arm.travel_bound_mm((0.0, *changes[1:])) if upright else whole_mm
+    return _Travel(path, whole_mm, own_mm)
+
+
+@lru_cache(maxsize=32)
+def turns_upright(arm: ArmGeometry) -> bool:
+    """Tell whether the base turns the whole arm about the vertical through the origin.
+
+    Then no distance from that axis, from the table, or between links depends on it.
+    """
+    draw = random.Random(1)  # noqa: S311 - any postures will do
+    for _ in range(_LOOKS):
+        turn, *others = (draw.uniform(-3.0, 3.0) for _ in arm.limits)
+        ahead, turned = (
+            arm.points(Joints((base, *others), arm.joint_names)) for base in (0.0, turn)
+        )
+        if not any(_turned_by(angle, ahead, turned) for angle in (turn, -turn)):
+            return False
+    return True
+
+
+def _turned_by(angle: float, ahead: tuple[Point, ...], turned: tuple[Point, ...]) -> bool:
+    c, s = math.cos(angle), math.sin(angle)
+    return all(
+        math.dist((c * x - s * y, s * x + c * y, z), there) <= _STILL_MM
+        for (x, y, z), there in zip(ahead, turned, strict=True)
+    )
+
+
+class _Watch:
+    """One pass along a path: the room where it stands, and how deep each guard still may be."""
+
+    def __init__(self, guarded: GuardedArm, step_mm: float) -> None:
+        self._guarded = guarded
+        self._step_mm = step_mm
+        self._depths: dict[Key, float] = {}
+        self._room = Room(0.0, 0.0)
+
+    def begin(self, joints: Joints) -> Violation | None:
+        """Stand at the start; return the worst guard that it breaks."""
+        self._room = self._guarded.room(joints)
+        if self._room.free:
+            return None
+        broken = self._guarded.violations(joints)
+        self._depths = {(one.guard, one.quantity): one.excess_mm for one in broken}
+        return deepest(broken)
+
+    def along(self, travel: _Travel) -> tuple[float, Violation] | None:
+        """Go along one joint motion; return the share of it where a guard is first broken."""
+        share = 0.0
+        if self._depths:
+            count = int(travel.whole_mm / self._step_mm) + 1
+            for part in range(1, count + 1):
+                share = part / count
+                worse = self._deeper(travel.path.at(share))
+                if worse is not None:
+                    return share, worse
+                if not self._depths:
+                    break
+        if share >= 1.0:
+            return None
+        found = self._prove(travel, share)
+        if found is None:
+            return None
+        return found, deepest(self._guarded.violations(travel.path.at(found)))
+
+    def _deeper(self, joints: Joints) -> Violation | None:
+        """Return the guard that is deeper than a moment ago, or newly broken."""
+        broken = self._guarded.violations(joints)
+        now = {(one.guard, one.quantity): one.excess_mm for one in broken}
+        grown = tuple(
+            one
+            for one in broken
+            if one.excess_mm > self._depths.get((one.guard, one.quantity), 0.0) + SLACK_MM
+        )
+        self._depths = {
+            key: min(depth, now[key]) for key, depth in self._depths.items() if key in now
+        }
+        self._room = self._guarded.room(joints)
+        return deepest(grown) if grown else None
+
+    def _prove(self, travel: _Travel, low: float) -> float | None:
+        """Return the first share looked at that breaks a guard, None where all is proved free."""
+        look, path = self._guarded.room, travel.path
+        ahead = [(1.0, look(path.goal))]
+        while ahead:
+            high, beyond = ahead[-1]
+            part = high - low
+            near = part * travel.whole_mm <= self._step_mm
+            if near and not beyond.free:
+                return high
+            if beyond.free and (near or self._proves(beyond, part, travel)):
+                low, self._room = high, beyond
+                ahead.pop()
+            else:
+                middle = (low + high) / 2.0
+                ahead.append((middle, look(path.at(middle))))
+        return None
+
+    def _proves(self, beyond: Room, part: float, travel: _Travel) -> bool:
+        here = self._room
+        return (
+            here.own_mm + beyond.own_mm >= part * travel.own_mm
+            and here.boxes_mm + beyond.boxes_mm >= part * travel.whole_mm
+        )
+
+
+# How near an arm comes to each of its guards along a way, and where on it.
+#
+# Lengths in mm. Only guards on distances are looked at; sums of joint angles are not among them.
+
+
+@dataclass(frozen=True, slots=True)
+class Clearance:
+    """The least distance from one guard, below 0 beyond it, and what comes so near to it.
+
+    `quantity` is the part of the arm, or the measure, that the guard is about; `index` is that of
+    the posture, and `joints` the posture itself.
+    """
+
+    guard: str
+    quantity: str
+    clearance_mm: float
+    index: int
+    joints: Joints
+
+
+def least_clearances(guarded: GuardedArm, postures: Iterable[Joints]) -> tuple[Clearance, ...]:
+    """Return each guard's least clearance over some postures, the nearest guard first.
+
+    Between two postures no clearance is less than the smaller one by more than half of the way
+    that any point of the arm travels from one to the other.
+    """
+    least: dict[str, Clearance] = {}
+    for index, joints in enumerate(postures):
+        for reading in guarded.readings(joints):
+            known = least.get(reading.guard)
+            if known is None or reading.clearance_mm < known.clearance_mm:
+                least[reading.guard] = _clearance(reading, index, joints)
+    return tuple(sorted(least.values(), key=lambda one: one.clearance_mm))
+
+
+def _clearance(reading: Reading, index: int, joints: Joints) -> Clearance:
+    return Clearance(reading.guard, reading.quantity, reading.clearance_mm, index, joints)

@@ -1,0 +1,1 @@
+"""Lines, arcs, blends and the timing of motion along them."""

@@ -1,0 +1,265 @@
+"""Curves cut into joint motions: short enough for the tip, and for whoever times them.
+
+Units: mm and rad. Between two corners every joint turns in proportion: a chord of the curve in
+joint space. Whoever times a path sees how it bends by how much one chord's direction differs from
+the next one's, so that they may not differ much.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from operator import mul, sub
+from typing import NamedTuple
+
+from kinematics.errors import KinematicsError, PathBroken, finite
+from kinematics.geometry import ArmGeometry, Curve
+from kinematics.spaces import Joints, Pose
+
+MARGIN = 0.75
+"""Share of the tolerance allowed at the points looked at, so that it holds between them too.
+
+Between two corners the deviation is close to a parabola that is zero at both ends; the points
+at a quarter, a half and three quarters find its top, and the margin covers what is not parabola.
+"""
+
+SHORTEST_CUT = 2.0**-16
+"""The smallest share of a curve between two corners: where that is not enough, it breaks."""
+
+LARGEST_CORNER_RAD = math.radians(15.0)
+"""The most that a path's direction in joint space turns at a corner, unless its chords are tiny."""
+
+TINY_RAD = 1e-3
+"""A chord in which the joints turn by less than this: about a motor step of a table-top arm."""
+
+STILL_RAD = 1e-9
+"""A chord in which the joints turn by less than this has no direction."""
+
+_SHARES = (0.25, 0.5, 0.75)
+_COSINE = math.cos(LARGEST_CORNER_RAD)
+
+
+class Chord(NamedTuple):
+    """A joint motion from `start` to `end` in the place of a curve's way between two shares."""
+
+    curve: Curve
+    low: float
+    high: float
+    start: Joints
+    end: Joints
+
+
+def cut(arm: ArmGeometry, curve: Curve, start: Joints, tolerance_mm: float) -> list[Chord]:
+    """Return the chords of a whole curve, whose first posture is given.
+
+    With the joints turning in proportion, the tip is never further than `tolerance_mm` from the
+    point of the curve at the same fraction. Raises `PathBroken` where the curve cannot be followed.
+    """
+    tolerance = positive("tolerance_mm", tolerance_mm) * MARGIN
+    if curve.straight:
+        return [Chord(curve, 0.0, 1.0, start, curve.solve(1.0, start))]
+    count = curve.least_chords
+    ahead = [index / count for index in range(count, 0, -1)]
+    found: list[Chord] = []
+    low = 0.0
+    while ahead:
+        high = ahead[-1]
+        reached = _step(arm, curve, low, start, high, tolerance)
+        if isinstance(reached, Joints):
+            found.append(Chord(curve, low, high, start, reached))
+            low, start = high, reached
+            ahead.pop()
+        elif high - low > SHORTEST_CUT:
+            ahead.append((low + high) / 2.0)
+        elif isinstance(reached, PathBroken):
+            raise reached
+        else:
+            raise PathBroken(high, curve.pose(high), reached, shape=curve.shape)
+    return found
+
+
+def _step(
+    arm: ArmGeometry, curve: Curve, low: float, start: Joints, high: float, tolerance: float
+) -> Joints | PathBroken | str:
+    """Return the posture at `high` if one joint motion may lead there, else why not."""
+    try:
+        reached = curve.solve(high, start)
+    except PathBroken as broken:
+        return broken
+    leap = curve.leap(start, reached)
+    if leap is not None:
+        return leap
+    a, names = start.angles_rad, start.names
+    changes = tuple(map(sub, reached.angles_rad, a))
+    for share in _SHARES:
+        between = tuple([angle + share * change for angle, change in zip(a, changes, strict=True)])
+        tip = arm.points(Joints(between, names))[-1]
+        missed = math.dist(tip, curve.tip(low + share * (high - low)))
+        if missed > tolerance:
+            return f"the tip would leave the {curve.shape} by {missed:.2f} mm"
+    return reached
+
+
+def smooth(chords: Sequence[Chord]) -> list[Chord]:
+    """Halve chords until no corner between two of them turns by more than `LARGEST_CORNER_RAD`.
+
+    Of a corner's two chords the longer is halved, and the shorter too where it is not half as
+    long. Chords of less than `TINY_RAD` stay, so that a curve may have a cusp.
+    """
+    found = list(chords)
+    while True:
+        sharp = _sharp(found)
+        if not sharp:
+            return found
+        halved: list[Chord] = []
+        for index, chord in enumerate(found):
+            halved.extend(_halves(chord) if index in sharp else (chord,))
+        found = halved
+
+
+def _sharp(chords: Sequence[Chord]) -> set[int]:
+    """Return which chords are to be halved."""
+    if len(chords) < 2:
+        return set()
+    ways = [tuple(map(sub, chord.end.angles_rad, chord.start.angles_rad)) for chord in chords]
+    lengths = [math.hypot(*way) for way in ways]
+    found = set()
+    for index, ((one, two), (a, b)) in enumerate(
+        zip(pairwise(ways), pairwise(lengths), strict=True)
+    ):
+        if sum(map(mul, one, two)) >= _COSINE * a * b or min(a, b) <= STILL_RAD:
+            continue
+        if a > TINY_RAD and 2.0 * a > b:
+            found.add(index)
+        if b > TINY_RAD and 2.0 * b > a:
+            found.add(index + 1)
+    return found
+
+
+def _halves(chord: Chord) -> tuple[Chord, Chord]:
+    curve, low, high, start, end = chord
+    middle = (low + high) / 2.0
+    between = curve.solve(middle, start)
+    return Chord(curve, low, middle, start, between), Chord(curve, middle, high, between, end)
+
+
+def trim(chords: Sequence[Chord], low: float, high: float) -> list[Chord]:
+    """Return the chords of a curve between two shares of its way."""
+    found = []
+    for chord in chords:
+        first, last = max(chord.low, low), min(chord.high, high)
+        if last - first <= SHORTEST_CUT * STILL_RAD:
+            continue
+        start = chord.start if first == chord.low else chord.curve.solve(first, chord.start)
+        end = chord.end if last == chord.high else chord.curve.solve(last, start)
+        found.append(Chord(chord.curve, first, last, start, end))
+    return found
+
+
+def posture_at(chords: Sequence[Chord], share: float) -> Joints:
+    """Return the posture at a share of a curve that has been cut whole."""
+    for chord in chords:
+        if share < chord.high:
+            return chord.curve.solve(share, chord.start) if share > chord.low else chord.start
+    return chords[-1].end
+
+
+def corners(chords: Sequence[Chord]) -> tuple[Joints, ...]:
+    """Return the postures between which chords lead, end to end."""
+    return (chords[0].start, *(chord.end for chord in chords))
+
+
+def positive(name: str, value: float) -> float:
+    """Check a length that must not be zero."""
+    number = finite(name, value)
+    if number <= 0.0:
+        raise KinematicsError(f"{name} must be more than 0, not {number}")
+    return number
+
+
+# Paths between postures: straight in the joints, or straight in x, y, z, pitch and roll.
+#
+# Units: mm and rad. A straight line is solved on one branch of the inverse kinematics and cut into
+# joint motions short enough that the tip stays within a tolerance of the line (chords.py).
+
+Point = tuple[float, ...]
+
+LINE_TOLERANCE_MM = 0.5
+"""How far the tip may leave a straight line by default: less than two steps of a TeachMover."""
+
+
+@dataclass(frozen=True, slots=True)
+class JointPath:
+    """A motion in which every joint turns in proportion, from one posture to another."""
+
+    start: Joints
+    goal: Joints
+
+    def at(self, fraction: float) -> Joints:
+        """Return the posture at a fraction (0 to 1) of the way; the ends are exact."""
+        if fraction >= 1.0:
+            return self.goal
+        return Joints(
+            tuple(a + fraction * (b - a) for a, b in zip(self.start, self.goal, strict=True)),
+            self.start.names,
+        )
+
+    @property
+    def changes_rad(self) -> tuple[float, ...]:
+        """How far each joint turns."""
+        return tuple(b - a for a, b in zip(self.start, self.goal, strict=True))
+
+
+def joint_path(start: Joints, goal: Joints) -> JointPath:
+    """Return the joint motion between two postures; ranges are convex, so checking ends is enough.
+
+    Guards are another matter: see guards_path.py.
+    """
+    return JointPath(start, goal)
+
+
+def line_path(
+    arm: ArmGeometry, start: Joints, goal: Pose, tolerance_mm: float = LINE_TOLERANCE_MM
+) -> tuple[Joints, ...]:
+    """Return waypoints, the start included, of a straight line from a posture to a pose.
+
+    Straight in x, y, z, pitch and roll: pitch takes the shorter way round, and so does roll
+    unless the wrist's range forbids it. All waypoints are on the start's branch. With the joints
+    turning in proportion between waypoints, the tip is never further than `tolerance_mm` from
+    the point of the line at the same fraction; pitch and roll, being sums of joint angles, are
+    exact. At a waypoint the direction in joint space turns by at most 15 degrees (chords.py).
+    Raises `PathBroken` where the reach, a limit, or the branch ends. A joint that starts beyond
+    its limit may come back, but not go further.
+    """
+    return corners(smooth(cut(arm, arm.line(start, goal), start, tolerance_mm)))
+
+
+def deviation_mm(
+    arm: ArmGeometry, waypoints: Sequence[Joints], goal: Pose, samples: int = 16
+) -> float:
+    """Return the largest distance of the tip from the straight line to `goal`, in mm.
+
+    The joints turn in proportion between waypoints; each such motion is looked at `samples` times.
+    """
+    first = arm.fk(waypoints[0])
+    origin = first.x_mm, first.y_mm, first.z_mm
+    end = goal.x_mm, goal.y_mm, goal.z_mm
+    worst = 0.0
+    for a, b in pairwise(waypoints):
+        for index in range(samples + 1):
+            tip = arm.points(JointPath(a, b).at(index / samples))[-1]
+            worst = max(worst, _off_segment(tip, origin, end))
+    return worst
+
+
+def _off_segment(point: Point, start: Point, end: Point) -> float:
+    """Return the distance in mm of a point from the straight segment between two others."""
+    along = tuple(b - a for a, b in zip(start, end, strict=True))
+    length = sum(part * part for part in along)
+    if length == 0.0:
+        return math.dist(point, start)
+    share = sum(d * (p - a) for d, p, a in zip(along, point, start, strict=True)) / length
+    share = min(max(share, 0.0), 1.0)
+    return math.dist(point, tuple(a + share * d for a, d in zip(start, along, strict=True)))

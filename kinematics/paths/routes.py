@@ -1,0 +1,397 @@
+"""Routes: joint motions, straight lines and arcs one after another, and blends between them.
+
+Units: mm and rad. A route becomes sections: corners of a path in joint space that is passed
+without stopping, at rest at its ends. Lines and arcs are cut by chords.py, blends made by
+blends.py, parts laid end to end by laying.py.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from operator import add, sub
+from typing import NamedTuple, cast
+
+from kinematics.errors import KinematicsError, NoArc, PathBroken, Unreachable
+from kinematics.frames.vectors import add as plus
+from kinematics.frames.vectors import scale
+from kinematics.geometry import ArmGeometry, Curve, Follower, Hand, Point
+from kinematics.paths.arcs import Arc, arc_between, beginning
+from kinematics.paths.chords import (
+    LINE_TOLERANCE_MM,
+    STILL_RAD,
+    Chord,
+    corners,
+    cut,
+    posture_at,
+    smooth,
+    trim,
+)
+from kinematics.paths.curves import HandCurve, JointCurve, Line, straight_between
+from kinematics.paths.parts import ArcMove, JointMove, LineMove, Move, PoseMove
+from kinematics.paths.traces import Bezier, Blendable
+from kinematics.spaces import Joints
+
+# The parts of a route laid end to end, each from stop to stop: its curve and its chords.
+#
+# Units: mm and rad.
+
+
+class Laid(NamedTuple):
+    """A part of a route: its number, from 1, and the chords of the whole of its curve."""
+
+    number: int
+    move: Move
+    chords: list[Chord]
+
+
+class _Hold(NamedTuple):
+    """How the tip and the hand stand, and what keeps the posture, between lines and arcs."""
+
+    follower: Follower
+    tip: Point
+    hand: Hand
+
+
+def lay(arm: ArmGeometry, start: Joints, moves: Sequence[Move], tolerance_mm: float) -> list[Laid]:
+    """Return the parts of a route. Raises `PathBroken` and `NoArc` that name the part."""
+    layer = _Layer(arm, tolerance_mm, start)
+    found = []
+    for number, move in enumerate(moves, 1):
+        try:
+            found.append(Laid(number, move, layer.chords(number, move)))
+        except (PathBroken, NoArc) as broken:
+            raise broken.of_part(number) from broken.__cause__
+    return found
+
+
+class _Layer:
+    """Where the route has come to, and the posture in which its lines and arcs are followed."""
+
+    def __init__(self, arm: ArmGeometry, tolerance_mm: float, start: Joints) -> None:
+        self._arm = arm
+        self._tolerance_mm = tolerance_mm
+        self._here = start
+        self._hold: _Hold | None = None
+        self._posture: tuple[str, int] | None = None
+
+    def chords(self, number: int, move: Move) -> list[Chord]:
+        """Return the chords of the next part."""
+        if isinstance(move, JointMove | PoseMove):
+            found = self._turn(self._goal(move))
+            self._hold = None
+        else:
+            hold = self._hold or self._begin(number, move)
+            curve = _curve(hold, move)
+            found = cut(self._arm, curve, self._here, self._tolerance_mm)
+            self._hold = _Hold(hold.follower, curve.trace.end, curve.hands[-1])
+        self._here = found[-1].end
+        return found
+
+    def _turn(self, goal: Joints) -> list[Chord]:
+        if len(goal) != len(self._here):
+            raise KinematicsError(
+                f"this arm has {len(self._here)} joints, not the {len(goal)} of a joint motion"
+            )
+        curve = JointCurve(self._arm, (self._here, goal))
+        return cut(self._arm, curve, self._here, self._tolerance_mm)
+
+    def _goal(self, move: JointMove | PoseMove) -> Joints:
+        if isinstance(move, JointMove):
+            return move.goal
+        try:
+            return self._arm.ik(move.goal, self._here)
+        except Unreachable as refusal:
+            reason = f"{refusal.reason}; nearest pose that can be reached: {refusal.nearest}"
+            raise PathBroken(1.0, move.goal, reason, shape="joint motion") from refusal
+
+    def _begin(self, number: int, move: LineMove | ArcMove) -> _Hold:
+        """Take up the posture of the arm; the first one is that of the whole route."""
+        follower, tip = beginning(self._arm, self._here)
+        posture, part = self._posture = self._posture or (follower.posture, number)
+        if follower.posture != posture:
+            reason = (
+                f"the arm would stand in another posture ({follower.posture}) than in part "
+                f"{part} ({posture})"
+            )
+            shape = "arc" if isinstance(move, ArcMove) else "straight line"
+            raise PathBroken(0.0, self._arm.fk(self._here), reason, shape=shape)
+        return _Hold(follower, tip, follower.first)
+
+
+def _curve(hold: _Hold, move: LineMove | ArcMove) -> Line | Arc:
+    follower, tip, hand = hold
+    if isinstance(move, ArcMove):
+        return arc_between(follower, tip, hand, move.via, move.goal, move.sweep_rad)
+    return straight_between(follower, tip, hand, move.goal)
+
+
+# Blends: from one part of a route to the next past the point between them, without a corner.
+#
+# Units: mm and rad. Between lines and arcs a blend is a cubic Bezier curve of the tip and of the
+# hand's turn; where a joint motion is on either side, one of the joint angles. Its two middle
+# points lie two thirds of the way along the tangents, so that the direction is continuous where it
+# leaves and where it joins, in space and in the joints; between two straight parts it is the
+# parabola with the point between as its control point. A blend is inside the hull of its four
+# points, none of which is further from the point between than the radius.
+
+SMALLEST_MM = 1e-3
+"""A blend of a smaller radius than this is a stop."""
+
+MIDDLE = 2.0 / 3.0
+"""How far along its tangent, to the point between, a middle point of a blend lies."""
+
+SHRINKING = 0.7
+"""By how much a blend of the joints that strays is made smaller."""
+
+_TRIES = 12
+_LOOKS = 16
+_HALVINGS = 30
+_NUDGE = 1e-3
+_SLACK_MM = 1e-6
+_SLACK_RAD = 1e-9
+
+Passing = HandCurve[Blendable]
+Angles = tuple[float, ...]
+
+
+class Blend(NamedTuple):
+    """A curve, the share of the part before where it begins, and of the part after where it ends.
+
+    While it lasts, the tip is within `radius_mm` of the point between the parts.
+    """
+
+    curve: Curve
+    leave: float
+    enter: float
+    radius_mm: float
+
+
+def blend(
+    arm: ArmGeometry, before: Sequence[Chord], after: Sequence[Chord], radius_mm: float
+) -> Blend | None:
+    """Return the blend between two parts, each given by the chords of its whole curve.
+
+    The radius is made as small as half of the shorter neighbour asks for. None is a stop: where
+    no radius is asked for, or the tip does not move along a line.
+    """
+    first, second = _passing(before[0].curve), _passing(after[0].curve)
+    limits = [one.trace.largest_blend_mm for one in (first, second) if one is not None]
+    radius = min([radius_mm, *limits])
+    if radius < SMALLEST_MM:
+        return None
+    if first is not None and second is not None:
+        return _of_hands(first, second, radius)
+    sides = _Side(arm, before, first, -1.0), _Side(arm, after, second, 1.0)
+    return _of_joints(arm, sides, radius)
+
+
+def _passing(curve: Curve) -> Passing | None:
+    """Return a line or an arc as what it is, and None for a joint motion."""
+    return cast(Passing, curve) if isinstance(curve, HandCurve) else None
+
+
+def _of_hands(first: Passing, second: Passing, radius: float) -> Blend:
+    out, into = (one.trace.share_beside_end(radius) for one in (first, second))
+    leave = 1.0 - out
+    start, end = first.tip(leave), second.tip(into)
+    points = (
+        start,
+        plus(start, scale(MIDDLE * out, first.trace.slope(leave))),
+        plus(end, scale(-MIDDLE * into, second.trace.slope(into))),
+        end,
+    )
+    hands = (
+        first.hand(leave),
+        first.hand(1.0 - out * (1.0 - MIDDLE)),
+        second.hand(into * (1.0 - MIDDLE)),
+        second.hand(into),
+    )
+    return Blend(HandCurve(first.follower, Bezier(points), hands), leave, into, radius)
+
+
+class _Side:
+    """A part beside a blend in joint space; `sign` says to which side of the point between."""
+
+    def __init__(
+        self, arm: ArmGeometry, chords: Sequence[Chord], passing: Passing | None, sign: float
+    ) -> None:
+        self._arm = arm
+        self._chords = chords
+        self._curve = chords[0].curve
+        self._passing = passing
+        self._before = sign < 0.0
+        self.end = chords[-1].end if self._before else chords[0].start
+
+    def share(self, via: Point, radius: float) -> float:
+        """Return how much of the part, at most half, lies within the radius."""
+        if self._passing is not None:
+            return self._passing.trace.share_beside_end(radius)
+
+        def outside(share: float) -> bool:
+            return math.dist(self._curve.tip(self.at(share)), via) > radius
+
+        steps = (index / (2 * _LOOKS) for index in range(1, _LOOKS + 1))
+        high = next((share for share in steps if outside(share)), None)
+        if high is None:
+            return 0.5
+        low = high - 1.0 / (2 * _LOOKS)
+        for _ in range(_HALVINGS):
+            middle = (low + high) / 2.0
+            low, high = (low, middle) if outside(middle) else (middle, high)
+        return low
+
+    def at(self, share: float) -> float:
+        """Return the share of the way that is so far from the point between."""
+        return 1.0 - share if self._before else share
+
+    def points(self, share: float) -> tuple[Joints, Joints]:
+        """Return where the blend leaves the part, and the middle point on the tangent there."""
+        at = self.at(share)
+        posture = posture_at(self._chords, at)
+        towards = MIDDLE * share if self._before else -MIDDLE * share
+        slope = self._slope(at, posture)
+        angles = tuple(map(add, posture, (towards * rate for rate in slope)))
+        return posture, Joints(angles, posture.names)
+
+    def _slope(self, at: float, posture: Joints) -> Angles:
+        """Return how fast the joints turn with the share of the way."""
+        if self._passing is None:
+            return tuple(map(sub, self._chords[-1].end, self._chords[0].start))
+        nudge = min(_NUDGE, at / 2.0, (1.0 - at) / 2.0)
+        behind, ahead = (self._curve.solve(at + step, posture) for step in (-nudge, nudge))
+        return tuple((b - a) / (2.0 * nudge) for a, b in zip(behind, ahead, strict=True))
+
+
+def _of_joints(arm: ArmGeometry, sides: tuple[_Side, _Side], radius: float) -> Blend | None:
+    """Return a blend that neither strays from the point between nor passes a joint's range."""
+    before, after = sides
+    via = before.end
+    tip = arm.points(via)[-1]
+    most = 0.5
+    for _ in range(_TRIES):
+        out, into = (min(side.share(tip, radius), most) for side in sides)
+        start, ahead = before.points(out)
+        end, behind = after.points(into)
+        curve = JointCurve(arm, (start, ahead, behind, end))
+        postures = [curve.at(index / _LOOKS) for index in range(_LOOKS + 1)]
+        furthest = max(math.dist(arm.points(each)[-1], tip) for each in postures)
+        if furthest <= radius + _SLACK_MM and _within(arm, postures, (start, via, end)):
+            return Blend(curve, before.at(out), after.at(into), furthest)
+        radius, most = radius * SHRINKING, most * SHRINKING
+    return None
+
+
+def _within(arm: ArmGeometry, postures: Sequence[Joints], held: Sequence[Joints]) -> bool:
+    """Tell whether no joint is beyond its range and beyond what the parts take it to."""
+    for bounds, angles, known in zip(
+        arm.limits, zip(*postures, strict=True), zip(*held, strict=True), strict=True
+    ):
+        low, high = min(bounds.low_rad, *known), max(bounds.high_rad, *known)
+        if min(angles) < low - _SLACK_RAD or max(angles) > high + _SLACK_RAD:
+            return False
+    return True
+
+
+@dataclass(frozen=True, slots=True)
+class Route:
+    """Where the arm begins, and what it does from there, in order."""
+
+    start: Joints
+    parts: tuple[Move, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class PathSection:
+    """A path that is passed without stopping: at rest at its first corner and at its last.
+
+    Between corners every joint turns in proportion. `parts` are the numbers, from 1, of the parts
+    of the route that it consists of. For each of them `blends_mm` is the radius of the blend at
+    its end: how far the tip is from the end of the part, at most, while it passes. It may be less
+    than was asked for; for the last part, where the arm stops, it is 0.
+    """
+
+    corners: tuple[Joints, ...]
+    parts: tuple[int, ...]
+    blends_mm: tuple[float, ...]
+
+
+def route_sections(
+    arm: ArmGeometry, route: Route, tolerance_mm: float = LINE_TOLERANCE_MM
+) -> tuple[PathSection, ...]:
+    """Return the sections of a route; a stop is where one ends and the next begins.
+
+    All lines and arcs of the route are followed in one posture of the arm. Between corners the
+    tip is never further than `tolerance_mm` from the line, the arc or the blend. At a corner the
+    path's direction in joint space turns by at most 15 degrees, unless the joints turn by less
+    than a thousandth of a rad there (chords.py).
+
+    Joint motions are not checked against joint limits, nor anything against guards: whoever
+    drives looks at all the corners. Raises `PathBroken`, which names the part and the point, and
+    `NoArc`.
+    """
+    if not route.parts:
+        return ()
+    laid = lay(arm, route.start, route.parts, tolerance_mm)
+    blends = [
+        blend(arm, here.chords, after.chords, here.move.blend_mm) for here, after in pairwise(laid)
+    ]
+    return tuple(
+        _section(arm, run, joins, tolerance_mm) for run, joins in _runs(laid, [*blends, None])
+    )
+
+
+def _runs(
+    laid: Sequence[Laid], blends: Sequence[Blend | None]
+) -> Iterator[tuple[list[Laid], list[Blend]]]:
+    """Yield the parts that no stop divides, and the blends between them."""
+    run: list[Laid] = []
+    joins: list[Blend] = []
+    for part, join in zip(laid, blends, strict=True):
+        run.append(part)
+        if join is None:
+            yield run, joins
+            run, joins = [], []
+        else:
+            joins.append(join)
+
+
+def _section(
+    arm: ArmGeometry, run: Sequence[Laid], joins: Sequence[Blend], tolerance_mm: float
+) -> PathSection:
+    leaves = [*(join.leave for join in joins), 1.0]
+    enters = [0.0, *(join.enter for join in joins)]
+    chords: list[Chord] = []
+    for part, enter, leave, join in zip(run, enters, leaves, [*joins, None], strict=True):
+        _append(chords, trim(part.chords, enter, leave))
+        if join is None:
+            break
+        try:
+            _append(chords, cut(arm, join.curve, chords[-1].end, tolerance_mm))
+        except PathBroken as broken:
+            raise broken.of_part(part.number) from None
+    return PathSection(
+        corners(smooth(_moving(chords))),
+        tuple(part.number for part in run),
+        (*(join.radius_mm for join in joins), 0.0),
+    )
+
+
+def _append(chords: list[Chord], more: Sequence[Chord]) -> None:
+    """Add chords that begin, but for rounding, where the others end."""
+    for chord in more:
+        chords.append(chord._replace(start=chords[-1].end) if chords else chord)
+
+
+def _moving(chords: Sequence[Chord]) -> list[Chord]:
+    """Return the chords without those in which nothing turns; the ends stay what they are."""
+    found: list[Chord] = []
+    for chord in chords:
+        if max(abs(b - a) for a, b in zip(chord.start, chord.end, strict=True)) > STILL_RAD:
+            found.append(chord._replace(start=found[-1].end) if found else chord)
+    found = found or [chords[-1]]
+    found[0] = found[0]._replace(start=chords[0].start)
+    found[-1] = found[-1]._replace(end=chords[-1].end)
+    return found

@@ -1,0 +1,425 @@
+"""When a path is where: the quickest way along chords under every coordinate's and motor's limits.
+
+Coordinates are joints in rad and, where the gripper moves, its opening in mm; times in s. A path
+is passed from rest to rest without stopping. Its shape is never touched: near a singularity,
+where a joint turns fast, the path slows.
+
+Two corners are one straight motion, all coordinates in proportion, timed exactly: a trapezoid, or
+seven phases. More corners stand for a smooth curve (a straight line of the tip, an arc, a blend)
+cut into chords (where a corner is meant to be sharp, stop there, or blend it); what holds is this,
+and is tested:
+
+- No coordinate and no motor is ever faster than its limit.
+- No acceleration is passed where the curve's direction turns evenly from the middle of each chord
+  to that of the next. The chords' own speeds jump at a corner, by what this turn makes up between
+  two middles: the finer the chords, the less.
+- With a build-up time the same holds. What speeds up and brakes along the path then changes by
+  the limit in half that time at the quickest, where speeding up turns into braking; on a straight
+  motion, in that time.
+
+Without any acceleration limit, each chord takes its least time at full speed, and the build-up
+time has nothing to build up.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import accumulate, pairwise
+from math import sqrt
+from typing import NamedTuple
+
+from kinematics.errors import KinematicsError, finite
+from kinematics.paths.motion_limits import MotionLimits, Point
+from kinematics.paths.profiles import Phase, Profile, jerk_limited
+
+# How hard each part of a path is on the accelerations: the limits of its parameter, cell by cell.
+#
+# The parameter is the time that a path takes at full speed, so that its own speed is 1 at most
+# wherever a speed is at its limit. The corners stand for a smooth curve, and its direction is
+# taken
+# to turn evenly from that of one chord in its middle to that of the next in its middle; what lies
+# between, a cell, has one curvature. In a cell a parameter of speed v and acceleration a keeps the
+# coordinate i within its limit if weight_i * |a| + bend_i * v^2 <= 1.
+
+
+class Chord(NamedTuple):
+    """A straight part of a path: the least time for it, and the way."""
+
+    least_s: float
+    change: Point
+
+
+class Cell(NamedTuple):
+    """From the middle of one chord to that of the next: its length, and what it asks of each."""
+
+    length: float
+    weights: Point
+    bends: Point
+
+
+def cells_of(chords: Sequence[Chord], accelerations: Sequence[float]) -> list[Cell]:
+    """Return a cell for each corner and half a chord at each end; what has no limit is left out."""
+    bounded = [(index, limit) for index, limit in enumerate(accelerations) if limit < math.inf]
+    shares = [
+        [chord.change[index] / (chord.least_s * limit) for index, limit in bounded]
+        for chord in chords
+    ]
+    sizes = [tuple(map(abs, share)) for share in shares]
+    straight = (0.0,) * len(bounded)
+    cells = [Cell(chords[0].least_s / 2.0, sizes[0], straight)]
+    for index in range(1, len(chords)):
+        length = 0.5 * (chords[index - 1].least_s + chords[index].least_s)
+        bends = [abs(b - a) / length for a, b in zip(shares[index - 1], shares[index], strict=True)]
+        cells.append(Cell(length, tuple(map(max, sizes[index - 1], sizes[index])), tuple(bends)))
+    cells.append(Cell(chords[-1].least_s / 2.0, sizes[-1], straight))
+    return cells
+
+
+def widened(cells: Sequence[Cell], window: float) -> list[Cell]:
+    """Return cells that keep the limits of all that is nearer than `window` as well.
+
+    Long cells are cut first, so that what is near their ends does not hold for all of them.
+    """
+    ends = list(accumulate(cell.length for cell in cells))
+    starts = [0.0, *ends[:-1]]
+    slack = 1e-9 * window  # what only touches is no neighbour
+    made = []
+    end = 0.0
+    first = last = 0
+    for cell in cells:
+        for length in _cut(cell.length, window):
+            start, end = end, end + length
+            while ends[first] <= start - window + slack:
+                first += 1
+            while last < len(cells) and starts[last] < end + window - slack:
+                last += 1
+            made.append(_hardest(length, cells[first:last]))
+    return made
+
+
+def _cut(length: float, window: float) -> tuple[float, ...]:
+    if length <= 2.0 * window:
+        return (length,)
+    return window, length - 2.0 * window, window
+
+
+def _hardest(length: float, cells: Sequence[Cell]) -> Cell:
+    """Return a cell of this length that is as hard on each coordinate as any of these."""
+    if len(cells) == 1:
+        return Cell(length, cells[0].weights, cells[0].bends)
+    _, weights, bends = zip(*cells, strict=True)
+    return Cell(length, tuple(map(max, *weights)), tuple(map(max, *bends)))
+
+
+# The quickest profile of a path's parameter through its cells: a pass forwards, one backwards.
+#
+# The parameter's speed is at most 1 (see timing_cells.py). Squared speeds are what accelerations
+# add to evenly along the way. Where a cell bends, what the bend takes of a coordinate's
+# acceleration is taken as if it always added to what speeds up or brakes; so nothing is passed,
+# and
+# a little is given away in curves.
+#
+# Source: the passes are those of Kunz and Stilman, Time-Optimal Trajectory Generation for Path
+# Following with Bounded Acceleration and Velocity (RSS 2012), with the two terms of an
+# acceleration kept apart, which leaves no place where the way on is barred.
+
+PASS_ROUNDING = 1e-12
+"""A squared speed that is this much higher is not: top speed is 1."""
+
+
+def quickest(cells: Sequence[Cell], whole: float) -> Profile:
+    """Return the profile of the parameter over all cells, whose lengths add up to the whole."""
+    squares = _squares(cells)
+    phases: list[Phase] = []
+    distance = 0.0
+    for cell, (before, behind) in zip(cells, pairwise(squares), strict=True):
+        for phase in _through(cell, before, behind, distance):
+            if phases and phase.steady and phases[-1].steady and phase.speed == phases[-1].speed:
+                longer_s = phases[-1].duration_s + phase.duration_s
+                phases[-1] = phases[-1]._replace(duration_s=longer_s)
+            else:
+                phases.append(phase)
+        distance += cell.length
+    return Profile(tuple(phases), whole)
+
+
+def _squares(cells: Sequence[Cell]) -> list[float]:
+    """Return the largest squared speed at each cell's border, 0 at both ends of the path."""
+    caps = [min(1.0, _inverse(max(cell.bends, default=0.0))) for cell in cells]
+    borders = [0.0, *map(min, caps, caps[1:]), 0.0]
+    _pass(cells, borders)
+    borders.reverse()
+    _pass(cells[::-1], borders)
+    borders.reverse()
+    return borders
+
+
+def _pass(cells: Iterable[Cell], borders: list[float]) -> None:
+    """Lower each border to what the acceleration from the one before allows."""
+    square = borders[0]
+    for index, (length, weights, bends) in enumerate(cells, 1):
+        if square >= borders[index]:
+            square = borders[index]
+            continue
+        double = 2.0 * length
+        gain = math.inf
+        for weight, bend in zip(weights, bends, strict=True):
+            under = weight + double * bend  # the bend counts at the faster end
+            if under > 0.0:
+                gain = min(gain, (1.0 - bend * square) / under)
+        square = min(borders[index], square + double * max(gain, 0.0))
+        borders[index] = square
+
+
+def _through(cell: Cell, before: float, behind: float, distance: float) -> Iterator[Phase]:
+    """Yield the phases through a cell: up to a speed, at it, and down to that of the next."""
+    length = cell.length
+    slope = math.inf if before == 1.0 == behind else _slope(cell, before + behind)
+    if slope == math.inf:
+        yield Phase(length, distance, 1.0, 0.0, 0.0)
+        return
+    peak = 0.5 * (before + behind) + slope * length
+    if peak <= max(before, behind) + PASS_ROUNDING:
+        change = 0.5 * (behind - before) / length
+        start, end = sqrt(before), sqrt(behind)
+        yield Phase(2.0 * length / (start + end), distance, start, change, 0.0)
+        return
+    peak = min(peak, 1.0)
+    start, top, end = sqrt(before), sqrt(peak), sqrt(behind)
+    up, down = 0.5 * (peak - before) / slope, 0.5 * (peak - behind) / slope
+    level = length - up - down
+    if up > 0.0:
+        yield Phase((top - start) / slope, distance, start, slope, 0.0)
+    if level > 0.0:
+        yield Phase(level / top, distance + up, top, 0.0, 0.0)
+    if down > 0.0:
+        yield Phase((top - end) / slope, distance + length - down, top, -slope, 0.0)
+
+
+def _slope(cell: Cell, squares: float) -> float:
+    """Return the acceleration at which a cell may be sped through and braked in.
+
+    The speed is at most that of a peak in its middle: half the sum of the squares at its ends,
+    and the acceleration times its length.
+    """
+    slope = math.inf
+    for weight, bend in zip(cell.weights, cell.bends, strict=True):
+        under = weight + bend * cell.length
+        if under > 0.0:
+            slope = min(slope, (1.0 - 0.5 * bend * squares) / under)
+    return max(slope, 0.0)
+
+
+def _inverse(value: float) -> float:
+    return 1.0 / value if value > 0.0 else math.inf
+
+
+# Accelerations that build up over a time: a profile averaged over a moving window.
+#
+# The averaged profile is at every moment at the mean of where the other was during the window. It
+# runs the same way, ends one window later, and its speed is a mean of the other's speeds. Its jerk
+# is the change of the other's acceleration over the window, divided by the window: at most twice
+# the largest acceleration per window, and once where the other does not go from speeding up
+# straight to braking.
+
+
+def averaged(profile: Profile, window_s: float) -> Profile:
+    """Return the mean of a profile without jerk over the time just past, in phases of its own."""
+    rest = Phase(window_s, 0.0, 0.0, 0.0, 0.0)
+    leads = [*profile.phases, rest._replace(distance=profile.distance)]
+    lags = [rest, *profile.phases]
+    phases = []
+    lead = lag = 0
+    lead_s = lag_s = distance = 0.0
+    shortest_s = 1e-12 * (profile.duration_s + window_s)
+    while lead < len(leads) and lag < len(lags):
+        left_s, left_lag_s = leads[lead].duration_s - lead_s, lags[lag].duration_s - lag_s
+        step_s = min(left_s, left_lag_s)
+        if step_s > shortest_s:
+            phase = _mean(step_s, distance, leads[lead], lead_s, lags[lag], lag_s, window_s)
+            phases.append(phase)
+            distance = min(phase.state(step_s)[0], profile.distance)
+        lead_s, lag_s = lead_s + step_s, lag_s + step_s
+        if left_s - step_s <= shortest_s:
+            lead, lead_s = lead + 1, 0.0
+        if left_lag_s - step_s <= shortest_s:
+            lag, lag_s = lag + 1, 0.0
+    return Profile(tuple(phases), profile.distance)
+
+
+def _mean(
+    step_s: float,
+    distance: float,
+    lead: Phase,
+    lead_s: float,
+    lag: Phase,
+    lag_s: float,
+    window_s: float,
+) -> Phase:
+    """Return the phase in which the window's two ends stay within a phase each."""
+    ahead = lead.distance + lead_s * (lead.speed + 0.5 * lead_s * lead.acceleration)
+    behind = lag.distance + lag_s * (lag.speed + 0.5 * lag_s * lag.acceleration)
+    faster = lead.speed + lead_s * lead.acceleration
+    slower = lag.speed + lag_s * lag.acceleration
+    return Phase(
+        step_s,
+        distance,
+        max((ahead - behind) / window_s, 0.0),
+        (faster - slower) / window_s,
+        (lead.acceleration - lag.acceleration) / window_s,
+    )
+
+
+INSTANT_S = 1e-9
+"""A chord that takes less at full speed takes no time: its corners are one, but for rounding."""
+
+SHORTEST = 0.01
+"""Share of a longest piece below which none is cut off one of constant speed."""
+
+ROUNDING = 1e-9
+"""Share of a longest piece by which one may be longer than that."""
+
+
+class Piece(NamedTuple):
+    """A straight part of a motion at constant speed: where it ends, and how long it takes."""
+
+    point: Point
+    duration_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class TimedPath:
+    """Corners joined by straight chords, and the time at which each is passed.
+
+    `marks` are the corners' places on the path's parameter, which `profile` runs through.
+    """
+
+    corners: tuple[Point, ...]
+    marks: tuple[float, ...] = field(repr=False)
+    profile: Profile = field(repr=False)
+    times_s: tuple[float, ...] = field(init=False, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "times_s", tuple(map(self.profile.when, self.marks)))
+
+    @property
+    def duration_s(self) -> float:
+        """How long the whole path takes."""
+        return self.profile.duration_s
+
+    def at(self, t_s: float) -> Point:
+        """Return the point at a time; the corners at both ends, and beyond them, exactly."""
+        place = self.profile.at(t_s)[0]
+        if place >= self.marks[-1]:
+            return self.corners[-1]
+        index = bisect_right(self.marks, place) - 1
+        start, end = self.marks[index], self.marks[index + 1]
+        share = (place - start) / (end - start)
+        pair = zip(self.corners[index], self.corners[index + 1], strict=True)
+        return tuple([a + share * (b - a) for a, b in pair])
+
+    def pieces(self, longest_s: float) -> tuple[Piece, ...]:
+        """Return the motion in parts of constant speed, end to end, as a driver sends them.
+
+        A part ends at every corner and, while the speed changes, after `longest_s` at most; at
+        its end it is where the path is at that time.
+        """
+        if not longest_s > 0.0:
+            raise KinematicsError(f"longest_s must be more than 0, not {longest_s!r}")
+        made = []
+        for corner, (begin_s, end_s) in zip(self.corners[1:], pairwise(self.times_s), strict=True):
+            before_s = begin_s
+            for cut_s in self._cuts_s(begin_s, end_s, longest_s):
+                made.append(Piece(self.at(cut_s), cut_s - before_s))
+                before_s = cut_s
+            if end_s > before_s:
+                made.append(Piece(corner, end_s - before_s))
+            elif made:
+                made[-1] = made[-1]._replace(point=corner)
+        return tuple(made)
+
+    def _cuts_s(self, begin_s: float, end_s: float, longest_s: float) -> Iterator[float]:
+        """Yield the times within a chord at which a part ends."""
+        shortest_s = SHORTEST * longest_s
+        changing_s = begin_s
+        index = bisect_right(self.profile.ends_s, begin_s)
+        for phase, over_s in zip(
+            self.profile.phases[index:], self.profile.ends_s[index:], strict=True
+        ):
+            from_s, to_s = max(over_s - phase.duration_s, begin_s), min(over_s, end_s)
+            if from_s >= end_s:
+                break
+            if phase.steady and to_s - from_s > longest_s:
+                yield from _even(changing_s, from_s, longest_s)
+                if from_s - changing_s > shortest_s:
+                    yield from_s
+                if end_s - to_s > shortest_s:
+                    yield to_s
+                changing_s = to_s
+        yield from _even(changing_s, end_s, longest_s)
+
+
+def timed(
+    corners: Sequence[Sequence[float]], limits: MotionLimits, speed: float = 1.0
+) -> TimedPath:
+    """Return the quickest motion along corners under limits, from rest to rest.
+
+    `speed` is a fraction (above 0, up to 1) of the speed limits and motor rates; accelerations
+    stay. A corner that repeats the one before takes no time. See above for what holds.
+    """
+    points = tuple(tuple(corner) for corner in corners)
+    _check(points, limits, speed)
+    changes = [
+        tuple([b - a for a, b in zip(start, end, strict=True)]) for start, end in pairwise(points)
+    ]
+    least_s = [limits.least_s(change) / speed for change in changes]
+    least_s = [each_s if each_s > INSTANT_S else 0.0 for each_s in least_s]
+    marks = tuple(accumulate(least_s, initial=0.0))
+    chords = [Chord(*both) for both in zip(least_s, changes, strict=True) if both[0] > 0.0]
+    return TimedPath(points, marks, _profile(chords, marks[-1], limits))
+
+
+def _profile(chords: list[Chord], length: float, limits: MotionLimits) -> Profile:
+    """Return how the parameter runs: its speed is 1 at most."""
+    build_s = limits.jerk_s
+    if len(chords) < 2 or not limits.ramps:
+        hardest = max((_hardness(chord, limits) for chord in chords if limits.ramps), default=0.0)
+        slope = 1.0 / hardest if hardest > 0.0 else math.inf
+        return jerk_limited(length, 1.0, slope, slope / build_s if build_s > 0.0 else math.inf)
+    cells = cells_of(chords, limits.accelerations)
+    if build_s == 0.0:
+        return quickest(cells, length)
+    return averaged(quickest(widened(cells, build_s), length), build_s)
+
+
+def _hardness(chord: Chord, limits: MotionLimits) -> float:
+    """Return how much of the most limited acceleration a straight way takes."""
+    pairs = zip(chord.change, limits.accelerations, strict=True)
+    return max(abs(change) / limit for change, limit in pairs) / chord.least_s
+
+
+def _check(points: tuple[Point, ...], limits: MotionLimits, speed: float) -> None:
+    if not points:
+        raise KinematicsError("a path needs a point to begin at")
+    if not 0.0 < finite("speed", speed) <= 1.0:
+        raise KinematicsError(
+            f"speed is a fraction of the limits, above 0 and up to 1, not {speed!r}"
+        )
+    count = len(limits.speeds)
+    for point in points:
+        if len(point) != count:
+            raise KinematicsError(
+                f"{count} coordinates have limits, so each corner needs {count}, not {len(point)}"
+            )
+        for value in point:
+            finite("a corner's coordinate", value)
+
+
+def _even(begin_s: float, end_s: float, longest_s: float) -> Iterator[float]:
+    """Yield the times that cut a span evenly, its ends left out."""
+    count = math.ceil((end_s - begin_s) / longest_s - ROUNDING)
+    for index in range(1, count):
+        yield begin_s + (end_s - begin_s) * index / count

@@ -1,0 +1,160 @@
+"""The ways that a tip can take through space: a segment, part of a circle, a cubic Bezier curve.
+
+Lengths in mm. A trace knows nothing of arms or hands; its points are given at shares (0 to 1).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+from kinematics.frames.vectors import Vector, add, distance, scale, subtract
+from kinematics.geometry import Point
+
+EIGHTH_RAD = math.pi / 4.0
+QUARTER_RAD = math.pi / 2.0
+BLEND_CHORDS = 8
+
+
+class Trace(Protocol):
+    """A way of the tip."""
+
+    @property
+    def shape(self) -> str:
+        """What it is, in words."""
+        ...
+
+    @property
+    def least_chords(self) -> int:
+        """Into how many shares it is cut before anything is looked at."""
+        ...
+
+    def at(self, share: float) -> Point:
+        """Return the point at a share of the way; the ends are exact."""
+        ...
+
+
+class Blendable(Trace, Protocol):
+    """A trace that a blend may leave or join; it looks the same from either of its ends."""
+
+    @property
+    def largest_blend_mm(self) -> float:
+        """How far from its end a blend may leave it."""
+        ...
+
+    def share_beside_end(self, radius_mm: float) -> float:
+        """Return the share of the way that lies within this distance of an end."""
+        ...
+
+    def slope(self, share: float) -> Vector:
+        """Return how the point moves with the share, in mm for the whole way."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Segment:
+    """A straight way between two points."""
+
+    start: Point
+    end: Point
+    shape = "straight line"
+    least_chords = 1
+
+    def at(self, share: float) -> Point:
+        """Return the point at a share of the way."""
+        if share >= 1.0:
+            return self.end
+        (a, b, c), (x, y, z) = self.start, self.end
+        return a + share * (x - a), b + share * (y - b), c + share * (z - c)
+
+    @property
+    def largest_blend_mm(self) -> float:
+        """Half of its length."""
+        return distance(self.start, self.end) / 2.0
+
+    def share_beside_end(self, radius_mm: float) -> float:
+        """Return the share of the way within this distance of an end."""
+        return radius_mm / distance(self.start, self.end)
+
+    def slope(self, share: float) -> Vector:  # noqa: ARG002 - the same everywhere
+        """Return the way from end to end."""
+        return subtract(self.end, self.start)
+
+
+@dataclass(frozen=True, slots=True)
+class Round:
+    """A way about a centre by a sweep in rad; `ahead` is a quarter turn beyond `out`.
+
+    `out` leads from the centre to the start; both have the length of the radius.
+    """
+
+    centre: Point
+    out: Vector
+    ahead: Vector
+    sweep_rad: float
+    end: Point
+    shape = "arc"
+
+    @property
+    def least_chords(self) -> int:
+        """One for each eighth of a turn."""
+        return max(1, math.ceil(self.sweep_rad / EIGHTH_RAD - 1e-9))
+
+    @property
+    def radius_mm(self) -> float:
+        """The distance from the centre."""
+        return math.hypot(*self.out)
+
+    def at(self, share: float) -> Point:
+        """Return the point at a share of the sweep."""
+        if share >= 1.0:
+            return self.end
+        return turned(self.centre, self.out, self.ahead, share * self.sweep_rad)
+
+    @property
+    def largest_blend_mm(self) -> float:
+        """The distance of an end from the middle, and at most from a quarter of a turn away."""
+        return 2.0 * self.radius_mm * math.sin(min(self.sweep_rad / 2.0, QUARTER_RAD) / 2.0)
+
+    def share_beside_end(self, radius_mm: float) -> float:
+        """Return the share of the sweep within this distance of an end, as the crow flies."""
+        half = min(radius_mm / (2.0 * self.radius_mm), 1.0)
+        return 2.0 * math.asin(half) / self.sweep_rad
+
+    def slope(self, share: float) -> Vector:
+        """Return the direction of the tangent, as long as the whole arc."""
+        angle = share * self.sweep_rad
+        tangent = subtract(scale(math.cos(angle), self.ahead), scale(math.sin(angle), self.out))
+        return scale(self.sweep_rad, tangent)
+
+
+@dataclass(frozen=True, slots=True)
+class Bezier:
+    """A cubic curve from the first of four points to the last, drawn by the two between."""
+
+    points: tuple[Point, Point, Point, Point]
+    shape = "blend"
+    least_chords = BLEND_CHORDS
+
+    def at(self, share: float) -> Point:
+        """Return the point at a share of the curve's parameter."""
+        x, y, z = cubic(self.points, share)
+        return x, y, z
+
+
+def turned(centre: Point, out: Vector, ahead: Vector, angle_rad: float) -> Point:
+    """Return the point about a centre; see `Round`."""
+    off = add(scale(math.cos(angle_rad), out), scale(math.sin(angle_rad), ahead))
+    return add(centre, off)
+
+
+def cubic(points: tuple[tuple[float, ...], ...], share: float) -> tuple[float, ...]:
+    """Return the point of a cubic Bezier curve of any dimension (Bernstein's form)."""
+    left = 1.0 - share
+    a, d = left * left * left, share * share * share
+    b, c = 3.0 * left * left * share, 3.0 * left * share * share
+    return tuple(
+        a * one + b * two + c * three + d * four
+        for one, two, three, four in zip(*points, strict=True)
+    )

@@ -1,0 +1,299 @@
+"""What a step, a rounding or a wrong parameter does to the tip of a five-axis arm.
+
+Source: McKerrow, chapter 4, section 14 (accuracy of the kinematic model). Every error here is the
+difference of two forward solutions, exact and not linearised. Lengths in mm, angles in rad.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from itertools import product
+
+from kinematics.five_axis.arm import FiveAxisArm
+from kinematics.five_axis.closed_form import Angles
+from kinematics.frames.matrices import times
+from kinematics.frames.transforms import position_of
+from kinematics.presets import MM_PER_INCH
+from kinematics.spaces import JOINT_NAMES, Joints
+from kinematics.transmission import Transmission
+
+LENGTH_NAMES = ("base_height_mm", "upper_arm_mm", "forearm_mm", "hand_mm")
+
+
+@dataclass(frozen=True, slots=True)
+class TipError:
+    """What one cause does to the tip: the cause, how large it is, and the tip's change.
+
+    `change` is in `unit`: steps of a motor, mm of a length, rad of a joint's zero, or the share
+    of a motor's steps per unit (0.01 is one per cent).
+    """
+
+    cause: str
+    change: float
+    unit: str
+    offset_mm: tuple[float, float, float]
+    pitch_rad: float
+    roll_rad: float
+
+    @property
+    def distance_mm(self) -> float:
+        """How far the tip moves."""
+        return math.hypot(*self.offset_mm)
+
+
+def step_errors(
+    arm: FiveAxisArm, transmission: Transmission, joints: Joints
+) -> tuple[TipError, ...]:
+    """Return what one step of each motor does to the tip, the others standing still.
+
+    On an arm with the Mini-mover's cables the motors hold absolute link angles, so that one step
+    of the shoulder's motor moves the upper arm alone and carries the rest along unturned.
+    """
+    return tuple(
+        _tip_error(
+            arm, joints, arm, _stepped(transmission, joints, index, 1.0), motor.name, 1.0, "steps"
+        )
+        for index, motor in enumerate(transmission.motors)
+        if _moves_joints(transmission, index)
+    )
+
+
+def rounding_rms_mm(arm: FiveAxisArm, transmission: Transmission, joints: Joints) -> float:
+    """Return the tip's root mean square error when every motor is rounded to its whole step.
+
+    A rounding is as likely anywhere within half a step, so a motor's share of the variance is a
+    twelfth of the square of what its whole step does.
+    """
+    steps = step_errors(arm, transmission, joints)
+    return math.sqrt(sum(one.distance_mm**2 for one in steps) / 12.0)
+
+
+def rounding_bound_mm(arm: FiveAxisArm, transmission: Transmission, joints: Joints) -> float:
+    """Return the tip's largest error when every motor is rounded: half a step each, any signs."""
+    offsets = [one.offset_mm for one in step_errors(arm, transmission, joints)]
+    return max(
+        math.hypot(
+            *(
+                sum(0.5 * s * o[axis] for s, o in zip(signs, offsets, strict=True))
+                for axis in range(3)
+            )
+        )
+        for signs in product((1.0, -1.0), repeat=len(offsets))
+    )
+
+
+def length_errors(arm: FiveAxisArm, joints: Joints, change_mm: float = 1.0) -> tuple[TipError, ...]:
+    """Return what an error in each length does: the tip of the true arm less the modelled one."""
+    return tuple(
+        _tip_error(
+            arm,
+            joints,
+            replace(arm, **{name: getattr(arm, name) + change_mm}),
+            joints,
+            name,
+            change_mm,
+            "mm",
+        )
+        for name in LENGTH_NAMES
+    )
+
+
+def zero_errors(
+    arm: FiveAxisArm, joints: Joints, change_rad: float = math.radians(0.1)
+) -> tuple[TipError, ...]:
+    """Return what an error in each joint's zero does to the tip."""
+    return tuple(
+        _tip_error(
+            arm,
+            joints,
+            arm,
+            joints.replace(**{name: joints[name] + change_rad}),
+            name,
+            change_rad,
+            "rad",
+        )
+        for name in JOINT_NAMES
+    )
+
+
+def gearing_errors(
+    arm: FiveAxisArm,
+    transmission: Transmission,
+    joints: Joints,
+    share: float = 0.01,
+    reference: Joints | None = None,
+) -> tuple[TipError, ...]:
+    """Return what a wrong number of steps per unit of each motor does to the tip.
+
+    Steps are counted from the reference posture (the zero of all joints by default), where the
+    error is none; it grows with the way from there. The true motor makes `share` more steps.
+    """
+    start = reference or Joints((0.0,) * len(JOINT_NAMES))
+    made = _difference(transmission.to_exact(joints), transmission.to_exact(start))
+    found = []
+    for index, motor in enumerate(transmission.motors):
+        if not _moves_joints(transmission, index):
+            continue
+        true = replace(motor, steps_per_unit=motor.steps_per_unit * (1.0 + share))
+        motors = (*transmission.motors[:index], true, *transmission.motors[index + 1 :])
+        way = times(replace(transmission, motors=motors).inverse, made)
+        reached = _moved(start, way)
+        found.append(_tip_error(arm, joints, arm, reached, motor.name, share, "share"))
+    return tuple(found)
+
+
+@dataclass(frozen=True, slots=True)
+class MapPoint:
+    """A place in the arm's plane, the posture taken there, and what was measured of it."""
+
+    r_mm: float
+    z_mm: float
+    joints: Joints
+    value: float
+
+
+def accuracy_map(
+    arm: FiveAxisArm,
+    measure: Callable[[Joints], float],
+    pitch_rad: float,
+    spacing_mm: float = 20.0,
+) -> tuple[MapPoint, ...]:
+    """Return a measure of the posture over the arm's plane at one pitch, where it reaches.
+
+    `measure` is any function of the joints, such as `lambda q: rounding_rms_mm(arm, steps, q)`.
+    The base stays at the middle of its range; the tip is in front of the axis.
+    """
+    middle = (arm.limits[0].low_rad + arm.limits[0].high_rad) / 2.0
+    near: Angles = (middle, 0.0, 0.0, 0.0, 0.0)
+    found = []
+    for r, z in _grid(arm, spacing_mm):
+        goal = (r * math.cos(middle), r * math.sin(middle), z, pitch_rad, 0.0)
+        angles = arm.solve_angles(goal, near)
+        if angles is not None:
+            joints = Joints(angles)
+            found.append(MapPoint(r, z, joints, measure(joints)))
+    return tuple(found)
+
+
+def _grid(arm: FiveAxisArm, spacing_mm: float) -> Iterator[tuple[float, float]]:
+    """Yield the places that the arm could reach at all, from the base axis outwards."""
+    height, *links = arm.lengths
+    count = math.ceil(sum(links) / spacing_mm)
+    for row in range(-count, count + 1):
+        for column in range(count + 1):
+            yield column * spacing_mm, height + row * spacing_mm
+
+
+def _tip_error(
+    model: FiveAxisArm,
+    joints: Joints,
+    true_arm: FiveAxisArm,
+    true_joints: Joints,
+    cause: str,
+    change: float,
+    unit: str,
+) -> TipError:
+    """Return the true tip less the modelled one; pitch and roll by the short way round."""
+    a, b = position_of(model.transform(joints)), position_of(true_arm.transform(true_joints))
+    offset = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+    turn = _difference(true_joints.angles_rad, joints.angles_rad)
+    return TipError(cause, change, unit, offset, turn[1] + turn[2] + turn[3], turn[4])
+
+
+def _stepped(transmission: Transmission, joints: Joints, motor: int, steps: float) -> Joints:
+    return _moved(joints, [steps * row[motor] for row in transmission.inverse])
+
+
+def _moved(joints: Joints, way: list[float] | tuple[float, ...]) -> Joints:
+    pairs = zip(joints.angles_rad, way, strict=False)  # the gripper's opening turns no joint
+    return Joints(tuple(angle + more for angle, more in pairs))
+
+
+def _moves_joints(transmission: Transmission, motor: int) -> bool:
+    return any(row[motor] != 0.0 for row in transmission.inverse[: len(JOINT_NAMES)])
+
+
+def _difference(a: tuple[float, ...], b: tuple[float, ...]) -> tuple[float, ...]:
+    return tuple(p - q for p, q in zip(a, b, strict=True))
+
+
+# The finest motion of an arm's tip, motor by motor, and where a stated resolution comes from.
+#
+# Source: McKerrow, chapter 4, section 14. The Mini-mover's papers state 0.28 mm (0.011 in). No
+# single number is true of the whole arm: one step of the base moves the tip by more the farther
+# out it is. The stated figure is what one half-step of the elbow's motor does anywhere: the
+# forearm
+# over its steps per rad, 177.8 mm / 661.8 = 0.269 mm = 0.0106 in, rounded to 0.011 in and turned
+# back into 0.28 mm. Lengths in mm, angles in rad.
+
+_POSTURES_EACH_WAY = 4
+
+
+@dataclass(frozen=True, slots=True)
+class StepRange:
+    """What one step of a motor does to the tip, from the least to the most over all postures."""
+
+    motor: str
+    least_mm: float
+    most_mm: float
+
+    @property
+    def same_everywhere(self) -> bool:
+        """Whether the posture makes no difference (to a millionth of the step)."""
+        return self.most_mm - self.least_mm <= 1e-6 * self.most_mm
+
+    def explains(self, stated_mm: float, thousandths_of_inch: float = 1.0) -> bool:
+        """Whether a stated figure is this step's effect, as papers round it (to 0.001 in)."""
+        rounding = thousandths_of_inch * MM_PER_INCH / 1000.0
+        low, high = (round(value / rounding) * rounding for value in (self.least_mm, self.most_mm))
+        return low - rounding / 2.0 <= stated_mm <= high + rounding / 2.0
+
+
+def step_ranges(arm: FiveAxisArm, transmission: Transmission) -> tuple[StepRange, ...]:
+    """Return what a step of each motor does over a lattice of postures within the limits."""
+    rows = [step_errors(arm, transmission, joints) for joints in _lattice(arm)]
+    return tuple(
+        StepRange(
+            column[0].cause,
+            min(error.distance_mm for error in column),
+            max(error.distance_mm for error in column),
+        )
+        for column in zip(*rows, strict=True)
+    )
+
+
+def explain_resolution(
+    arm: FiveAxisArm, transmission: Transmission, stated_mm: float
+) -> tuple[str, ...]:
+    """Return one sentence a motor: what its step does, and whether that is the stated figure."""
+    return tuple(_sentence(one, stated_mm) for one in step_ranges(arm, transmission))
+
+
+def _sentence(one: StepRange, stated_mm: float) -> str:
+    inches = f"{one.most_mm / MM_PER_INCH:.4f} in"
+    if one.same_everywhere:
+        said = f"one step of {one.motor} moves the tip by {one.most_mm:.3f} mm ({inches}) anywhere"
+        if one.explains(stated_mm):
+            return f"{said}: to the thousandth of an inch this is the stated {stated_mm:g} mm"
+        return said
+    said = (
+        f"one step of {one.motor} moves the tip by {one.least_mm:.3f} to {one.most_mm:.3f} mm "
+        f"(up to {inches}), depending on the posture"
+    )
+    if one.explains(stated_mm):
+        return f"{said}: the stated {stated_mm:g} mm holds only somewhere between"
+    return said
+
+
+def _lattice(arm: FiveAxisArm) -> list[Joints]:
+    """Return postures over the limits of shoulder, elbow and wrist; the ends are among them."""
+    found: list[tuple[float, ...]] = [(0.0,)]
+    for bounds in arm.limits[1:4]:
+        width = bounds.high_rad - bounds.low_rad
+        count = _POSTURES_EACH_WAY if math.isfinite(width) else 1
+        values = [bounds.low_rad + width * step / count for step in range(count + 1)]
+        values += [bounds.clamp(0.0)]
+        found = [(*before, value) for before in found for value in values]
+    return [Joints((arm.limits[0].clamp(0.0), *angles[1:], 0.0)) for angles in found]

@@ -1,0 +1,470 @@
+"""Numbers that count what is done with them, and functions made to run on such numbers.
+
+Source: McKerrow, chapter 4, section 15 (efficiency of the kinematic solutions), whose counts of
+multiplications, additions and trigonometric calls come here from running the very code. A
+`Count` has a value, so that branches are taken as with floats, and a ledger that all numbers of
+one run share. Negations, comparisons and copies are free; so is what is done with constants
+alone, which a program does once.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, fields
+from functools import reduce
+from types import CodeType, FunctionType, SimpleNamespace
+from typing import Any, TypeVar
+
+from kinematics.chains.chain import Chain
+from kinematics.chains.generated import generated
+from kinematics.chains.links import Convention, DHLink, JointKind, a_matrix
+from kinematics.five_axis import closed_form
+from kinematics.five_axis.frame import forward_frame
+from kinematics.frames import numbers
+from kinematics.frames.numbers import cos, sin
+from kinematics.frames.transforms import Transform, compose
+from kinematics.frames.vectors import Vector, add, scale, subtract
+from kinematics.textbook.systems import wrist as spherical_wrist
+from kinematics.textbook.systems.mini_movers import MiniBuild
+from kinematics.textbook.systems.named import System
+from kinematics.textbook.systems.puma import Puma
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+@dataclass(frozen=True, slots=True)
+class Tally:
+    """How many operations of each kind a computation takes."""
+
+    multiplications: int = 0
+    additions: int = 0
+    divisions: int = 0
+    roots: int = 0
+    sines: int = 0
+    arcs: int = 0
+    """Sines and cosines; arc tangents and arc cosines."""
+
+    @property
+    def trigonometric(self) -> int:
+        """Sines, cosines and their inverses together."""
+        return self.sines + self.arcs
+
+    def __str__(self) -> str:
+        return ", ".join(
+            f"{getattr(self, entry.name)} {entry.name}"
+            for entry in fields(self)
+            if getattr(self, entry.name)
+        )
+
+
+@dataclass(slots=True)
+class Ledger:
+    """What the numbers of one run write their operations into."""
+
+    counts: dict[str, int] = field(default_factory=dict)
+
+    def number(self, value: float) -> Count:
+        """Return a number that counts in this ledger."""
+        return Count(value, self)
+
+    def numbers(self, values: Any) -> Any:
+        """Return nested tuples of numbers (what a frame or a link table is) as counting ones."""
+        if isinstance(values, tuple):
+            return tuple(self.numbers(value) for value in values)
+        return self.number(values)
+
+    def note(self, kind: str, times: int = 1) -> None:
+        """Count operations of a kind, one of the fields of `Tally`."""
+        self.counts[kind] = self.counts.get(kind, 0) + times
+
+    def tally(self) -> Tally:
+        """Return what has been counted so far."""
+        return Tally(**self.counts)
+
+
+class Count:
+    """A number that counts; anything that would need it as a plain float fails loudly."""
+
+    __slots__ = ("ledger", "value")
+
+    def __init__(self, value: float, ledger: Ledger) -> None:
+        self.value = value
+        self.ledger = ledger
+
+    def __repr__(self) -> str:
+        return f"Count({self.value!r})"
+
+    def _made(self, kind: str, value: float) -> Count:
+        self.ledger.note(kind)
+        return Count(value, self.ledger)
+
+    def __add__(self, other: Any) -> Count:
+        return self._made("additions", self.value + plain(other))
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Any) -> Count:
+        return self._made("additions", self.value - plain(other))
+
+    def __rsub__(self, other: Any) -> Count:
+        return self._made("additions", plain(other) - self.value)
+
+    def __mul__(self, other: Any) -> Count:
+        return self._made("multiplications", self.value * plain(other))
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Count:
+        return self._made("divisions", self.value / plain(other))
+
+    def __rtruediv__(self, other: Any) -> Count:
+        return self._made("divisions", plain(other) / self.value)
+
+    def __neg__(self) -> Count:
+        return Count(-self.value, self.ledger)
+
+    def __abs__(self) -> Count:
+        return Count(abs(self.value), self.ledger)
+
+    def __eq__(self, other: object) -> bool:
+        return bool(self.value == plain(other))
+
+    def __lt__(self, other: Any) -> bool:
+        return bool(self.value < plain(other))
+
+    def __le__(self, other: Any) -> bool:
+        return bool(self.value <= plain(other))
+
+    def __gt__(self, other: Any) -> bool:
+        return bool(self.value > plain(other))
+
+    def __ge__(self, other: Any) -> bool:
+        return bool(self.value >= plain(other))
+
+    __hash__ = None  # type: ignore[assignment] # equal to plain numbers, and not one of them
+
+    def __bool__(self) -> bool:
+        return self.value != 0.0
+
+    def sin(self) -> Count:
+        """Return the sine."""
+        return self._made("sines", math.sin(self.value))
+
+    def cos(self) -> Count:
+        """Return the cosine."""
+        return self._made("sines", math.cos(self.value))
+
+    def sqrt(self) -> Count:
+        """Return the square root."""
+        return self._made("roots", math.sqrt(self.value))
+
+    def acos(self) -> Count:
+        """Return the arc cosine."""
+        return self._made("arcs", math.acos(self.value))
+
+    def atan2(self, x: Any) -> Count:
+        """Return the direction of (x, this)."""
+        return self._made("arcs", math.atan2(self.value, plain(x)))
+
+    def atan2_of(self, y: Any) -> Count:
+        """Return the direction of (this, y)."""
+        return self._made("arcs", math.atan2(plain(y), self.value))
+
+
+def plain(number: Any) -> Any:
+    """Return the value of a counting number, and any other number as it is."""
+    return number.value if isinstance(number, Count) else number
+
+
+def _hypot(x: Any, y: Any) -> Any:
+    """Return the length of (x, y) as a formula does: two products, a sum and a root."""
+    return numbers.sqrt(x * x + y * y)
+
+
+_FUNCTIONS: dict[str, Callable[..., Any]] = {
+    "sin": numbers.sin,
+    "cos": numbers.cos,
+    "sqrt": numbers.sqrt,
+    "acos": numbers.acos,
+    "atan2": numbers.atan2,
+    "hypot": _hypot,
+}
+"""What takes the place of `math`'s functions where a function is to run on counting numbers."""
+
+_MATH = SimpleNamespace(**{**vars(math), **_FUNCTIONS})
+
+
+def on_any_numbers(function: Function) -> Function:
+    """Return the same code with `math`'s functions replaced by the ones for any kind of number.
+
+    The replacements are those of `kinematics.frames.numbers`, for the fast paths, which call
+    `math` directly. Functions of this package that it calls by name are replaced in the same way.
+    The code object itself is shared, not copied or rewritten: what is counted is what runs.
+    """
+    made: Function = _rebound(function, {})
+    return made
+
+
+def _rebound(function: Any, done: dict[Any, Any]) -> Any:
+    if function in done:
+        return done[function]
+    scope = dict(function.__globals__)
+    made = FunctionType(
+        function.__code__, scope, function.__name__, function.__defaults__, function.__closure__
+    )
+    made.__kwdefaults__ = function.__kwdefaults__
+    done[function] = made
+    for name in _names(function.__code__):
+        value = scope.get(name)
+        if value is math:
+            scope[name] = _MATH
+        elif isinstance(value, FunctionType) and _is_ours(value):
+            scope[name] = _rebound(value, done)
+        elif name in _FUNCTIONS and value is getattr(math, name):
+            scope[name] = _FUNCTIONS[name]
+    return made
+
+
+def _names(code: CodeType) -> set[str]:
+    """Return the global names that a piece of code may look up, its inner functions' included."""
+    found = set(code.co_names)
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            found |= _names(constant)
+    return found
+
+
+def _is_ours(function: FunctionType) -> bool:
+    module: str = function.__module__ or ""
+    return module.split(".")[0] == __name__.split(".")[0] and module != numbers.__name__
+
+
+# How much arithmetic each way of computing an arm takes, counted by running it.
+#
+# Source: McKerrow, chapter 4, section 15. Forward: the system's closed form, the straight-line
+# function generated from its table, the frames turned and moved one joint at a time, and the
+# products of A matrices, affine and in full. Inverse: each branch by its formulas, and all of them
+# by the code that shares what they have in common. Nothing here is a stored number.
+
+_POSTURE = (0.3, -0.5, 0.7, 0.4, -0.6, 0.9)
+_TRAVEL_MM = (210.0, 170.0, 130.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Way:
+    """One way of computing: its name, what it does in a sentence, and what it takes."""
+
+    name: str
+    what: str
+    tally: Tally
+
+
+@dataclass(frozen=True, slots=True)
+class Efficiency:
+    """The ways to compute a system forward and back."""
+
+    system: str
+    forward: tuple[Way, ...]
+    inverse: tuple[Way, ...]
+
+
+def efficiency(system: System, joints: Sequence[float] | None = None) -> Efficiency:
+    """Return the counts of a system at a posture (rad and mm; one of no account by default).
+
+    Counts hardly depend on the posture: only branches in the code that a degenerate one takes
+    differ.
+    """
+    chain = system.chain()
+    posture = tuple(joints) if joints is not None else _general_posture(chain)
+    return Efficiency(
+        system.name,
+        (
+            Way("closed form", "the system's own formulas", _counted(system.fk, posture)),
+            *_shared_forward(system, posture),
+            *forward_ways(chain, posture),
+        ),
+        tuple(_inverse_ways(system, posture)),
+    )
+
+
+def forward_ways(chain: Chain, joints: Sequence[float]) -> tuple[Way, ...]:
+    """Return the counts of every way from a chain's link table to its hand's frame."""
+    posture = tuple(joints)
+    straight = on_any_numbers(generated(chain).fk)
+    return (
+        Way(
+            "straight line",
+            "the function generated from the link table, constants folded",
+            _counted(straight, posture),
+        ),
+        Way(
+            "recursion",
+            "one frame turned and moved from joint to joint, four moves a link",
+            _of_table(chain, posture, recursion),
+        ),
+        Way(
+            "affine products",
+            "products of A matrices, the last row 0, 0, 0, 1 left out",
+            _of_table(chain, posture, _affine),
+        ),
+        Way(
+            "full products",
+            "products of A matrices with all sixteen entries",
+            _of_table(chain, posture, _full),
+        ),
+    )
+
+
+Table = tuple[tuple[Any, Any, Any, Any], ...]
+"""theta, d, a and alpha of each link, on any numbers."""
+
+
+def recursion(table: Table, convention: Convention = Convention.STANDARD) -> Transform:
+    """Return the frame of a link table by turning and moving one frame along the chain.
+
+    A link turns the frame about its own z by theta, moves it along z by d and along x by a, and
+    turns it about x by alpha; in Craig's convention x comes before z.
+    """
+    x: Vector = (1.0, 0.0, 0.0)
+    y: Vector = (0.0, 1.0, 0.0)
+    z: Vector = (0.0, 0.0, 1.0)
+    p: Vector = (0.0, 0.0, 0.0)
+    for theta, d, a, alpha in table:
+        if convention is Convention.CRAIG:
+            p = add(p, scale(a, x))
+            y, z = _turn(y, z, alpha)
+        x, y = _turn(x, y, theta)
+        p = add(p, scale(d, z))
+        if convention is Convention.STANDARD:
+            p = add(p, scale(a, x))
+            y, z = _turn(y, z, alpha)
+    rows = zip(x, y, z, p, strict=True)
+    first, second, third = rows
+    return first, second, third, (0.0, 0.0, 0.0, 1.0)
+
+
+def _turn(u: Vector, v: Vector, angle: Any) -> tuple[Vector, Vector]:
+    """Turn two unit vectors of a frame about the third."""
+    c, s = cos(angle), sin(angle)
+    return add(scale(c, u), scale(s, v)), subtract(scale(c, v), scale(s, u))
+
+
+def _affine(table: Table, convention: Convention) -> Transform:
+    return compose(*(a_matrix(*row, convention) for row in table))
+
+
+def _full(table: Table, convention: Convention) -> Transform:
+    matrices = [a_matrix(*row, convention) for row in table]
+    ledger = table[0][0].ledger
+    product: Transform = reduce(_product, [ledger.numbers(_values(one)) for one in matrices])
+    return product
+
+
+def _product(left: Transform, right: Transform) -> Transform:
+    """Return the product of two 4x4 matrices, entry by entry, nothing left out."""
+    columns = tuple(zip(*right, strict=True))
+    first, second, third, fourth = (
+        tuple(a * e + b * f + c * g + d * h for e, f, g, h in columns) for a, b, c, d in left
+    )
+    return first, second, third, fourth  # type: ignore[return-value]
+
+
+def _values(matrix: Transform) -> tuple[tuple[Any, ...], ...]:
+    return tuple(tuple(plain(entry) for entry in row) for row in matrix)
+
+
+def _of_table(
+    chain: Chain,
+    posture: tuple[float, ...],
+    way: Callable[[Table, Convention], Transform],
+) -> Tally:
+    """Count a way that takes the link table as it comes, every parameter a number like any."""
+    ledger = Ledger()
+    table = tuple(
+        ledger.numbers(_parameters(link, value))
+        for link, value in zip(chain.links, posture, strict=True)
+    )
+    way(table, chain.convention)
+    return _without_twists(ledger.tally(), chain)
+
+
+def _parameters(link: DHLink, value: float) -> tuple[float, float, float, float]:
+    return link.parameters(value)
+
+
+def _without_twists(tally: Tally, chain: Chain) -> Tally:
+    """Take away the sines of the twists (and of sliding joints): constants of the table."""
+    turning = sum(link.kind is JointKind.REVOLUTE for link in chain.links)
+    constant = 2 * (2 * len(chain.links) - turning)
+    return Tally(
+        tally.multiplications,
+        tally.additions,
+        tally.divisions,
+        tally.roots,
+        tally.sines - constant,
+        tally.arcs,
+    )
+
+
+def _shared_forward(system: System, posture: tuple[float, ...]) -> list[Way]:
+    """Return the count of the forward solution that the five-axis arms run on."""
+    if not isinstance(system, MiniBuild):
+        return []
+    what = "the same formulas with their common factors taken out"
+    lengths = system.arm.lengths
+    fast = on_any_numbers(forward_frame)
+    return [Way("closed form, shared", what, _counted(lambda q: fast(q, lengths), posture))]
+
+
+def _inverse_ways(system: System, posture: tuple[float, ...]) -> list[Way]:
+    frame = system.fk(posture)
+    goal = system.goal_of(frame)
+    ways = [
+        Way(
+            "all branches together",
+            "the code that shares what the branches have in common",
+            _shared_inverse(system, goal, frame),
+        )
+    ]
+    ways += [
+        Way(name, "this branch alone, by its formulas", _counted(_branch(system, name), goal))
+        for name in system.signs
+    ]
+    return [way for way in ways if way.tally != Tally()]
+
+
+def _branch(system: System, name: str) -> Callable[[tuple[Any, ...]], object]:
+    return lambda goal: system.solution(goal, name)
+
+
+def _shared_inverse(system: System, goal: tuple[float, ...], frame: Transform) -> Tally:
+    """Count the system's own fast inverse; nothing where it has none."""
+    ledger = Ledger()
+    if isinstance(system, MiniBuild):
+        inverse = on_any_numbers(closed_form.inverse)
+        inverse(ledger.numbers(goal), system.arm.lengths, 0.0, (0.0,) * 5)
+    elif isinstance(system, Puma):
+        on_any_numbers(spherical_wrist.inverse)(ledger.numbers(frame), system.wrist_arm())
+    return ledger.tally()
+
+
+def _counted(way: Callable[[tuple[Any, ...]], object], numbers: Sequence[float]) -> Tally:
+    ledger = Ledger()
+    way(ledger.numbers(tuple(numbers)))
+    return ledger.tally()
+
+
+def _general_posture(chain: Chain) -> tuple[float, ...]:
+    """Return a posture that is degenerate in no way: within the limits, and on no axis."""
+    values = []
+    for index, link in enumerate(chain.links):
+        if link.kind is JointKind.PRISMATIC:
+            value = _TRAVEL_MM[index % len(_TRAVEL_MM)]
+        else:
+            value = _POSTURE[index % len(_POSTURE)]
+        if math.isfinite(link.low) and math.isfinite(link.high):
+            middle, half = (link.low + link.high) / 2.0, (link.high - link.low) / 2.0
+            value = middle + half * math.tanh(value)
+        values.append(value)
+    return tuple(values)

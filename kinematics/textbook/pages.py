@@ -1,0 +1,256 @@
+"""A study as text, section by section: matrices with three decimals, mm and degrees."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from collections.abc import Iterable, Iterator, Sequence
+
+from kinematics.chains.links import Convention, JointKind
+from kinematics.frames.transforms import IN_PLACE, Transform, position_of
+from kinematics.textbook.jacobians import ROW_NAMES, Lost
+from kinematics.textbook.study import Study
+from kinematics.textbook.systems import NamedBranch
+from kinematics.textbook.worked_example import (
+    Section,
+    joints_text,
+    plain,
+    symbolic_chain_example,
+    symbolic_sections,
+    violation_text,
+)
+from kinematics.textbook.worked_example import symbolic_system_example as symbolic_system
+
+DIGITS = 3
+
+NONE_NAMED = "searching: it takes a moment, while the arm rests"
+"""What is said of the singularities of a link table before one has been found."""
+
+
+def sections(
+    of: Study, width: int, searched: tuple[Lost, ...] | None = None
+) -> tuple[Section, ...]:
+    """Return a study in text no wider than `width` where words can be broken.
+
+    `searched` is the singularity that was found nearest for a link table, None before it is.
+    """
+    found = (
+        Section("link table", tuple(_links(of))),
+        Section("A matrices", tuple(_matrices(of))),
+        Section("T, the hand in the base's frame", tuple(_forward(of))),
+        Section("Jacobian", tuple(_jacobian(of, width))),
+        Section("how well it moves", tuple(_measures(of))),
+        Section("singularities", tuple(_lost(of, searched))),
+        Section("solutions for this place of the hand", tuple(_branches(of))),
+    )
+    return tuple(Section(one.title, tuple(wrapped(one.lines, width))) for one in found)
+
+
+def symbol_sections(of: Study, width: int) -> tuple[Section, ...]:
+    """Return matrices, product and solutions in C1, S12. Takes up to seconds for six joints."""
+    subject = of.subject
+    example = (
+        symbolic_chain_example(subject.chain)
+        if subject.system is None
+        else symbolic_system(subject.system)
+    )
+    return tuple(
+        Section(f"{one.title}, in symbols", tuple(wrapped(one.lines, width)))
+        for one in symbolic_sections(example)
+    )
+
+
+def summary(of: Study, searched: tuple[Lost, ...] | None = None) -> str:
+    """Return how well the posture moves and what is nearest to going wrong, in one line."""
+    near = nearest_of(of.lost or searched or ())
+    said = f"manipulability {fixed(of.condition.manipulability)}, condition "
+    said += "infinite: SINGULAR" if of.condition.is_singular else fixed(of.conditioning)
+    return said if near is None else f"{said}; {distance_text(near)} to: {near.reason}"
+
+
+def nearest_of(lost: Sequence[Lost]) -> Lost | None:
+    """Return the nearest singularity: by joint moves where there are any, else by mm."""
+    turning = [one for one in lost if one.distance_rad is not None]
+    if turning:
+        return min(turning, key=lambda one: one.distance_rad or 0.0)
+    return min(lost, key=lambda one: one.distance_mm or 0.0, default=None)
+
+
+def distance_text(lost: Lost) -> str:
+    """Say how far away a singularity is."""
+    said = []
+    if lost.distance_rad is not None:
+        said.append(f"{math.degrees(lost.distance_rad):.1f}°")
+    if lost.distance_mm is not None:
+        said.append(f"{lost.distance_mm:.1f} mm")
+    return ", ".join(said)
+
+
+def fixed(value: float) -> str:
+    """Format with three decimals, without the minus of a zero that was rounded."""
+    return f"{round(value, DIGITS) + 0.0:.{DIGITS}f}"
+
+
+def rows_text(rows: Sequence[Sequence[float]], names: Sequence[str] = ()) -> list[str]:
+    """Return the rows of a matrix, columns in line, each after its name."""
+    cells = [[fixed(entry) for entry in row] for row in rows]
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    first = max(map(len, names), default=0)
+    heads = [f"{name:<{first}} " for name in names] or ["" for _ in rows]
+    return [
+        f"{head}[ {' '.join(map(str.rjust, row, widths))} ]"
+        for head, row in zip(heads, cells, strict=True)
+    ]
+
+
+def wrapped(lines: Sequence[str], width: int) -> Iterator[str]:
+    """Yield the lines, those of words broken to the width; rows of matrices stay as they are."""
+    for line in lines:
+        if len(line) <= width or "[" in line:
+            yield line
+        else:
+            own = len(line) - len(line.lstrip())
+            yield from textwrap.wrap(line, max(width, 1), subsequent_indent=" " * (own + 2))
+
+
+def _links(of: Study) -> Iterator[str]:
+    """Write the four parameters of each link in this posture, what its joint varies marked."""
+    chain = of.subject.chain
+    craig = chain.convention is Convention.CRAIG
+    yield f"{chain.convention.value} convention, * varies; mm, degrees"
+    if craig:
+        yield "a and alpha are those of the link before"
+    cells = [("joint", "theta", "d", "a", "alpha")]
+    for name, link, value in zip(chain.joint_names, chain.links, of.values, strict=True):
+        theta, distance, length, twist = link.parameters(value)
+        turns = link.kind is JointKind.REVOLUTE
+        angles = [plain(math.degrees(each), DIGITS) for each in (theta, twist)]
+        lengths = [plain(each, DIGITS) for each in (distance, length)]
+        theta_text = angles[0] + ("*" if turns else " ")
+        cells.append(
+            (name, theta_text, lengths[0] + (" " if turns else "*"), lengths[1], angles[1])
+        )
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    for name, *numbers in cells:
+        shown = map(str.rjust, numbers, widths[1:])
+        yield f"{name:<{widths[0]}} {' '.join(shown)}"
+
+
+def _matrices(of: Study) -> Iterator[str]:
+    if of.subject.chain.base != IN_PLACE:
+        yield from _matrix("base", of.subject.chain.base)
+    for number, matrix in enumerate(of.matrices, 1):
+        yield from _matrix(f"A{number}", matrix)
+    if of.subject.chain.tool != IN_PLACE:
+        yield from _matrix("tool", of.subject.chain.tool)
+
+
+def _matrix(name: str, matrix: Transform) -> Iterator[str]:
+    yield f"{name} ="
+    yield from rows_text(matrix)
+
+
+def _forward(of: Study) -> Iterator[str]:
+    yield from rows_text(of.frame)
+    x, y, z = map(fixed, position_of(of.frame))
+    yield f"x {x}, y {y}, z {z} mm"
+    angles = of.orientation.first
+    turns = (angles.phi_rad, angles.theta_rad, angles.psi_rad)
+    phi, theta, psi = (fixed(math.degrees(each)) for each in turns)
+    yield f"phi {phi}°, theta {theta}°, psi {psi}°"
+    if of.orientation.degeneracy is not None:
+        yield f"  degenerate: {of.orientation.degeneracy.value}"
+
+
+def _jacobian(of: Study, width: int) -> Iterator[str]:
+    names = [ROW_NAMES[row] for row in of.subject.rows]
+    rows = rows_text(of.jacobian, names)
+    joints = of.subject.chain.joint_names
+    if max(map(len, rows)) <= width:
+        yield f"columns: {', '.join(joints)}"
+        yield from rows
+        return
+    places = [index for index, row in enumerate(of.subject.rows) if row < 3]
+    turns = [index for index in range(len(names)) if index not in places]
+    for part in (places, turns):  # too wide for this place: a line for each column
+        if part:
+            yield f"columns, a line each: {', '.join(names[index] for index in part)}"
+            columns = zip(*(of.jacobian[index] for index in part), strict=True)
+            yield from rows_text(tuple(columns), joints)
+
+
+def _measures(of: Study) -> Iterator[str]:
+    values = " ".join(map(fixed, of.condition.singular_values))
+    yield f"singular values {values}"
+    yield f"condition {'infinite' if of.condition.is_singular else fixed(of.conditioning)}"
+    yield f"manipulability {fixed(of.condition.manipulability)}"
+    yield "(mm counted in the length of the arm)"
+    yield of.condition.sentence
+
+
+def _lost(of: Study, searched: tuple[Lost, ...] | None) -> Iterator[str]:
+    if of.subject.system is not None:
+        found: tuple[Lost, ...] | None = of.lost
+    else:
+        found = searched
+    if found is None:
+        yield NONE_NAMED
+    elif not found:
+        yield "none: no posture loses a direction" if of.subject.system else "none was found"
+    for one in found or ():
+        yield f"{distance_text(one)} away: {one.reason}"
+
+
+def _branches(of: Study) -> Iterator[str]:
+    if of.refusal:
+        yield of.refusal
+    for index, branch in enumerate(of.branches):
+        yield f"{'>' if index == of.here else ' '} {branch.name}"
+        yield f"    {joints_text(of.subject.chain, branch.joints)}"
+        yield from _remarks(branch)
+
+
+def _remarks(branch: NamedBranch) -> Iterator[str]:
+    if branch.free:
+        yield f"    free: {', '.join(branch.free)}"
+    if branch.degenerate:
+        yield f"    degenerate: {branch.degenerate}"
+    for violation in branch.violations:
+        yield f"    not within the limits: {violation_text(violation)}"
+
+
+# Sections laid in columns of a given height, as a newspaper's: pure, tested without a screen.
+
+Column = tuple[str, ...]
+
+RULE = "\N{BOX DRAWINGS LIGHT HORIZONTAL}"
+PLAIN_RULE = "-"
+
+
+def laid(
+    sections: Iterable[Section], width: int, height: int, *, plain: bool = False
+) -> tuple[Column, ...]:
+    """Return the columns that hold all sections in order, none higher than `height` lines.
+
+    A section that does not fit in what is left begins a column of its own, unless it would not
+    fit in a whole one either: then it begins at once and goes on in the next.
+    """
+    height = max(height, 2)
+    columns: list[list[str]] = [[]]
+    for section in sections:
+        lines = [heading(section.title, width, plain=plain), *section.lines]
+        if len(columns[-1]) + len(lines) > height and columns[-1]:
+            left = height - len(columns[-1])
+            if len(lines) <= height or left < height // 2:
+                columns.append([])
+        for line in lines:
+            if len(columns[-1]) == height:
+                columns.append([])
+            columns[-1].append(line)
+    return tuple(map(tuple, columns))
+
+
+def heading(title: str, width: int, *, plain: bool = False) -> str:
+    """Return a title with a rule to the end of its line."""
+    rule = PLAIN_RULE if plain else RULE
+    return f"{rule}{rule} {title} ".ljust(width, rule)[:width]

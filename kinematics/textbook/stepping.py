@@ -1,0 +1,234 @@
+"""Jogging a model: one step of a joint, or of the hand, from a posture to the next.
+
+Nothing is connected, so that a step is done at once; what it could not do it says in words.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from operator import mul
+
+from kinematics.chains.chain import Chain
+from kinematics.chains.generated import generated
+from kinematics.chains.jacobians import joint_rates
+from kinematics.chains.links import JointKind
+from kinematics.chains.singularities import length_of
+from kinematics.errors import KinematicsError, OutOfReach
+from kinematics.frames.transforms import Transform, position_of, rotation_of
+from kinematics.frames.vectors import dot, subtract
+from kinematics.textbook.jacobians import ROW_NAMES
+from kinematics.textbook.study import Subject, study
+from kinematics.textbook.systems import NamedBranch, System
+from kinematics.textbook.worked_example import number_text, violation_text
+
+# Following the Jacobian of a link table: a step of the hand in small ones, within the limits.
+#
+# Damped near singularities, so that no joint runs away (see `kinematics.chains.jacobians`).
+# Lengths in mm,
+# angles in rad.
+
+SLICES = 16
+"""A step is made of so many small ones."""
+
+POSITION, WHOLE = 3, 6
+"""Rows of the geometric Jacobian that are followed: the tip alone, or the whole hand."""
+
+
+@dataclass(frozen=True, slots=True)
+class Followed:
+    """Where following led: how far along the axis, and how far beside it as a share of the step.
+
+    `held` names the joints that a limit held back.
+    """
+
+    values: tuple[float, ...]
+    done: float
+    astray: float
+    held: tuple[str, ...]
+
+
+def rows_followed(subject: Subject) -> int:
+    """Return how many rows of the geometric Jacobian are followed.
+
+    The whole hand where there are joints enough for all that can move, else the tip alone.
+    """
+    return WHOLE if len(subject.rows) <= len(subject.chain) else POSITION
+
+
+def keeps_to_surface(subject: Subject) -> bool:
+    """Whether the joints are too few for the tip to go straight in every direction that it has."""
+    rows = [row for row in subject.rows if row < rows_followed(subject)]
+    return len(rows) > len(subject.chain)
+
+
+def follow(subject: Subject, values: tuple[float, ...], row: int, by: float) -> Followed:
+    """Follow one row of the geometric Jacobian by so many mm or rad, the other rows at rest."""
+    chain, count = subject.chain, rows_followed(subject)
+    rates = [by / SLICES if index == row else 0.0 for index in range(count)]
+    made, length, at = generated(chain), length_of(chain), values
+    # slides are counted in lengths of the arm: in mm they would hardly be used
+    units = [length if kind is JointKind.PRISMATIC else 1.0 for kind in chain.kinds]
+    held: set[str] = set()
+    for _ in range(SLICES):
+        rows = (map(mul, line, units) for line in made.jacobian(at)[:count])
+        slopes = joint_rates(tuple(map(tuple, rows)), rates, length_mm=length).joints
+        moved = [one + slope * unit for one, slope, unit in zip(at, slopes, units, strict=True)]
+        held.update(one.joint for one in chain.violations(moved))
+        at = chain.clamp(moved)
+    before, after = made.fk(values), made.fk(at)
+    named = tuple(name for name in chain.joint_names if name in held)
+    return Followed(at, _gone(before, after, row), _astray(chain, before, after, row, by), named)
+
+
+def _gone(before: Transform, after: Transform, row: int) -> float:
+    """Return how far the hand went along an axis, or turned about it."""
+    if row < POSITION:
+        return position_of(after)[row] - position_of(before)[row]
+    one, two = (row - 2) % 3, (row - 1) % 3  # the axes that a turn about this one carries along
+    was, now = rotation_of(before), rotation_of(after)
+    turned = dot(was[one], now[two]) - dot(was[two], now[one])
+    return math.atan2(turned, dot(was[one], now[one]) + dot(was[two], now[two]))
+
+
+def _astray(chain: Chain, before: Transform, after: Transform, row: int, by: float) -> float:
+    """Return how far beside its way the tip came, as a share of the step."""
+    beside = list(subtract(position_of(after), position_of(before)))
+    if row < POSITION:
+        beside[row] = 0.0
+    return math.hypot(*beside) / (abs(by) * (1.0 if row < POSITION else length_of(chain)))
+
+
+LEAP_RAD = math.pi / 4.0
+"""A joint that turns further than this in one step is spoken of."""
+
+MET = 0.02
+"""A step that misses less than this share of itself is as good as asked."""
+
+REFUSED = 0.5
+"""A step that misses more than this share of itself is not made at all."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stepped:
+    """The posture after a step, and what it could not do; empty where it did all of it."""
+
+    values: tuple[float, ...]
+    said: str = ""
+
+
+def has_inverse(subject: Subject) -> bool:
+    """Whether the hand is jogged by the closed form; else it is by the Jacobian.
+
+    A system with fewer joints than coordinates leaves its surface at any step of one of them.
+    """
+    system = subject.system
+    return system is not None and len(system.coordinates) <= len(subject.chain)
+
+
+def axes_of(subject: Subject) -> tuple[str, ...]:
+    """Return the axes along which the hand is jogged, by name."""
+    if subject.system is not None and has_inverse(subject):
+        return tuple(name.rpartition("_")[0] for name in subject.system.coordinates)
+    return tuple(ROW_NAMES[row] for row in subject.rows if row < rows_followed(subject))
+
+
+def axis_unit(axis: str) -> str:
+    """Return the unit of an axis: mm or rad."""
+    return "mm" if axis in ROW_NAMES[:POSITION] else "rad"
+
+
+def step_joint(subject: Subject, values: tuple[float, ...], joint: int, by: float) -> Stepped:
+    """Move one joint by so many rad or mm, as far as its limits let it."""
+    chain = subject.chain
+    moved = list(values)
+    moved[joint] += by
+    bounded = chain.clamp(moved)
+    if bounded == tuple(moved):
+        return Stepped(bounded)
+    unit = chain.kinds[joint].unit
+    bound = number_text(bounded[joint], unit)
+    missed = number_text(abs(moved[joint] - bounded[joint]), unit)
+    name = chain.joint_names[joint]
+    return Stepped(bounded, f"{name} stands at its limit of {bound}: {missed} of the step are left")
+
+
+def step_axis(subject: Subject, values: tuple[float, ...], axis: int, by: float) -> Stepped:
+    """Move the hand along one of `axes_of` by so many mm or rad; it stays where it cannot."""
+    system = subject.system
+    if system is not None and has_inverse(subject):
+        return _by_branch(subject, system, values, axis, by)
+    return _by_jacobian(subject, values, axis, by)
+
+
+def _by_branch(
+    subject: Subject, system: System, values: tuple[float, ...], axis: int, by: float
+) -> Stepped:
+    """Solve for the next goal, and take the branch that the posture is on."""
+    before = study(subject, values)
+    goal = list(before.goal)
+    goal[axis] += by
+    try:
+        found = system.ik(goal, values)
+    except OutOfReach as error:
+        return Stepped(values, f"out of reach: {_beyond(error)}")
+    except KinematicsError as error:
+        return Stepped(values, str(error))
+    on = before.branches[before.here].name if before.here is not None else ""
+    named = [branch for branch in found if branch.name == on]
+    taken = min(named or found, key=lambda branch: _furthest(subject.chain, values, branch))
+    if taken.violations:
+        broken = "; ".join(map(violation_text, taken.violations))
+        return Stepped(values, f"not within the limits on {taken.name}: {broken}")
+    return Stepped(taken.joints, _leap(subject.chain, values, taken.joints))
+
+
+def _beyond(error: OutOfReach) -> str:
+    return (
+        f"{error.quantity} would be {error.value:.1f} mm, {error.excess:.3g} mm beyond "
+        f"{error.bound:.1f} mm"
+    )
+
+
+def _furthest(chain: Chain, values: tuple[float, ...], branch: NamedBranch) -> float:
+    units = [length_of(chain) if kind is JointKind.PRISMATIC else 1.0 for kind in chain.kinds]
+    return max(abs(b - a) / unit for a, b, unit in zip(values, branch.joints, units, strict=True))
+
+
+def _leap(chain: Chain, before: tuple[float, ...], after: tuple[float, ...]) -> str:
+    """Say which joint turned far for so small a step, and why."""
+    turns = [
+        (abs(b - a), name)
+        for a, b, name, kind in zip(before, after, chain.joint_names, chain.kinds, strict=True)
+        if kind is JointKind.REVOLUTE
+    ]
+    far, name = max(turns, default=(0.0, ""))
+    if far <= LEAP_RAD:
+        return ""
+    whole_turn = abs(far - math.tau) <= LEAP_RAD
+    why = "its limit lets it go on only from a turn back" if whole_turn else "a singularity is near"
+    return f"{name} turned by {number_text(far, 'rad')} at once: {why}"
+
+
+def _by_jacobian(subject: Subject, values: tuple[float, ...], axis: int, by: float) -> Stepped:
+    """Follow the Jacobian, and say what came of it."""
+    row = [row for row in subject.rows if row < rows_followed(subject)][axis]
+    went = follow(subject, values, row, by)
+    missed = abs(by - went.done) / abs(by)
+    name, unit = ROW_NAMES[row], "mm" if row < POSITION else "rad"
+    most = max(missed, 0.0 if keeps_to_surface(subject) else went.astray)
+    if most > REFUSED:
+        lacks = study(subject, values).condition.sentence
+        held = f"{', '.join(went.held)} at the limit; " if went.held else ""
+        return Stepped(values, f"no step along {name} from here: {held}{lacks}")
+    if most > MET:
+        done, asked = number_text(went.done, unit), number_text(by, unit)
+        return Stepped(went.values, f"{_why(subject, went)}: {name} moved by {done}, not {asked}")
+    return Stepped(went.values)
+
+
+def _why(subject: Subject, went: Followed) -> str:
+    """Say why a step by the Jacobian fell short."""
+    if went.held:
+        return f"{', '.join(went.held)} at the limit"
+    return "the tip keeps to its surface" if keeps_to_surface(subject) else "near a singularity"

@@ -1,0 +1,120 @@
+"""The elbow triangle: two links of a plane and the line from the first joint to the tip.
+
+The closed form of every planar pair of links (McKerrow, chapter 4, sections 11 and 16), written
+for numbers of any kind: no step compares values. Lengths in mm, angles in rad, measured from the
+x axis towards the y axis of whatever plane the two links lie in.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from kinematics.frames.numbers import atan2, sqrt
+from kinematics.textbook.systems.named import REACH_MM, Quantity
+
+STRAIGHT_SINE = 1e-7
+"""An elbow whose sine is less has one posture: rounding of the tip alone makes some 1e-8."""
+
+ELBOWS = MappingProxyType({"elbow up": (-1.0,), "elbow down": (1.0,)})
+"""The two branches of an arm that lies along x, seen with y up."""
+
+STRETCHED = "stretched: both elbow postures are one, and the tip cannot move along the arm"
+FOLDED = "folded: both elbow postures are one, and the tip cannot move along the arm"
+FOLDED_HOME = "folded onto the first joint: the first angle is free"
+
+
+@dataclass(frozen=True, slots=True)
+class Triangle:
+    """First angle, second angle (relative), and what gives them.
+
+    `direction` is the angle of the line to the tip, `lift` the angle at the first joint between
+    that line and the first link.
+    """
+
+    first: float
+    second: float
+    span: float
+    cosine: float
+    direction: float
+    lift: float
+
+    def workings(self) -> tuple[Quantity, ...]:
+        """Return the sides and angles as quantities, for people."""
+        return (
+            Quantity("D", self.span, "mm"),
+            Quantity("cos(bend)", self.cosine, ""),
+            Quantity("direction", self.direction, "rad"),
+            Quantity("lift", self.lift, "rad"),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Side:
+    """A way to bend the elbow: its name, the sign of its angle, what it loses, what is free."""
+
+    name: str
+    sign: float
+    degenerate: str = ""
+    first_free: bool = False
+
+
+def triangle(x: float, y: float, first: float, second: float, side: float) -> Triangle:
+    """Solve the triangle of two links whose tip is at (x, y); `side` is the elbow's sign.
+
+    cos(second angle) = (x^2 + y^2 - l1^2 - l2^2) / (2 l1 l2); first angle = direction - lift.
+    """
+    squared = x * x + y * y
+    cosine = _held((squared - first * first - second * second) / (2.0 * first * second))
+    sine = side * sqrt(1.0 - cosine * cosine)
+    direction = atan2(y, x)
+    lift = atan2(second * sine, first + second * cosine)
+    bend = atan2(sine, cosine)
+    return Triangle(direction - lift, bend, sqrt(squared), cosine, direction, lift)
+
+
+def broken_bound(distance: float, first: float, second: float) -> float | None:
+    """Return the span in mm that a tip at this distance exceeds or undercuts, or None."""
+    longest, shortest = first + second, abs(first - second)
+    if distance > longest + REACH_MM:
+        return longest
+    return shortest if distance < shortest - REACH_MM else None
+
+
+def sides(
+    distance: float, first: float, second: float, positive: str, negative: str
+) -> tuple[Side, ...]:
+    """Return the ways to bend the elbow for a tip in reach, `negative` angle first.
+
+    Two, or one where the links lie on one line. Where the tip is on the first joint (equal
+    links, folded) the first angle is free.
+    """
+    cosine = _held((distance * distance - first * first - second * second) / (2.0 * first * second))
+    if 1.0 - cosine * cosine > STRAIGHT_SINE * STRAIGHT_SINE:
+        return Side(negative, -1.0), Side(positive, 1.0)
+    if cosine > 0.0:
+        return (Side("elbow straight", 1.0, STRETCHED),)
+    home = distance <= REACH_MM
+    return (Side("elbow folded", 1.0, FOLDED_HOME if home else FOLDED, home),)
+
+
+def brought_within(x: float, y: float, first: float, second: float) -> tuple[float, float]:
+    """Return the point nearest to (x, y) that two links reach; at the joint itself, along x."""
+    distance = math.hypot(x, y)
+    bound = broken_bound(distance, first, second)
+    if bound is None:
+        return x, y
+    if distance <= REACH_MM:
+        return bound, 0.0
+    return x * bound / distance, y * bound / distance
+
+
+def root(squared: float) -> float:
+    """Return a square root, of 0 where rounding took a float below 0; of any kind of number."""
+    return sqrt(max(squared, 0.0) if isinstance(squared, float) else squared)  # type: ignore[no-any-return]
+
+
+def _held(cosine: float) -> float:
+    """Return a cosine with the rounding beyond -1 and 1 taken off; other numbers as they are."""
+    return min(max(cosine, -1.0), 1.0) if isinstance(cosine, float) else cosine

@@ -1,0 +1,495 @@
+"""The lecture's worked example for anybody's numbers: everything to be said of an arm's posture.
+
+Content only, as values; `worked_text` writes it. Lengths in mm, angles in rad.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from kinematics.chains.chain import Chain, JointViolation
+from kinematics.chains.links import DHLink, JointKind
+from kinematics.chains.singularities import condition
+from kinematics.chains.tables import table_text
+from kinematics.errors import KinematicsError, finite
+from kinematics.frames.orientations import RPY, Degeneracy, OrientationSolution, solve_rpy
+from kinematics.frames.transforms import IN_PLACE, Transform, position_of, rotation_of, transform
+from kinematics.textbook.notation import (
+    Definition,
+    Latex,
+    Text,
+    definitions,
+    matrix_latex,
+    matrix_text,
+)
+from kinematics.textbook.symbolic_systems import (
+    joint_symbols,
+    symbolic_chain,
+    symbolic_goal,
+    symbolic_system,
+)
+from kinematics.textbook.systems import NamedBranch, Quantity, Step, System
+
+if TYPE_CHECKING:
+    from kinematics.chains.inverse import Solution
+
+FRAME_COORDINATES = ("x_mm", "y_mm", "z_mm", "phi_rad", "theta_rad", "psi_rad")
+"""The goal of a chain that is no named system: a position, or a position and an orientation."""
+
+_EXAMPLE_DEG = (30.0, 40.0, -60.0, -20.0, 45.0, 60.0)
+_TRAVEL = 0.4
+_FREE_TRAVEL_MM = 100.0
+
+
+@dataclass(frozen=True, slots=True)
+class WorkedBranch:
+    """A branch of the inverse solution, and the goal's coordinates that its posture gives."""
+
+    branch: NamedBranch
+    comes_to: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class WorkedExample:
+    """An arm, a posture, and all that follows from it.
+
+    `matrices` are the A matrices of the posture, `frame` the tool's frame. `condition` says how
+    well the posture can move. A named system has `branches` for the `goal`, in `coordinates`;
+    any other chain has the `solution` of the numerical solver.
+    """
+
+    name: str
+    title: str
+    source: str
+    figure: str
+    derivation: tuple[Step, ...]
+    chain: Chain
+    joints: tuple[float, ...]
+    matrices: tuple[Transform, ...]
+    frame: Transform
+    orientation: OrientationSolution[RPY]
+    violations: tuple[JointViolation, ...]
+    condition: str
+    coordinates: tuple[str, ...]
+    goal: tuple[float, ...]
+    branches: tuple[WorkedBranch, ...] = ()
+    solution: Solution | None = None
+
+    @property
+    def orientation_degeneracy(self) -> Degeneracy | None:
+        """What the orientation's angles lose, or None."""
+        return self.orientation.degeneracy
+
+
+def work_system(
+    system: System, joints: Sequence[float] | None = None, goal: Sequence[float] | None = None
+) -> WorkedExample:
+    """Return the worked example of a named system.
+
+    Without joints, the first branch of the goal within the limits is taken, or an example
+    posture. Without a goal, the one that the joints reach. Raises as `System.fk` and `System.ik`
+    do.
+    """
+    chain = system.chain()
+    if goal is None:
+        posture = example_posture(chain) if joints is None else chain.checked(joints)
+        asked = system.goal_of(system.fk(posture))
+        found = system.ik(asked, posture)
+    else:
+        found = system.ik(goal, joints)
+        asked = tuple(goal)
+        taken = min(found, key=lambda branch: not branch.within_limits)
+        posture = taken.joints if joints is None else chain.checked(joints)
+    frame = system.fk(posture)
+    return WorkedExample(
+        system.name,
+        system.title,
+        system.source,
+        system.figure(),
+        system.derivation,
+        chain,
+        posture,
+        chain.matrices(posture),
+        frame,
+        solve_rpy(rotation_of(frame)),
+        chain.violations(posture),
+        condition(chain, posture).sentence,
+        system.coordinates,
+        asked,
+        branches=tuple(
+            WorkedBranch(branch, system.goal_of(system.fk(branch.joints))) for branch in found
+        ),
+    )
+
+
+def work_chain(
+    chain: Chain,
+    title: str = "",
+    source: str = "",
+    joints: Sequence[float] | None = None,
+    goal: Sequence[float] | None = None,
+) -> WorkedExample:
+    """Return the worked example of any chain, solved numerically.
+
+    A goal is x, y, z, or these with phi, theta, psi; without one it is the whole frame that the
+    joints reach, asked from the middle of the joints' ranges. Raises as `Chain.fk` does, and
+    `KinematicsError` for another number of goal coordinates.
+    """
+    from kinematics.chains.goals import ALL_PARTS, Part
+    from kinematics.chains.inverse import solve_frame_ik
+
+    parts = ALL_PARTS
+    if goal is None:
+        posture = example_posture(chain) if joints is None else chain.checked(joints)
+        target = chain.fk(posture)
+    else:
+        if len(goal) not in (3, 6):
+            raise KinematicsError(
+                "a goal is x, y, z, or x, y, z, phi, theta, psi (mm and angles), "
+                f"not {len(goal)} numbers"
+            )
+        if len(goal) == 3:
+            parts = frozenset({Part.POSITION})
+        target = _frame_of(goal)
+    solution = solve_frame_ik(chain, target, joints if goal is not None else None, parts=parts)
+    if goal is not None:
+        posture = solution.joints if joints is None else chain.checked(joints)
+    frame = chain.fk(posture)
+    asked = FRAME_COORDINATES if parts == ALL_PARTS else FRAME_COORDINATES[:3]
+    return WorkedExample(
+        chain.name,
+        title,
+        source,
+        "",
+        (),
+        chain,
+        tuple(posture),
+        chain.matrices(posture),
+        frame,
+        solve_rpy(rotation_of(frame)),
+        chain.violations(posture),
+        condition(chain, posture).sentence,
+        asked,
+        frame_coordinates(target)[: len(asked)],
+        solution=solution,
+    )
+
+
+def example_posture(chain: Chain) -> tuple[float, ...]:
+    """Return a posture to show: round numbers within the limits, degenerate in no way."""
+    return tuple(
+        _example_value(link, _EXAMPLE_DEG[index % len(_EXAMPLE_DEG)])
+        for index, link in enumerate(chain.links)
+    )
+
+
+def frame_coordinates(frame: Transform) -> tuple[float, ...]:
+    """Return x, y, z, phi, theta and psi of a frame."""
+    angles = solve_rpy(rotation_of(frame)).first
+    return *position_of(frame), angles.phi_rad, angles.theta_rad, angles.psi_rad
+
+
+def _frame_of(goal: Sequence[float]) -> Transform:
+    names = FRAME_COORDINATES[: len(goal)]
+    numbers = [finite(name, value) for name, value in zip(names, goal, strict=True)]
+    x, y, z, phi, theta, psi = (*numbers, 0.0, 0.0, 0.0)[:6]
+    return transform(RPY(phi, theta, psi).rotation(), (x, y, z))
+
+
+def _example_value(link: DHLink, angle_deg: float) -> float:
+    """Return a joint's example value: the angle, or as far into the range as it is of a turn."""
+    if link.kind is JointKind.REVOLUTE:
+        angle = math.radians(angle_deg)
+        for value in (angle, -angle):
+            if link.low <= value <= link.high:
+                return value
+    elif not (math.isfinite(link.low) and math.isfinite(link.high)):
+        return min(max(_FREE_TRAVEL_MM, link.low), link.high)
+    return link.low + _TRAVEL * (link.high - link.low)
+
+
+# A worked example in words and numbers, in mm and degrees: the text of `armdrive explain`.
+
+TRIANGLE = (
+    "triangle: two links and D, the line from the first joint to the end of the second link; "
+    "bend is the angle by which the second link leaves the first, direction the one of D, "
+    "lift the one of D beyond the first link"
+)
+"""What the quantities of the elbow triangle are; the angles count in the arm's own plane."""
+
+DIGITS_MM, DIGITS_DEG, DIGITS_RATIO = 2, 2, 4
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """A heading and the lines under it."""
+
+    title: str
+    lines: tuple[str, ...]
+
+
+def sections(example: WorkedExample) -> Iterator[Section]:
+    """Return the worked example section by section."""
+    if example.figure:
+        yield Section("Figure", tuple(example.figure.splitlines()))
+    yield Section("Links", tuple(table_text(example.chain).splitlines()))
+    yield Section("A matrices at this posture", tuple(_matrices(example)))
+    yield Section("Forward kinematics", tuple(_forward(example)))
+    if example.derivation:
+        yield Section("How it is solved", tuple(_derivation(example)))
+    if example.solution is None:
+        yield Section("Inverse kinematics", tuple(_inverse(example)))
+    else:
+        yield Section("Inverse kinematics, by numbers", tuple(_solved(example)))
+
+
+def joints_text(chain: Chain, joints: Sequence[float]) -> str:
+    """Return joint values with their names and units."""
+    return ", ".join(
+        f"{name} {number_text(value, kind.unit)}"
+        for name, value, kind in zip(chain.joint_names, joints, chain.kinds, strict=True)
+    )
+
+
+def number_text(value: float, unit: str) -> str:
+    """Return a number with its unit: angles in degrees, lengths in mm, ratios bare."""
+    if unit == JointKind.REVOLUTE.unit:
+        return f"{plain(math.degrees(value), DIGITS_DEG)}°"
+    if unit == JointKind.PRISMATIC.unit:
+        return f"{plain(value, DIGITS_MM)} mm"
+    return plain(value, DIGITS_RATIO)
+
+
+def plain(value: float, digits: int) -> str:
+    """Format with so many digits at most, without trailing zeros, and no minus before a zero."""
+    text = f"{value:.{digits}f}"
+    if "." in text:
+        text = text.rstrip("0").rstrip(".")
+    return "0" if text == "-0" else text
+
+
+def frame_text(frame: Transform) -> list[str]:
+    """Return a frame's matrix: ratios with four digits, the position in mm."""
+    cells = [
+        [
+            plain(entry, DIGITS_MM if column == 3 else DIGITS_RATIO)
+            for column, entry in enumerate(row)
+        ]
+        for row in frame
+    ]
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    return [f"[ {'  '.join(map(str.rjust, row, widths))} ]" for row in cells]
+
+
+def violation_text(violation: JointViolation) -> str:
+    """Say by how much a joint would pass its limit."""
+    excess = number_text(violation.excess, violation.unit)
+    bound = number_text(violation.bound, violation.unit)
+    return f"{violation.joint} {excess} beyond its limit of {bound}"
+
+
+def coordinates_text(names: Sequence[str], values: Sequence[float]) -> str:
+    """Return the coordinates of a goal with their units."""
+    split = [name.rpartition("_") for name in names]
+    return ", ".join(
+        f"{name} {number_text(value, unit)}"
+        for (name, _, unit), value in zip(split, values, strict=True)
+    )
+
+
+def _matrices(example: WorkedExample) -> Iterator[str]:
+    chain = example.chain
+    yield joints_text(example.chain, example.joints)
+    if chain.base != IN_PLACE:
+        yield from _titled("frame 0 in the world", chain.base)
+    rows = zip(chain.links, example.joints, example.matrices, strict=True)
+    for number, (link, value, matrix) in enumerate(rows, 1):
+        theta, distance, length, twist = link.parameters(value)
+        yield from _titled(
+            f"A{number}: theta {number_text(theta, 'rad')}, d {number_text(distance, 'mm')}, "
+            f"a {number_text(length, 'mm')}, alpha {number_text(twist, 'rad')}",
+            matrix,
+        )
+    if chain.tool != IN_PLACE:
+        yield from _titled("tool in the last frame", chain.tool)
+
+
+def _titled(title: str, frame: Transform) -> Iterable[str]:
+    return ["", title, *frame_text(frame)]
+
+
+def _forward(example: WorkedExample) -> Iterator[str]:
+    product = " ".join(f"A{number}" for number in range(1, len(example.chain) + 1))
+    yield f"T = {product}" + ("" if example.chain.tool == IN_PLACE else " tool")
+    yield from frame_text(example.frame)
+    x, y, z = (number_text(each, "mm") for each in position_of(example.frame))
+    angles = example.orientation.first
+    phi, theta, psi = (
+        number_text(each, "rad") for each in (angles.phi_rad, angles.theta_rad, angles.psi_rad)
+    )
+    yield f"position x {x}, y {y}, z {z}"
+    yield f"orientation RPY: phi {phi}, theta {theta}, psi {psi}"
+    if example.orientation.degeneracy is not None:
+        yield f"  degenerate: {example.orientation.degeneracy.value}"
+    for violation in example.violations:
+        yield f"but: {violation_text(violation)}"
+    yield example.condition
+
+
+def _derivation(example: WorkedExample) -> Iterator[str]:
+    for number, step in enumerate(example.derivation, 1):
+        yield f"{number}. {step.title}: {step.formula}"
+        if step.why:
+            yield f"   {step.why}"
+
+
+def _inverse(example: WorkedExample) -> Iterator[str]:
+    yield f"goal: {coordinates_text(example.coordinates, example.goal)}"
+    count = len(example.branches)
+    within = sum(each.branch.within_limits for each in example.branches)
+    yield f"{count} solution{'' if count == 1 else 's'}, {within} within the joint limits"
+    if any(one.symbol == "lift" for each in example.branches for one in each.branch.workings):
+        yield TRIANGLE
+    for each in example.branches:
+        yield ""
+        yield from _branch(example, each)
+
+
+def _branch(example: WorkedExample, worked: WorkedBranch) -> Iterator[str]:
+    branch = worked.branch
+    yield branch.name
+    if branch.workings:
+        yield f"  {', '.join(map(_quantity, branch.workings))}"
+    yield f"  {joints_text(example.chain, branch.joints)}"
+    yield f"  comes to {coordinates_text(example.coordinates, worked.comes_to)}"
+    if branch.free:
+        yield f"  free: {', '.join(branch.free)}; any value serves, the one shown is the nearest"
+    if branch.degenerate:
+        yield f"  degenerate: {branch.degenerate}"
+    if branch.violations:
+        yield f"  not within the limits: {'; '.join(map(violation_text, branch.violations))}"
+
+
+def _quantity(quantity: Quantity) -> str:
+    return f"{quantity.symbol} = {number_text(quantity.value, quantity.unit)}"
+
+
+def _solved(example: WorkedExample) -> Iterator[str]:
+    solution = example.solution
+    if solution is None:
+        return
+    yield f"goal: {coordinates_text(example.coordinates, example.goal)}"
+    yield joints_text(example.chain, solution.joints)
+    x, y, z = (number_text(each, "mm") for each in position_of(solution.frame))
+    yield f"comes to x {x}, y {y}, z {z}"
+    yield solution.sentence
+
+
+# A worked example in symbols: A matrices, their product, and the solutions step by step.
+#
+# Made by running the very code that computes with numbers on symbols.
+
+
+@dataclass(frozen=True, slots=True)
+class SymbolicBranch:
+    """A branch's name, and the steps that lead to its joint values."""
+
+    name: str
+    steps: tuple[Definition, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class SymbolicExample:
+    """The A matrices of a chain's links and the tool's frame, entries of which are symbols."""
+
+    base: Transform
+    matrices: tuple[Transform, ...]
+    tool: Transform
+    product: Transform
+    branches: tuple[SymbolicBranch, ...] = ()
+
+
+def symbolic_system_example(system: System) -> SymbolicExample:
+    """Return a named system in symbols: its lengths and joints as its figure calls them."""
+    plain, symbolic = system.chain(), symbolic_system(system)
+    names = [Text().write(symbol) for symbol in joint_symbols(plain)]
+    goal = symbolic_goal(system.coordinates)
+    branches = []
+    for name in system.signs:
+        solved = symbolic.solution(goal, name)
+        workings = [(quantity.symbol, quantity.value) for quantity in solved.workings]
+        joints = zip(names, solved.joints, strict=True)
+        branches.append(SymbolicBranch(name, definitions([*workings, *joints])))
+    return _symbolic_example(symbolic.chain(), tuple(branches))
+
+
+def symbolic_chain_example(chain: Chain) -> SymbolicExample:
+    """Return a chain in symbols: lengths a and d, angles theta, with the link's number."""
+    return _symbolic_example(symbolic_chain(chain), ())
+
+
+def symbolic_sections(example: SymbolicExample, *, latex: bool = False) -> Iterator[Section]:
+    """Return the symbolic example section by section, as text or as LaTeX displays."""
+    yield Section("A matrices", tuple(_symbolic_matrices(example, latex)))
+    yield Section("Product", tuple(_product(example, latex)))
+    if example.branches:
+        yield Section("Solutions", tuple(_solutions(example.branches, latex)))
+
+
+def equation(step: Definition, *, latex: bool = False) -> str:
+    """Return a step as an equation."""
+    writer = Latex() if latex else Text()
+    return f"{writer.name(step.name)} = {writer.write(step.symbol)}"
+
+
+def _symbolic_example(chain: Chain, branches: tuple[SymbolicBranch, ...]) -> SymbolicExample:
+    joints = joint_symbols(chain)
+    matrices = chain.matrices(joints)
+    return SymbolicExample(chain.base, matrices, chain.tool, chain.fk(joints), branches)
+
+
+def _symbolic_matrices(example: SymbolicExample, latex: bool) -> Iterator[str]:
+    named = [(f"A{number}", one) for number, one in enumerate(example.matrices, 1)]
+    if example.base != IN_PLACE:
+        named.insert(0, ("base", example.base))
+    if example.tool != IN_PLACE:
+        named.append(("tool", example.tool))
+    for index, (name, matrix) in enumerate(named):
+        if index:
+            yield ""
+        yield from _matrix(name, matrix, latex)
+
+
+def _product(example: SymbolicExample, latex: bool) -> Iterator[str]:
+    factors = [f"A{number}" for number in range(1, len(example.matrices) + 1)]
+    if example.base != IN_PLACE:
+        factors.insert(0, "base")
+    if example.tool != IN_PLACE:
+        factors.append("tool")
+    written = " ".join(map(Latex().name if latex else Text().name, factors))
+    yield from _matrix("T", example.product, latex, f" = {written}")
+
+
+def _matrix(name: str, matrix: Transform, latex: bool, made_of: str = "") -> list[str]:
+    if latex:
+        return [rf"\[ {Latex().name(name)}{made_of} =", *matrix_latex(matrix).splitlines(), r"\]"]
+    return [f"{name}{made_of} =", *matrix_text(matrix).splitlines()]
+
+
+def _solutions(branches: tuple[SymbolicBranch, ...], latex: bool) -> Iterator[str]:
+    """Write the first branch in full, of the others what differs from it."""
+    first = branches[0]
+    for branch in branches:
+        known = first.steps if branch is not first else ()
+        if branch is not first:
+            yield ""
+        yield f"% {branch.name}" if latex else branch.name
+        changed = [step for step in branch.steps if step not in known]
+        if known and len(changed) < len(branch.steps):
+            yield f"{'% ' if latex else '  '}as {first.name}, but"
+        for step in changed:
+            written = equation(step, latex=latex)
+            yield rf"\[ {written} \]" if latex else f"  {written}"
