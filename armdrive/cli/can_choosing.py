@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from armdrive.cli.config_asking import ask_value
 from armdrive.cli.output import say
-from armdrive.interview.readers import WrongAnswer
-from armdrive.interview.rows import Question
+from armdrive.interview.readers import Question, WrongAnswer
 
 
 def chosen_port(adapters: str) -> str:

@@ -11,8 +11,7 @@ from typing import Any
 
 from armdrive.cli.output import put, say
 from armdrive.errors import BadRequest
-from armdrive.interview.readers import WrongAnswer, yes_or_no
-from armdrive.interview.rows import Question
+from armdrive.interview.readers import Question, WrongAnswer, yes_or_no
 
 HELP, BACK = "?", "back"
 

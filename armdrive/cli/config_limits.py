@@ -16,8 +16,7 @@ from armdrive.cli.config_asking import agree, ask_value
 from armdrive.cli.config_files import read
 from armdrive.cli.config_signs import connected
 from armdrive.cli.output import emit, say
-from armdrive.interview.readers import choice
-from armdrive.interview.rows import Question
+from armdrive.interview.readers import Question, choice
 from armdrive.setup.limits import (
     Saw,
     WiredSwitch,

@@ -14,8 +14,7 @@ from armdrive.cli.config_asking import agree, ask_value
 from armdrive.cli.config_files import ArmText, read
 from armdrive.cli.output import emit, say
 from armdrive.errors import DeviceFault, OperatorNeeded
-from armdrive.interview.readers import choice
-from armdrive.interview.rows import Question
+from armdrive.interview.readers import Question, choice
 from armdrive.interview.sight import WAYS, Sight, sight
 from armdrive.interview.signs import (
     AGAIN,

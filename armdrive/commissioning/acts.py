@@ -11,8 +11,7 @@ from dataclasses import dataclass
 from enum import Enum, auto
 from typing import Any, TypeAlias, TypeVar
 
-from armdrive.interview.readers import WrongAnswer, choice
-from armdrive.interview.rows import Question
+from armdrive.interview.readers import Question, WrongAnswer, choice
 from firmware_protocol.mks import Event, Request
 
 T = TypeVar("T")

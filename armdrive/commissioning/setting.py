@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from armdrive.commissioning.acts import About, Put, Talk, agreed, ask, say, whole_or_empty
 from armdrive.commissioning.drives import TRIES, Known, setting_of
 from armdrive.commissioning.plan import Plan, Planned
-from armdrive.interview.rows import Question
+from armdrive.interview.readers import Question
 from firmware_protocol.mks import (
     Ability,
     Code,

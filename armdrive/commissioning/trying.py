@@ -13,8 +13,7 @@ from armdrive.commissioning.moving import Turned, speed_rpm, turn_to, where
 from armdrive.commissioning.notes import Notes
 from armdrive.commissioning.plan import Plan, Planned
 from armdrive.interview.gearing import ratio
-from armdrive.interview.readers import choice, number
-from armdrive.interview.rows import Question
+from armdrive.interview.readers import Question, choice, number
 from armdrive.interview.sight import WAYS
 from armdrive.interview.signs import AGAIN, NOTHING, OTHER
 from firmware_protocol.mks import COUNTS_PER_TURN, Done, Enable, Event

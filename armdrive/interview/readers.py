@@ -7,12 +7,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from armdrive.errors import BadRequest
 from kinematics.errors import suggestion
 
 Reader = Callable[[str], Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """One question, ready to be asked. `default` is what an empty line stands for."""
+
+    key: str
+    words: str
+    why: str
+    read: Reader
+    default: str | None
+    choices: tuple[tuple[str, str], ...] = ()
+
 
 YES, NO = ("yes", "y", "true"), ("no", "n", "false")
 

@@ -6,22 +6,10 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from armdrive.interview.draft import Draft
-from armdrive.interview.readers import Reader
+from armdrive.interview.readers import Question, Reader
 
 Fill = Callable[[Draft, str], str | None]
 """Makes a default, as somebody would type it, from the answers and the row's own `each`."""
-
-
-@dataclass(frozen=True, slots=True)
-class Question:
-    """One question, ready to be asked. `default` is what an empty line stands for."""
-
-    key: str
-    words: str
-    why: str
-    read: Reader
-    default: str | None
-    choices: tuple[tuple[str, str], ...] = ()
 
 
 def _always(_draft: Draft) -> bool:

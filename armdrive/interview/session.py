@@ -11,8 +11,7 @@ from typing import Any
 
 from armdrive.interview import rows_arm, rows_device, rows_use, rows_wire
 from armdrive.interview.draft import Draft, Surroundings
-from armdrive.interview.readers import WrongAnswer
-from armdrive.interview.rows import Question
+from armdrive.interview.readers import Question, WrongAnswer
 
 ROWS = (*rows_wire.ROWS, *rows_arm.ROWS, *rows_use.ROWS, *rows_device.ROWS)
 

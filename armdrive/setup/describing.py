@@ -9,8 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from armdrive import places
-from armdrive.interview.readers import WrongAnswer
-from armdrive.interview.rows import Question
+from armdrive.interview.readers import Question, WrongAnswer
 from armdrive.interview.session import Interview
 from armdrive.interview.templates import TEMPLATES
 from armdrive.interview.writing import Files, files_of
