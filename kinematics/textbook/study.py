@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
+from armdrive.config.link_model import is_model_file, read_model
 from armdrive.errors import BadRequest
-from armdrive.modelfile import is_model_file, read_model
 from kinematics import PRESETS, ArmGeometry, FiveAxisArm, preset
 from kinematics.chains.arm import ChainArm
 from kinematics.chains.chain import Chain

@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from armdrive.draw.camera import VIEWS
 from armdrive.errors import KeyFileError
+from armdrive.render.camera import VIEWS
 from kinematics.textbook.study import find_subject
 from kinematics.textbook.worked_example import example_posture
 from tui.framework import PlainText
