@@ -31,8 +31,8 @@ from armdrive.storage.points import Point, Step, StepList
 from kinematics import Joints
 from kinematics.textbook.study import find_subject
 from tui.desk import Desk
-from tui.model_desk import ModelDesk
-from tui.watching import Watching
+from tui.theory.model import ModelDesk
+from tui.watch import Watching
 
 FOLDER = Path(__file__).parent / "pictures"
 SIZE = (120, 40)

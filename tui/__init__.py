@@ -11,8 +11,8 @@ if TYPE_CHECKING:
 
     from kinematics import ArmModel
     from tui.arm_port import DeskArm
-    from tui.keyboard import Keyboard
-    from tui.pad_reader import Pad
+    from tui.gamepad.reader import Pad
+    from tui.keys.keyboard import Keyboard
 
 __all__ = ["DeskEnd", "run_desk", "run_watch"]
 
@@ -51,9 +51,9 @@ def run_desk(
     from armdrive.render.canvas import can_braille
     from tui.desk import Desk
     from tui.framework import forget_a_closed_terminal
-    from tui.memory import memory_file
-    from tui.remap import load_keys
-    from tui.turns import short_turns
+    from tui.keys.remap import load_keys
+    from tui.settings import memory_file
+    from tui.startup import short_turns
 
     if keys is None:
         keys = load_keys(None)
@@ -83,7 +83,7 @@ def run_desk(
 def _finds_pad(wanted: str) -> Callable[[], Pad | None]:
     from functools import partial
 
-    from tui.pad_evdev import check_gamepads, open_gamepad
+    from tui.gamepad.evdev import check_gamepads, open_gamepad
 
     return partial(open_gamepad, wanted, check_gamepads())
 
@@ -99,10 +99,9 @@ def run_watch(
     import sys
 
     from armdrive.render.canvas import can_braille
-    from tui.held_arm import HeldArm
-    from tui.memory import memory_file, recall
-    from tui.remap import load_keys
-    from tui.watching import Watching
+    from tui.keys.remap import load_keys
+    from tui.settings import memory_file, recall
+    from tui.watch import HeldArm, Watching
 
     if keys is None:
         keys = load_keys(None)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from armdrive.status import State, Status, Trust, coded
-from tui.keyboard import Keyboard
-from tui.screens import titled
+from tui.keys.keyboard import Keyboard
+from tui.keys.table import titled
 
 TITLE_GAP = 2
 """Between the arm and the name of the screen, which stands at the right end."""

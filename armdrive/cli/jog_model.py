@@ -12,7 +12,7 @@ from kinematics.textbook.study import find_subject, subject_names
 if TYPE_CHECKING:
     import argparse
 
-    from tui.keyboard import Keyboard
+    from tui.keys.keyboard import Keyboard
 
 
 def jog_model(options: argparse.Namespace, keys: Keyboard) -> int:
@@ -27,7 +27,7 @@ def jog_model(options: argparse.Namespace, keys: Keyboard) -> int:
     subject = find_subject(options.model)
     if not options.served:
         require_screen("jogging", "`armdrive explain` prints the same of one posture")
-    from tui.model_desk import run_model
+    from tui.theory.model import run_model
 
     return run_model(subject, ascii_only=options.ascii, keys=keys)
 

@@ -19,7 +19,7 @@ from armdrive.programs.language.words import WORDS
 from armdrive.runtime.states import TRANSITIONS, Event, after
 from armdrive.runtime.trust import Belief, require_reference
 from armdrive.status import State, Trust
-from tui.keyboard import DEFAULT_KEYS
+from tui.keys.keyboard import DEFAULT_KEYS
 
 INTERFACES = {
     "command line": COMMAND_LINE,

@@ -13,7 +13,7 @@ from kinematics.textbook.study import subject_names
 @pytest.fixture
 def opened(monkeypatch):
     """A terminal, and a model's desk that somebody leaves at once; returns what it is given."""
-    import tui.model_desk
+    import tui.theory.model
 
     terminal = SimpleNamespace(isatty=lambda: True)
     monkeypatch.setattr(screens, "sys", SimpleNamespace(stdin=terminal, stdout=terminal))
@@ -24,7 +24,7 @@ def opened(monkeypatch):
         shown.append((subject.name, ascii_only))
         return 0
 
-    monkeypatch.setattr(tui.model_desk, "run_model", run_model)
+    monkeypatch.setattr(tui.theory.model, "run_model", run_model)
     return shown
 
 

@@ -10,12 +10,10 @@ from desk_session import Session
 
 from armdrive.status import State, status_view
 from kinematics.textbook.study import find_subject
-from tui.keyboard import DEFAULT_KEYS
-from tui.keys import TABLE
-from tui.model_desk import ModelDesk
-from tui.model_keys import model_keys
-from tui.screens import SCREENS
-from tui.watching import Watching
+from tui.keys.keyboard import DEFAULT_KEYS
+from tui.keys.table import SCREENS, TABLE
+from tui.theory.model import ModelDesk, model_keys
+from tui.watch import Watching
 
 SCREEN_KEYS = {entry.id: entry.key for entry in SCREENS}
 OPENED_BY = {
