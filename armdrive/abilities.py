@@ -162,6 +162,10 @@ class Switching(Enum):
     BOTH = "the host switches the current on and off"
 
 
+OUTPUTS = 8
+"""Outputs are numbered from 1 to this, on every arm that has any."""
+
+
 @dataclass(frozen=True, slots=True)
 class Abilities:
     """A row of the table of dialects (dialects.py).

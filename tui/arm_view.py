@@ -14,7 +14,7 @@ import time
 from collections.abc import Callable
 from functools import partial
 from itertools import pairwise
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from rich.segment import Segment
 from rich.style import Style
@@ -27,13 +27,11 @@ from textual.widget import Widget
 
 from armdrive.render.camera import LOOKS, VIEWS, Camera
 from armdrive.render.inks import Ink
+from armdrive.render.raster import Painted
+from armdrive.render.reach import Key, Outline
 from armdrive.render.scene import Moment, Scene, Studio
 from armdrive.render.side_view import ArmScene
-
-if TYPE_CHECKING:
-    from armdrive.render.raster import Painted
-    from armdrive.render.reach import Key, Outline
-    from kinematics import ArmModel, Joints
+from kinematics import ArmModel, Joints
 
 DRAG_DEG = (3, 6)
 """Dragging by one cell to the side, and by one row, which is twice as high."""

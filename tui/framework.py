@@ -15,7 +15,7 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from functools import cache
 from types import MappingProxyType
-from typing import IO, TYPE_CHECKING, Any
+from typing import IO, Any
 
 from rich.color import ColorSystem
 from rich.console import Console
@@ -29,14 +29,11 @@ from textual.keys import KEY_NAME_REPLACEMENTS, Keys, _character_to_key, key_to_
 from textual.message import Message
 from textual.screen import Screen
 from textual.strip import Strip
+from textual.timer import Timer
 from textual.widgets import Static
 
 from armdrive.text.printable import printable_lines
 from kinematics.errors import suggestion
-
-if TYPE_CHECKING:
-    from textual.timer import Timer
-
 
 # Drivers of the framework's that outlive the terminal that they paint on.
 

@@ -1,4 +1,4 @@
-"""The desk's colours: one table of themes, one of great contrast and one of the terminal's own.
+"""How the desk looks: its themes, its layout, the dialogs that lie over it, and its palette.
 
 No theme is needed to understand the desk: whatever has a colour has a word or a mark as well.
 """
@@ -6,12 +6,12 @@ No theme is needed to understand the desk: whatever has a colour has a word or a
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Awaitable, Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
-from textual.app import ComposeResult, SystemCommand
+from textual.app import App, ComposeResult, SystemCommand
 from textual.binding import BindingType
 from textual.command import CommandPalette
 from textual.containers import Vertical, VerticalScroll
@@ -26,11 +26,6 @@ from tui.framework import PlainText
 from tui.keys.keyboard import KEYS_WIDTH, Keyboard, bindings, label
 from tui.keys.rows import DeskKey
 from tui.keys.table import JogPair
-
-if TYPE_CHECKING:
-    from textual.app import App
-
-    from tui.desk import Desk
 
 HIGH_CONTRAST = Theme(
     name="high-contrast",
@@ -92,7 +87,24 @@ def put_on(app: App[int], name: str) -> str:
     return look.name
 
 
-# The dialogs over the desk: help, and the question whether the arm stands as drawn.
+CSS = """
+#title, #footer { height: 1; text-style: reverse; }
+#title.-real { background: $error; color: $text; text-style: bold; }
+#banner { height: auto; display: none; background: $error; color: $text; text-style: bold; }
+#banner.-shown { display: block; }
+#body { height: 1fr; }
+#remarks { height: auto; min-height: 1; max-height: 4; }
+ArmView { height: 1fr; }
+ModalScreen { align: center middle; }
+SearchIcon { display: none; }
+.dialog { width: 90%; max-width: 100; height: 90%; border: solid $primary; padding: 0 1; }
+.short { height: auto; }
+.dialog PlainText { height: auto; }
+"""
+"""How the desk, its screens and its dialogs are laid out."""
+
+
+# The dialogs: help, the question whether the arm stands as drawn, what to know at first.
 
 STANDS_SO = "Does the arm stand exactly so?"
 """What is mostly asked beside a posture."""
@@ -252,21 +264,21 @@ class StillPalette(CommandPalette):
         self.query_one(Input).cursor_blink = False
 
 
-def commands(desk: Desk) -> Iterator[SystemCommand]:
-    """Yield everything that is not a motion held by a key, and the looks."""
-    for row in desk.keys.at(desk.place.place):
+def commands(
+    rows: Iterable[DeskKey],
+    run: Callable[[DeskKey], Awaitable[None]],
+    put_on: Callable[[str], None],
+) -> Iterator[SystemCommand]:
+    """Yield the rows that are not a motion held by a key, which `run` does, and the looks."""
+    for row in rows:
         if row.description and row.id not in NOT_LISTED:
             title, more = _said(row)
-            yield SystemCommand(title, more, partial(_run, desk, row))
+            yield SystemCommand(title, more, partial(run, row))
     for look in LOOKS:
-        yield SystemCommand(f"look: {look.name}", look.summary, partial(desk.look, look.name))
+        yield SystemCommand(f"look: {look.name}", look.summary, partial(put_on, look.name))
 
 
 def _said(row: DeskKey) -> tuple[str, str]:
     """Return what is searched and what is only read: names and first sentence, and the rest."""
     first, _, rest = row.tooltip.partition(". ")
     return f"{row.description} ({label(row.keys[0])}): {first.removesuffix('.')}", rest
-
-
-async def _run(desk: Desk, row: DeskKey) -> None:
-    await desk.run_action(row.action, desk.place if row.place else desk)

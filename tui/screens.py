@@ -7,20 +7,81 @@ arm alive while it is not shown: `disarm` is called before another screen or a d
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar, cast
+from collections.abc import Callable
+from pathlib import Path
+from typing import ClassVar, Protocol, cast
 
 from textual.app import ComposeResult
 from textual.containers import Container
 from textual.screen import Screen
 
 from armdrive.status import Status
-from tui import panels
+from kinematics import Joints
+from tui.arm_port import DeskArm
 from tui.framework import PlainText, send_spans_alone
+from tui.jog.jogging import Jogging
+from tui.keys.keyboard import Keyboard
 from tui.keys.table import summary_of, titled
+from tui.panels import banner, remarks, title
+from tui.settings import Manner, Settings
 
-if TYPE_CHECKING:
-    from tui.desk import Desk
-    from tui.jog.jogging import Jogging
+Done = str | Callable[[Status], str] | None
+"""What is said when a call has gone well: a sentence, or one made from the status then."""
+
+
+class ScreenHost(Protocol):
+    """What screens use of the desk that shows them; they know no more of it than this."""
+
+    arm: DeskArm
+    braille: bool
+    clock: Callable[[], float]
+    keys: Keyboard
+    status: Status
+    """The latest one."""
+    message: str
+    """What was said last."""
+    settings: Settings
+    manner: Manner
+    goal: Joints | None
+    """A posture that one screen has left for the move screen."""
+    paused_here: bool
+    """Whether the arm waits because of this desk."""
+    reopens: bool
+    """Whether another desk can be opened on an arm file."""
+
+    @property
+    def at_work(self) -> str:
+        """The program or sequence that the arm is at work on, in few words."""
+
+    def poll(self) -> None:
+        """Take the latest status and show what changed."""
+
+    def show(self) -> None:
+        """Show the latest status on the current screen."""
+
+    def say(self, message: str) -> None:
+        """Say something on whatever screen is shown."""
+
+    def spoken(self, text: str) -> str:
+        """Return a text in the words of the desk."""
+
+    def nobody_there(self) -> bool:
+        """Return whether the link is lost, and say so."""
+
+    def call(self, call: Callable[[], object], done: Done) -> None:
+        """Make a call that takes a moment in a thread, then say `done`."""
+
+    def pause_or_go_on(self) -> None:
+        """Pause the arm, or let it go on."""
+
+    def show_screen(self, screen: str) -> None:
+        """Go to another screen by its id."""
+
+    def open_next(self, path: Path) -> None:
+        """Leave this arm for a desk on an arm file."""
+
+    def action_reference(self) -> None:
+        """Ask whether the arm stands in its reference posture."""
 
 
 class DeskScreen(Screen[None]):
@@ -40,9 +101,9 @@ class DeskScreen(Screen[None]):
         send_spans_alone(self)
 
     @property
-    def desk(self) -> Desk:
+    def desk(self) -> ScreenHost:
         """The desk that the screen belongs to."""
-        return cast("Desk", self.app)
+        return cast("ScreenHost", self.app)
 
     @property
     def armed(self) -> bool:
@@ -99,14 +160,14 @@ class DeskScreen(Screen[None]):
         desk = self.desk
         width = self.size.width
         looked_for, paused_here = desk.arm.reconnects, desk.paused_here
-        banner = panels.banner(status, desk.keys, looked_for=looked_for, paused_here=paused_here)
-        remarks = panels.remarks(status, desk.message or self.hint, bannered=bool(banner))
-        self.text("title").show(panels.title(status, titled(self.place), width, desk.at_work))
-        self.text("banner").show(desk.spoken(banner))
-        self.text("remarks").show(desk.spoken(remarks))
+        forbids = banner(status, desk.keys, looked_for=looked_for, paused_here=paused_here)
+        said = remarks(status, desk.message or self.hint, bannered=bool(forbids))
+        self.text("title").show(title(status, titled(self.place), width, desk.at_work))
+        self.text("banner").show(desk.spoken(forbids))
+        self.text("remarks").show(desk.spoken(said))
         self.text("footer").show(desk.keys.footer(self.place, width, self.idle))
         self.text("title").set_class(not status.simulated, "-real")
-        self.text("banner").set_class(bool(banner), "-shown")
+        self.text("banner").set_class(bool(forbids), "-shown")
         self.show_body(status)
 
     def show_body(self, status: Status) -> None:

@@ -1,4 +1,4 @@
-"""What the operator has set: mode, increment and speed, and the jog that a key then means."""
+"""What the operator has set on the jog and move screens, and what is remembered until next time."""
 
 from __future__ import annotations
 
@@ -13,14 +13,12 @@ from armdrive.moves import Jog, Space
 from armdrive.storage import files as places
 from armdrive.storage.files import DISK, replace_file
 from tui.keys.table import JOG_PAIRS, JogPair
-from tui.move import form as goal_form
-from tui.move.form import Manner
 
 INCREMENTS = (0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)
 """Sizes of one increment, in degrees for angles and mm for the rest."""
 
 SPEEDS = (0.05, 0.1, 0.25, 0.5, 1.0)
-"""Fractions of the joint speed limits."""
+"""Fractions of the joint speed limits, for jogging and for planned motion."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,9 +94,16 @@ class Settings:
         return Jog(self.space, ((pair.axis(cartesian=self.cartesian), sign * amount),), frame)
 
 
-# What the desk remembers until the next time: where it was, and how it was set.
-#
-# Nothing of it moves anything: the keys begin disarmed whatever was left.
+@dataclass(frozen=True, slots=True)
+class Manner:
+    """How goals are given and gone to: what is kept from one form, or one desk, to the next."""
+
+    cartesian: bool = True
+    speed: float = 0.5
+
+
+# What the desk remembers until the next time. None of it moves anything: the keys begin disarmed
+# whatever was left.
 
 MOST_BYTES = 65536
 
@@ -163,7 +168,7 @@ def manner_of(what: Remembered) -> Manner:
     manner = Manner()
     if what.move_mode in [space.value for space in Space]:
         manner = replace(manner, cartesian=what.move_mode == Space.CARTESIAN.value)
-    if what.move_speed in goal_form.SPEEDS:
+    if what.move_speed in SPEEDS:
         manner = replace(manner, speed=what.move_speed)
     return manner
 

@@ -7,11 +7,13 @@ the screen looks at that, so that neither waits for the other.
 from __future__ import annotations
 
 import math
+import os
+import sys
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol, cast
+from typing import Any, ClassVar, Protocol, cast
 
 from textual.app import ComposeResult, SystemCommand
 from textual.binding import BindingType
@@ -20,24 +22,20 @@ from textual.screen import Screen
 
 from armdrive.errors import ArmError
 from armdrive.errors.actions import COMMAND_LINE, presented
+from armdrive.render.canvas import can_braille
 from armdrive.render.scene import Moment
-from kinematics import Joints
+from armdrive.storage.lock_client import ask_holder, follow_holder
+from kinematics import ArmModel, Joints
 from tui.arm_view import SpaceView
 from tui.framework import FirstKeys, PlainText
-from tui.keys.keyboard import CSS, DEFAULT_KEYS, Keyboard, bindings
+from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings
+from tui.keys.remap import load_keys
 from tui.keys.table import STOP
-from tui.look import look_after, put_on
-from tui.panels import TITLE_GAP, parted
+from tui.look import CSS, look_after, put_on
+from tui.panels import TITLE_GAP, UNKNOWN, View, at_work, number_text, parted
+from tui.settings import memory_file, recall
 
-if TYPE_CHECKING:
-    from kinematics import ArmModel
-
-
-# What is said of an arm that another program drives, from the plain data of its status.
-
-View = Mapping[str, Any]
-
-UNKNOWN = "?"
+# What is said of such an arm, from the plain data of its status.
 
 TEMPOS = (10, 25, 50, 75, 100)
 """Percent of the speed that is asked for."""
@@ -55,24 +53,14 @@ def title(name: str, view: View, width: int) -> str:
     return parted(f"{kind}, WATCHED: {arm}", gap, program, width, len(kind))
 
 
-def at_work(program: View) -> str:
-    """Name a program, and say how far it has come: a share, else steps; nothing of none."""
-    if not program:
-        return ""
-    name, steps = Path(str(program.get("file", UNKNOWN))).name, program.get("steps")
-    if (share := _number(program.get("percent"), 0)) != UNKNOWN:
-        return f"{name} {share} %"
-    return f"{name} {program.get('line', UNKNOWN)}/{steps}" if steps else name
-
-
 def lines(view: View) -> str:
     """Say how the arm is, in words and numbers: first what a small terminal must not cut off."""
     if not view:
         return "nothing is known of it yet"
     joints, pose = view.get("joints"), view.get("pose")
     conduct = f"state {view.get('state', '?')}{', PAUSED' if view.get('paused') else ''}"
-    time_s = _number(view.get("stop_time_s"), 2)
-    way = f"{_number(view.get('stop_distance_mm'))} mm, {time_s} s"
+    time_s = number_text(view.get("stop_time_s"), 2)
+    way = f"{number_text(view.get('stop_distance_mm'))} mm, {time_s} s"
     texts = (
         f"{conduct}  speed {percent(view)} %",
         program_words(view),
@@ -82,7 +70,7 @@ def lines(view: View) -> str:
         *_named(joints, "_deg", "\N{DEGREE SIGN}"),
         "" if joints else "the joints are not known",
         *_named(pose, "", ""),
-        "" if pose is None else f"gripper {_number(view.get('gripper_mm'))} mm",
+        "" if pose is None else f"gripper {number_text(view.get('gripper_mm'))} mm",
         f"motor current {view.get('current', '?')}",
         f"stop: {way} at most",
     )
@@ -102,7 +90,7 @@ def program_words(view: View) -> str | None:
     loop, loops = program.get("loop"), program.get("loops", 1)
     several = "" if loops == 1 else f", loop {loop} of {loops}" if loops else f", loop {loop}"
     line, act = program.get("line"), program.get("text") or program.get("act") or ""
-    share, left_s = (_number(program.get(word), 0) for word in ("percent", "left_s"))
+    share, left_s = (number_text(program.get(word), 0) for word in ("percent", "left_s"))
     texts = (
         f"program {Path(str(program.get('file', UNKNOWN))).name}{several}",
         f"line {line}: {act}" if line else act,
@@ -129,19 +117,24 @@ def _named(values: object, ending: str, unit: str) -> list[str]:
     if not isinstance(values, dict):
         return []
     return [
-        f"{str(name).removesuffix(ending).replace('_', ' '):<12}{_number(value):>8}{unit}"
+        f"{str(name).removesuffix(ending).replace('_', ' '):<12}{number_text(value):>8}{unit}"
         for name, value in values.items()
     ]
 
 
-def _number(value: object, digits: int = 1) -> str:
-    number = isinstance(value, int | float) and not isinstance(value, bool)
-    return f"{float(value) + 0.0:.{digits}f}" if number else UNKNOWN  # type: ignore[arg-type]
-
-
-# An arm that another program holds, by its name: what watching asks of that program.
+# The program that drives the arm: what is asked of it.
 
 EVERY_S = 0.05
+
+
+class Holder(Protocol):
+    """The program that drives the arm."""
+
+    def views(self) -> Iterator[Mapping[str, Any]]:
+        """Yield its status whenever it has changed, until it gives the arm back."""
+
+    def ask(self, request: str, **words: object) -> Mapping[str, Any]:
+        """Ask for something; raises `ArmError` where nobody answers."""
 
 
 class HeldArm:
@@ -152,18 +145,14 @@ class HeldArm:
 
     def views(self) -> Iterator[Mapping[str, Any]]:
         """Yield its status whenever it has changed, or its program has come further."""
-        from armdrive.storage.lock_client import follow_holder
-
         return follow_holder(self._name, EVERY_S)
 
     def ask(self, request: str, **words: object) -> Mapping[str, Any]:
         """Ask for something; raises `ArmError` where nobody answers."""
-        from armdrive.storage.lock_client import ask_holder
-
         return ask_holder(self._name, request, **words)
 
 
-# The screen of an arm that another program drives: what it does, and nothing that moves it.
+# The screen, on which nothing moves the arm, and its app.
 
 
 class WatchScreen(Screen[None]):
@@ -235,16 +224,6 @@ POLL_S = 0.05
 GIVEN_BACK = "the program has given the arm back"
 COMMON = (STOP, "quit", "look")
 """The rows of the desk that count here too."""
-
-
-class Holder(Protocol):
-    """The program that drives the arm."""
-
-    def views(self) -> Iterator[Mapping[str, Any]]:
-        """Yield its status whenever it has changed, until it gives the arm back."""
-
-    def ask(self, request: str, **words: object) -> Mapping[str, Any]:
-        """Ask for something; raises `ArmError` where nobody answers."""
 
 
 class Watching(FirstKeys):
@@ -359,3 +338,19 @@ class Watching(FirstKeys):
         except ArmError as error:
             said = f"{request.upper()} WAS NOT HEARD: {error}. Use the arm's own switch"
         self.call_from_thread(self.say, said)
+
+
+def run_watch(
+    name: str, model: ArmModel, *, ascii_only: bool = False, keys: Keyboard | None = None
+) -> int:
+    """Show an arm that another program drives, until somebody leaves; return the exit code.
+
+    Nothing here moves the arm, and leaving does not stop it.
+    """
+    if keys is None:
+        keys = load_keys(None)
+    braille = not ascii_only and can_braille(sys.stdout.encoding, os.environ)
+    look = recall(memory_file()).look
+    app = Watching(name, model, HeldArm(name), braille=braille, keys=keys, look=look)
+    app.run_or_raise()
+    return app.return_code or 0

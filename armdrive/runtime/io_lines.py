@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+from armdrive.abilities import OUTPUTS
 from armdrive.errors import BadRequest, Refused
 
 if TYPE_CHECKING:
@@ -12,9 +13,6 @@ if TYPE_CHECKING:
 
 Lines = int | Iterable[int]
 """One input or output, or several, counted from 1."""
-
-OUTPUTS = 8
-"""Outputs are numbered from 1 to this."""
 
 
 def output_bits(lines: Lines) -> int:

@@ -10,7 +10,8 @@ from armdrive.status import State
 from kinematics import JOINT_NAMES
 from tui.keys.rows import MOVE_KEYS
 from tui.move.errand import Twice
-from tui.move.form import EMPTY, SPEEDS, STEPS, Form, present_of
+from tui.move.form import EMPTY, STEPS, Form, present_of
+from tui.settings import SPEEDS
 
 
 class MoveSession(Session):

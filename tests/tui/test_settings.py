@@ -10,10 +10,10 @@ from desk_session import Session
 from armdrive.moves import Jog, Space
 from tui.keys.keyboard import DEFAULT_KEYS
 from tui.look import LOOKS, look_after, look_named, safety
-from tui.move.form import Manner
 from tui.settings import (
     INCREMENTS,
     SPEEDS,
+    Manner,
     Remembered,
     Settings,
     manner_of,

@@ -8,18 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from concurrent.futures import CancelledError
-from typing import TYPE_CHECKING
+from typing import Any, Protocol
 
 from armdrive.motion.resolve import BASE
 from armdrive.moves import Jog
-from tui.gamepad.map import GRIPPER_ROWS, HOLD, STOP, PadMap
+from tui.gamepad.map import GRIPPER_ROWS, HOLD, PadMap
 from tui.gamepad.reader import Came, Gone, Pad, PadEvent, PadReader, Told
+from tui.jog.jogging import Jogging
+from tui.keys.keyboard import Keyboard
 from tui.keys.table import AXIS_KEYS
 from tui.settings import Settings
-
-if TYPE_CHECKING:
-    from tui.desk import Desk
-    from tui.jog.jogging import Jogging
 
 PAD = "gamepad"
 """What is held, where it is this."""
@@ -130,22 +128,42 @@ def _axis(settings: Settings, row: str) -> tuple[str, float]:
     return pair.axis(cartesian=settings.cartesian), 1.0 if key == pair.plus else -1.0
 
 
-# The gamepad of a desk: what it tells is taken up by the hand on the jog keys, or is said.
+class PadHost(Protocol):
+    """What a gamepad uses of the desk that it is plugged into."""
+
+    keys: Keyboard
+    settings: Settings
+
+    @property
+    def jogging(self) -> Jogging | None:
+        """The hand on the jog keys, where there is a link and they are shown."""
+
+    def say(self, message: str) -> None:
+        """Say something on whatever screen is shown."""
+
+    def alive(self) -> None:
+        """Note that the desk goes on, before anything is acted on."""
+
+    def press_row(self, name: str) -> None:
+        """Do what a row of the table of keys does: the stop anywhere, others where keys jog."""
+
+    def call_from_thread(self, callback: Callable[..., Any], *args: Any) -> Any:
+        """Call in the desk's own thread, and wait until that is done."""
 
 
 class PadDesk:
     """Takes what a reader tells into the desk's own thread."""
 
-    def __init__(self, desk: Desk, find: Callable[[], Pad | None]) -> None:
+    def __init__(self, desk: PadHost, find: Callable[[], Pad | None]) -> None:
         """`find` opens a gamepad, or returns None."""
         self._desk = desk
         self._reader = PadReader(find, self._tell)
         self.hand = PadHand(
             desk.keys.pad,
             settings=lambda: desk.settings,
-            hand=self._keys,
+            hand=lambda: desk.jogging,
             say=desk.say,
-            do=self._do,
+            do=desk.press_row,
         )
 
     def start(self) -> None:
@@ -155,11 +173,6 @@ class PadDesk:
     def close(self) -> None:
         """Hear of it no more."""
         self._reader.close()
-
-    def _keys(self) -> Jogging | None:
-        """Return the hand on the jog keys, where a link is there and they are shown."""
-        desk = self._desk
-        return None if desk.lost or not desk.screen_stack else desk.place.hand
 
     def _tell(self, told: Told) -> None:
         """Hand it to the desk, and wait until it was taken: no more than one is on its way."""
@@ -180,11 +193,3 @@ class PadDesk:
         elif isinstance(told, Gone):
             self.hand.gone()
             self._desk.say(f"no gamepad: {told.reason}")
-
-    def _do(self, deed: str) -> None:
-        """Do what a button is for: the stop anywhere, all else where the jog keys are."""
-        desk = self._desk
-        if deed == STOP:
-            desk.action_stop_arm()
-        elif desk.place.hand is not None and len(desk.screen_stack) == 1:
-            getattr(desk.place, f"action_{desk.keys.row(deed).action}")()

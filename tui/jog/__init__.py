@@ -1,1 +1,1 @@
-"""jog."""
+"""Jogging by keys, mouse and gamepad: the hand on the keys, and the screen."""

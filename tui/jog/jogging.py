@@ -9,16 +9,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 from armdrive.errors import ArmError
 from armdrive.motion.dead_man import GATE_S, Action, DeadMan, Disarm, Hold, Increment
+from armdrive.moves import Jog
+from tui.arm_port import DeskArm
 from tui.framework import Waking
 from tui.settings import Settings
-
-if TYPE_CHECKING:
-    from armdrive.moves import Jog
-    from tui.arm_port import DeskArm
 
 IDLE_DISARMS_S = 60.0
 """So long without a jog key, and they are disarmed."""

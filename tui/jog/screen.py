@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar, cast
 
 from rich.segment import Segment
 from rich.style import Style
@@ -18,8 +18,9 @@ from armdrive.errors import ArmError
 from armdrive.motion.resolve import BASE, TOOL
 from armdrive.render.scene import Moment
 from armdrive.status import Status
+from kinematics import Pose
 from tui.arm_view import SpaceView
-from tui.framework import Alarm, PlainText
+from tui.framework import Alarm, FirstKeys, PlainText
 from tui.gamepad.hand import PAD
 from tui.jog import words as tables
 from tui.jog.jogging import Jogging
@@ -27,10 +28,6 @@ from tui.jog.words import Load
 from tui.keys.keyboard import bindings
 from tui.screens import DeskScreen
 from tui.settings import Settings
-
-if TYPE_CHECKING:
-    from kinematics import Pose
-
 
 # Buttons for the mouse that move an arm while they are held: a column of minus and plus.
 
@@ -159,15 +156,15 @@ class JogScreen(DeskScreen):
 
     def __init__(self) -> None:
         super().__init__()
-        desk = self.desk
+        desk, app = self.desk, cast("FirstKeys", self.app)
         self.hand: Jogging = Jogging(
             desk.arm,
             clock=desk.clock,
             say=desk.say,
             settings=lambda: self.desk.settings,
-            age_s=desk.key_age_s,
+            age_s=app.key_age_s,
         )
-        self.hand.alarm = Alarm(desk, self.hand.tick)
+        self.hand.alarm = Alarm(app, self.hand.tick)
         self._load = Load()
         self._felt = ""
 

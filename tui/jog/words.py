@@ -5,19 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from itertools import zip_longest
-from typing import TYPE_CHECKING
 
+from armdrive import Grasped
+from armdrive.abilities import OUTPUTS
 from armdrive.motion.resolve import BASE
 from armdrive.registry import DIALECTS
-from armdrive.runtime.io_lines import OUTPUTS
 from armdrive.status import Carried, Status, Trust
+from kinematics import ArmModel, Pose
 from tui.keys.keyboard import Keyboard
 from tui.keys.table import JogPair, words
 from tui.settings import Settings
-
-if TYPE_CHECKING:
-    from armdrive.motion.gripper import Grasped
-    from kinematics import ArmModel, Pose
 
 ROW_WIDTH = 34
 """What a row of the joint table takes beside its bar."""

@@ -157,22 +157,7 @@ def as_markdown(keyboard: Keyboard) -> Iterator[str]:
         yield f"| `{row['id']}` | {keys} | {row['screen']} | {row['does']} |"
 
 
-# How the desk is laid out, and the framework's bindings made from the table of keys.
-
-CSS = """
-#title, #footer { height: 1; text-style: reverse; }
-#title.-real { background: $error; color: $text; text-style: bold; }
-#banner { height: auto; display: none; background: $error; color: $text; text-style: bold; }
-#banner.-shown { display: block; }
-#body { height: 1fr; }
-#remarks { height: auto; min-height: 1; max-height: 4; }
-ArmView { height: 1fr; }
-ModalScreen { align: center middle; }
-SearchIcon { display: none; }
-.dialog { width: 90%; max-width: 100; height: 90%; border: solid $primary; padding: 0 1; }
-.short { height: auto; }
-.dialog PlainText { height: auto; }
-"""
+# The framework's bindings, made from the table of keys.
 
 
 def bindings(*places: str) -> list[BindingType]:

@@ -1,4 +1,4 @@
-"""The keys of the desk, in one table: bindings, footer, help, documentation and tests use it.
+"""The keys and the screens of the desk, a table each: for bindings, footer, help, docs, tests.
 
 What the keys are on the keyboard at hand, and how they are shown, is keyboard.py's.
 """
@@ -6,10 +6,8 @@ What the keys are on the keyboard at hand, and how they are shown, is keyboard.p
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from importlib import import_module
-from typing import TYPE_CHECKING
 
 from kinematics import JOINT_NAMES
 from tui.keys.rows import DESK_KEYS as DESK_KEYS
@@ -28,54 +26,28 @@ from tui.keys.rows import (
 from tui.keys.rows import STOP as STOP
 from tui.keys.rows import DeskKey as DeskKey
 
-if TYPE_CHECKING:
-    from tui.screens import DeskScreen
-
-
-# The screens of the desk, in one table: function keys, palette and help are made from it.
-#
-# A screen is a row here and a `DeskScreen` in a file of its own (base.py says what that needs).
+# The screens of the desk: function keys, palette and help are made from this table. Which class
+# shows which of them is the desk's to say: a `DeskScreen` (screens.py says what that needs).
 
 
 @dataclass(frozen=True, slots=True)
 class Entry:
-    """One screen: its key, what it is called, and what it is for in a few words.
-
-    `home` is module and class, imported when the screen is first shown: the desk starts sooner.
-    """
+    """One screen: its key, what it is called, and what it is for in a few words."""
 
     id: str
     key: str
     title: str
     summary: str
-    home: tuple[str, str]
-
-    @property
-    def make(self) -> Callable[[], DeskScreen]:
-        """Return what makes the screen."""
-        module, name = self.home
-
-        def made() -> DeskScreen:
-            screen: DeskScreen = getattr(import_module(module), name)()
-            return screen
-
-        return made
 
 
 SCREENS = (
-    Entry("jog", "f2", "jog", "Move the arm by hand, joint by joint or the tip along a line.",
-          ("tui.jog.screen", "JogScreen")),
-    Entry("move", "f3", "move", "Type a goal, see what the motion would be, then move.",
-          ("tui.move.screen", "MoveScreen")),
-    Entry("points", "f4", "points", "Name places, go back to them, step through sequences.",
-          ("tui.points.screen", "PointsScreen")),
-    Entry("setup", "f5", "set-up", "Find an arm, describe it in a file, and check its motors.",
-          ("tui.setup.screen", "SetupScreen")),
-    Entry("theory", "f6", "theory", "Matrices, Jacobian, singularities of the arm as it stands.",
-          ("tui.theory.screen", "TheoryScreen")),
-    Entry("log", "f7", "log", "What passes between the arm and this program, in words.",
-          ("tui.log.screen", "LogScreen")),
-)  # fmt: skip
+    Entry("jog", "f2", "jog", "Move the arm by hand, joint by joint or the tip along a line."),
+    Entry("move", "f3", "move", "Type a goal, see what the motion would be, then move."),
+    Entry("points", "f4", "points", "Name places, go back to them, step through sequences."),
+    Entry("setup", "f5", "set-up", "Find an arm, describe it in a file, and check its motors."),
+    Entry("theory", "f6", "theory", "Matrices, Jacobian, singularities of the arm as it stands."),
+    Entry("log", "f7", "log", "What passes between the arm and this program, in words."),
+)
 """The first one is shown first."""
 
 

@@ -1,1 +1,1 @@
-"""log."""
+"""The log: what passes between the arm and this program, in words."""

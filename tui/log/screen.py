@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from textual import events
 from textual.app import ComposeResult
@@ -19,16 +19,12 @@ from armdrive.errors import ArmError
 from armdrive.errors.table import Entry, found
 from armdrive.status import Status
 from armdrive.text.printable import printable
-from armdrive.trace.log import LogBook, LogLine, Sieve, Topic
+from armdrive.trace.log import LogBook, LogLine, LogReader, Sieve, Topic
 from tui.framework import PlainText
 from tui.keys.keyboard import Keyboard, bindings
 from tui.log import words as log_words
 from tui.log.words import Window
 from tui.screens import DeskScreen
-
-if TYPE_CHECKING:
-    from armdrive.trace.log import LogReader
-
 
 # The log's dialogs: a line in full, the text that lines must have, and every error there is.
 
@@ -307,7 +303,7 @@ class LogScreen(DeskScreen):
 
     def action_find(self) -> None:
         """Type what all lines must have."""
-        self.desk.push_screen(FindScreen(self.desk.keys, self.book.sieve.text, self._find))
+        self.app.push_screen(FindScreen(self.desk.keys, self.book.sieve.text, self._find))
 
     def _find(self, text: str) -> None:
         self.sieve(Sieve(self.book.sieve.topics, text))
@@ -342,13 +338,13 @@ class LogScreen(DeskScreen):
             self.desk.say("there is no line to be opened")
         else:
             self.window.chosen = line.number
-            self.desk.push_screen(LineScreen(self.desk.keys, line))
+            self.app.push_screen(LineScreen(self.desk.keys, line))
 
     def action_catalogue(self) -> None:
         """Show all errors."""
         line = self.window.line(self._lines)
         code = line.code if line is not None else ""
-        self.desk.push_screen(CatalogueScreen(self.desk.keys, code))
+        self.app.push_screen(CatalogueScreen(self.desk.keys, code))
 
     def action_save(self) -> None:
         """Write the recording, and say where it is."""

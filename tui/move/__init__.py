@@ -1,1 +1,1 @@
-"""move."""
+"""Planned motion: a goal is typed, seen, confirmed twice, and gone to."""

@@ -10,42 +10,24 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from armdrive import Handle, Moved, Preview
 from armdrive.errors import ArmError
-from armdrive.motion.resolve import BASE
 from armdrive.render.scene import Moment
 from armdrive.status import State, Status
-from kinematics import KinematicsError
+from kinematics import Joints, KinematicsError
+from tui.arm_port import DeskArm
 from tui.arm_view import SpaceView
 from tui.move import words as move_words
+from tui.move.form import Ask
 from tui.screens import DeskScreen
-
-if TYPE_CHECKING:
-    from armdrive.arm.handle import Handle
-    from armdrive.motion.execute import Moved
-    from armdrive.motion.preview import Preview
-    from armdrive.storage.points import Point
-    from kinematics import Joints, Pose
-    from tui.arm_port import DeskArm
 
 QUIET_S = 0.3
 """So long nothing may follow the second press: a key that is held repeats sooner."""
 
 ASKED_FOR_S = 10.0
 """A first press that is older has been forgotten."""
-
-
-@dataclass(frozen=True, slots=True)
-class Ask:
-    """A goal that is complete: angles of some joints, a pose or a point, and how to go there."""
-
-    joints_deg: tuple[tuple[str, float], ...] = ()
-    pose: Pose | None = None
-    point: Point | None = None
-    line: bool = False
-    frame: str = BASE
-    speed: float = 0.5
 
 
 def foreseen(arm: DeskArm, ask: Ask) -> Preview:
@@ -133,7 +115,7 @@ class Progress:
         return self.index / max(len(ahead) - 1, 1)
 
 
-# What the screens have in common on which a planned motion is seen, confirmed twice and begun.
+# The screens on which such a motion is asked for: move and points.
 
 Seen = tuple[Ask | None, Any, State, str]
 """What a preview was made of: it holds as long as none of it has changed."""

@@ -9,17 +9,12 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING
 
 from armdrive.motion.resolve import BASE, TOOL
+from armdrive.status import Status
+from armdrive.storage.points import Point
 from kinematics import Joints, Pose
-from tui.move.errand import Ask
-
-if TYPE_CHECKING:
-    from armdrive.status import Status
-
-SPEEDS = (0.05, 0.1, 0.25, 0.5, 1.0)
-"""Shares of the limits that the keys go through."""
+from tui.settings import SPEEDS
 
 STEPS = (0.1, 1.0, 5.0, 10.0, 50.0)
 """By how much the arrows change a field, in degrees or mm."""
@@ -59,10 +54,14 @@ EMPTY = Entry()
 
 
 @dataclass(frozen=True, slots=True)
-class Manner:
-    """How goals are given and gone to: what is kept from one form, or one desk, to the next."""
+class Ask:
+    """A goal that is complete: angles of some joints, a pose or a point, and how to go there."""
 
-    cartesian: bool = True
+    joints_deg: tuple[tuple[str, float], ...] = ()
+    pose: Pose | None = None
+    point: Point | None = None
+    line: bool = False
+    frame: str = BASE
     speed: float = 0.5
 
 

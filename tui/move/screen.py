@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from textual import events
 from textual.app import ComposeResult
@@ -10,19 +10,17 @@ from textual.binding import BindingType
 from textual.containers import Horizontal, VerticalScroll
 
 from armdrive.errors import ArmError
+from armdrive.motion.preview import Preview
 from armdrive.motion.resolve import BASE, TOOL
 from armdrive.status import Status
+from kinematics import Pose
 from tui.arm_view import SpaceView
 from tui.framework import PlainText
 from tui.keys.keyboard import bindings
 from tui.move import words as move_words
-from tui.move.errand import Ask, ErrandScreen
-from tui.move.form import DIGITS, Form, Manner, present_of
-
-if TYPE_CHECKING:
-    from armdrive.motion.preview import Preview
-    from kinematics import Pose
-
+from tui.move.errand import ErrandScreen
+from tui.move.form import DIGITS, Ask, Form, present_of
+from tui.settings import Manner
 
 # The keys that fill in a goal: typing, stepping, mode, frame, and what was possible instead.
 

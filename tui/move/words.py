@@ -5,19 +5,16 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
 
+from armdrive.motion.preview import Preview, Way
 from armdrive.motion.preview_text import clearance_words, margin_words
 from armdrive.motion.resolve import TOOL
+from armdrive.status import Status
+from kinematics import Pose
+from kinematics.guards.path import Clearance
+from tui.keys.keyboard import Keyboard
 from tui.keys.table import words
-
-if TYPE_CHECKING:
-    from armdrive.motion.preview import Preview, Way
-    from armdrive.status import Status
-    from kinematics import Pose
-    from kinematics.guards.path import Clearance
-    from tui.keys.keyboard import Keyboard
-    from tui.move.form import Form
+from tui.move.form import Form
 
 NOTHING_ASKED = "type into a field, or step it with the arrows"
 BAR = 24

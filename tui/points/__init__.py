@@ -1,1 +1,1 @@
-"""points."""
+"""Named places and sequences over them."""

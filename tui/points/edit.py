@@ -13,8 +13,8 @@ from armdrive.programs.teaching.sequence import Stepper
 from armdrive.storage.points import Point, Step, StepList
 from kinematics import KinematicsError
 from tui.move.errand import ErrandScreen, Twice
-from tui.move.form import SPEEDS
 from tui.points.list import STEPS, Naming, PointList
+from tui.settings import SPEEDS
 
 
 class TeachKeys(ErrandScreen):

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 from armdrive.errors import BadRequest
+from armdrive.programs.teaching.sequence import Stepper
 from armdrive.storage.points import GRIPPER_WORDS, NAME, Point, Step, StepList, Taught, parse_step
+from kinematics import ArmGeometry
+from tui.keys.keyboard import Keyboard
 from tui.keys.table import words
-
-if TYPE_CHECKING:
-    from armdrive.programs.teaching.sequence import Stepper
-    from kinematics import ArmGeometry
-    from tui.keys.keyboard import Keyboard
 
 LETTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-")
 """What a name is typed with; a space is never one of them."""

@@ -3,25 +3,22 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING, ClassVar, Protocol
+from typing import ClassVar, Protocol
 
 from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Horizontal, VerticalScroll
 
+from armdrive.programs.teaching.sequence import Stepper
 from armdrive.status import Status
 from tui.arm_view import SpaceView
 from tui.framework import PlainText
 from tui.keys.keyboard import bindings
 from tui.move import words as move_words
-from tui.move.errand import Ask
-from tui.move.form import SPEEDS, neighbour
+from tui.move.form import Ask, neighbour
 from tui.points import list as point_words
 from tui.points.edit import StepKeys, other_speed, other_way
-
-if TYPE_CHECKING:
-    from armdrive.programs.teaching.sequence import Stepper
-
+from tui.settings import SPEEDS
 
 # The keys of the points screen that move the arm: going, running, stepping, pausing.
 

@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from armdrive.errors import ArmError, BadRequest
+from armdrive.setup.arm_text import Files
 from armdrive.setup.filing import Proposal, write
 from armdrive.setup.finding import Candidate, Found, candidates, looked_at, probe
 from armdrive.setup.interview import Describing, path_of
 from kinematics import KinematicsError
+from tui.screens import ScreenHost
 from tui.setup.stage import WARNING, Go, Stage, first_of, listed
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from armdrive.setup.arm_text import Files
-    from tui.desk import Desk
-
 
 # The stages that write: a new arm file, or what is corrected in a present one.
 
@@ -24,7 +19,7 @@ if TYPE_CHECKING:
 class NewFile(Stage):
     """The file that the answers make; nothing stands on the disk yet."""
 
-    def __init__(self, desk: Desk, go: Go, before: Asking, files: Files, name: str) -> None:
+    def __init__(self, desk: ScreenHost, go: Go, before: Asking, files: Files, name: str) -> None:
         super().__init__(desk, go, before)
         self.files, self.name, self.asking = files, name, before
 
@@ -80,7 +75,7 @@ class Closing(Stage):
 class Written(Closing):
     """A new file is written: what comes next."""
 
-    def __init__(self, desk: Desk, go: Go, before: Stage, path: Path) -> None:
+    def __init__(self, desk: ScreenHost, go: Go, before: Stage, path: Path) -> None:
         super().__init__(desk, go, before)
         self.path = path
 
@@ -107,7 +102,7 @@ class Written(Closing):
 class Correction(Closing):
     """What the arm's own file should say instead, as a difference; two presses write it."""
 
-    def __init__(self, desk: Desk, go: Go, before: Stage, proposal: Proposal) -> None:
+    def __init__(self, desk: ScreenHost, go: Go, before: Stage, proposal: Proposal) -> None:
         super().__init__(desk, go, before)
         self.proposal, self.path = proposal, proposal.path
         self.written = False
@@ -153,7 +148,7 @@ CHOICES = 8
 class Ports(Stage):
     """The ports and CAN interfaces, as they are known while closed; one of them is asked."""
 
-    def __init__(self, desk: Desk, go: Go, before: Stage) -> None:
+    def __init__(self, desk: ScreenHost, go: Go, before: Stage) -> None:
         super().__init__(desk, go, before)
         self.candidates: tuple[Candidate, ...] = ()
         self.typed = ""
@@ -252,7 +247,7 @@ class Asking(Stage):
 
     typing = True
 
-    def __init__(self, desk: Desk, go: Go, before: Stage, found: dict[str, str]) -> None:
+    def __init__(self, desk: ScreenHost, go: Go, before: Stage, found: dict[str, str]) -> None:
         super().__init__(desk, go, before)
         self.describing = Describing(found)
 

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING
 
 from armdrive.errors import ArmError, BadRequest
 from armdrive.render.scene import Moment
 from armdrive.setup.directions import TRIAL_SPEED, WAYS, Check, Saw, check_of
 from armdrive.setup.filing import file_of, propose
 from armdrive.status import State, Trust
+from tui.screens import ScreenHost
 from tui.setup.arm_file import Correction
 from tui.setup.stage import Go, Stage, listed
-
-if TYPE_CHECKING:
-    from tui.desk import Desk
 
 HELD_S = 0.5
 """A press sooner than this after the one before is a key that is held: it turns nothing."""
@@ -26,7 +23,7 @@ ANSWERS = ("setup-yes", "setup-reversed", "setup-nothing", "setup-another", "set
 class Motors(Stage):
     """Each motor alone: `t` turns it and brings it back, other keys say what was seen."""
 
-    def __init__(self, desk: Desk, go: Go, before: Stage) -> None:
+    def __init__(self, desk: ScreenHost, go: Go, before: Stage) -> None:
         super().__init__(desk, go, before)
         status = desk.status
         known = status.joints if status.trust is Trust.REFERENCED else None

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar
+from collections.abc import Callable
+from pathlib import Path
+from typing import ClassVar
 
 from textual import events
 from textual.app import ComposeResult
@@ -18,17 +20,10 @@ from kinematics import KinematicsError
 from tui.arm_view import SpaceView
 from tui.framework import PlainText
 from tui.keys.keyboard import bindings
-from tui.screens import DeskScreen
+from tui.screens import DeskScreen, ScreenHost
 from tui.setup.arm_file import Asking, Ports
 from tui.setup.motors import Motors
 from tui.setup.stage import Go, Stage, listed
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from tui.desk import Desk
-
 
 # The first stage of setting up: the steps, which of them can be taken here, and why not.
 
@@ -44,7 +39,7 @@ STEPS = (
 class Steps(Stage):
     """The steps. Those that need another arm than the desk's say how to come to it."""
 
-    def __init__(self, desk: Desk, go: Go, path: Path | None) -> None:
+    def __init__(self, desk: ScreenHost, go: Go, path: Path | None) -> None:
         super().__init__(desk, go)
         self.path = path
         self._motors: Motors | None = None

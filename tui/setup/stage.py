@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
 
 from armdrive.errors import BadRequest
 from armdrive.render.scene import Moment
 from tui.move.errand import Twice
-
-if TYPE_CHECKING:
-    from tui.desk import Desk
+from tui.screens import ScreenHost
 
 WARNING = (
     "Opening it can restart the board behind it: motors lose their current, and an arm that is "
@@ -28,7 +25,7 @@ class Stage:
     typing = False
     """Whether printable keys are typed into it."""
 
-    def __init__(self, desk: Desk, go: Go, before: Stage | None = None) -> None:
+    def __init__(self, desk: ScreenHost, go: Go, before: Stage | None = None) -> None:
         self.desk = desk
         self.go = go
         self.before = before

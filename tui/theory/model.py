@@ -21,10 +21,10 @@ from kinematics.textbook.study import Study, Subject, study
 from kinematics.textbook.worked_example import example_posture
 from tui.arm_view import SpaceView
 from tui.framework import FirstKeys, PlainText
-from tui.keys.keyboard import CSS, DEFAULT_KEYS, Keyboard, bindings_of, label
+from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings_of, label
 from tui.keys.rows import DeskKey
 from tui.keys.table import LETTERS, STOP, JogPair, words
-from tui.look import HelpScreen
+from tui.look import CSS, HelpScreen
 from tui.settings import INCREMENTS
 from tui.theory.panel import TheoryPanel, axis_rows, joint_rows
 

@@ -6,13 +6,14 @@ import math
 from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import zip_longest
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
 from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
 
 from armdrive.render.figure import ChainFigure, DrawnChain
 from armdrive.render.scene import Moment
+from kinematics import ArmModel
 from kinematics.chains.links import JointKind
 from kinematics.textbook.jacobians import Lost
 from kinematics.textbook.pages import Column, laid, sections, summary, symbol_sections
@@ -23,9 +24,6 @@ from tui.framework import Alarm, FirstKeys, PlainText
 from tui.jog.words import bar
 from tui.keys.keyboard import Keyboard
 from tui.keys.table import JogPair, spoken, words
-
-if TYPE_CHECKING:
-    from kinematics import ArmModel
 
 Numbers = Callable[[Study, int], str]
 
