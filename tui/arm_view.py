@@ -1,4 +1,6 @@
-"""The arm in three dimensions, as a widget that repaints only the spans that changed.
+"""The arm as a widget: in three dimensions, and in two flat drawings for questions.
+
+Both repaint only what has changed.
 
     view = SpaceView(desk.arm.model, braille=desk.braille, id="space")
     view.show(Moment(status.joints, status.gripper_mm))              # at each poll
@@ -235,7 +237,7 @@ class SpaceView(Widget):
         self.look("farther")
 
 
-# The two drawings of the arm, as widgets that repaint only the rows that changed.
+# The arm in two drawings, from the side and from above; repaints only the rows that changed.
 
 Draw = Callable[[ArmScene, int, int, bool], list[str]]
 

@@ -129,7 +129,7 @@ class Desk(FirstKeys):
         self.opens: Path | None = None
         self.pad = None if find_pad is None else PadDesk(self, find_pad)
 
-    # -- what is shown ----------------------------------------------------------------------------
+    # -- what is shown ------------------------------------------------------------------------
 
     def on_mount(self) -> None:
         """Begin to watch the arm."""
@@ -250,7 +250,7 @@ class Desk(FirstKeys):
         while len(self.screen_stack) > 1:
             self.pop_screen()
 
-    # -- what is asked, and called ----------------------------------------------------------------
+    # -- what is asked, and called ------------------------------------------------------------
 
     def call(self, call: Callable[[], object], done: Done) -> None:
         """Make a call that takes a moment, without keeping the stop key waiting.
@@ -347,7 +347,7 @@ class Desk(FirstKeys):
             text, self.scene(), self.arm.disable, "the motors are off", asked="Is it supported?"
         )
 
-    # -- the link, the pause, the gamepad ---------------------------------------------------------
+    # -- the link, the pause, the gamepad -----------------------------------------------------
 
     def take(self, status: Status) -> None:
         """Take the latest status."""

@@ -1,4 +1,4 @@
-"""What the framework needs help with, each with its reason; its drivers have their own files."""
+"""Work-arounds of the framework, each with its reason."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from textual.widgets import Static
 from armdrive.text.printable import printable_lines
 from kinematics.errors import suggestion
 
-# Drivers of the framework's that outlive the terminal that they paint on.
+# Drivers that outlive the terminal that they paint on.
 
 PLAIN: Mapping[str, str] = MappingProxyType(
     {"°": "d", "…": ".", "✓": "x", **dict.fromkeys("─━▔", "-"), **dict.fromkeys("│┃▎▊▌▐", "|")}
@@ -169,11 +169,9 @@ def set_mode(terminal: int, mode: Any) -> None:
             termios.tcsetattr(terminal, termios.TCSANOW, mode)
 
 
-# The framework's way to be shown in a browser, made to end when nobody is at its other end.
-#
-# Its driver reads and writes two pipes to the program that serves the page. When that has died,
-# the
-# driver stops reading and leaves the app running, which would hold its arm for ever.
+# The driver for browsers, made to end when the other end has gone. It reads and writes two pipes to
+# the program that serves the page. When that has died, the framework's driver stops reading and
+# leaves the app running, which would hold its arm for ever.
 
 
 def is_served(driver: type[Driver]) -> bool:
@@ -213,11 +211,9 @@ def lasting_write(write: Callable[[bytes], int]) -> Callable[[bytes], int]:
     return written
 
 
-# Keys that act in the thread that reads them, however busy the app is: what stops the arm.
-#
-# The app takes such a key afterwards as any other, and does the rest of what it means. What was
-# typed
-# before it and is still on its way then would begin anew what has just been stopped: it is
+# Keys that act in the thread that reads them, however busy the app is: those that stop the arm. The
+# app takes such a key afterwards as any other, and does the rest of what it means. Keys that were
+# typed before it and are still on their way would begin again what was just stopped: they are
 # dropped.
 
 
@@ -242,12 +238,10 @@ class Urgent:
         return False
 
 
-# Noticing that this program did not run, and which keys had been waiting for it. Pure.
-#
-# A program that is suspended hears nothing, but its keyboard goes on, and all that was typed meets
-# it at once when it goes on; or in pieces, from a link that kept it back as well. What comes then
-# is
-# old until there was a silence. Times are in s, on any one clock.
+# Noticing that this program did not run, and which keys were waiting for it. A suspended program
+# reads nothing, but its keyboard goes on: all that was typed arrives at once when the program goes
+# on, or in pieces from a link that kept it back as well. What comes then is old until there was a
+# silence. Times are in s, on any one clock.
 
 SILENCE_S = 0.3
 """So long without any key, and the next one is new. A key that is held repeats sooner."""
@@ -512,12 +506,10 @@ class PlainText(Static):
             self.update(Content(shown))
 
 
-# Has the framework send the spans that changed, and not each row from its beginning.
-#
-# A work-around: when a widget asks for a part of a row to be painted again, the framework finds
-# the
-# row's part, but crops it on the right only (`ChopsUpdate.render_segments`, "crop to x extents").
-# A picture in which a little changes in many rows then costs three times as many bytes.
+# Sending only the spans that changed, not each row from its beginning. When a widget asks for a
+# part of a row to be painted again, the framework finds the row's part, but crops it on the right
+# only (`ChopsUpdate.render_segments`, "crop to x extents"). A picture in which a little changes in
+# many rows then costs three times as many bytes.
 
 _ONE_CELL_EACH = re.compile(
     "[ -~\\xa0-\\xac\\xae-\\u02ff\\u2500-\\u259f\\u2800-\\u28ff]*"
@@ -576,7 +568,7 @@ def send_spans_alone(screen: Screen[Any]) -> None:
     screen._compositor = SpansCompositor()  # noqa: SLF001 - there is no other way in
 
 
-# The timer of what is held: it is moved, and where it is late takes in first what came before.
+# A timer that can be moved; where it is late, it first takes in what came before.
 
 BUSY_S = 0.02
 """A timer that is so much later than it should be found the app busy."""

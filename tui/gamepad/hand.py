@@ -1,7 +1,7 @@
 """A hand on a gamepad: it jogs by sticks while it holds one button, and the keys are armed.
 
 A stick that stands still tells nothing, nor does a gamepad whose battery is empty. So what is held
-goes on for some time after it was last heard of, and no longer, as with the mouse (jogging.py).
+goes on for some time after it was last heard of, and no longer, as with the mouse (jog/jogging.py).
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ layout = "azerty"           # or qwerty, qwertz, dvorak, colemak
 [keys]
 arm = "f9"                  # a row's id: a key, as printed or by its name ...
 finer = [",", "f8"]         # ... or several
-[gamepad]                   # see pad_map.py
+[gamepad]                   # see gamepad/map.py
 """
 
 from __future__ import annotations

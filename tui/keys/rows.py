@@ -1,4 +1,4 @@
-"""One row of the table of keys."""
+"""The rows of the table of keys, by screen; those that jog are made in table.py."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class DeskKey:
     everywhere: bool = False
 
 
-# Rows of the table of keys for every screen of the desk, and for its dialogs.
+# Every screen of the desk, and its dialogs.
 
 STOP = "stop"
 """The row that no file of keys can take the space bar from."""
@@ -113,7 +113,7 @@ DIALOG_KEYS = (
 """Enter answers no question: whoever armed with it might still be pressing it."""
 
 
-# Rows of the table of keys for the screens that plan motion: move and points.
+# The screens that plan motion: move and points.
 
 MOVE_KEYS = (
     DeskKey("move-go", ("enter",), "press_go", "go (twice)",
@@ -215,7 +215,7 @@ POINT_KEYS = (
 """Names are typed once they are asked for; their letters are no rows of the table."""
 
 
-# Rows of the table of keys for the log and its dialogs. None of them moves the arm.
+# The log and its dialogs. None of these keys moves the arm.
 
 LOG_KEYS = (
     DeskKey("log-open", ("enter",), "open_line", "open",
@@ -259,7 +259,7 @@ LOG_DIALOG_KEYS = (
 """What is typed into a search is no row of the table."""
 
 
-# Rows of the table of keys for the set-up screen. `t` alone moves anything.
+# The set-up screen. Only `t` moves anything.
 
 SETUP_KEYS = (
     DeskKey("setup-enter", ("enter",), "enter", "go on",
@@ -289,7 +289,7 @@ SETUP_KEYS = (
 """While text is typed, printable keys are typed and do nothing else; space is never typed."""
 
 
-# Rows of the table of keys for the theory of an arm, and for a model that no arm stands behind.
+# The theory of an arm, and a model that no arm stands behind.
 
 THEORY_KEYS = (
     DeskKey("theory-next", ("pagedown", "N"), "turn(1)", "next page",
@@ -310,10 +310,8 @@ MODEL_KEYS = (
 """Only where no arm is connected: a model may leap."""
 
 
-# Rows of the table of keys that move the watcher about the arm; they never move the arm.
-#
-# None of them is an arrow with shift: terminals that cannot tell those from plain arrows would
-# jog.
+# The view: these move the camera, never the arm. None of them is an arrow with shift: a terminal
+# that cannot tell those from plain arrows would jog.
 
 VIEW_KEYS = (
     DeskKey("view-next", ("v",), "view('next')", "view",
@@ -334,7 +332,7 @@ VIEW_KEYS = (
 """What can be done wherever an arm is drawn."""
 
 
-# Rows of the table of keys for watching an arm that another program drives.
+# Watching an arm that another program drives.
 
 WATCH_KEYS = (
     DeskKey("watch-pause", ("p",), "ask('pause')", "pause",

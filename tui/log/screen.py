@@ -26,7 +26,7 @@ from tui.log import words as log_words
 from tui.log.words import Window
 from tui.screens import DeskScreen
 
-# The log's dialogs: a line in full, the text that lines must have, and every error there is.
+# The dialogs: a line in full, the text that lines must have, and every error there is.
 
 LONGEST = 40
 """Characters of a search."""
@@ -171,7 +171,7 @@ class CatalogueScreen(Typing):
         self.query_one("#catalogue-text", PlainText).show(f"\n{listed}")
 
 
-# Rows of the log, painted when they change; what an error is, its mark says, and its style too.
+# The rows, painted when they change. Errors are told by a mark, and by their style as well.
 
 Row = tuple[str, str]
 """A text and its style."""

@@ -22,11 +22,21 @@ from tui.move.errand import ErrandScreen
 from tui.move.form import DIGITS, Ask, Form, present_of
 from tui.settings import Manner
 
-# The keys that fill in a goal: typing, stepping, mode, frame, and what was possible instead.
 
+class MoveScreen(ErrandScreen):
+    """A form, and beside it the arm with the ghost of where it would go.
 
-class FormKeys(ErrandScreen):
-    """A screen with a form. Every change of it takes a first press of a confirmation back."""
+    Every change of the form takes a first press of a confirmation back.
+    """
+
+    place = "move"
+    BINDINGS: ClassVar[list[BindingType]] = bindings(place)
+    CSS = """
+    #move-panel { width: 1fr; min-width: 42; padding: 0 0 0 1; scrollbar-size: 0 0; }
+    #goal, #foreseen, #going { height: auto; }
+    #going { text-style: bold; }
+    MoveScreen.-wide #foreseen, MoveScreen.-wide #going { margin: 1 0 0 0; }
+    """
 
     def __init__(self) -> None:
         super().__init__()
@@ -41,6 +51,36 @@ class FormKeys(ErrandScreen):
             speed=manner.speed,
         )
 
+    def compose_body(self) -> ComposeResult:
+        """Lay the middle out: the arm with its ghost on the left, the goal on the right."""
+        desk = self.desk
+        with Horizontal():
+            yield SpaceView(desk.arm.model, braille=desk.braille, id="space", clock=desk.clock)
+            with VerticalScroll(id="move-panel", can_focus=False):
+                for name in ("goal", "foreseen", "going"):
+                    yield PlainText(id=name)
+
+    def goal(self, status: Status) -> Ask | None:
+        """Return what the form asks for."""
+        return self.form.ask(self.present(status))
+
+    def show_body(self, status: Status) -> None:
+        """Show the goal, and what its motion would be as soon as that is worked out."""
+        fresh = self.look_ahead(status)
+        present = self.present(status)
+        self.text("goal").show(move_words.form_text(self.form, present, self.desk.keys))
+        self.text("foreseen").show(self.desk.spoken(self._foreseen_text(fresh)))
+        self.text("going").show(self.going_text(status, fresh))
+
+    def _foreseen_text(self, fresh: Preview | None) -> str:
+        if self._progress is not None:
+            return ""
+        if wrong := self.form.wrong():
+            return wrong
+        if fresh is not None:
+            return move_words.preview_text(fresh, self.desk.keys)
+        return "working it out ..." if self._working else move_words.NOTHING_ASKED
+
     def present(self, status: Status) -> dict[str, float]:
         """Return where the arm is, in the form's mode and frame."""
         pose: Pose | None = status.pose
@@ -50,6 +90,8 @@ class FormKeys(ErrandScreen):
             except ArmError:
                 pose = None
         return present_of(self.form, status, pose)
+
+    # -- the keys that fill in the goal -------------------------------------------------------
 
     def on_key(self, event: events.Key) -> None:
         """Type into the field; other keys go on to the table of keys."""
@@ -133,46 +175,3 @@ class FormKeys(ErrandScreen):
         if left is not None:
             self.form = self.form.at_joints(left)
         super().on_screen_resume()
-
-
-class MoveScreen(FormKeys):
-    """A form, and beside it the arm with the ghost of where it would go."""
-
-    place = "move"
-    BINDINGS: ClassVar[list[BindingType]] = bindings(place)
-    CSS = """
-    #move-panel { width: 1fr; min-width: 42; padding: 0 0 0 1; scrollbar-size: 0 0; }
-    #goal, #foreseen, #going { height: auto; }
-    #going { text-style: bold; }
-    MoveScreen.-wide #foreseen, MoveScreen.-wide #going { margin: 1 0 0 0; }
-    """
-
-    def compose_body(self) -> ComposeResult:
-        """Lay the middle out: the arm with its ghost on the left, the goal on the right."""
-        desk = self.desk
-        with Horizontal():
-            yield SpaceView(desk.arm.model, braille=desk.braille, id="space", clock=desk.clock)
-            with VerticalScroll(id="move-panel", can_focus=False):
-                for name in ("goal", "foreseen", "going"):
-                    yield PlainText(id=name)
-
-    def goal(self, status: Status) -> Ask | None:
-        """Return what the form asks for."""
-        return self.form.ask(self.present(status))
-
-    def show_body(self, status: Status) -> None:
-        """Show the goal, and what its motion would be as soon as that is worked out."""
-        fresh = self.look_ahead(status)
-        present = self.present(status)
-        self.text("goal").show(move_words.form_text(self.form, present, self.desk.keys))
-        self.text("foreseen").show(self.desk.spoken(self._foreseen_text(fresh)))
-        self.text("going").show(self.going_text(status, fresh))
-
-    def _foreseen_text(self, fresh: Preview | None) -> str:
-        if self._progress is not None:
-            return ""
-        if wrong := self.form.wrong():
-            return wrong
-        if fresh is not None:
-            return move_words.preview_text(fresh, self.desk.keys)
-        return "working it out ..." if self._working else move_words.NOTHING_ASKED

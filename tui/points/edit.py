@@ -1,4 +1,4 @@
-"""The keys of the points screen that change its file: choosing, teaching, naming, deleting."""
+"""The keys of the points screen that change its file: points and names, and steps of sequences."""
 
 from __future__ import annotations
 
@@ -16,9 +16,15 @@ from tui.move.errand import ErrandScreen, Twice
 from tui.points.list import STEPS, Naming, PointList
 from tui.settings import SPEEDS
 
+Change = Callable[[list[Step], int], str]
+"""Changes the steps at a marked one, and says in words what was done."""
 
-class TeachKeys(ErrandScreen):
-    """The list and the names. Nothing is written over what somebody else has changed."""
+
+class PointEditor(ErrandScreen):
+    """The list, the names and one marked step. None of its keys moves the arm.
+
+    Nothing is written over what somebody else has changed.
+    """
 
     def __init__(self) -> None:
         super().__init__()
@@ -35,6 +41,8 @@ class TeachKeys(ErrandScreen):
         self._deed: Callable[[], None] = _nothing
         self._last_sequence = "sequence"
         self._stamp: object = ()
+        self._marked: int | None = None
+        self._wrote: StepList | None = None
 
     def disarm(self, reason: str) -> None:
         """Let nothing go on that is not under way; a sequence ends behind its step."""
@@ -60,6 +68,9 @@ class TeachKeys(ErrandScreen):
 
     def _take(self, listed: PointList) -> None:
         """Show another row, or the same one of another file; a sequence begins anew then."""
+        known = (self.listed.sequence, self._wrote)
+        if listed.name != self.listed.name or listed.sequence not in known:
+            self._marked = None  # what was marked is another step by now
         before, self.listed = self.listed, listed
         if _shown(before) != _shown(listed):  # what was asked for was meant of what was seen
             self.confirming.forget()
@@ -184,6 +195,9 @@ class TeachKeys(ErrandScreen):
 
     def _named(self, naming: Naming) -> None:
         """Do what the name was asked for."""
+        if naming.purpose in STEPS:
+            self._step_named(naming)
+            return
         points, name = self.desk.arm.points, naming.text
         self.naming = None
         if naming.purpose == "teach":
@@ -204,29 +218,7 @@ class TeachKeys(ErrandScreen):
                 f"step {len(made.steps)} of {name}: {step}",
             )
 
-
-def _shown(listed: PointList) -> tuple[str, Point | None, StepList | None]:
-    """Return what a person sees to be chosen."""
-    return listed.name, listed.point, listed.sequence
-
-
-def _nothing() -> None:
-    """Do nothing."""
-
-
-# The keys of the points screen that change a sequence: steps are added, marked, changed, moved.
-
-Change = Callable[[list[Step], int], str]
-"""Changes the steps at a marked one, and says in words what was done."""
-
-
-class StepKeys(TeachKeys):
-    """One step of the chosen sequence may be marked. None of these keys moves the arm."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._marked: int | None = None
-        self._wrote: StepList | None = None
+    # -- the marked step ----------------------------------------------------------------------
 
     @property
     def marked(self) -> int | None:
@@ -235,14 +227,6 @@ class StepKeys(TeachKeys):
         if self._marked is None or steps is None or not steps.steps:
             return None
         return min(self._marked, len(steps.steps) - 1)
-
-    def _take(self, listed: PointList) -> None:
-        if listed.name != self.listed.name or listed.sequence not in (
-            self.listed.sequence,
-            self._wrote,
-        ):
-            self._marked = None  # what was marked is another step by now
-        super()._take(listed)
 
     def action_mark(self, by: int) -> None:
         """Mark the next step, or the one before; the first press marks the first or the last."""
@@ -303,10 +287,8 @@ class StepKeys(TeachKeys):
         else:
             self._ask_step(_changing(steps.steps[at]))
 
-    def _named(self, naming: Naming) -> None:
-        if naming.purpose not in STEPS:
-            super()._named(naming)
-            return
+    def _step_named(self, naming: Naming) -> None:
+        """Put the step that was typed into the chosen sequence."""
         at, steps = self.marked, self.listed.sequence
         if steps is None or (naming.changes and at is None):
             self.naming = None
@@ -368,6 +350,15 @@ class StepKeys(TeachKeys):
         self._wrote = new
         self._written(partial(points.put_sequence, name, new, instead_of=steps), f"{name}: {said}")
         return True
+
+
+def _shown(listed: PointList) -> tuple[str, Point | None, StepList | None]:
+    """Return what a person sees to be chosen."""
+    return listed.name, listed.point, listed.sequence
+
+
+def _nothing() -> None:
+    """Do nothing."""
 
 
 def _shifted(steps: list[Step], at: int, by: int) -> str:

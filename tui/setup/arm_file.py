@@ -1,4 +1,4 @@
-"""The stages that lead to a new arm file: ports, what is behind one, questions, the file."""
+"""The stages that lead to an arm file: ports, what is behind one, questions, what is written."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from kinematics import KinematicsError
 from tui.screens import ScreenHost
 from tui.setup.stage import WARNING, Go, Stage, first_of, listed
 
-# The stages that write: a new arm file, or what is corrected in a present one.
+# The stages that write: a new arm file, or corrections of a present one.
 
 
 class NewFile(Stage):
