@@ -21,11 +21,10 @@ from kinematics.chains.generated import Jacobian, generated
 from kinematics.chains.goals import Goal, Part, frame_goal, pose_goal
 from kinematics.chains.links import JointKind
 from kinematics.chains.singularities import condition, length_of
-from kinematics.five_axis.arm import RollFrame
 from kinematics.frames.transforms import Transform, position_of
 from kinematics.frames.vectors import distance, dot, norm
 from kinematics.limits import turn_into
-from kinematics.spaces import Pose
+from kinematics.spaces import Pose, RollFrame
 
 if TYPE_CHECKING:
     import numpy as np
@@ -493,6 +492,11 @@ def solve_goal(
     if unlimited is not None and not chain.violations(unlimited):
         return _account(chain, goal, chain.clamp(unlimited), effort, tried)
     return _account(chain, goal, best, effort, tried, unlimited)
+
+
+def descend(chain: Chain, goal: Goal, seed: Sequence[float]) -> Solution:
+    """Return where one descent from the seed ends, for goals a small step away."""
+    return _account(chain, goal, Descent(chain, goal, ()).meet(seed), DEFAULT_EFFORT, 1)
 
 
 def _account(

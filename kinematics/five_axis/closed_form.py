@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import math
 from math import acos, atan2, cos, hypot, inf, pi, sin, sqrt
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
-from kinematics.limits import LIMIT_TOLERANCE_RAD, fitted
+from kinematics.limits import LIMIT_TOLERANCE_RAD, JointRange, fitted
 
 AXIS_MM = 1e-9
 """Nearer to the base axis than this, a tip is on it, and its direction from it means nothing."""
@@ -24,6 +24,20 @@ Lengths = tuple[float, float, float, float]
 
 Angles = tuple[float, float, float, float, float]
 """Base, shoulder, elbow, wrist pitch, wrist roll."""
+
+
+class Dimensions(Protocol):
+    """Lengths and joint ranges of an arm of this build, from which all its answers follow."""
+
+    @property
+    def lengths(self) -> Lengths:
+        """Base height, upper arm, forearm and hand in mm."""
+        ...
+
+    @property
+    def limits(self) -> tuple[JointRange, ...]:
+        """The range of each joint."""
+        ...
 
 
 def plane_tip(

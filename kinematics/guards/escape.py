@@ -162,7 +162,7 @@ class _Search:
         try:
             self.arm.ik_near(goal, beside)
         except Unreachable as refusal:
-            return refusal.nearest
+            return Pose.at(refusal.nearest)
         return goal
 
     def on_the_way(self) -> Pose | None:

@@ -15,9 +15,9 @@ from typing import Any
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.generated import Jacobian, generated
-from kinematics.chains.jacobians import ALL_ROWS, dimensionless, task_jacobian
+from kinematics.chains.jacobians import ALL_ROWS, dimensionless
 from kinematics.chains.singularities import Condition, condition_of, default_rows, length_of
-from kinematics.five_axis.singularities import five_axis_singularities
+from kinematics.five_axis.singularities import five_axis_singularities, task_jacobian
 from kinematics.limits import wrap
 from kinematics.spaces import Joints
 from kinematics.textbook.systems.mini_movers import Alpha2, MiniBuild, MiniMover

@@ -17,15 +17,16 @@ from typing import ClassVar
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import DHLink
+from kinematics.chains.urdf import urdf_of_chain
 from kinematics.errors import OutOfReach
-from kinematics.five_axis.arm import Branch, FiveAxisArm, RollFrame
+from kinematics.five_axis.arm import Branch, FiveAxisArm
 from kinematics.five_axis.frame import NEAR_AXIS_MM, UPRIGHT
 from kinematics.five_axis.nearest import nearest
 from kinematics.frames.numbers import atan2, cos, sin, sqrt
 from kinematics.frames.transforms import LAST_ROW, Transform
 from kinematics.limits import turn_into
 from kinematics.presets import preset
-from kinematics.spaces import JOINT_NAMES, Joints, Pose
+from kinematics.spaces import JOINT_NAMES, Joints, Pose, RollFrame
 from kinematics.textbook.systems.named import (
     ON_AXIS,
     REACH_MM,
@@ -376,3 +377,10 @@ class MiniMover(MiniBuild):
             for (d, a, alpha, offset), limits in zip(rows, self.arm.limits, strict=True)
         )
         return Chain(links, name=self.name, joint_names=JOINT_NAMES)
+
+
+def urdf_of_arm(
+    arm: FiveAxisArm, *, name: str = "arm", speeds_rad_s: Sequence[float] | None = None
+) -> str:
+    """Return the URDF document of an arm of the Mini-mover's build, in its own joint angles."""
+    return urdf_of_chain(MiniMover(arm).chain(), name=name, speeds=speeds_rad_s)
