@@ -14,11 +14,10 @@ import math
 import random
 from dataclasses import replace
 from enum import Enum
-from typing import TYPE_CHECKING
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.goals import VERTICAL, Goal, Part, pose_goal
-from kinematics.chains.inverse import Reason
+from kinematics.chains.inverse import Reason, Solution
 from kinematics.errors import Constraint, KinematicsError, Unreachable, limit_sentence
 from kinematics.frames.rotations import columns, from_columns
 from kinematics.frames.transforms import Transform, position_of, rotation_of, transform
@@ -35,11 +34,7 @@ from kinematics.frames.vectors import (
     unit,
 )
 from kinematics.paths.curves import largest_turn, leap_sentence
-from kinematics.spaces import Pose
-
-if TYPE_CHECKING:
-    from kinematics.chains.inverse import Solution
-    from kinematics.spaces import Joints
+from kinematics.spaces import Joints, Pose
 
 AXIS_MM = 1e-6
 """A tip nearer to the base axis than this is on it, and no direction is outwards."""

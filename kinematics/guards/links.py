@@ -13,17 +13,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from kinematics.errors import KinematicsError
-from kinematics.guards.shapes import Column, segment_distance_mm
+from kinematics.geometry import ArmGeometry, Point
+from kinematics.guards.shapes import Box, Column, segment_distance_mm
 from kinematics.limits import LIMIT_TOLERANCE_RAD
 from kinematics.spaces import Joints
-
-if TYPE_CHECKING:
-    from kinematics.geometry import ArmGeometry, Point
-    from kinematics.guards.shapes import Box
-
 
 # What a guard says of a posture: readings of every guard, and the ones that are broken.
 #

@@ -15,17 +15,13 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 from kinematics.errors import KinematicsError, finite
 from kinematics.geometry import ArmGeometry, Point
 from kinematics.guards.guards import GuardedArm, Guards, Violation, deepest
-from kinematics.guards.links import Room
+from kinematics.guards.links import Reading, Room
 from kinematics.paths.chords import JointPath
 from kinematics.spaces import Joints
-
-if TYPE_CHECKING:
-    from kinematics.guards.links import Reading
 
 STEP_MM = 2.0
 """How near to one another postures are looked at, at most, where a guard is near."""
