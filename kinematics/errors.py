@@ -3,7 +3,7 @@
 KinematicsError            root of the room
 +-- BadNumber              not a finite number where one belongs
 +-- JointLimit             a joint angle outside its range
-+-- Unreachable            a pose no posture can reach (see nearest.py)
++-- Unreachable            a pose no posture can reach
 +-- PathBroken             a line, an arc or a route leaves the reach, or its posture, on its way
 +-- NoArc                  three points that lie in a line, or are fewer than three
 +-- SingularTransmission   motors that cannot tell the joints apart
@@ -418,9 +418,8 @@ def finite(name: str, value: object) -> float:
     return number
 
 
-# Which known word a misspelt one is meant for: what errors suggest.
-#
-# Most programs misspell nothing, so that the library which compares words is loaded when one does.
+# The known word that a misspelt one is meant for, as errors suggest it. Few programs misspell
+# anything, so the library that compares words is loaded by the first that does.
 
 
 def nearest_word(word: str, known: Iterable[str], *, likeness: float = 0.6) -> str | None:

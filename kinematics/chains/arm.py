@@ -1,7 +1,8 @@
 """An arm of five or six turning joints, of any build, driven by its link table.
 
-Units: mm and rad. Inverse kinematics is found by numbers, from the seed first, so that the
-posture near the seed is found where there is one; see chain_task.py for what its poses mean.
+Units: mm and rad. Inverse kinematics is found by numbers, from the seed first, so that the posture
+near the seed is found where there is one. `Task` says what poses of such an arm mean. The last part
+finds a posture a small step away, as a jog needs it.
 """
 
 from __future__ import annotations
@@ -263,9 +264,9 @@ def _longest_levers(chain: Chain) -> tuple[float, ...]:
 
 # The posture of a chain a small step from one that is known, on bare floats and quickly, or none.
 #
-# Levenberg and Marquardt's steps (Marquardt, 1963) by their normal equations. A jog asks this many
-# times for each leg, also of points that cannot be reached, and has no time for reasons: `ik_near`
-# gives those. Lengths in mm, angles in rad; errors count mm in the arm's length.
+# Levenberg and Marquardt's steps (Marquardt, 1963) by their normal equations. A jog asks for this
+# many times in each leg, also for points that cannot be reached, and has no time for reasons:
+# `ik_near` gives those. Errors count mm in the arm's length.
 
 ROUNDS = 16
 MET = 1e-18

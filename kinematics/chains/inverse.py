@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 # Descent towards a goal within joint limits: Levenberg-Marquardt with an active set.
 #
-# Errors are dimensionless: mm are counted in the arm's length. Joint values in rad and mm.
+# Errors are dimensionless: mm are counted in the arm's length.
 
 ROUNDS = 80
 STIFF = (10.0, 100.0, 1000.0)
@@ -222,8 +222,7 @@ def _step(slopes: Floats, error: Floats, damping: float) -> Floats:
 
 # The account of a numerical solution: what was met, what was missed, by how much, and why.
 #
-# Measured by the product of the A matrices, not by what the solver believes. Lengths in mm, angles
-# in rad.
+# Measured by the product of the A matrices, not by what the solver believes.
 
 FAR_FROM_SINGULAR = 1e-4
 """Smallest singular value, dimensionless, above which an arm is not at the edge of its reach."""

@@ -1,8 +1,7 @@
-"""Jacobians: what unit rates of the joints make the tip do, and how well it can move.
+"""Jacobians of chains: what the joints' rates make the tip do, and joint rates for the tip's.
 
-Geometric, of any chain: each column is the joint's axis z and z x (tip - axis) (Whitney, 1972;
-Craig, chapter 5). In the task space of the five-axis build: x, y, z, pitch, roll. Lengths in mm,
-angles in rad, rates per second of whatever the joint is measured in.
+Geometric: each column is the joint's axis z and z x (tip - axis) (Whitney, 1972; Craig, chapter 5).
+Lengths in mm, angles in rad, rates per second of whatever the joint is measured in.
 """
 
 from __future__ import annotations

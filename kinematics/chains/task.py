@@ -1,11 +1,11 @@
-"""The task of a chain's hand: from its frame to a pose, and from a pose to what is asked of it.
+"""The task of a chain's hand: its frame as a pose, a pose as a goal, and why a pose is refused.
 
 The hand points along z of the tool's frame; x of that frame is its roll reference. Three kinds of
-arms have three tasks. An arm of six joints takes any frame: its pitch is the elevation of the
-hand, its yaw the direction of the vertical plane that the hand lies in, and its roll is counted
-from upwards in that plane. Five joints leave the yaw to the arm. Where such an arm keeps its hand
-in the plane of base axis and tip, as the Mini-mover's build does, pitch counts outwards in that
-plane and may pass the vertical, as `FiveAxisArm` has it. Lengths in mm, angles in rad.
+arms have three tasks. An arm of six joints takes any frame: its pitch is the elevation of the hand,
+its yaw the direction of the vertical plane that the hand lies in, and its roll is counted from
+upwards in that plane. Five joints leave the yaw to the arm. Where such an arm keeps its hand in the
+plane of base axis and tip, as the Mini-mover's build does, pitch counts outwards in that plane and
+may pass the vertical, as `FiveAxisArm` has it. Lengths in mm, angles in rad.
 """
 
 from __future__ import annotations
@@ -134,8 +134,7 @@ def _off_plane(frame: Transform, centre: Vector) -> float:
 
 # Why an arm given by its link table cannot take a pose, and which pose it can take instead.
 #
-# What numbers did not find is not proved to be out of reach, and the sentence says so. Units: mm
-# and rad.
+# What numbers did not find is not proved to be out of reach, and the sentence says so.
 
 HELD_RAD = 1e-6
 """An angle of the hand nearer to the asked one than this is the asked one."""

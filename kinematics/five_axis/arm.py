@@ -207,7 +207,7 @@ class FiveAxisArm:
         return solve_pose(goal, self._build, table_roll, near)
 
     def transform(self, joints: Joints) -> Transform:
-        """Return the hand's frame in the arm's base frame; see `hand_frame` for its axes."""
+        """Return the hand's frame in the arm's base frame; see `five_axis.frame` for its axes."""
         return forward_frame(_angles(joints), self.lengths)
 
     def solve_transform(self, goal: Transform, seed: Joints | None = None) -> FrameSolution:
@@ -357,11 +357,9 @@ def _violations(angles: Angles, limits: tuple[JointRange, ...]) -> tuple[LimitVi
     )
 
 
-# Every posture that an arm has for one pose, with the names that its build gives to them.
-#
-# Units: mm and rad. An arm of the Mini-mover's build has four: base front or back, elbow up or
-# down
-# (five_axis.py). Of an arm that is solved by numbers the one nearest to the seed is known.
+# Every posture that an arm of any build has for one pose, by name where its build names them: this
+# build has four, base front or back and elbow up or down. Of an arm that is solved by numbers only
+# the posture nearest to the seed is known.
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,9 +1,9 @@
-"""The reachable pose nearest to a goal, its pitch and roll held where any posture holds them.
+"""The reachable pose nearest to a goal, pitch and roll held if they can be, and why not the goal.
 
-Units: mm and rad. In the plane of the arm the answer is exact (plane.py). The base takes the
-angle nearest to the goal's direction for a tip in front of the axis, and nearest to the opposite
-one for a tip behind it; for each of the two the best distance in the plane does not depend on
-the base, so these two candidates are enough.
+Units: mm and rad. In the plane of the arm the answer is exact. The base takes the angle nearest to
+the goal's direction for a tip in front of the axis, and nearest to the opposite one for a tip
+behind it; for each of the two the best distance in the plane does not depend on the base, so these
+two candidates are enough.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ from kinematics.spaces import Joints, Pose, RollFrame
 
 # The nearest point that the arm can reach in its own plane, with the hand's pitch held.
 #
-# Lengths in mm, angles in rad, bare floats. With the pitch held, the wrist angle follows from
-# shoulder s and elbow e, so the postures within limits are a convex polygon of (s, e): the box of
-# the two ranges, cut by the two bounds that the wrist's range sets on s + e. The tip maps it into
-# the plane. The nearest image of a goal outside is the image of the polygon's rim, or of a line
-# e = 0 or e = pi across it, where the map folds; each is an arc of a circle, whose nearest point
-# is known in closed form. A last bound keeps the tip on its own side of the base axis, since
-# behind it the same plane pitch is another pitch of the task; it adds where arcs cross that bound,
-# and the point of the bound at the goal's height.
+# On bare floats. With the pitch held, the wrist angle follows from shoulder s and elbow e, so the
+# postures within limits are a convex polygon of (s, e): the box of the two ranges, cut by the two
+# bounds that the wrist's range sets on s + e. The tip maps it into the plane. The nearest image of
+# a goal outside is the image of the polygon's rim, or of a line e = 0 or e = pi across it, where
+# the map folds; each is an arc of a circle, whose nearest point is known in closed form. A last
+# bound keeps the tip on its own side of the base axis, since behind it the same plane pitch is
+# another pitch of the task; it adds where arcs cross that bound, and the point of the bound at the
+# goal's height.
 
 SLACK_RAD = 1e-9
 """An edge shorter than nothing by this much is a corner that rounding has turned inside out."""
@@ -366,8 +366,6 @@ def _turned(angle: float, bounds: JointRange, seed: float) -> float:
 
 
 # Why a pose cannot be reached, by how much, and what could be reached instead.
-#
-# Units: mm and rad.
 
 
 def limit_refusal(pose: Pose, worst: LimitViolation, instead: Pose) -> Unreachable:

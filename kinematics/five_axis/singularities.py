@@ -28,7 +28,7 @@ def task_jacobian(
     """Return the five rows x, y, z (mm/rad), pitch and roll (rad/rad) of the five-axis build.
 
     The derivative of `FiveAxisArm.fk`. A tip behind the base axis pitches against its joints
-    (see five_axis.py); on the axis itself pitch counts as in front, and the tip can leave in the
+    (see `arm`); on the axis itself pitch counts as in front, and the tip can leave in the
     arm's own plane only.
     """
     arm.fk(joints)  # checks that these are the build's joints

@@ -231,9 +231,8 @@ def _in_plane_mm(centre: Point, point: Point, base: float) -> float:
     return math.hypot(out, point[2] - centre[2])
 
 
-# One posture of an arm with a tool, kept along a line or any other curve of the tool's point.
-#
-# Units: mm and rad. A hand is its pitch and roll, each of any turn.
+# One posture of an arm with a tool, kept along a line or any other curve of the tool's point. A
+# hand is its pitch and roll, each of any turn.
 
 LARGEST_TURN_RAD = 0.5
 """The furthest that a joint may turn between two waypoints: further is another posture."""

@@ -2,7 +2,7 @@
 
 A subject is a named system, a built-in arm, or a chain of one's own; of a posture follow its
 matrices, Jacobian, how well the hand moves, and what other postures would do. Values only, worked
-out once a posture; pages.py writes them. Lengths in mm, angles in rad.
+out once a posture; `pages` writes them. Lengths in mm, angles in rad.
 """
 
 from __future__ import annotations

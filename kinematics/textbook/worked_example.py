@@ -1,6 +1,7 @@
-"""The lecture's worked example for anybody's numbers: everything to be said of an arm's posture.
+"""The lecture's worked example of any arm's posture, in numbers, in words and in symbols.
 
-Content only, as values; `worked_text` writes it. Lengths in mm, angles in rad.
+The example is a value; `sections` writes it in mm and degrees, `symbolic_sections` in symbols.
+Lengths in mm, angles in rad.
 """
 
 from __future__ import annotations
@@ -383,9 +384,8 @@ def _solved(example: WorkedExample) -> Iterator[str]:
     yield solution.sentence
 
 
-# A worked example in symbols: A matrices, their product, and the solutions step by step.
-#
-# Made by running the very code that computes with numbers on symbols.
+# A worked example in symbols: A matrices, their product, and the solutions step by step. Made by
+# running the very code that computes with numbers on symbols.
 
 
 @dataclass(frozen=True, slots=True)
