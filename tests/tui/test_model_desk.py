@@ -6,9 +6,9 @@ import math
 
 import pytest
 
+from armdrive.cli.jog_model import find_subject
 from armdrive.draw.camera import VIEWS
 from armdrive.errors import KeyFileError
-from kinematics.textbook.study import named_subject
 from kinematics.textbook.worked_example import example_posture
 from tui.framework import PlainText
 from tui.keyboard import DEFAULT_KEYS, label
@@ -26,7 +26,7 @@ class Session:
     """A model's desk on a headless terminal, driven key by key."""
 
     def __init__(self, name="two-link-1", *, size=(80, 24), **more):
-        self.desk = ModelDesk(named_subject(name), braille=True, **more)
+        self.desk = ModelDesk(find_subject(name), braille=True, **more)
         self._running = self.desk.run_test(size=size)
 
     async def __aenter__(self):
@@ -205,7 +205,7 @@ async def test_every_key_that_moves_the_watcher_moves_him_and_not_the_model():
 def test_a_file_that_gives_one_key_to_two_rows_of_a_model_is_refused():
     keys = DEFAULT_KEYS.changed({"model-zero": ("m",)})
     with pytest.raises(KeyFileError, match="m would be both mode and model-zero"):
-        ModelDesk(named_subject("puma"), braille=True, keys=keys)
+        ModelDesk(find_subject("puma"), braille=True, keys=keys)
 
 
 def test_help_and_footer_name_every_key_of_a_model_and_no_other():
@@ -235,16 +235,16 @@ def test_a_model_of_many_joints_has_keys_for_seven():
 
 
 def test_a_hand_begins_in_the_example_posture():
-    hand = ModelHand(named_subject("alpha2"))
+    hand = ModelHand(find_subject("alpha2"))
     assert hand.values == example_posture(hand.subject.chain)
 
 
 @pytest.mark.parametrize("size", SIZES)
 def test_the_model_of_the_puma(snap_compare, size):
-    desk = ModelDesk(named_subject("puma"), braille=True)
+    desk = ModelDesk(find_subject("puma"), braille=True)
     assert snap_compare(desk, press=["q"], terminal_size=size)
 
 
 def test_a_model_in_plain_ascii(snap_compare):
-    desk = ModelDesk(named_subject("spherical"), braille=False)
+    desk = ModelDesk(find_subject("spherical"), braille=False)
     assert snap_compare(desk, press=["m", "e"], terminal_size=(80, 24))
