@@ -17,11 +17,11 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from typing import Any
 
-    from armdrive.aio.arm import AsyncArm
-    from armdrive.aio.handle import AsyncHandle
+    from armdrive.aio.arm import AsyncArm, AsyncHandle
     from armdrive.arm import Arm
-    from armdrive.clock import SimulatedClock
-    from armdrive.drift import Drift, Verdict, Verified
+    from armdrive.arm.handle import Handle
+    from armdrive.dialects.teachmover.pendant import PendantProgram
+    from armdrive.dialog import MarkRequest, PostureRequest
     from armdrive.errors import (
         ArmError,
         ArmFileError,
@@ -49,30 +49,31 @@ if TYPE_CHECKING:
         UnknownPoint,
         WrongState,
     )
-    from armdrive.flows.gripping import Grasped
-    from armdrive.flows.jogging import Jogged
-    from armdrive.flows.motion import Moved
-    from armdrive.handle import Handle
-    from armdrive.intents import Jog, Space
-    from armdrive.points import Point, Step, StepList
-    from armdrive.posture import MarkRequest, PostureRequest
-    from armdrive.preview import Preview
-    from armdrive.sequence import Stepper
+    from armdrive.motion.execute import Moved
+    from armdrive.motion.gripper import Grasped
+    from armdrive.motion.jog.session import Jogged
+    from armdrive.motion.preview import Preview
+    from armdrive.motion.verify import Drift, Verdict, Verified
+    from armdrive.moves import Jog, Space
+    from armdrive.programs.teaching.sequence import Stepper
+    from armdrive.runtime.clock import SimulatedClock
     from armdrive.status import Current, State, Status, Trust
-    from armdrive.teaching.pendantrows import PendantProgram
+    from armdrive.storage.points import Point, Step, StepList
     from kinematics import Joints, KinematicsError, Motors, NoArc, PathBroken, Pose, Unreachable
     from kinematics.paths.parts import ArcMove, JointMove, LineMove, PoseMove
 
 _HOMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
-        "armdrive.aio.arm": ("AsyncArm",),
-        "armdrive.aio.handle": ("AsyncHandle",),
+        "armdrive.aio.arm": (
+            "AsyncArm",
+            "AsyncHandle",
+        ),
         "armdrive.arm": ("Arm",),
-        "armdrive.clock": ("SimulatedClock",),
-        "armdrive.drift": (
-            "Drift",
-            "Verdict",
-            "Verified",
+        "armdrive.arm.handle": ("Handle",),
+        "armdrive.dialects.teachmover.pendant": ("PendantProgram",),
+        "armdrive.dialog": (
+            "MarkRequest",
+            "PostureRequest",
         ),
         "armdrive.errors": (
             "ArmError",
@@ -101,32 +102,32 @@ _HOMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "UnknownPoint",
             "WrongState",
         ),
-        "armdrive.flows.gripping": ("Grasped",),
-        "armdrive.flows.jogging": ("Jogged",),
-        "armdrive.flows.motion": ("Moved",),
-        "armdrive.handle": ("Handle",),
-        "armdrive.intents": (
+        "armdrive.motion.execute": ("Moved",),
+        "armdrive.motion.gripper": ("Grasped",),
+        "armdrive.motion.jog.session": ("Jogged",),
+        "armdrive.motion.preview": ("Preview",),
+        "armdrive.motion.verify": (
+            "Drift",
+            "Verdict",
+            "Verified",
+        ),
+        "armdrive.moves": (
             "Jog",
             "Space",
         ),
-        "armdrive.points": (
-            "Point",
-            "Step",
-            "StepList",
-        ),
-        "armdrive.posture": (
-            "MarkRequest",
-            "PostureRequest",
-        ),
-        "armdrive.preview": ("Preview",),
-        "armdrive.sequence": ("Stepper",),
+        "armdrive.programs.teaching.sequence": ("Stepper",),
+        "armdrive.runtime.clock": ("SimulatedClock",),
         "armdrive.status": (
             "Current",
             "State",
             "Status",
             "Trust",
         ),
-        "armdrive.teaching.pendantrows": ("PendantProgram",),
+        "armdrive.storage.points": (
+            "Point",
+            "Step",
+            "StepList",
+        ),
         "kinematics": (
             "Joints",
             "KinematicsError",

@@ -2,13 +2,112 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from bisect import bisect_left
+from dataclasses import asdict, dataclass, field
 from enum import Enum
+from typing import TYPE_CHECKING, Any
 
-from armdrive.carried import Carried
-from armdrive.lateness import NEVER_WOKEN, Wakes
-from armdrive.torque import Torque
+from armdrive.abilities import Torque
 from kinematics.spaces import Joints, Motors, Pose
+
+if TYPE_CHECKING:
+    from kinematics import LimitViolation
+
+
+# How much a wire has carried, and how much of what it could carry that is.
+
+BITS_A_BYTE = 10
+"""On a serial wire: eight of data, a start and a stop bit."""
+
+
+@dataclass(frozen=True, slots=True)
+class Carried:
+    """Bytes that went out and came in since the beginning, and the wire's rate in baud."""
+
+    sent: int = 0
+    heard: int = 0
+    baud: int = 0
+
+    def load(self, earlier: Carried, for_s: float) -> float | None:
+        """Return the share of the busier direction that was used since an earlier moment.
+
+        0 to 1 and, where an operating system takes more than the wire can carry at once, above.
+        None where the rate or the time is not known.
+        """
+        if self.baud <= 0 or for_s <= 0.0:
+            return None
+        busier = max(self.sent - earlier.sent, self.heard - earlier.heard)
+        return max(busier, 0) * BITS_A_BYTE / (self.baud * for_s)
+
+
+# How late a thread wakes for its deadlines: a small histogram, and what it says in words.
+#
+# Deadlines are absolute: a late one does not make the next one late. What is counted is how long
+# after a deadline the thread went on, in classes that grow by about two.
+
+EDGES_S = (
+    20e-6, 50e-6, 100e-6, 200e-6, 500e-6, 1e-3, 2e-3, 5e-3, 10e-3, 20e-3, 50e-3, 0.1, 0.2, 0.5, 1.0,
+)  # fmt: skip
+"""Upper ends of the classes; what is later is in one more."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wakes:
+    """How late a thread woke, in s: upper ends of the classes that half and 99 % lie in."""
+
+    count: int = 0
+    median_s: float = 0.0
+    p99_s: float = 0.0
+    worst_s: float = 0.0
+    classes: tuple[int, ...] = ()
+
+    def __str__(self) -> str:
+        if not self.count:
+            return "no deadline has passed"
+        return (
+            f"{self.count} deadlines, half met within {_ms(self.median_s)}, 99 % within "
+            f"{_ms(self.p99_s)}, the latest {_ms(self.worst_s)} late"
+        )
+
+
+NEVER_WOKEN = Wakes()
+
+
+@dataclass(slots=True)
+class Lateness:
+    """Counts; touched by one thread."""
+
+    counts: list[int] = field(default_factory=lambda: [0] * (len(EDGES_S) + 1))
+    worst_s: float = 0.0
+
+    def add(self, late_s: float) -> None:
+        """Note that a deadline was met so late; what is early is not late."""
+        late_s = max(late_s, 0.0)
+        self.counts[bisect_left(EDGES_S, late_s)] += 1
+        self.worst_s = max(self.worst_s, late_s)
+
+    def view(self) -> Wakes:
+        """Return what has been counted so far."""
+        total = sum(self.counts)
+        if not total:
+            return NEVER_WOKEN
+        half_s, most_s = self._within_s(0.5, total), self._within_s(0.99, total)
+        return Wakes(total, half_s, most_s, self.worst_s, tuple(self.counts))
+
+    def _within_s(self, share: float, total: int) -> float:
+        """Return within what this share of the deadlines was met; never more than the worst."""
+        seen = 0
+        for count, edge_s in zip(self.counts, EDGES_S, strict=False):
+            seen += count
+            if seen >= share * total:
+                return min(edge_s, self.worst_s)
+        return self.worst_s
+
+
+def _ms(time_s: float) -> str:
+    return f"{time_s * 1e3:.2g} ms" if time_s < 0.1 else f"{time_s * 1e3:.0f} ms"
+
 
 NOTHING_CARRIED = Carried()
 
@@ -111,7 +210,7 @@ class Status:
     @property
     def trust_code(self) -> str:
         """The catalogue's code of the reason, where it speaks against the position."""
-        from armdrive.catalogue import code_of_reason
+        from armdrive.errors.table import code_of_reason
 
         return code_of_reason(self.trust_reason)
 
@@ -176,3 +275,81 @@ class Status:
 def coded(words: str, code: str) -> str:
     """Put a code before the words it belongs to."""
     return f"[{code}] {words}" if code and words else words
+
+
+# A status as plain data, with units in the names: what `--json` prints and sockets carry.
+
+
+def pose_view(pose: Pose | None) -> dict[str, float] | None:
+    """Return a pose in mm and degrees."""
+    if pose is None:
+        return None
+    yaw = {} if pose.yaw_deg is None else {"yaw_deg": round(pose.yaw_deg, 4)}
+    return {
+        "x_mm": round(pose.x_mm, 3),
+        "y_mm": round(pose.y_mm, 3),
+        "z_mm": round(pose.z_mm, 3),
+        "pitch_deg": round(pose.pitch_deg, 4),
+        "roll_deg": round(pose.roll_deg, 4),
+        **yaw,
+    }
+
+
+def joints_view(joints: Joints | None) -> dict[str, float] | None:
+    """Return joint angles in degrees."""
+    if joints is None:
+        return None
+    return {f"{name}_deg": round(angle, 4) for name, angle in joints.deg.items()}
+
+
+def violation_text(violation: LimitViolation) -> str:
+    """Put a joint beyond its limit into a few words."""
+    value, bound = math.degrees(violation.value_rad), math.degrees(violation.bound_rad)
+    name = violation.joint.replace("_", " ")
+    return f"{name} {abs(value - bound):.1f}° beyond its limit of {bound:.1f}°"
+
+
+def status_view(status: Status) -> dict[str, Any]:
+    """Return a status."""
+    return {
+        "arm": status.arm,
+        "title": status.title,
+        "link": status.link,
+        "dialect": status.dialect,
+        "simulated": status.simulated,
+        "state": status.state.value,
+        "paused": status.paused,
+        "speed_override": round(status.speed_override, 4),
+        "trust": status.trust.value,
+        "trust_reason": status.trust_reason,
+        "trust_for_s": round(max(status.time_s - status.trust_since_s, 0.0), 1),
+        "current": status.current.value,
+        "joints": joints_view(status.joints),
+        "pose": pose_view(status.pose),
+        "gripper_mm": None if status.gripper_mm is None else round(status.gripper_mm, 3),
+        "gripping": status.gripping,
+        "commanded_steps": status.commanded,
+        "acknowledged_steps": status.acknowledged,
+        "read_back_steps": status.read_back,
+        "inputs": status.inputs,
+        "outputs": status.outputs,
+        "stop_time_s": round(status.stop_time_s, 3),
+        "stop_distance_mm": round(status.stop_distance_mm, 1),
+        "silent_time_s": round(status.silent_time_s, 3),
+        "silent_distance_mm": round(status.silent_distance_mm, 1),
+        "pause_time_s": round(status.pause_time_s, 3),
+        "pause_distance_mm": round(status.pause_distance_mm, 1),
+        "wakes": {
+            "deadlines": status.wakes.count,
+            "median_ms": round(status.wakes.median_s * 1e3, 3),
+            "p99_ms": round(status.wakes.p99_s * 1e3, 3),
+            "worst_ms": round(status.wakes.worst_s * 1e3, 3),
+        },
+        "underruns": status.underruns,
+        "torque": None if status.torque is None else asdict(status.torque),
+        "notice": status.notice,
+        "error": status.error,
+        "trust_code": status.trust_code,
+        "notice_code": status.notice_code,
+        "error_code": status.error_code,
+    }

@@ -19,8 +19,8 @@ from measuring import Row, Section
 from reporting import report
 
 from armdrive import Arm, Pose
-from armdrive.connecting import connect_simulated, simulated_config
-from armdrive.sim.twin import make_twin
+from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.sim.simulated_arm import make_twin
 from armdrive.status import State
 
 PLAY_STEPS = 12

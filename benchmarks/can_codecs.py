@@ -8,8 +8,8 @@ from statistics import median
 
 from measuring import Row, Section, interleaved, p99, ratio
 
-from armdrive.controllers.cia402_bus import Answered as Transferred
-from armdrive.controllers.cia402_bus import Cia402Bus, Told
+from armdrive.dialects.cia402.master import Answered as Transferred
+from armdrive.dialects.cia402.master import Cia402Bus, Told
 from firmware_protocol.canopen import (
     POSITION,
     Command,

@@ -12,8 +12,8 @@ from types import MappingProxyType
 from tapping import tapped
 
 from armdrive.arm import Arm
-from armdrive.controllers.cia402_bus import RECEIVED, TRANSMITTED
-from armdrive.transports.can_timing import frame_bits
+from armdrive.dialects.cia402.master import RECEIVED, TRANSMITTED
+from armdrive.transports.can_health import frame_bits
 from firmware_protocol.canopen import Service, service_of
 from firmware_protocol.frames import Frame, Unpacker
 from firmware_protocol.mks import Code

@@ -27,9 +27,9 @@ from feel import Figures, Measured, Options, report
 from feel_benches import DensePtyBench
 from wire_use import START, path
 
+from armdrive.arm.handle import Handle
 from armdrive.errors import ArmError
-from armdrive.flows.motion import Moved
-from armdrive.handle import Handle
+from armdrive.motion.execute import Moved
 from kinematics import LineMove
 
 TIMES, QUICK_TIMES = 4, 1

@@ -186,7 +186,7 @@ def desk_of(
 
 def instructed() -> None:
     """Have somebody read what a desk says at its very first start."""
-    from armdrive import places
+    from armdrive.storage import files as places
 
     places.states().mkdir(parents=True, exist_ok=True)
     (places.states() / "desk.json").write_text('{"instructed": true}', encoding="utf-8")

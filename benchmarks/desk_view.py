@@ -40,7 +40,7 @@ def run_case(case: str, seconds: float, report: int) -> None:
     from textual.app import App, ComposeResult
     from textual.screen import Screen
 
-    from armdrive.draw.scene import Moment
+    from armdrive.render.scene import Moment
     from kinematics import Joints, preset
     from tui.spans import send_spans_alone
     from tui.widgets.arm_view import SpaceView

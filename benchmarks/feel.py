@@ -20,7 +20,7 @@ from measuring import own_home, p99
 from reporting import machine
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from armdrive.dialects import DIALECTS
+from armdrive.registry import DIALECTS
 
 SEED = 1982
 HEAD = ("dialect", "what", "n", "p50", "p99", "worst", "bound", "nearest", "")

@@ -12,9 +12,9 @@ from random import Random
 from typing import Any
 
 from armdrive.arm import Arm
-from armdrive.flow import Flow
-from armdrive.flows import jogging
-from armdrive.jog import Action, Increment
+from armdrive.motion.dead_man import Action, Increment
+from armdrive.motion.jog import session as jogging
+from armdrive.tasks import Flow
 from kinematics import Joints
 from tui.desk import Desk
 from tui.jogging import Jogging

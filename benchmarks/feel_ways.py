@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 from random import Random
 
 from armdrive.arm import Arm
+from armdrive.arm.handle import Handle
 from armdrive.errors import ArmError
-from armdrive.flows.motion import Moved
-from armdrive.handle import Handle
-from armdrive.planning import plan_line, plan_route
-from armdrive.whereabouts import Coordinates
+from armdrive.motion.execute import Moved
+from armdrive.motion.plan import plan_line, plan_route
+from armdrive.runtime.position import Coordinates
 from kinematics import Joints, KinematicsError, Pose
 from kinematics.paths.parts import ArcMove
 from tests.conformance.rows_moving import off_line_mm

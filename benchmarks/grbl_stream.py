@@ -26,7 +26,7 @@ from reporting import machine, show
 from sim_process import SimProcess
 
 from armdrive import Arm
-from armdrive.controllers.requests import Done, MoveAlong, MoveBy
+from armdrive.tasks import Done, MoveAlong, MoveBy
 from firmware_protocol.grbl import (
     GRBLHAL,
     MEGA_5X,

@@ -29,7 +29,7 @@ from reporting import machine
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "armdrive"))
 from jog_trials import Ground, Outcome, trials
 
-from armdrive.dialects import DIALECTS
+from armdrive.registry import DIALECTS
 from armdrive.status import State
 
 SEED = 1982

@@ -22,13 +22,13 @@ from measuring import Row, Section, interleaved, p99, ratio
 from reporting import report
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from armdrive.armfile import ArmConfig
-from armdrive.connecting import simulated_config
-from armdrive.dialects import dialect
-from armdrive.intents import Jog
-from armdrive.jog_course import JogCourse, Proposal, Terms, Wish
-from armdrive.legs import Speeds
-from armdrive.whereabouts import Coordinates
+from armdrive.config.arm import ArmConfig
+from armdrive.connect.target import simulated_config
+from armdrive.motion.jog.course import JogCourse, Proposal, Terms, Wish
+from armdrive.motion.segments import Speeds
+from armdrive.moves import Jog
+from armdrive.registry import dialect
+from armdrive.runtime.position import Coordinates
 from kinematics import Joints
 from kinematics.five_axis.jog_rates import joint_rates, ramped, share_of_limits, shares_to_stop
 from kinematics.presets import preset

@@ -23,7 +23,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "armdrive"))
 from killing_ground import Found, KillingGround
 
-from armdrive.dialects import DIALECTS
+from armdrive.registry import DIALECTS
 from armdrive.status import Trust
 
 SEED = 1982

@@ -21,11 +21,11 @@ from measuring import Row, Section, p99, ratio
 from reporting import report
 
 from armdrive import Arm
-from armdrive.connecting import connect_simulated, simulated_config
-from armdrive.durable import Files
+from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import Stopped
-from armdrive.flows import idling
-from armdrive.record import FileRecorder, Recorder
+from armdrive.motion import idle as idling
+from armdrive.storage.files import Files
+from armdrive.storage.record import FileRecorder, Recorder
 
 REST_S = 3.0
 """On the arm's clock: longer than the mark stays."""

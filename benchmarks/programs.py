@@ -21,10 +21,9 @@ from starting import command
 
 from armdrive import Arm, AsyncArm, Pose
 from armdrive.programs.performing import Performer
-from armdrive.programs.program import read_program
-from armdrive.programs.rehearsing import Nobody
+from armdrive.programs.program import ArmProgram, read_program
+from armdrive.programs.rehearsal import Nobody
 from armdrive.programs.running import Run
-from armdrive.programs.source import ArmProgram
 
 NEAR, FAR = (
     Pose.of(x_mm=240, y_mm=-40, z_mm=120, pitch_deg=-90),

@@ -18,10 +18,10 @@ from reporting import report
 from sim_process import SimProcess
 
 from armdrive import Arm
-from armdrive.connecting import connect_simulated, simulated_config
-from armdrive.dialects import DIALECTS
-from armdrive.recorder.flight import FlightRecorder
-from armdrive.recorder.witness import NO_WITNESS, Witness
+from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.registry import DIALECTS
+from armdrive.tasks import NO_WITNESS, Witness
+from armdrive.trace.recorder import FlightRecorder
 
 BARE = "without"
 MOVE_DEG = 8.0

@@ -29,7 +29,7 @@ from feel_desk import MIDDLE, SimulatedDesk, choose, increments, set_up
 from feel_keys import JITTER_S, RATES_HZ, Press, press
 
 from armdrive.arm import Arm
-from armdrive.jog import HOLD_LONGEST_S
+from armdrive.motion.dead_man import HOLD_LONGEST_S
 from kinematics import Joints
 from tests.conformance.bench import Bench
 from tests.conformance.seen import Seen

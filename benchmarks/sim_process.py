@@ -11,7 +11,7 @@ import time
 from pathlib import Path
 from typing import Any, Self
 
-from armdrive.dialects import DIALECTS
+from armdrive.registry import DIALECTS
 
 LOOK_S = 0.002
 """How often the arm is looked at while it comes to rest: the resolution of what is measured."""

@@ -10,9 +10,9 @@ from statistics import median
 from measuring import Row, Section
 
 from armdrive import Arm, Pose
-from armdrive.connecting import connect_simulated, simulated_config
-from armdrive.demo import JOBS, blocks_of, misplaced, perform
-from armdrive.sim.twin import make_twin
+from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.programs.demo import JOBS, blocks_of, misplaced, perform
+from armdrive.sim.simulated_arm import make_twin
 
 SEED = 1982
 RISE_MM = 80.0

@@ -25,11 +25,11 @@ from tapping import tap
 
 from armdrive.abilities import Abort
 from armdrive.arm import Arm
-from armdrive.controllers.cia402_bus import RECEIVED
-from armdrive.controllers.requests import MoveAlong, MoveBy
-from armdrive.dialects import DIALECTS
+from armdrive.dialects.cia402.master import RECEIVED
 from armdrive.errors import ArmError
+from armdrive.registry import DIALECTS
 from armdrive.status import State, Trust
+from armdrive.tasks import MoveAlong, MoveBy
 from firmware_protocol.canopen import Command, Service, service_of
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.frames import Frame, Unpacker

@@ -16,7 +16,7 @@ from measuring import own_home
 from reporting import machine
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
-from armdrive.dialects import DIALECTS
+from armdrive.registry import DIALECTS
 from tests.conformance.overrun import ENDINGS, Overrun, measure
 
 TIMES = 10

@@ -22,10 +22,10 @@ from feel import Figures, Measured, Options, report
 from feel_benches import DenseMemoryBench, DensePtyBench, knows_lines
 from wire import Counted
 
+from armdrive.abilities import BITS_A_CHARACTER, Budget
 from armdrive.arm import Arm
-from armdrive.budget import BITS_A_CHARACTER, Budget
-from armdrive.flows.motion import Moved
-from armdrive.handle import Handle
+from armdrive.arm.handle import Handle
+from armdrive.motion.execute import Moved
 from kinematics import LineMove, Pose
 from kinematics.paths.parts import ArcMove, Move
 

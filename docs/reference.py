@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import armdrive
-from armdrive.gripper import Gripper
+from armdrive.arm.gripper import Gripper
 
 PAGE = Path(__file__).parent / "reference.md"
 

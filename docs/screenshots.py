@@ -25,9 +25,9 @@ from textual.pilot import Pilot
 
 from armdrive import Arm, Pose
 from armdrive.cli.worlds import connect_remembered
-from armdrive.connecting import find
-from armdrive.points import Point, Step, StepList
-from armdrive.view import status_view
+from armdrive.connect.target import find
+from armdrive.status import status_view
+from armdrive.storage.points import Point, Step, StepList
 from kinematics import Joints
 from kinematics.textbook.study import named_subject
 from tui.desk import Desk

@@ -15,7 +15,7 @@ name: reference it (`armdrive home`), lay four cubes of 25 mm out as the table s
 """
 
 from armdrive import Arm, Pose, Trust
-from armdrive.sim.blocks import Block
+from armdrive.sim.world.table import Block
 
 COLUMNS = ROWS = 2
 SIDE_MM = 25.0  # of a block

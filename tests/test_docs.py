@@ -8,8 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from armdrive import armfile, armsections
-from armdrive.controllers.teachmover import TeachMoverSettings
+from armdrive.config import arm as armfile
+from armdrive.config import sections as armsections
+from armdrive.dialects.teachmover.controller import TeachMoverSettings
 from kinematics import preset
 from kinematics.tool import Tool
 

@@ -48,7 +48,7 @@ def run_desk(
     import os
     import sys
 
-    from armdrive.draw.terminal import can_braille
+    from armdrive.render.canvas import can_braille
     from tui.desk import Desk
     from tui.framework import forget_a_closed_terminal
     from tui.memory import memory_file
@@ -98,7 +98,7 @@ def run_watch(
     import os
     import sys
 
-    from armdrive.draw.terminal import can_braille
+    from armdrive.render.canvas import can_braille
     from tui.held_arm import HeldArm
     from tui.memory import memory_file, recall
     from tui.remap import load_keys

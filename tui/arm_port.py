@@ -4,24 +4,24 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
-from armdrive.frames import BASE
-from armdrive.sequence import Fingers
+from armdrive.motion.resolve import BASE
+from armdrive.programs.teaching.sequence import Fingers
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from armdrive.armfile import ArmConfig
-    from armdrive.calls.teaching import Place
-    from armdrive.flows.gripping import Grasped
-    from armdrive.flows.motion import Moved
-    from armdrive.handle import Handle
-    from armdrive.intents import Jog
-    from armdrive.log.reader import LogReader
-    from armdrive.pointbook import Points
-    from armdrive.posture import PostureRequest
-    from armdrive.preview import Preview
+    from armdrive.arm.devices import Place
+    from armdrive.arm.handle import Handle
+    from armdrive.config.arm import ArmConfig
+    from armdrive.dialog import PostureRequest
+    from armdrive.motion.execute import Moved
+    from armdrive.motion.gripper import Grasped
+    from armdrive.motion.preview import Preview
+    from armdrive.moves import Jog
     from armdrive.status import Status
+    from armdrive.storage.point_file import Points
+    from armdrive.trace.log import LogReader
     from kinematics import ArmModel, Pose
 
 

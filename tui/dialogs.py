@@ -10,7 +10,7 @@ from textual.binding import BindingType
 from textual.containers import Vertical, VerticalScroll
 from textual.screen import ModalScreen
 
-from armdrive.draw.armview import ArmScene, side_view, top_view
+from armdrive.render.side_view import ArmScene, side_view, top_view
 from armdrive.status import Status
 from tui.framework import PlainText
 from tui.keyboard import KEYS_WIDTH, Keyboard, label

@@ -11,13 +11,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from armdrive.frames import BASE
+from armdrive.motion.resolve import BASE
 
 if TYPE_CHECKING:
-    from armdrive.flows.motion import Moved
-    from armdrive.handle import Handle
-    from armdrive.points import Point
-    from armdrive.preview import Preview
+    from armdrive.arm.handle import Handle
+    from armdrive.motion.execute import Moved
+    from armdrive.motion.preview import Preview
+    from armdrive.storage.points import Point
     from kinematics import Joints, Pose
     from tui.arm_port import DeskArm
 

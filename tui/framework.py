@@ -20,7 +20,7 @@ from textual.keys import KEY_NAME_REPLACEMENTS, Keys, _character_to_key, key_to_
 from textual.message import Message
 from textual.widgets import Static
 
-from armdrive.printable import printable_lines
+from armdrive.text.printable import printable_lines
 from kinematics.errors import suggestion
 from tui.lasting import lasting
 from tui.served import ending, is_served

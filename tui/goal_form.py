@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from armdrive.frames import BASE, TOOL
+from armdrive.motion.resolve import BASE, TOOL
 from kinematics import Joints, Pose
 from tui.errand import Ask
 

@@ -16,12 +16,12 @@ class HeldArm:
 
     def views(self) -> Iterator[Mapping[str, Any]]:
         """Yield its status whenever it has changed, or its program has come further."""
-        from armdrive.holder import follow_holder
+        from armdrive.storage.lock_client import follow_holder
 
         return follow_holder(self._name, EVERY_S)
 
     def ask(self, request: str, **words: object) -> Mapping[str, Any]:
         """Ask for something; raises `ArmError` where nobody answers."""
-        from armdrive.holder import ask_holder
+        from armdrive.storage.lock_client import ask_holder
 
         return ask_holder(self._name, request, **words)

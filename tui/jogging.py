@@ -12,12 +12,12 @@ from functools import partial
 from typing import TYPE_CHECKING, Protocol
 
 from armdrive.errors import ArmError
-from armdrive.jog import GATE_S, Action, DeadMan, Disarm, Hold, Increment
+from armdrive.motion.dead_man import GATE_S, Action, DeadMan, Disarm, Hold, Increment
 from tui.settings import Settings
 from tui.waking import Waking
 
 if TYPE_CHECKING:
-    from armdrive.intents import Jog
+    from armdrive.moves import Jog
     from tui.arm_port import DeskArm
 
 IDLE_DISARMS_S = 60.0

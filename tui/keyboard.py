@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any
 
-from armdrive.catalogue.actions import desk_words, presented
+from armdrive.errors.actions import desk_words, presented
 from tui.framework import printed
 from tui.key_row import DeskKey
 from tui.keys import STOP, TABLE, JogPair, words

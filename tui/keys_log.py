@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from armdrive.log.lines import Topic
+from armdrive.trace.log import Topic
 from tui.key_row import DeskKey
 
 LOG_KEYS = (

@@ -11,9 +11,8 @@ from textual.binding import BindingType
 from textual.containers import Vertical, VerticalScroll
 from textual.screen import ModalScreen
 
-from armdrive.catalogue import found
-from armdrive.catalogue.entry import Entry
-from armdrive.log.lines import LogLine
+from armdrive.errors.table import Entry, found
+from armdrive.trace.log import LogLine
 from tui import log_words
 from tui.framework import PlainText
 from tui.keyboard import Keyboard

@@ -6,7 +6,7 @@ from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from armdrive.log.lines import LogLine
+from armdrive.trace.log import LogLine
 
 
 @dataclass(slots=True)

@@ -5,11 +5,9 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Mapping, Sequence
 
-from armdrive.catalogue import by_code
-from armdrive.catalogue.entry import Entry
-from armdrive.catalogue.printing import in_full
-from armdrive.log.lines import LogLine, Topic
-from armdrive.log.sieve import LogBook, Sieve
+from armdrive.errors.printing import in_full
+from armdrive.errors.table import Entry, by_code
+from armdrive.trace.log import LogBook, LogLine, Sieve, Topic
 from tui.keyboard import Keyboard
 
 CUT = "~"

@@ -10,9 +10,9 @@ from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
-from armdrive import places
-from armdrive.durable import DISK, replace_file
-from armdrive.intents import Space
+from armdrive.moves import Space
+from armdrive.storage import files as places
+from armdrive.storage.files import DISK, replace_file
 from tui import goal_form
 from tui.goal_form import Manner
 from tui.settings import INCREMENTS, SPEEDS, Settings

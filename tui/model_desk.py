@@ -12,7 +12,7 @@ from textual.binding import BindingType
 from textual.containers import Container
 from textual.screen import Screen
 
-from armdrive.draw.terminal import can_braille
+from armdrive.render.canvas import can_braille
 from kinematics.textbook.study import Study, Subject
 from tui.dialogs import HelpScreen
 from tui.framework import FirstKeys, PlainText

@@ -7,14 +7,13 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
-from armdrive.frames import TOOL
-from armdrive.previewing import clearance_words, margin_words
+from armdrive.motion.preview_text import clearance_words, margin_words
+from armdrive.motion.resolve import TOOL
 from tui.keys import words
 
 if TYPE_CHECKING:
-    from armdrive.preview import Preview
+    from armdrive.motion.preview import Preview, Way
     from armdrive.status import Status
-    from armdrive.ways import Way
     from kinematics import Pose
     from kinematics.guards.path import Clearance
     from tui.goal_form import Form

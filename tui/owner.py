@@ -7,8 +7,8 @@ from collections.abc import Callable
 from functools import partial
 from typing import cast
 
-from armdrive.draw.armview import ArmScene
 from armdrive.errors import ArmError
+from armdrive.render.side_view import ArmScene
 from armdrive.status import Status
 from kinematics import Joints, KinematicsError
 from tui.arm_port import DeskArm

@@ -10,8 +10,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from armdrive.frames import BASE
-from armdrive.intents import Jog
+from armdrive.motion.resolve import BASE
+from armdrive.moves import Jog
 from tui.keys import AXIS_KEYS
 from tui.pad_map import GRIPPER_ROWS, HOLD, PadMap
 from tui.settings import Settings

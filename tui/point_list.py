@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 from armdrive.errors import BadRequest
-from armdrive.points import GRIPPER_WORDS, NAME, Point, Step, StepList, Taught
-from armdrive.teaching.steptext import parse_step
+from armdrive.storage.points import GRIPPER_WORDS, NAME, Point, Step, StepList, Taught, parse_step
 
 LETTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-")
 """What a name is typed with; a space is never one of them."""

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from tui.keys import words
 
 if TYPE_CHECKING:
-    from armdrive.points import Point
-    from armdrive.sequence import Stepper
+    from armdrive.programs.teaching.sequence import Stepper
+    from armdrive.storage.points import Point
     from kinematics import ArmGeometry
     from tui.keyboard import Keyboard
     from tui.point_list import Naming, PointList

@@ -15,9 +15,9 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from armdrive import places
 from armdrive.errors import KeyFileError
-from armdrive.textfile import is_there, read_toml
+from armdrive.storage import files as places
+from armdrive.text.reading import is_there, read_toml
 from kinematics.errors import suggestion
 from tui.framework import key_named
 from tui.key_row import DeskKey

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from armdrive.errors import BadRequest
-from armdrive.frames import BASE
-from armdrive.intents import Jog, Space
+from armdrive.motion.resolve import BASE
+from armdrive.moves import Jog, Space
 from tui.keys import JOG_PAIRS, JogPair
 
 INCREMENTS = (0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)

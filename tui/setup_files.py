@@ -5,14 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from armdrive.errors import BadRequest
-from armdrive.setup.describing import path_of
 from armdrive.setup.filing import Proposal, write
+from armdrive.setup.interview import path_of
 from tui.setup_stage import WARNING, Go, Stage, first_of
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from armdrive.interview.writing import Files
+    from armdrive.setup.arm_text import Files
     from tui.desk import Desk
     from tui.setup_new import Asking
 

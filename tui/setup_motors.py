@@ -5,12 +5,9 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING
 
-from armdrive.draw.scene import Moment
 from armdrive.errors import ArmError, BadRequest
-from armdrive.interview.corrections import Saw
-from armdrive.interview.sight import WAYS
-from armdrive.interview.signs import TRIAL_SPEED
-from armdrive.setup.checking import Check, check_of
+from armdrive.render.scene import Moment
+from armdrive.setup.directions import TRIAL_SPEED, WAYS, Check, Saw, check_of
 from armdrive.setup.filing import file_of, propose
 from armdrive.status import State, Trust
 from tui.setup_files import Correction

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from armdrive.errors import ArmError, BadRequest
-from armdrive.setup.describing import Describing
 from armdrive.setup.finding import Candidate, Found, candidates, looked_at, probe
+from armdrive.setup.interview import Describing
 from kinematics import KinematicsError
 from tui.setup_files import NewFile
 from tui.setup_stage import WARNING, Go, Stage, listed

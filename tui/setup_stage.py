@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from armdrive.draw.scene import Moment
 from armdrive.errors import BadRequest
+from armdrive.render.scene import Moment
 from tui.errand import Twice
 
 if TYPE_CHECKING:

@@ -7,16 +7,16 @@ from collections.abc import Sequence
 from itertools import zip_longest
 from typing import TYPE_CHECKING
 
-from armdrive.dialects import DIALECTS
-from armdrive.frames import BASE
-from armdrive.lines import OUTPUTS
+from armdrive.motion.resolve import BASE
+from armdrive.registry import DIALECTS
+from armdrive.runtime.io_lines import OUTPUTS
 from armdrive.status import Status, Trust
 from tui.keyboard import Keyboard
 from tui.keys import JogPair, words
 from tui.settings import Settings
 
 if TYPE_CHECKING:
-    from armdrive.flows.gripping import Grasped
+    from armdrive.motion.gripper import Grasped
     from kinematics import ArmModel, Pose
 
 ROW_WIDTH = 34

@@ -12,7 +12,7 @@ from textual.geometry import Region
 from textual.strip import Strip
 from textual.widget import Widget
 
-from armdrive.draw.armview import ArmScene
+from armdrive.render.side_view import ArmScene
 
 if TYPE_CHECKING:
     from kinematics import ArmModel, Joints

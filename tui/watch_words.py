@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from armdrive.catalogue.actions import COMMAND_LINE, presented
+from armdrive.errors.actions import COMMAND_LINE, presented
 from tui.panels import TITLE_GAP, parted
 
 View = Mapping[str, Any]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from armdrive.carried import Carried
+from armdrive.status import Carried
 
 OVER_S = 1.0
 """The load is that of at least so long, lest it flickers."""

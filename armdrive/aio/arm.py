@@ -2,27 +2,299 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator
+import functools
+from collections.abc import Callable, Coroutine, Generator, Sequence
 from functools import partial
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    Concatenate,
+    Generic,
+    Literal,
+    ParamSpec,
+    Protocol,
+    Self,
+    TypeVar,
+    overload,
+)
 
-from armdrive.aio.gripper import AsyncGripper
-from armdrive.aio.moves import AsyncMoves
-from armdrive.aio.stage import goes_in_turn, stage
-from armdrive.aio.twins import at_once, awaited, begun
+from armdrive.aio.loop import goes_in_turn, stage
 from armdrive.arm import Arm
-from armdrive.connecting import SIM, simulation_forced
-from armdrive.legs import Speeds
-from armdrive.pointbook import Points
-from armdrive.standins import anybody
+from armdrive.arm.devices import Place
+from armdrive.arm.gripper import Gripper
+from armdrive.arm.handle import Handle
+from armdrive.connect.port import anybody
+from armdrive.connect.target import SIM, simulation_forced
+from armdrive.motion.execute import Moved
+from armdrive.motion.jog.session import Jogged
+from armdrive.motion.preview import Preview
+from armdrive.motion.resolve import BASE
+from armdrive.motion.segments import Speeds
+from armdrive.moves import BASE_FRAME
 from armdrive.status import Status
+from armdrive.storage.point_file import Points
 from kinematics import ArmModel, Joints, Pose
+from kinematics.paths.parts import Move
 
 if TYPE_CHECKING:
     from armdrive.abilities import Abilities
-    from armdrive.armfile import ArmConfig
-    from armdrive.sim.twin import Twin as SimulatedTwin
+    from armdrive.config.arm import ArmConfig
+    from armdrive.sim.simulated_arm import Twin as SimulatedTwin
+
+
+# A motion under way, as a coroutine sees it.
+
+T = TypeVar("T")
+R = TypeVar("R")
+
+
+class Carry(Protocol):
+    """Carries a call of an arm out for the event loop."""
+
+    def __call__(self, call: Callable[[], R], /) -> Coroutine[Any, Any, R]:
+        """Return what is to be awaited."""
+        ...
+
+
+class AsyncHandle(Generic[T]):
+    """A motion under way, from an awaited call with `wait=False`."""
+
+    def __init__(self, sync: Handle[T], carry: Carry) -> None:
+        self.sync = sync
+        self._carry = carry
+
+    @property
+    def done(self) -> bool:
+        """Whether the motion has ended, well or not."""
+        return self.sync.done
+
+    async def wait(self, timeout_s: float | None = None) -> T:
+        """Wait for the end and return what was done, or raise what went wrong.
+
+        Raises `TimeoutError` after `timeout_s` of the arm's own time; the motion goes on. Who
+        cancels this wait stops the arm.
+        """
+        return await self._carry(lambda: self.sync.wait(timeout_s))
+
+    async def cancel(self) -> None:
+        """Stop the motion, and wait until the arm stands."""
+        await self._carry(self.sync.cancel)
+
+
+# How a call becomes its async twin, with the same name and the same typed signature.
+
+S = TypeVar("S", covariant=True)
+P = ParamSpec("P")
+
+
+class Twin(Generic[S]):
+    """The async twin of an arm or of a part of it. `sync` is what it is the twin of."""
+
+    def __init__(self, sync: S, arm: Arm) -> None:
+        self.sync = sync
+        self._arm = arm
+
+    async def carry(self, call: Callable[[], R]) -> R:
+        """Carry out a call; cancelling it stops the arm."""
+        return await stage().carry(call, self._arm)
+
+
+def awaited(
+    method: Callable[Concatenate[S, P], R],
+) -> Callable[Concatenate[Twin[S], P], Coroutine[Any, Any, R]]:
+    """Make the twin of a call that waits for the arm, or takes long to compute."""
+
+    @functools.wraps(method)
+    async def call(self: Twin[S], /, *words: P.args, **named: P.kwargs) -> R:
+        return await self.carry(functools.partial(method, self.sync, *words, **named))
+
+    return call
+
+
+def begun(
+    method: Callable[Concatenate[S, P], Handle[R]],
+) -> Callable[Concatenate[Twin[S], P], Coroutine[Any, Any, AsyncHandle[R]]]:
+    """Make the twin of a call that begins a motion and returns its handle."""
+
+    @functools.wraps(method)
+    async def call(self: Twin[S], /, *words: P.args, **named: P.kwargs) -> AsyncHandle[R]:
+        handle = await self.carry(functools.partial(method, self.sync, *words, **named))
+        return AsyncHandle(handle, self.carry)
+
+    return call
+
+
+def at_once(
+    method: Callable[Concatenate[S, P], R],
+) -> Callable[Concatenate[Twin[S], P], R]:
+    """Make the twin of a call that never waits: it is the same call, and is not awaited."""
+
+    @functools.wraps(method)
+    def call(self: Twin[S], /, *words: P.args, **named: P.kwargs) -> R:
+        return method(self.sync, *words, **named)
+
+    return call
+
+
+# The async twin of an arm's gripper.
+
+
+class AsyncGripper(Twin[Gripper]):
+    """The fingers of an arm: the calls of `Gripper`, awaited."""
+
+    @property
+    def opening_mm(self) -> float:
+        """How far apart the fingers are; see `Gripper.opening_mm`."""
+        return self.sync.opening_mm
+
+    @property
+    def force_n(self) -> float:
+        """The force of the grasp; 0 when let go."""
+        return self.sync.force_n
+
+    open = awaited(Gripper.open)
+    close = awaited(Gripper.close)
+    move = awaited(Gripper.move)
+    grasp = awaited(Gripper.grasp)
+    feel = awaited(Gripper.feel)
+
+
+# The async twins of the calls whose keyword arguments or `wait=` need a signature in full.
+
+
+class AsyncMoves(Twin[Arm]):
+    """The motions with `wait=`; what each does stands at its namesake of `Arm`."""
+
+    @overload
+    async def move_j(
+        self, *, speed: float = 1.0, wait: Literal[True] = True, **joints_deg: float
+    ) -> Moved: ...
+    @overload
+    async def move_j(
+        self, *, speed: float = 1.0, wait: Literal[False], **joints_deg: float
+    ) -> AsyncHandle[Moved]: ...
+    async def move_j(
+        self, *, speed: float = 1.0, wait: bool = True, **joints_deg: float
+    ) -> Moved | AsyncHandle[Moved]:
+        """Move the named joints; see `Arm.move_j`."""
+        return await self._go(lambda: self.sync.move_j(speed=speed, wait=False, **joints_deg), wait)
+
+    @overload
+    async def move_to(
+        self, goal: Place, *, speed: float = 1.0, frame: str = BASE, wait: Literal[True] = True
+    ) -> Moved: ...
+    @overload
+    async def move_to(
+        self, goal: Place, *, speed: float = 1.0, frame: str = BASE, wait: Literal[False]
+    ) -> AsyncHandle[Moved]: ...
+    async def move_to(
+        self, goal: Place, *, speed: float = 1.0, frame: str = BASE, wait: bool = True
+    ) -> Moved | AsyncHandle[Moved]:
+        """Move the tip to a pose by a joint motion; see `Arm.move_to`."""
+        return await self._go(
+            lambda: self.sync.move_to(goal, speed=speed, frame=frame, wait=False), wait
+        )
+
+    @overload
+    async def move_l(
+        self, goal: Place, *, speed: float = 1.0, frame: str = BASE, wait: Literal[True] = True
+    ) -> Moved: ...
+    @overload
+    async def move_l(
+        self, goal: Place, *, speed: float = 1.0, frame: str = BASE, wait: Literal[False]
+    ) -> AsyncHandle[Moved]: ...
+    async def move_l(
+        self, goal: Place, *, speed: float = 1.0, frame: str = BASE, wait: bool = True
+    ) -> Moved | AsyncHandle[Moved]:
+        """Move the tip to a pose along a straight line; see `Arm.move_l`."""
+        return await self._go(
+            lambda: self.sync.move_l(goal, speed=speed, frame=frame, wait=False), wait
+        )
+
+    @overload
+    async def move_c(
+        self,
+        via: Pose,
+        goal: Pose,
+        *,
+        speed: float = 1.0,
+        frame: str = BASE,
+        wait: Literal[True] = True,
+    ) -> Moved: ...
+    @overload
+    async def move_c(
+        self, via: Pose, goal: Pose, *, speed: float = 1.0, frame: str = BASE, wait: Literal[False]
+    ) -> AsyncHandle[Moved]: ...
+    async def move_c(
+        self, via: Pose, goal: Pose, *, speed: float = 1.0, frame: str = BASE, wait: bool = True
+    ) -> Moved | AsyncHandle[Moved]:
+        """Move the tip along an arc, through `via`; see `Arm.move_c`."""
+        return await self._go(
+            lambda: self.sync.move_c(via, goal, speed=speed, frame=frame, wait=False), wait
+        )
+
+    @overload
+    async def move_path(
+        self,
+        moves: Sequence[Move],
+        *,
+        speed: float = 1.0,
+        frame: str = BASE,
+        wait: Literal[True] = True,
+    ) -> Moved: ...
+    @overload
+    async def move_path(
+        self, moves: Sequence[Move], *, speed: float = 1.0, frame: str = BASE, wait: Literal[False]
+    ) -> AsyncHandle[Moved]: ...
+    async def move_path(
+        self, moves: Sequence[Move], *, speed: float = 1.0, frame: str = BASE, wait: bool = True
+    ) -> Moved | AsyncHandle[Moved]:
+        """Move through several moves as one; see `Arm.move_path`."""
+        return await self._go(
+            lambda: self.sync.move_path(moves, speed=speed, frame=frame, wait=False), wait
+        )
+
+    async def jog_j(
+        self, *, speed: float = 0.25, duration_s: float | None = None, **axes: float
+    ) -> Jogged:
+        """Jog joints, by increments or for a time; see `Arm.jog_j`."""
+        return await self.carry(lambda: self.sync.jog_j(speed=speed, duration_s=duration_s, **axes))
+
+    async def jog_l(
+        self,
+        *,
+        speed: float = 0.25,
+        duration_s: float | None = None,
+        frame: str = BASE_FRAME,
+        **axes: float,
+    ) -> Jogged:
+        """Jog the tip, by increments or for a time; see `Arm.jog_l`."""
+        return await self.carry(
+            lambda: self.sync.jog_l(speed=speed, duration_s=duration_s, frame=frame, **axes)
+        )
+
+    async def preview(
+        self,
+        goal: Place | None = None,
+        *,
+        line: bool = False,
+        frame: str = BASE,
+        speed: float = 1.0,
+        **joints_deg: float,
+    ) -> Preview:
+        """Return what a motion would be, or why it is refused; see `Arm.preview`."""
+        return await self.carry(
+            lambda: self.sync.preview(goal, line=line, frame=frame, speed=speed, **joints_deg)
+        )
+
+    async def _go(
+        self, begin: Callable[[], Handle[Moved]], wait: bool
+    ) -> Moved | AsyncHandle[Moved]:
+        """Begin a motion, and wait for its end where that is wanted."""
+        if wait:
+            return await self.carry(lambda: begin().wait())
+        return AsyncHandle(await self.carry(begin), self.carry)
 
 
 class AsyncArm(AsyncMoves):

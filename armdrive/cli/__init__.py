@@ -112,9 +112,9 @@ def _help() -> str:
 def _unknown(word: str) -> int:
     import difflib
 
-    from armdrive.catalogue import named
     from armdrive.cli.output import put_error
-    from armdrive.printable import as_message
+    from armdrive.errors.table import named
+    from armdrive.text.printable import as_message
 
     code = named("BadRequest").code
     near = difflib.get_close_matches(word, COMMANDS, n=1)

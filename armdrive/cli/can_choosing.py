@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from armdrive.cli.config_asking import ask_value
 from armdrive.cli.output import say
-from armdrive.interview.readers import WrongAnswer
-from armdrive.interview.rows import Question
+from armdrive.dialog import Question, WrongAnswer
 
 
 def chosen_port(adapters: str) -> str:
     """Have the person choose an adapter; `adapters` says which lines there are. Opens none."""
-    from armdrive.transports.can_address import is_can
-    from armdrive.transports.can_ports import list_can_ports
-    from armdrive.transports.ports import list_ports
+    from armdrive.transports.address import is_can
+    from armdrive.transports.ports import list_can_ports, list_ports
 
     ports = list_ports()
     found = list_can_ports(ports)

@@ -32,12 +32,12 @@ from armdrive.cli.can_overhearing import held_frames, holder_of
 from armdrive.cli.choosing import add_json_option
 from armdrive.cli.numbers import count, number
 from armdrive.cli.output import emit, put_error, say
-from armdrive.commissioning.languages import LANGUAGES, USUAL, Language, language_of
 from armdrive.errors import BadRequest
+from armdrive.registry import LANGUAGES, USUAL, Language, language_of
 
 if TYPE_CHECKING:
-    from armdrive.armfile import ArmConfig
-    from armdrive.transports.can_address import CanAddress
+    from armdrive.config.arm import ArmConfig
+    from armdrive.transports.address import CanAddress
     from armdrive.transports.link import Link
     from firmware_protocol.frames import Frame
 
@@ -66,9 +66,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Listen until it is enough, or Ctrl-C."""
-    from armdrive.holder_notice import holder_words
-    from armdrive.transports.refusals import PortInUse
-    from armdrive.transports.url import open_link
+    from armdrive.storage.lock_client import holder_words
+    from armdrive.transports.open import open_link
+    from armdrive.transports.open_errors import PortInUse
 
     config = _config(options)
     language = _language(options, config)
@@ -145,7 +145,7 @@ def _node(word: str) -> int:
 
 def _config(options: argparse.Namespace) -> ArmConfig | None:
     """Return the arm whose bus is meant, where one is named. Raises `BadRequest`."""
-    from armdrive.connecting import find, simulation_forced
+    from armdrive.connect.target import find, simulation_forced
 
     if simulation_forced():
         raise BadRequest("ARMDRIVE_FORCE_SIM is set, so no bus is opened: clear that variable")
@@ -155,8 +155,8 @@ def _config(options: argparse.Namespace) -> ArmConfig | None:
 
 
 def _address(options: argparse.Namespace, config: ArmConfig | None) -> CanAddress:
-    from armdrive.transports.can_address import CanAddress, is_can
-    from armdrive.wiring import Wiring
+    from armdrive.connect.port import Wiring
+    from armdrive.transports.address import CanAddress, is_can
 
     port = str(options.port if config is None else Wiring(config).find())
     if not is_can(port):
@@ -168,7 +168,7 @@ def _address(options: argparse.Namespace, config: ArmConfig | None) -> CanAddres
 
 def _heard(link: Link, seconds: float | None) -> Iterator[tuple[float, Frame]]:
     """Give the frames as they come, with the time since the bus was opened."""
-    from armdrive.doctor.carrying import RealClock
+    from armdrive.setup.prober import RealClock
     from firmware_protocol.frames import Unpacker
 
     clock, unpacker = RealClock(), Unpacker()

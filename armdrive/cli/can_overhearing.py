@@ -21,7 +21,7 @@ def holder_of(arm: str, port: str) -> str:
 
     A port is known to its holder as the arm file writes it.
     """
-    from armdrive.holder_notice import notice_of
+    from armdrive.storage.lock_client import notice_of
 
     return next((name for name in (arm, port) if name and notice_of(name) is not None), "")
 
@@ -34,7 +34,7 @@ def held_frames(
     Ends with the time, or when the arm is given back. `missed` is told how many exchanges were
     passed over, as a reader that is too slow has to. Raises `ArmError` where nobody tells.
     """
-    from armdrive.holder import overhear_holder
+    from armdrive.storage.lock_client import overhear_holder
     from firmware_protocol.frames import Unpacker
 
     sides = {"sent": Unpacker(), "heard": Unpacker()}

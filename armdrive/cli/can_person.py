@@ -6,9 +6,8 @@ from typing import Any
 
 from armdrive.cli.config_asking import Back, ask
 from armdrive.cli.output import say
-from armdrive.commissioning.acts import Ask
+from armdrive.dialog import Ask, WrongAnswer
 from armdrive.errors import BadRequest, OperatorNeeded
-from armdrive.interview.readers import WrongAnswer
 
 
 class TerminalPerson:

@@ -23,23 +23,23 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from armdrive import places
 from armdrive.cli.can_choosing import chosen_port
 from armdrive.cli.can_person import TerminalPerson
 from armdrive.cli.choosing import add_json_option
 from armdrive.cli.config_asking import agree
 from armdrive.cli.output import emit, say, say_lines
-from armdrive.commissioning import notes as kept
-from armdrive.commissioning.armtext import merged, signs_of, text_of
-from armdrive.commissioning.carrier import Carrier, Person, SimulatedClock
-from armdrive.commissioning.plan import Plan, plan_of
-from armdrive.commissioning.walk import Outcome, walk
 from armdrive.errors import ArmFileError, BadRequest, OperatorNeeded
-from armdrive.textfile import read_text
+from armdrive.setup import plan as kept
+from armdrive.setup.arm_text import merged, signs_of, text_of
+from armdrive.setup.commissioning import Outcome, walk
+from armdrive.setup.dialog_runner import Carrier, Person, SimulatedClock
+from armdrive.setup.plan import Plan, plan_of
+from armdrive.storage import files as places
+from armdrive.text.reading import read_text
 
 if TYPE_CHECKING:
-    from armdrive.armfile import ArmConfig
-    from armdrive.doctor.carrying import Clock
+    from armdrive.config.arm import ArmConfig
+    from armdrive.setup.prober import Clock
     from armdrive.transports.link import Link
 
 ADAPTERS = (__doc__ or "").partition("The adapter, exactly:\n")[2].rstrip()
@@ -61,7 +61,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Hold the talk, then write the arm file."""
-    from armdrive.connecting import simulation_forced
+    from armdrive.connect.target import simulation_forced
 
     simulated = options.sim or simulation_forced()
     alone = options.yes or options.json
@@ -84,9 +84,9 @@ def run(options: argparse.Namespace) -> int:
 
 def _config(name: str) -> ArmConfig:
     """Return the arm of a file, or that of the preset for one that is not there yet."""
-    from armdrive.armfile import config_of_preset, load_arm_file
-    from armdrive.armsections import Connection
-    from armdrive.dialects import dialect
+    from armdrive.config.arm import config_of_preset, load_arm_file
+    from armdrive.config.sections import Connection
+    from armdrive.registry import dialect
 
     path = _path(name)
     if path.is_file():
@@ -105,7 +105,7 @@ def _path(name: str) -> Path:
 
 def _commission(config: ArmConfig, plan: Plan, options: argparse.Namespace) -> int:
     """Commission real drives."""
-    from armdrive.doctor.carrying import RealClock
+    from armdrive.setup.prober import RealClock
 
     port = options.port or _known_port(config) or chosen_port(ADAPTERS)
     notes = kept.read(plan.name, config.calibration)
@@ -133,8 +133,8 @@ def _held(
 @contextlib.contextmanager
 def _opened(config: ArmConfig, port: str) -> Iterator[Link]:
     """Open the adapter for this program alone; its drives are nobody else's meanwhile."""
-    from armdrive.holding import hold
-    from armdrive.transports.url import open_link
+    from armdrive.storage.arm_lock import hold
+    from armdrive.transports.open import open_link
 
     holding = hold(config.name, port)
     try:
@@ -148,7 +148,7 @@ def _opened(config: ArmConfig, port: str) -> Iterator[Link]:
 
 
 def _known_port(config: ArmConfig) -> str:
-    from armdrive.wiring import Wiring
+    from armdrive.connect.port import Wiring
 
     wire = config.connection
     return Wiring(config).find() if wire.port or wire.usb_serial else ""
@@ -156,8 +156,8 @@ def _known_port(config: ArmConfig) -> str:
 
 def _practise(config: ArmConfig, plan: Plan, options: argparse.Namespace, *, alone: bool) -> int:
     """Commission simulated drives as they are shipped. Nothing is kept, and no file is written."""
-    from armdrive.commissioning.practice import Practice
-    from armdrive.sim.twin import make_twin
+    from armdrive.setup.commissioning import Practice
+    from armdrive.sim.simulated_arm import make_twin
 
     if options.port:
         raise BadRequest("--sim needs no --port: the drives are within this program")
@@ -179,7 +179,7 @@ def _end(
     config: ArmConfig, plan: Plan, outcome: Outcome, port: str, options: argparse.Namespace
 ) -> None:
     """Show the arm file, and write it once that is agreed to."""
-    from armdrive.armfile import parse_arm_file
+    from armdrive.config.arm import parse_arm_file
 
     table = merged(config, plan, outcome.notes, port)
     text = text_of(table, plan.name, outcome.left_out)
@@ -208,7 +208,7 @@ def _question(path: Path, *, there: bool) -> str:
 
 
 def _write(path: Path, text: str, *, there: bool) -> None:
-    from armdrive.durable import replace_file
+    from armdrive.storage.files import replace_file
 
     if there:
         old = path.with_name(path.name + BEFORE)

@@ -6,14 +6,14 @@ import argparse
 import os
 from typing import TYPE_CHECKING
 
-from armdrive import places
 from armdrive.cli.numbers import count, positive
-from armdrive.dialects import DIALECTS
 from armdrive.errors import BadRequest
+from armdrive.registry import DIALECTS
+from armdrive.storage import files as places
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm
-    from armdrive.connecting import Target
+    from armdrive.connect.target import Target
 
 DEFAULT_SIM = "sim:teachmover"
 DEFAULT_FILE = "default"
@@ -57,7 +57,7 @@ def add_json_option(parser: argparse.ArgumentParser) -> None:
 
 def chosen_target(options: argparse.Namespace) -> Target:
     """Return the arm that the options name."""
-    from armdrive.connecting import find
+    from armdrive.connect.target import find
 
     named = [word for word in (options.arm, options.sim, options.port) if word]
     if len(named) > 1:
@@ -92,7 +92,7 @@ def connect_chosen(
 
     With `reconnect` a real one's lost wire is looked for; None leaves that to its arm file.
     """
-    from armdrive.connecting import connect_real
+    from armdrive.connect.target import connect_real
 
     target = chosen_target(options)
     if target.simulated:

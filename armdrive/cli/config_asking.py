@@ -10,9 +10,8 @@ from collections.abc import Callable
 from typing import Any
 
 from armdrive.cli.output import put, say
+from armdrive.dialog import Question, WrongAnswer, yes_or_no
 from armdrive.errors import BadRequest
-from armdrive.interview.readers import WrongAnswer, yes_or_no
-from armdrive.interview.rows import Question
 
 HELP, BACK = "?", "back"
 

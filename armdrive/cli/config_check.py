@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import argparse
 
-from armdrive.armfile import load_arm_file
 from armdrive.cli.choosing import add_json_option
 from armdrive.cli.config_files import arm_paths, read
 from armdrive.cli.output import emit, say
+from armdrive.config.arm import load_arm_file
 from armdrive.errors import ArmFileError
 
 WRONG = 2
@@ -29,7 +29,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _check(name: str, json: bool) -> bool:
-    from armdrive.interview.problems import problems_of, remarks_on
+    from armdrive.config.check import problems_of, remarks_on
     from armdrive.setup.limits import limit_remarks
 
     remarks: list[str] = []

@@ -36,13 +36,13 @@ def run(options: argparse.Namespace) -> int:
 
 def _check(name: str) -> None:
     """Raise for what is no usable arm."""
-    from armdrive.connecting import SIM, find
+    from armdrive.connect.target import SIM, find
 
     if name.startswith(SIM):
         find(name)
         return
     if name.endswith(".toml"):
         raise BadRequest(f"the name of an arm file, not its path: {name!r}")
-    from armdrive.armfile import load_arm_file
+    from armdrive.config.arm import load_arm_file
 
     load_arm_file(path_of(name))

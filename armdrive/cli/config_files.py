@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from armdrive import places
-from armdrive.armfile import read_arm_table
-from armdrive.durable import replace_file
+from armdrive.config.arm import read_arm_table
 from armdrive.errors import ArmFileError
-from armdrive.textfile import is_there, read_text
+from armdrive.storage import files as places
+from armdrive.storage.files import replace_file
+from armdrive.text.reading import is_there, read_text
 from kinematics.errors import suggestion
 
 ENDING = ".toml"

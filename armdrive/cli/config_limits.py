@@ -16,8 +16,7 @@ from armdrive.cli.config_asking import agree, ask_value
 from armdrive.cli.config_files import read
 from armdrive.cli.config_signs import connected
 from armdrive.cli.output import emit, say
-from armdrive.interview.readers import choice
-from armdrive.interview.rows import Question
+from armdrive.dialog import Question, choice
 from armdrive.setup.limits import (
     Saw,
     WiredSwitch,
@@ -55,7 +54,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Look at each switch, and write down the day on which all work."""
-    from armdrive.armfile import load_arm_file
+    from armdrive.config.arm import load_arm_file
 
     path = read(options.name).path
     config = load_arm_file(path)

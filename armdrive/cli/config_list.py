@@ -6,11 +6,11 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from armdrive import places
 from armdrive.cli.choosing import add_json_option, default_arm
 from armdrive.cli.config_files import arm_paths
 from armdrive.cli.output import emit, say
 from armdrive.errors import ArmFileError
+from armdrive.storage import files as places
 
 NO_PORT = "(no port)"
 
@@ -44,7 +44,7 @@ _COLUMNS = ("name", "model", "dialect")
 
 
 def _row(path: Path, default: str) -> dict[str, Any]:
-    from armdrive.armfile import load_arm_file
+    from armdrive.config.arm import load_arm_file
 
     row = {"name": path.stem, "default": path.stem == default, "error": ""}
     try:

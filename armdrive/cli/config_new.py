@@ -11,25 +11,24 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from armdrive import places
 from armdrive.cli.choosing import add_json_option
 from armdrive.cli.config_asking import Back, agree, ask
 from armdrive.cli.config_signs import connected, find_signs
 from armdrive.cli.output import emit, say, say_lines
+from armdrive.dialog import WrongAnswer
 from armdrive.errors import ArmError, BadRequest
-from armdrive.interview.answers import flattened
-from armdrive.interview.draft import Draft
-from armdrive.interview.readers import WrongAnswer
-from armdrive.interview.session import Interview
-from armdrive.interview.templates import available
-from armdrive.interview.writing import files_of
+from armdrive.setup.arm_text import files_of
+from armdrive.setup.draft import Draft, flattened
 from armdrive.setup.filing import checked, write
 from armdrive.setup.finding import surroundings
-from armdrive.textfile import read_toml
+from armdrive.setup.interview import Interview
+from armdrive.setup.templates import available
+from armdrive.storage import files as places
+from armdrive.text.reading import read_toml
 from kinematics.errors import did_you_mean
 
 if TYPE_CHECKING:
-    from armdrive.armfile import ArmConfig
+    from armdrive.config.arm import ArmConfig
 
 GIVEN = ("name", "template", "port")
 KEYS = {"port": "connection.port"}

@@ -7,16 +7,16 @@ import math
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from armdrive.armfile import parse_arm_file
 from armdrive.cli.choosing import add_json_option
 from armdrive.cli.config_files import ArmText, read
 from armdrive.cli.output import emit, say, say_lines
+from armdrive.config.arm import parse_arm_file
 from armdrive.errors import ArmFileError
-from armdrive.view import pose_view
+from armdrive.status import pose_view
 from kinematics import KinematicsError
 
 if TYPE_CHECKING:
-    from armdrive.armfile import ArmConfig
+    from armdrive.config.arm import ArmConfig
     from kinematics import MotorSpec, Transmission
 
 
@@ -32,7 +32,7 @@ def run(options: argparse.Namespace) -> int:
     arm = read(options.name)
     config = _config(arm)
     if options.toml:
-        from armdrive.interview.complete import complete
+        from armdrive.config.write import complete
 
         text = complete(config, arm.table)
         emit({"toml": text}) if options.json else say_lines(text.rstrip("\n"))
@@ -88,7 +88,7 @@ def arm_view(config: ArmConfig) -> dict[str, Any]:
 
 
 def _lengths(config: ArmConfig) -> dict[str, Any]:
-    from armdrive.interview.rows_arm import LENGTHS
+    from armdrive.setup.questions.arm import LENGTHS
     from kinematics import ArmPreset
 
     if not isinstance(config.bare, ArmPreset):
@@ -117,8 +117,8 @@ def _motor(motor: MotorSpec, seen: list[str], transmission: Transmission) -> dic
 
 def _wire(config: ArmConfig) -> dict[str, float]:
     """Return what a piece of motion costs on this wire, and what share of the time is left."""
-    from armdrive.budget import Budget
-    from armdrive.dialects import dialect
+    from armdrive.abilities import Budget
+    from armdrive.registry import dialect
 
     able, baud = dialect(config.connection.dialect).abilities, config.connection.baud
     lengths = Budget(config.motion.jog_burst_s, config.motion.planned_burst_s)
@@ -131,8 +131,8 @@ def _wire(config: ArmConfig) -> dict[str, float]:
 
 def _stopping(config: ArmConfig) -> dict[str, dict[str, float]]:
     """Return the announced bounds while jogging and while moving as planned, arm stretched out."""
-    from armdrive.dialects import dialect
-    from armdrive.stopping import stop_bound
+    from armdrive.registry import dialect
+    from armdrive.runtime.stop_bounds import stop_bound
 
     controller = dialect(config.connection.dialect).controller(config)
     found = {}

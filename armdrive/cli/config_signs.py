@@ -13,28 +13,29 @@ from armdrive.cli.choosing import add_json_option
 from armdrive.cli.config_asking import agree, ask_value
 from armdrive.cli.config_files import ArmText, read
 from armdrive.cli.output import emit, say
+from armdrive.dialog import Question, choice
 from armdrive.errors import DeviceFault, OperatorNeeded
-from armdrive.interview.readers import choice
-from armdrive.interview.rows import Question
-from armdrive.interview.sight import WAYS, Sight, sight
-from armdrive.interview.signs import (
+from armdrive.setup.directions import (
     AGAIN,
     NOTHING,
     OTHER,
     TRIAL_SPEED,
+    WAYS,
     Seen,
+    Sight,
     Signs,
     Trial,
     conclude,
     roll_joint,
+    sight,
     trials,
 )
-from armdrive.sim.found import found_posture
+from armdrive.sim.world.body import found_posture
 from armdrive.status import State
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm
-    from armdrive.armfile import ArmConfig
+    from armdrive.config.arm import ArmConfig
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -47,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Find the directions, and print the lines."""
-    from armdrive.armfile import load_arm_file
+    from armdrive.config.arm import load_arm_file
 
     text = read(options.name)
     config = load_arm_file(text.path)
@@ -78,7 +79,7 @@ def connected(
     """Return the arm to be opened in a `with`. Raises `OperatorNeeded` for a real one alone."""
     import sys
 
-    from armdrive.connecting import simulation_forced
+    from armdrive.connect.target import simulation_forced
 
     simulated = simulated or simulation_forced()
     if not simulated and (alone or not sys.stdin.isatty()):
@@ -94,7 +95,7 @@ class _Open:
         self._simulated = simulated
 
     def __enter__(self) -> Arm:
-        from armdrive.connecting import connect_real, connect_simulated
+        from armdrive.connect.target import connect_real, connect_simulated
 
         open_arm = connect_simulated if self._simulated else connect_real
         self._arm = open_arm(self._config)

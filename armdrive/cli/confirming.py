@@ -7,14 +7,14 @@ import sys
 from typing import TYPE_CHECKING
 
 from armdrive.cli.output import put, say
-from armdrive.draw.armview import ArmScene, side_view
-from armdrive.draw.terminal import can_braille
 from armdrive.errors import OperatorNeeded
+from armdrive.render.canvas import can_braille
+from armdrive.render.side_view import ArmScene, side_view
 from armdrive.status import Trust
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm
-    from armdrive.posture import PostureRequest
+    from armdrive.dialog import PostureRequest
     from kinematics import Joints
 
 WIDTH, HEIGHT = 60, 16

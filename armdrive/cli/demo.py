@@ -22,13 +22,13 @@ from armdrive.cli.choosing import (
 )
 from armdrive.cli.numbers import positive
 from armdrive.cli.output import emit, say
-from armdrive.demo import JOBS, blocks_of, misplaced, perform
 from armdrive.errors import BadRequest
+from armdrive.programs.demo import JOBS, blocks_of, misplaced, perform
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm
-    from armdrive.demo import Carried
-    from armdrive.sim.twin import Twin
+    from armdrive.programs.demo import Carried
+    from armdrive.sim.simulated_arm import Twin
 
 SPEED = 8.0
 DIALECT = "teachmover"
@@ -68,8 +68,8 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _run_simulated(options: argparse.Namespace) -> int:
-    from armdrive.connecting import simulated_config
-    from armdrive.sim.twin import make_twin
+    from armdrive.connect.target import simulated_config
+    from armdrive.sim.simulated_arm import make_twin
 
     config = simulated_config(DIALECT)
     twin = make_twin(config, blocks=blocks_of(JOBS))
@@ -90,7 +90,7 @@ def _run_simulated(options: argparse.Namespace) -> int:
 
 
 def _perform_plainly(twin: Twin, config: object, *, as_json: bool) -> tuple[list[Carried], float]:
-    from armdrive.connecting import connect_simulated
+    from armdrive.connect.target import connect_simulated
 
     arm: Arm
     with connect_simulated(config, twin=twin) as arm:  # type: ignore[arg-type]

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 from armdrive.cli.choosing import connect_chosen
 from armdrive.cli.confirming import agreed, ask_operator, settle_trust
 from armdrive.cli.output import say, say_which
-from armdrive.demo import JOBS, perform
 from armdrive.errors import OperatorNeeded
+from armdrive.programs.demo import JOBS, perform
 
 if TYPE_CHECKING:
-    from armdrive.demo import Job
+    from armdrive.programs.demo import Job
 
 
 def run_on_real_arm(options: argparse.Namespace) -> int:

@@ -16,10 +16,9 @@ from typing import TYPE_CHECKING
 from armdrive.cli.choosing import add_allow_restored, add_arm_options, connect_chosen
 from armdrive.cli.confirming import agreed, settle_trust
 from armdrive.cli.output import emit, say, say_which
-from armdrive.dialects import dialect
 from armdrive.errors import NotReferenced, OperatorNeeded
-from armdrive.status import State
-from armdrive.view import status_view
+from armdrive.registry import dialect
+from armdrive.status import State, status_view
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm

@@ -27,15 +27,15 @@ from armdrive.cli.choosing import add_json_option
 from armdrive.cli.doctor_report import Report
 from armdrive.cli.numbers import count
 from armdrive.cli.output import say
-from armdrive.dialects import DIALECTS
 from armdrive.errors import ArmError, BadRequest, OperatorNeeded, PortUnavailable
+from armdrive.registry import DIALECTS
 
 if TYPE_CHECKING:
-    from armdrive.armfile import ArmConfig
-    from armdrive.controllers.settings import Settings
-    from armdrive.doctor.before import Before
-    from armdrive.doctor.findings import Finding
-    from armdrive.doctor.probing import Examination
+    from armdrive.config.arm import ArmConfig
+    from armdrive.dialog import Finding
+    from armdrive.setup.ports import Before
+    from armdrive.setup.prober import Examination
+    from armdrive.tasks import Settings
 
 DONE, MENDING, CLOSED, NOBODY = 0, 1, 4, 6
 
@@ -66,7 +66,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Examine the port, and say what was found."""
-    from armdrive.doctor.timing import finding, measure
+    from armdrive.setup.findings import finding, measure
 
     if options.keyboard:
         return _keyboard(options)
@@ -97,7 +97,7 @@ def _keyboard(options: argparse.Namespace) -> int:
 
 def _on_can(options: argparse.Namespace, config: ArmConfig | None) -> bool:
     """Tell whether a CAN bus is meant: by the option, by the port, or by the arm file's port."""
-    from armdrive.transports.can_address import is_can
+    from armdrive.transports.address import is_can
 
     wire = config.connection.port if config is not None else ""
     return options.can is not None or is_can(options.port or wire)
@@ -105,9 +105,8 @@ def _on_can(options: argparse.Namespace, config: ArmConfig | None) -> bool:
 
 def _before(options: argparse.Namespace, config: ArmConfig | None) -> tuple[str, Before]:
     """Return the port's present name, and what can be said of it while it is closed."""
-    from armdrive.doctor.before import look_at, unfound
-    from armdrive.doctor.owners import Naming, arm_files
-    from armdrive.wiring import Wiring
+    from armdrive.connect.port import Wiring
+    from armdrive.setup.ports import Naming, arm_files, look_at, unfound
 
     if config is None or not options.arm:
         return str(options.port), look_at(str(options.port), arm_files())
@@ -122,7 +121,7 @@ def _before(options: argparse.Namespace, config: ArmConfig | None) -> tuple[str,
 
 def _config(options: argparse.Namespace) -> ArmConfig | None:
     """Return the arm that is expected at the port, if one is."""
-    from armdrive.connecting import find, simulation_forced
+    from armdrive.connect.target import find, simulation_forced
 
     if simulation_forced():
         raise PortUnavailable(
@@ -163,8 +162,8 @@ def _agree(port: str, options: argparse.Namespace) -> None:
 
 
 def _examined(port: str, options: argparse.Namespace, config: ArmConfig | None) -> Examination:
-    from armdrive.doctor.carrying import examine_port
-    from armdrive.holding import hold
+    from armdrive.setup.prober import examine_port
+    from armdrive.storage.arm_lock import hold
 
     holding = hold(config.name if config is not None else port, port)
     try:
@@ -189,8 +188,8 @@ def _weigh(
     options: argparse.Namespace,
     config: ArmConfig | None,
 ) -> int:
-    from armdrive.doctor import after
-    from armdrive.doctor.findings import any_problem
+    from armdrive.dialog import any_problem
+    from armdrive.setup import findings as after
 
     wire = config.connection if config is not None else None
     expected = after.Expected(baud=_baud(options, config))
@@ -220,9 +219,9 @@ def _weigh(
 
 def compare(config: ArmConfig, report: Report, options: argparse.Namespace) -> None:
     """Connect as every command does, and compare the settings; mend them where that is agreed."""
-    from armdrive.connecting import connect_real
-    from armdrive.doctor.findings import note, ok
-    from armdrive.doctor.settings import compared, settings_findings
+    from armdrive.connect.target import connect_real
+    from armdrive.dialog import note, ok
+    from armdrive.setup.findings import compared, settings_findings
     from armdrive.setup.limits import limit_remarks
 
     try:
@@ -247,8 +246,8 @@ def compare(config: ArmConfig, report: Report, options: argparse.Namespace) -> N
 
 def _unconnected(error: ArmError, config: ArmConfig) -> Finding:
     """Say why an arm did not connect that was recognised, and what helps, as its error has it."""
-    from armdrive.doctor.findings import problem
-    from armdrive.doctor.mistaken import bare
+    from armdrive.connect.port import bare
+    from armdrive.dialog import problem
 
     what, _, mend = bare(error, config.connection).partition(": ")
     return problem(

@@ -12,21 +12,20 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, TypeVar
 
 from armdrive.cli.doctor_report import Report
-from armdrive.commissioning.carrier import Carrier
-from armdrive.doctor import can_findings
-from armdrive.doctor.can_asking import PROTOCOLS, Answers, Heard, Protocol, ask_bus
-from armdrive.doctor.can_survey import IDS, LISTEN_S, Survey, listen
-from armdrive.doctor.canopen_survey import heard_nodes
-from armdrive.doctor.carrying import RealClock
-from armdrive.doctor.findings import Finding, any_problem, note, ok, problem
+from armdrive.dialects.cia402.survey import heard_nodes
+from armdrive.dialects.mks.survey import IDS, LISTEN_S, Survey, listen
+from armdrive.dialog import Finding, any_problem, note, ok, problem
 from armdrive.errors import ArmError, BadRequest, LinkError, LinkLost, PortUnavailable
-from armdrive.setup.finding import Nobody
-from armdrive.transports.can_address import PREFIX, CanAddress, is_can
+from armdrive.setup import findings as can_findings
+from armdrive.setup.dialog_runner import Carrier
+from armdrive.setup.finding import PROTOCOLS, Answers, Heard, Nobody, Protocol, ask_bus
+from armdrive.setup.prober import RealClock
+from armdrive.transports.address import PREFIX, CanAddress, is_can
 from armdrive.transports.can_health import BusHealth
 from firmware_protocol.mks import NODE_MAX, Bitrate
 
 if TYPE_CHECKING:
-    from armdrive.armfile import ArmConfig
+    from armdrive.config.arm import ArmConfig
     from armdrive.transports.can_link import CanLink
 
 T = TypeVar("T")
@@ -52,13 +51,12 @@ def bus_of(options: argparse.Namespace, config: ArmConfig | None) -> str:
     if options.can:
         return str(options.can if is_can(options.can) else PREFIX + options.can)
     if config is not None:
-        from armdrive.wiring import Wiring
+        from armdrive.connect.port import Wiring
 
         return Wiring(config).find()
     if options.port:
         return str(options.port)
-    from armdrive.transports.can_ports import list_can_ports
-    from armdrive.transports.ports import list_ports
+    from armdrive.transports.ports import list_can_ports, list_ports
 
     there = [each.port for each in list_can_ports(list_ports()) if not each.todo]
     if len(there) == 1:
@@ -125,7 +123,7 @@ def _other(row: Protocol, dialect: str) -> Finding:
 
 def _alone(config: ArmConfig | None, port: str, look: Callable[[], T]) -> T:
     """Look at a bus while no other armdrive has it."""
-    from armdrive.holding import hold
+    from armdrive.storage.arm_lock import hold
 
     holding = hold(config.name if config is not None else port, port)
     try:

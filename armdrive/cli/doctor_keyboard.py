@@ -8,9 +8,7 @@ import sys
 
 from armdrive.cli.output import emit, put_error, say, say_lines
 from armdrive.errors import OperatorNeeded
-from armdrive.keyboard.examination import Examined, examine
-from armdrive.keyboard.holding import sentence
-from armdrive.keyboard.terminal import raw_terminal
+from armdrive.setup.keyboard import Examined, examine, raw_terminal, sentence
 
 WORKS, WORKS_NOT = 0, 1
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from armdrive.cli.output import emit, say
 
 if TYPE_CHECKING:
-    from armdrive.doctor.findings import Finding
+    from armdrive.dialog import Finding
 
 
 @dataclass(slots=True)

@@ -10,7 +10,7 @@ import contextlib
 
 from armdrive.cli.choosing import add_arm_options, connect_chosen
 from armdrive.cli.output import emit, say, say_which
-from armdrive.view import status_view
+from armdrive.status import status_view
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -8,11 +8,10 @@ from __future__ import annotations
 import argparse
 from dataclasses import asdict
 
-from armdrive.catalogue import ENTRIES, by_code, found
-from armdrive.catalogue.entry import Entry
-from armdrive.catalogue.printing import in_full, listing, page
 from armdrive.cli.choosing import add_json_option
 from armdrive.cli.output import emit, put, say
+from armdrive.errors.printing import in_full, listing, page
+from armdrive.errors.table import ENTRIES, Entry, by_code, found
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

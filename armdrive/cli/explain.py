@@ -23,8 +23,8 @@ from armdrive.cli.choosing import add_json_option
 from armdrive.cli.numbers import number
 from armdrive.cli.output import emit, say, say_lines
 from armdrive.cli.units import coordinates_text, given_goal, given_joints
+from armdrive.config.link_model import is_model_file, read_model
 from armdrive.errors import BadRequest, Refused
-from armdrive.modelfile import is_model_file, read_model
 from kinematics import PRESETS, preset
 from kinematics.errors import OutOfReach, UnknownSystem
 from kinematics.textbook.systems import SYSTEMS, MiniMover, System, system

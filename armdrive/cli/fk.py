@@ -17,9 +17,9 @@ from armdrive.cli.models import MODEL_HELP, find_model
 from armdrive.cli.numbers import number
 from armdrive.cli.output import emit, say
 from armdrive.cli.units import given_joints, shown_joints
+from armdrive.config.link_model import Model
 from armdrive.errors import BadRequest
-from armdrive.modelfile import Model
-from armdrive.view import joints_view, pose_view, violation_text
+from armdrive.status import joints_view, pose_view, violation_text
 from kinematics import JOINT_NAMES, PRESETS, ArmPreset, Joints, preset
 
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def chosen_holders(options: argparse.Namespace) -> list[str]:
     """Return the arm that the options name; without a name, all that are held."""
-    from armdrive.holder import held_arms
+    from armdrive.storage.lock_client import held_arms
 
     if options.arm or options.sim or options.port:
         return [chosen_target(options).config.name]
@@ -34,7 +34,7 @@ def one_holder(options: argparse.Namespace) -> str:
 
 def ask(name: str, request: str, **words: object) -> Mapping[str, object]:
     """Ask a holder. Raises `ArmError` where there is none, or where it says no."""
-    from armdrive.holder import ask_holder
+    from armdrive.storage.lock_client import ask_holder
 
     answer = ask_holder(name, request, **words)
     if "error" in answer and "state" not in answer:

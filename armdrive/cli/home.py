@@ -26,9 +26,8 @@ from armdrive.cli.numbers import number
 from armdrive.cli.output import emit, say, say_which
 from armdrive.cli.reporting import Reporter
 from armdrive.errors import BadRequest, OperatorNeeded
-from armdrive.intents import GRIPPER_AXIS
-from armdrive.status import State
-from armdrive.view import status_view
+from armdrive.moves import GRIPPER_AXIS
+from armdrive.status import State, status_view
 from kinematics import Joints
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from armdrive.cli.models import MODEL_HELP, find_model
 from armdrive.cli.numbers import number
 from armdrive.cli.output import emit, say
 from armdrive.errors import BadRequest
-from armdrive.view import joints_view, pose_view, violation_text
+from armdrive.status import joints_view, pose_view, violation_text
 from kinematics import PRESETS, ArmPreset, Branch, Pose, preset
 
 

@@ -13,7 +13,7 @@ from armdrive.errors import Refused
 from kinematics.spaces import Pose
 
 if TYPE_CHECKING:
-    from armdrive.modelfile import Model
+    from armdrive.config.link_model import Model
     from kinematics.chains.chain import Chain
     from kinematics.chains.goals import Goal
     from kinematics.chains.inverse import Solution

@@ -10,7 +10,6 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from armdrive import places
 from armdrive.cli.choosing import (
     DEFAULT_SIM,
     add_arm_options,
@@ -25,6 +24,7 @@ from armdrive.cli.output import emit, say
 from armdrive.cli.screens import require_screen
 from armdrive.errors import ArmInUse
 from armdrive.status import State, coded
+from armdrive.storage import files as places
 
 if TYPE_CHECKING:
     from pathlib import Path

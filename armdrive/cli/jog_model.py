@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 from armdrive.cli.output import emit, say
 from armdrive.cli.screens import require_screen
+from armdrive.config.link_model import is_model_file, read_model
 from armdrive.errors import BadRequest
-from armdrive.modelfile import is_model_file, read_model
 from kinematics.errors import suggestion
 from kinematics.textbook.study import Subject, named_subject, subject_names, subject_of_chain
 

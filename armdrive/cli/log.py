@@ -17,8 +17,7 @@ from pathlib import Path
 from armdrive.cli.choosing import add_json_option
 from armdrive.cli.output import emit, say
 from armdrive.errors import BadRequest
-from armdrive.log.lines import Topic
-from armdrive.log.sieve import BETWEEN, Sieve
+from armdrive.trace.log import BETWEEN, Sieve, Topic
 from kinematics.errors import suggestion
 
 
@@ -38,9 +37,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Read, sieve, print."""
-    from armdrive.log.reader import recorded
-    from armdrive.recorder.reading import read_recording
-    from armdrive.recorder.timeline import heading
+    from armdrive.trace.files import read_recording
+    from armdrive.trace.log import recorded
+    from armdrive.trace.timeline import heading
 
     sieve = Sieve(_topics(options.only), options.find)
     file = options.file or _newest()
@@ -66,7 +65,7 @@ def _topics(words: str | None) -> frozenset[Topic]:
 
 
 def _newest() -> Path:
-    from armdrive.recorder.files import ENDING, recordings
+    from armdrive.trace.files import ENDING, recordings
 
     files = sorted(recordings().glob(f"*{ENDING}"), key=lambda path: path.stat().st_mtime_ns)
     if not files:

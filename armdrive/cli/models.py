@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from armdrive.config.link_model import Model, is_model_file, read_model
 from armdrive.errors import BadRequest
-from armdrive.modelfile import Model, is_model_file, read_model
 from kinematics import PRESETS
 from kinematics.errors import suggestion
 from kinematics.textbook.systems import SYSTEMS

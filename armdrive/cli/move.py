@@ -23,13 +23,13 @@ from armdrive.cli.confirming import settle_trust
 from armdrive.cli.numbers import fraction, number
 from armdrive.cli.output import emit, say, say_which
 from armdrive.errors import BadRequest
-from armdrive.frames import BASE, TOOL
-from armdrive.view import status_view
+from armdrive.motion.resolve import BASE, TOOL
+from armdrive.status import status_view
 from kinematics import JOINT_NAMES, Pose
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm
-    from armdrive.preview import Preview
+    from armdrive.motion.preview import Preview
 
 COORDINATES = (
     ("x", "mm"), ("y", "mm"), ("z", "mm"), ("pitch", "deg"), ("roll", "deg"), ("yaw", "deg"),

@@ -11,8 +11,8 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, TextIO
 
-from armdrive.catalogue.actions import COMMAND_LINE, presented
-from armdrive.printable import encodable, printable, printable_lines
+from armdrive.errors.actions import COMMAND_LINE, presented
+from armdrive.text.printable import encodable, printable, printable_lines
 
 if TYPE_CHECKING:
     from armdrive.status import Status

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import NoReturn
 
-from armdrive.printable import as_message
+from armdrive.text.printable import as_message
 
 
 class Parser(argparse.ArgumentParser):

@@ -36,8 +36,8 @@ from armdrive.status import Trust
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm
-    from armdrive.armfile import ArmConfig
-    from armdrive.teaching.pendantrows import PendantProgram
+    from armdrive.config.arm import ArmConfig
+    from armdrive.dialects.teachmover.pendant import PendantProgram
 
 Deed = Callable[[argparse.Namespace], int]
 
@@ -155,7 +155,7 @@ def _written(arm: Arm, program: PendantProgram, *, leave_others: bool) -> int:
     except Exception:
         raise  # its own words name the rows
     except BaseException:
-        from armdrive.flows.program_memory import named_rows
+        from armdrive.motion.device import named_rows
 
         new = f"{named_rows(done)} new in the arm" if done else "nothing new in the arm"
         put_error(f"{new}; the next one perhaps, the others as before\n")
@@ -163,8 +163,8 @@ def _written(arm: Arm, program: PendantProgram, *, leave_others: bool) -> int:
 
 
 def _view(config: ArmConfig, program: PendantProgram) -> dict[str, Any]:
-    from armdrive.teaching.pendantmeaning import place_of
-    from armdrive.view import joints_view
+    from armdrive.dialects.teachmover.pendant import place_of
+    from armdrive.status import joints_view
 
     rows = []
     for row in program.rows:

@@ -5,20 +5,20 @@ from __future__ import annotations
 from datetime import datetime
 from typing import TYPE_CHECKING
 
-from armdrive.durable import DISK, replace_durably
 from armdrive.errors import BadRequest, PendantFileError
-from armdrive.textfile import read_text
+from armdrive.storage.files import DISK, replace_durably
+from armdrive.text.reading import read_text
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from armdrive.armfile import ArmConfig
-    from armdrive.teaching.pendantrows import PendantProgram
+    from armdrive.config.arm import ArmConfig
+    from armdrive.dialects.teachmover.pendant import PendantProgram
 
 
 def from_file(path: Path) -> PendantProgram:
     """Read a file; raises `PendantFileError` that names it and the line."""
-    from armdrive.teaching.pendantfile import LARGEST_BYTES, parse_pendant
+    from armdrive.dialects.teachmover.pendant import LARGEST_BYTES, parse_pendant
 
     text = read_text(path, "the file", PendantFileError, most_bytes=LARGEST_BYTES)
     try:
@@ -29,7 +29,7 @@ def from_file(path: Path) -> PendantProgram:
 
 def into_file(path: Path, config: ArmConfig, program: PendantProgram) -> None:
     """Write a file; raises `OSError`, and `PendantFileError` where it would read otherwise."""
-    from armdrive.teaching.pendantfile import parse_pendant
+    from armdrive.dialects.teachmover.pendant import parse_pendant
 
     text = text_of(config, program)
     if parse_pendant(text) != program:
@@ -45,8 +45,7 @@ def require_free(path: Path, *, force: bool) -> None:
 
 def text_of(config: ArmConfig, program: PendantProgram) -> str:
     """Return a program as a file has it, with what each row means on this arm."""
-    from armdrive.teaching.pendantfile import pendant_text
-    from armdrive.teaching.pendantmeaning import meaning
+    from armdrive.dialects.teachmover.pendant import meaning, pendant_text
 
     transmission = config.model.transmission
     names = [motor.name for motor in transmission.motors] if transmission else []

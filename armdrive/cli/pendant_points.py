@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 def make_points(options: argparse.Namespace) -> int:
     """Make points and a sequence of a file's rows; the arm need not be there."""
-    from armdrive.pointbook import points_of
-    from armdrive.teaching.pendantmeaning import taught_by
+    from armdrive.dialects.teachmover.pendant import taught_by
+    from armdrive.storage.point_file import points_of
 
     config = chosen_target(options).config
     program = from_file(Path(options.file))
@@ -35,7 +35,7 @@ def make_points(options: argparse.Namespace) -> int:
 
 def make_rows(options: argparse.Namespace, arm: Arm) -> int:
     """Make a file of rows of a sequence, as the arm's registers count now."""
-    from armdrive.teaching.pendantmaking import rows_of
+    from armdrive.programs.teaching.pendant_program import rows_of
 
     steps, taught = arm.points.sequence(options.name), arm.points.read()
     origin = arm.read_pendant_program().origin

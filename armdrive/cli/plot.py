@@ -20,10 +20,10 @@ from armdrive.cli.choosing import add_json_option
 from armdrive.cli.models import MODEL_HELP, find_model
 from armdrive.cli.numbers import number
 from armdrive.cli.output import emit, say
-from armdrive.draw.reach import reach_sketches, section_sketch
-from armdrive.draw.sketch import Sketch, sketch_rows
-from armdrive.draw.terminal import can_braille
 from armdrive.errors import BadRequest
+from armdrive.render.canvas import can_braille
+from armdrive.render.reach import reach_sketches, section_sketch
+from armdrive.render.sketch import Sketch, sketch_rows
 from kinematics import PRESETS, preset
 
 MOST_COLUMNS, MOST_ROWS = 110, 36
@@ -50,7 +50,7 @@ def run(options: argparse.Namespace) -> int:
     """Draw it."""
     title, sketches = _sketches(options)
     if options.output is not None:
-        from armdrive.draw.picture import save_sketches
+        from armdrive.render.sketch import save_sketches
 
         save_sketches(sketches, title, options.output)
         if not options.json:

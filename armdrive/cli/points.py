@@ -34,9 +34,9 @@ from armdrive.cli.numbers import count, fraction
 from armdrive.cli.output import emit, say, say_lines, say_which
 from armdrive.cli.points_export import add_export_options, export
 from armdrive.cli.points_shaping import add_shape_options, shape
-from armdrive.pointbook import Points, points_of
-from armdrive.points import Point, StepList
-from armdrive.view import joints_view, pose_view, status_view
+from armdrive.status import joints_view, pose_view, status_view
+from armdrive.storage.point_file import Points, points_of
+from armdrive.storage.points import Point, StepList
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm
@@ -200,7 +200,7 @@ def _go(options: argparse.Namespace) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    from armdrive.sequence import Stepper
+    from armdrive.programs.teaching.sequence import Stepper
 
     with _connected(options, allow_restored=options.allow_restored) as arm:
         if not options.json:

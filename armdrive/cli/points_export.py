@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 from armdrive.cli.choosing import chosen_target
 from armdrive.cli.output import emit, say
-from armdrive.durable import DISK, replace_durably
 from armdrive.errors import BadRequest
-from armdrive.pointbook import points_of
+from armdrive.storage.files import DISK, replace_durably
+from armdrive.storage.point_file import points_of
 
 if TYPE_CHECKING:
     import argparse
@@ -22,9 +22,9 @@ def add_export_options(action: argparse.ArgumentParser) -> None:
 
 def export(options: argparse.Namespace) -> int:
     """Write the program beside nothing that is there, unless told to, and say where."""
+    from armdrive.programs.language.writing import unparse
     from armdrive.programs.program import read_program
-    from armdrive.programs.writing import unparse
-    from armdrive.teaching.exporting import program_of
+    from armdrive.programs.teaching.export import program_of
 
     path = Path(options.file)
     if path.exists() and not options.force:

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 from armdrive.cli.choosing import chosen_target
 from armdrive.cli.numbers import number
 from armdrive.cli.output import emit, say
-from armdrive.pointbook import points_of
-from armdrive.points import check_name
+from armdrive.storage.point_file import points_of
+from armdrive.storage.points import check_name
 
 if TYPE_CHECKING:
     import argparse
 
-    from armdrive.armfile import ArmConfig
-    from armdrive.teaching.shaping import Shape
+    from armdrive.config.arm import ArmConfig
+    from armdrive.programs.teaching.shape import Shape
 
 AXES = ("x", "y", "z")
 
@@ -36,7 +36,7 @@ def add_shape_options(action: argparse.ArgumentParser, name: str) -> None:
 
 def shape(options: argparse.Namespace) -> int:
     """Make the new from the old, look at every point, and write them all or none."""
-    from armdrive.teaching.shaping import shaped
+    from armdrive.programs.teaching.shape import shaped
 
     config = chosen_target(options).config
     book = points_of(config)
@@ -61,7 +61,7 @@ def shape(options: argparse.Namespace) -> int:
 
 def _change(options: argparse.Namespace, config: ArmConfig) -> tuple[Shape, str]:
     """Return how postures change, and the words for the notes."""
-    from armdrive.teaching.shaping import Offset, mirrored, offset
+    from armdrive.programs.teaching.shape import Offset, mirrored, offset
 
     if options.action == "copy":
         return (lambda joints: joints), ""

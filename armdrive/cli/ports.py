@@ -14,7 +14,7 @@ from armdrive.cli.choosing import add_json_option
 from armdrive.cli.output import emit, say
 
 if TYPE_CHECKING:
-    from armdrive.doctor.owners import Naming
+    from armdrive.setup.ports import Naming
     from armdrive.transports.ports import PortInfo
 
 
@@ -28,9 +28,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """List the ports."""
-    from armdrive.doctor.owners import arm_files
-    from armdrive.transports.can_ports import ask_drivers, list_can_ports
-    from armdrive.transports.ports import list_ports
+    from armdrive.setup.ports import arm_files
+    from armdrive.transports.ports import ask_drivers, list_can_ports, list_ports
 
     files = tuple(map(_by_device, arm_files()))
     ports = list_ports()
@@ -62,15 +61,14 @@ def run(options: argparse.Namespace) -> int:
 
 def _by_device(naming: Naming) -> Naming:
     """Return an arm file's naming with the serial port of its CAN adapter, where that is one."""
-    from armdrive.transports.can_address import CanAddress, is_can
+    from armdrive.transports.address import CanAddress, is_can
 
     address = CanAddress.parse(naming.port) if is_can(naming.port) else CanAddress()
     return replace(naming, port=address.device) if address.device else naming
 
 
 def _view(info: PortInfo, files: tuple[Naming, ...]) -> dict[str, Any]:
-    from armdrive.doctor.before import forbidden
-    from armdrive.doctor.owners import held_by_armdrive, owners_of, strangers_to
+    from armdrive.setup.ports import forbidden, held_by_armdrive, owners_of, strangers_to
 
     owners = owners_of(info.device, files)
     arms = [each.arm for each in owners]
@@ -106,9 +104,9 @@ def _absent(ports: tuple[PortInfo, ...], files: tuple[Naming, ...]) -> list[dict
 
 def _missing(naming: Naming, ports: tuple[PortInfo, ...]) -> str:
     """Say why the port of an arm file is not to be found; nothing where it is."""
-    from armdrive.doctor.owners import same_port
-    from armdrive.transports.can_address import is_can
-    from armdrive.transports.refusals import NoSuchPort
+    from armdrive.setup.ports import same_port
+    from armdrive.transports.address import is_can
+    from armdrive.transports.open_errors import NoSuchPort
 
     try:
         port = naming.find()

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 from armdrive.cli.output import emit, say
 from armdrive.errors import Refused
-from armdrive.previewing import preview_lines, preview_view
+from armdrive.motion.preview_text import preview_lines, preview_view
 
 if TYPE_CHECKING:
-    from armdrive.preview import Preview
+    from armdrive.motion.preview import Preview
 
 
 def show_preview(preview: Preview, *, as_json: bool) -> int:

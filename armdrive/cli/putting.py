@@ -9,8 +9,8 @@ from armdrive.errors import BadRequest
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm
-    from armdrive.connecting import Target
-    from armdrive.sim.blocks import Block
+    from armdrive.connect.target import Target
+    from armdrive.sim.world.table import Block
 
 
 def add_put_option(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
@@ -44,7 +44,7 @@ def put_blocks(arm: Arm, blocks: list[Block]) -> None:
 
 
 def _block(words: str) -> Block:
-    from armdrive.sim.dropping import block_of
+    from armdrive.sim.serving.console import block_of
 
     try:
         return block_of(words.split(","))

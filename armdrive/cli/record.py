@@ -22,7 +22,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Ask the holders to write, and say which files they wrote."""
-    from armdrive.holder import held_arms
+    from armdrive.storage.lock_client import held_arms
 
     named = options.arm or options.sim or options.port
     names = [chosen_target(options).config.name] if named else held_arms()
@@ -42,7 +42,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _recorded(name: str) -> Path:
-    from armdrive.holder import ask_holder
+    from armdrive.storage.lock_client import ask_holder
 
     answer = ask_holder(name, "record")
     if "recording" not in answer:

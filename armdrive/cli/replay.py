@@ -22,8 +22,8 @@ from armdrive.cli.numbers import positive
 from armdrive.cli.output import emit, say
 
 if TYPE_CHECKING:
-    from armdrive.recorder.reading import Recording
-    from armdrive.recorder.replaying import Replayed
+    from armdrive.trace.files import Recording
+    from armdrive.trace.replay import Replayed
 
 PARTED = 1
 
@@ -48,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Read, replay, print."""
-    from armdrive.recorder.reading import read_recording
+    from armdrive.trace.files import read_recording
 
     recording = read_recording(options.file)
     replayed = None if options.show else _replayed(recording, options.set)
@@ -60,16 +60,16 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _replayed(recording: Recording, words: list[str]) -> Replayed:
-    from armdrive.recorder.replaying import replay
-    from armdrive.sim.options import Options
-    from armdrive.sim.twins import twin_kind
+    from armdrive.sim.device import Options
+    from armdrive.sim.kinds import twin_kind
+    from armdrive.trace.replay import replay
 
     dialect = recording.config().connection.dialect
     return replay(recording, Options.parse(twin_kind(dialect).options, words))
 
 
 def _print_json(recording: Recording, replayed: Replayed | None) -> None:
-    from armdrive.recorder.timeline import Teller, replayed_view
+    from armdrive.trace.timeline import Teller, replayed_view
 
     if replayed is not None:
         emit(replayed_view(recording, replayed))
@@ -80,7 +80,7 @@ def _print_json(recording: Recording, replayed: Replayed | None) -> None:
 
 
 def _print(recording: Recording, replayed: Replayed | None, options: argparse.Namespace) -> None:
-    from armdrive.recorder.timeline import heading, lines
+    from armdrive.trace.timeline import heading, lines
 
     say(heading(recording))
     parting = None if replayed is None else replayed.parting

@@ -95,7 +95,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _check_plot(output: str) -> None:
     if output:
-        from armdrive.draw.picture import check_output
+        from armdrive.render.sketch import check_output
 
         check_output(Path(output))
 

@@ -8,7 +8,6 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from armdrive.catalogue import error_view, tagged
 from armdrive.cli.choosing import chosen_target, connect_chosen
 from armdrive.cli.confirming import ask_operator, settle_trust
 from armdrive.cli.output import complain, emit, put, put_error, say, say_which
@@ -16,9 +15,9 @@ from armdrive.cli.putting import put_blocks, require_table
 from armdrive.cli.run_report import draw_path, rehearsal_lines, rehearsal_view
 from armdrive.cli.run_showing import Display
 from armdrive.errors import ArmError, ArmInUse, DeviceFault, LinkError
+from armdrive.errors.table import error_view, tagged
 from armdrive.programs.problems import excerpt
-from armdrive.status import State
-from armdrive.view import pose_view
+from armdrive.status import State, pose_view
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm

@@ -28,14 +28,18 @@ from armdrive.cli.run_person import Terminal, standard_input
 from armdrive.cli.run_showing import Display
 from armdrive.cli.run_signals import stopped_by_interrupt
 from armdrive.cli.run_words import duration
-from armdrive.programs.journal import Entry, Journal, interrupted
+from armdrive.programs.journal import (
+    Entry,
+    Journal,
+    interrupted,
+    require_place,
+    require_same_program,
+)
 from armdrive.programs.performing import Performer
 from armdrive.programs.problems import lines_of
-from armdrive.programs.progress import Progress
+from armdrive.programs.program import ArmProgram, read_program_file
 from armdrive.programs.rehearsal import Plan, Rehearsal, rehearse, require_rehearsed
-from armdrive.programs.resuming import require_place, require_same_program
-from armdrive.programs.running import Run, Step
-from armdrive.programs.source import ArmProgram, read_program_file
+from armdrive.programs.running import Progress, Run, Step
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm

@@ -10,14 +10,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from armdrive.catalogue import error_view
 from armdrive.cli.output import say
 from armdrive.cli.run_words import duration, line_words
+from armdrive.errors.table import error_view
 from armdrive.programs.acts import Look
 
 if TYPE_CHECKING:
-    from armdrive.programs.progress import Took
     from armdrive.programs.rehearsal import Rehearsal
+    from armdrive.programs.running import Took
     from kinematics.geometry import Point
 
 MOST_COLUMNS, MOST_ROWS = 110, 30
@@ -85,8 +85,8 @@ def _total_s(acts: Sequence[Took]) -> float:
 
 def draw_path(path: Sequence[Point], title: str, output: Path | None) -> None:
     """Draw the tip's path from the side and from above, into a file or into the terminal."""
-    from armdrive.draw.sketch import Sketch, sketch_rows
-    from armdrive.draw.terminal import can_braille
+    from armdrive.render.canvas import can_braille
+    from armdrive.render.sketch import Sketch, sketch_rows
 
     side = tuple((math.hypot(x, y), z) for x, y, z in path)
     above = tuple((x, y) for x, y, _ in path)
@@ -95,7 +95,7 @@ def draw_path(path: Sequence[Point], title: str, output: Path | None) -> None:
         Sketch((above,), (), "x", "y"),
     )
     if output is not None:
-        from armdrive.draw.picture import save_sketches
+        from armdrive.render.sketch import save_sketches
 
         save_sketches(sketches, title, output)
         return

@@ -32,22 +32,22 @@ from armdrive.cli.run_signals import stopped_by_interrupt
 from armdrive.cli.run_words import line_words
 from armdrive.errors import ArmError, BadRequest, Stopped
 from armdrive.programs.acts import Mark
-from armdrive.programs.python_programs import (
+from armdrive.programs.rehearsal import Plan
+from armdrive.programs.scripts import (
     Connections,
     as_it_says,
     carry_out,
     line_of,
     own_traceback,
     read_script,
+    rehearse_script,
 )
-from armdrive.programs.rehearsal import Plan
-from armdrive.programs.script_rehearsal import rehearse_script
 from kinematics.errors import KinematicsError
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm
-    from armdrive.programs.calls import ScriptCall
     from armdrive.programs.rehearsal import Rehearsal
+    from armdrive.programs.scripts import ScriptCall
 
 MOVING = frozenset(
     {

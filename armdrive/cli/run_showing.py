@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Any, Self
 from armdrive.cli.output import put
 from armdrive.cli.run_words import place_words
 from armdrive.errors import Stopped
-from armdrive.printable import printable
 from armdrive.programs.acts import Mark
-from armdrive.programs.progress import Estimate, Progress
+from armdrive.programs.running import Estimate, Progress
+from armdrive.text.printable import printable
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm

@@ -14,15 +14,15 @@ from pathlib import Path
 from types import FrameType
 from typing import NoReturn, Protocol, cast
 
-from armdrive.catalogue import error_view, tagged
-from armdrive.catalogue.actions import COMMAND_LINE, presented
 from armdrive.cli import COMMANDS
 from armdrive.cli.naming import with_arm
 from armdrive.cli.output import complain
 from armdrive.cli.parsing import Parser
 from armdrive.cli.unexpected import FAULT, Unexpected, raises_unexpected, threads_told
 from armdrive.errors import ArmError
-from armdrive.printable import as_message
+from armdrive.errors.actions import COMMAND_LINE, presented
+from armdrive.errors.table import error_view, tagged
+from armdrive.text.printable import as_message
 from kinematics.errors import BadNumber, KinematicsError, UnknownPreset, UnknownSystem
 
 REFUSED = 3

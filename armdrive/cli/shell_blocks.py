@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 from armdrive.cli.putting import put_blocks
 from armdrive.errors import BadRequest
-from armdrive.sim.dropping import block_of
+from armdrive.sim.serving.console import block_of
 
 if TYPE_CHECKING:
     from armdrive.cli.shell_entries import Shell
-    from armdrive.sim.scene import Scene
+    from armdrive.sim.world.scene import Scene
 
 
 def put(shell: Shell, rest: str) -> None:

@@ -9,21 +9,21 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from armdrive.catalogue import tagged
-from armdrive.catalogue.actions import SHELL, presented
 from armdrive.cli.output import put_error, say, say_lines
 from armdrive.cli.run_common import failed_view
 from armdrive.cli.run_signals import stopped_by_interrupt
 from armdrive.cli.shell_person import AtPrompt, Said, Shown
 from armdrive.cli.shell_words import own_word
 from armdrive.errors import ArmError, NotReferenced, OperatorNeeded, ProgramError
-from armdrive.pointbook import points_of
+from armdrive.errors.actions import SHELL, presented
+from armdrive.errors.table import tagged
 from armdrive.programs.acts import Mark
 from armdrive.programs.performing import Performer
+from armdrive.programs.program import ArmProgram
 from armdrive.programs.running import Run
 from armdrive.programs.session import Session
-from armdrive.programs.source import ArmProgram
 from armdrive.status import State
+from armdrive.storage.point_file import points_of
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm

@@ -5,9 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from armdrive.errors import BadRequest
-from armdrive.pointbook import points_of
-from armdrive.programs.describing import usage
-from armdrive.programs.vocabulary import (
+from armdrive.programs.language.words import (
     FORMS,
     FUNCTIONS,
     GROUPS,
@@ -16,12 +14,14 @@ from armdrive.programs.vocabulary import (
     WORDS,
     Function,
     Word,
+    usage,
 )
+from armdrive.storage.point_file import points_of
 from kinematics.errors import suggestion
 
 if TYPE_CHECKING:
     from armdrive.cli.shell_entries import Shell
-    from armdrive.programs.context import Context
+    from armdrive.programs.machine import Context
 
 WIDTH = 34
 

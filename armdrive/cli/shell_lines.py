@@ -9,8 +9,8 @@ from collections.abc import Callable, Sequence
 from types import FrameType, ModuleType, TracebackType
 from typing import NoReturn, Self
 
-from armdrive import places
-from armdrive.durable import DISK, replace_file
+from armdrive.storage import files as places
+from armdrive.storage.files import DISK, replace_file
 
 HISTORY = "shell_history"
 LARGEST_BYTES = 1_000_000

@@ -6,14 +6,13 @@ import argparse
 import sys
 from typing import TYPE_CHECKING
 
-from armdrive.catalogue.actions import SHELL, presented
 from armdrive.cli.output import put, put_error
 from armdrive.cli.shell_entries import Shell
 from armdrive.cli.shell_lines import TypedLines
 from armdrive.cli.shell_words import Left
 from armdrive.errors import ArmError, BadRequest
-from armdrive.status import State
-from armdrive.view import pose_view
+from armdrive.errors.actions import SHELL, presented
+from armdrive.status import State, pose_view
 from kinematics.errors import KinematicsError
 
 if TYPE_CHECKING:

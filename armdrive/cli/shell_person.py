@@ -15,10 +15,10 @@ from armdrive.programs.acts import Grasp, Say
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm
-    from armdrive.posture import PostureRequest
+    from armdrive.dialog import PostureRequest
     from armdrive.programs.acts import Answer, Machine
     from armdrive.programs.running import Step
-    from armdrive.programs.typed import Typed
+    from armdrive.programs.session import Typed
 
 LOOK_EVERY_S = 0.05
 ENTER = (b"\r", b"\n")
@@ -119,7 +119,7 @@ def _keys(typing: bool) -> Iterator[Callable[[], bool]]:
 
         yield never
         return
-    from armdrive.keyboard.terminal import raw_terminal
+    from armdrive.setup.keyboard import raw_terminal
 
     with raw_terminal() as terminal:
 

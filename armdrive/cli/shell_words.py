@@ -12,17 +12,16 @@ from typing import TYPE_CHECKING
 from armdrive.cli.confirming import agreed
 from armdrive.cli.shell_blocks import blocks, put
 from armdrive.cli.shell_help import help_on
-from armdrive.dialects import dialect
-from armdrive.durable import DISK, replace_durably
 from armdrive.errors import BadRequest, OperatorNeeded
-from armdrive.pointbook import points_of
-from armdrive.programs.program import read_program
-from armdrive.programs.source import ENDING, ArmProgram, read_program_file
-from armdrive.programs.syntax import Tree
-from armdrive.programs.values import Place, said, to_json
-from armdrive.programs.writing import unparse
-from armdrive.sim.dropping import PARTS
-from armdrive.view import joints_view, pose_view, status_view
+from armdrive.programs.language.syntax import Tree
+from armdrive.programs.language.values import Place, said, to_json
+from armdrive.programs.language.writing import unparse
+from armdrive.programs.program import ENDING, ArmProgram, read_program, read_program_file
+from armdrive.registry import dialect
+from armdrive.sim.serving.console import PARTS
+from armdrive.status import joints_view, pose_view, status_view
+from armdrive.storage.files import DISK, replace_durably
+from armdrive.storage.point_file import points_of
 
 if TYPE_CHECKING:
     from armdrive.cli.shell_entries import Shell

@@ -9,15 +9,15 @@ import threading
 from typing import TYPE_CHECKING
 
 from armdrive.cli.output import draw_over, put
-from armdrive.connecting import connect_simulated
-from armdrive.demo import JOBS, Carried, perform
-from armdrive.draw.armview import ArmScene, Box, side_view, top_view
-from armdrive.draw.terminal import can_braille
+from armdrive.connect.target import connect_simulated
+from armdrive.programs.demo import JOBS, Carried, perform
+from armdrive.render.canvas import can_braille
+from armdrive.render.side_view import ArmScene, Box, side_view, top_view
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm
-    from armdrive.armfile import ArmConfig
-    from armdrive.sim.twin import Twin
+    from armdrive.config.arm import ArmConfig
+    from armdrive.sim.simulated_arm import Twin
 
 FRAME_S = 1.0 / 15.0
 MOST_COLUMNS, MOST_ROWS = 110, 22

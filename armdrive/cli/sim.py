@@ -21,7 +21,7 @@ from pathlib import Path
 
 from armdrive.cli.numbers import count, number
 from armdrive.cli.output import put_error, say, say_lines
-from armdrive.sim.twins import TWINS
+from armdrive.sim.kinds import TWINS
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -83,8 +83,8 @@ def run(options: argparse.Namespace) -> int:
 def _check_door(options: argparse.Namespace) -> None:
     """Raise `BadRequest` unless the device is offered over a wire of its kind."""
     from armdrive.errors import BadRequest
-    from armdrive.sim.drives import DrivesOnBus
-    from armdrive.sim.twins import twin_kind
+    from armdrive.sim.bus.drives import DrivesOnBus
+    from armdrive.sim.kinds import twin_kind
 
     on_bus = issubclass(twin_kind(options.dialect).device, DrivesOnBus)
     if on_bus and not options.slcan:
@@ -98,17 +98,16 @@ def _check_door(options: argparse.Namespace) -> None:
 
 
 def _serve(options: argparse.Namespace) -> int:
-    from armdrive.connecting import simulated_config
-    from armdrive.sim.drives import DrivesOnBus
-    from armdrive.sim.fault_request import parse_option
-    from armdrive.sim.faults import check_faults
-    from armdrive.sim.options import Options
-    from armdrive.sim.run import make_server, run_device
-    from armdrive.sim.twin import make_device
-    from armdrive.sim.twins import twin_kind
-    from armdrive.transports.can_memory import BITRATE
-    from armdrive.transports.exposure import beyond_this_computer
-    from armdrive.transports.serve_can import SlcanServer
+    from armdrive.connect.target import simulated_config
+    from armdrive.sim.bus.bus import BITRATE
+    from armdrive.sim.bus.drives import DrivesOnBus
+    from armdrive.sim.device import Options
+    from armdrive.sim.faults.request import parse_option
+    from armdrive.sim.faults.running import check_faults
+    from armdrive.sim.kinds import twin_kind
+    from armdrive.sim.serving.serve import make_server, run_device
+    from armdrive.sim.serving.servers import SlcanServer, beyond_this_computer
+    from armdrive.sim.simulated_arm import make_device
 
     config = simulated_config(options.dialect)
     if options.baud is not None:

@@ -9,7 +9,7 @@ from typing import Any
 from armdrive.cli.choosing import add_arm_options, chosen_target, connect_chosen
 from armdrive.cli.output import emit, say
 from armdrive.errors import ArmInUse
-from armdrive.view import status_view
+from armdrive.status import status_view
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -32,7 +32,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _of_holder(options: argparse.Namespace) -> int:
-    from armdrive.holder import ask_holder
+    from armdrive.storage.lock_client import ask_holder
 
     view = ask_holder(chosen_target(options).config.name, "status")
     if options.json:

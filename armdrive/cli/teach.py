@@ -26,13 +26,13 @@ from typing import TYPE_CHECKING
 from armdrive.cli.choosing import add_arm_options, chosen_target, connect_chosen
 from armdrive.cli.numbers import count, fraction, number
 from armdrive.cli.output import emit, say, say_which
-from armdrive.pointbook import Points, points_of
-from armdrive.points import Step, StepList
-from armdrive.teaching import editing
-from armdrive.teaching.recording import REST_S
+from armdrive.programs.teaching import edit as editing
+from armdrive.programs.teaching.record import REST_S
+from armdrive.storage.point_file import Points, points_of
+from armdrive.storage.points import Step, StepList
 
 if TYPE_CHECKING:
-    from armdrive.teaching.editing import Edited
+    from armdrive.programs.teaching.edit import Edited
 
 Deed = Callable[[argparse.Namespace], int]
 
@@ -138,7 +138,7 @@ def _shown(
 
 
 def _typed(options: argparse.Namespace) -> Step:
-    from armdrive.teaching.steptext import parse_step
+    from armdrive.storage.points import parse_step
 
     return parse_step(" ".join(options.step))
 

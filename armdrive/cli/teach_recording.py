@@ -10,9 +10,9 @@ from armdrive.cli.choosing import chosen_target
 from armdrive.cli.holders import one_holder
 from armdrive.cli.output import emit, say
 from armdrive.errors import ArmError, BadRequest, Refused
-from armdrive.pointbook import Points, points_of
-from armdrive.points import Step, check_name
-from armdrive.teaching.recording import Choices, Recorder, seen_in
+from armdrive.programs.teaching.record import Choices, Recorder, seen_in
+from armdrive.storage.point_file import Points, points_of
+from armdrive.storage.points import Step, check_name
 
 if TYPE_CHECKING:
     import argparse
@@ -24,8 +24,8 @@ LOOK_EVERY_S = 0.1
 
 def record(options: argparse.Namespace) -> int:
     """Record until Ctrl-C, or until the arm is given back."""
-    from armdrive.connecting import find
-    from armdrive.holder import watch_holder
+    from armdrive.connect.target import find
+    from armdrive.storage.lock_client import watch_holder
 
     name = one_holder(options)
     named = options.arm or options.sim or options.port

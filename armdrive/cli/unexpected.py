@@ -16,11 +16,11 @@ from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
 
-from armdrive import places
-from armdrive.catalogue import tagged
 from armdrive.cli.output import complain
-from armdrive.durable import replace_file
-from armdrive.printable import printable_lines, shortened
+from armdrive.errors.table import tagged
+from armdrive.storage import files as places
+from armdrive.storage.files import replace_file
+from armdrive.text.printable import printable_lines, shortened
 
 FAULT = 70
 """The exit code, which sysexits.h calls EX_SOFTWARE: an internal error."""

@@ -19,13 +19,13 @@ from armdrive.cli.confirming import agreed, settle_trust
 from armdrive.cli.guiding import Guide
 from armdrive.cli.numbers import fraction
 from armdrive.cli.output import emit, say, say_which
-from armdrive.drift import Verdict
 from armdrive.errors import OperatorNeeded
-from armdrive.logbook import verified_view
+from armdrive.motion.verify import Verdict
+from armdrive.storage.verifications import verified_view
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm
-    from armdrive.drift import Verified
+    from armdrive.motion.verify import Verified
 
 OFF = 1
 FINE = "Finer is better here: shoulder 0.1, say. The smallest jog is one step of a motor."

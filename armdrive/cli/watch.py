@@ -14,8 +14,8 @@ from armdrive.cli.holders import one_holder
 from armdrive.cli.numbers import number
 from armdrive.cli.output import emit
 from armdrive.cli.screens import require_screen
+from armdrive.connect.control_socket import WATCH_EVERY_S
 from armdrive.errors import ArmError
-from armdrive.neighbours import WATCH_EVERY_S
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -33,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Print one status after the other."""
-    from armdrive.holder import watch_holder
+    from armdrive.storage.lock_client import watch_holder
 
     name = one_holder(options)
     if options.screen:
@@ -48,7 +48,7 @@ def run(options: argparse.Namespace) -> int:
 
 def watch_on_screen(name: str, *, ascii_only: bool = False) -> int:
     """Draw a held arm until somebody leaves; return the exit code."""
-    from armdrive.connecting import find
+    from armdrive.connect.target import find
     from tui import run_watch
 
     require_screen("watching on a screen", "without --screen it is JSON")

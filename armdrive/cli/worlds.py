@@ -6,21 +6,21 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from armdrive import places
-from armdrive.connecting import connect_simulated, state_file
-from armdrive.durable import replace_file
+from armdrive.connect.target import connect_simulated, state_file
 from armdrive.errors import StateFileError
-from armdrive.holding import hold
-from armdrive.logbook import logbook_file
-from armdrive.record import FileRecorder
-from armdrive.recorder.files import recordings
-from armdrive.recorder.flight import FlightRecorder
-from armdrive.sim.twin import Twin, make_twin
-from armdrive.textfile import is_there, read_json
+from armdrive.sim.simulated_arm import Twin, make_twin
+from armdrive.storage import files as places
+from armdrive.storage.arm_lock import hold
+from armdrive.storage.files import replace_file
+from armdrive.storage.record import FileRecorder
+from armdrive.storage.verifications import logbook_file
+from armdrive.text.reading import is_there, read_json
+from armdrive.trace.files import recordings
+from armdrive.trace.recorder import FlightRecorder
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm
-    from armdrive.armfile import ArmConfig
+    from armdrive.config.arm import ArmConfig
 
 
 LARGEST_BYTES = 8_000_000

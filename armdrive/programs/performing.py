@@ -13,8 +13,6 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Protocol
 
 from armdrive.errors import BadRequest, Stopped
-from armdrive.lines import input_bits, output_bits
-from armdrive.points import Point
 from armdrive.programs.acts import (
     Act,
     Answer,
@@ -33,7 +31,9 @@ from armdrive.programs.acts import (
     Say,
     Seen,
 )
-from armdrive.tempo import given_up
+from armdrive.runtime.io_lines import input_bits, output_bits
+from armdrive.runtime.overrides import given_up
+from armdrive.storage.points import Point
 from kinematics import Joints, Pose
 
 if TYPE_CHECKING:

@@ -6,8 +6,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from armdrive.errors import ProgramError
-from armdrive.printable import printable
 from armdrive.programs.acts import Mark
+from armdrive.text.printable import printable
 
 EXCERPT = 200
 """Characters of a long line that are shown."""

@@ -6,20 +6,25 @@ import hashlib
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
 
+from armdrive.errors import BadRequest
 from armdrive.programs.acts import Mark
-from armdrive.programs.checking import checked
-from armdrive.programs.compiling import Code
-from armdrive.programs.context import Context
-from armdrive.programs.instructions import Op
-from armdrive.programs.machine import Machine
-from armdrive.programs.operations import World
+from armdrive.programs.language.checking import checked
+from armdrive.programs.language.compiling import Code, Op
+from armdrive.programs.language.reading import read_tree
+from armdrive.programs.language.syntax import Define, Tree
+from armdrive.programs.language.values import ForwardKinematics, Place
+from armdrive.programs.machine import Context, Machine, State, World
 from armdrive.programs.problems import Problem, program_error
-from armdrive.programs.reading import read_tree
-from armdrive.programs.state import State
-from armdrive.programs.syntax import Define, Tree
-from armdrive.programs.values import ForwardKinematics, Place
+from armdrive.storage.point_file import points_of
+from armdrive.text.reading import read_text
+from kinematics import Joints, Pose
 from kinematics.errors import suggestion
+
+if TYPE_CHECKING:
+    from armdrive.config.arm import ArmConfig
 
 
 @dataclass(frozen=True)
@@ -157,3 +162,36 @@ def _joints_wrong(said: list[str], known: tuple[str, ...]) -> str:
     return (
         f"a place in joint angles says every joint: {', '.join(missing)} missing" if missing else ""
     )
+
+
+# A program file on one arm: where its machines come from, with the arm's own points and joints.
+
+ENDING = ".arm"
+
+
+@dataclass(frozen=True)
+class ArmProgram:
+    """A program that has been read, and the arm that it is for."""
+
+    program: Program
+    config: ArmConfig
+
+    def machine(self) -> Machine:
+        """Return a machine at the beginning, with the arm's points as they are now."""
+        taught = points_of(self.config).read().points
+        points = {name: point.joints.deg for name, point in taught.items()}
+        names = self.config.model.arm.joint_names
+        return self.program.machine(points, fk=self._fk, joint_names=names)
+
+    def restored(self, snapshot: Mapping[str, object]) -> Machine:
+        """Return a machine where a snapshot was made, with the points that it had then."""
+        return self.program.restored(snapshot, fk=self._fk)
+
+    def _fk(self, joints_deg: Mapping[str, float]) -> Pose:
+        names = self.config.model.arm.joint_names
+        return self.config.model.arm.fk(Joints.of(*(joints_deg[n] for n in names), names=names))
+
+
+def read_program_file(path: Path) -> Program:
+    """Read a program file. Raises `BadRequest` for one that cannot be read, and `ProgramError`."""
+    return read_program(read_text(path, "the program", BadRequest), str(path))

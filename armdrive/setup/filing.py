@@ -9,21 +9,21 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from armdrive.config.check import problems_of
+from armdrive.config.write import amended
 from armdrive.errors import ArmFileError
-from armdrive.interview.amending import amended
-from armdrive.interview.corrections import Verdict, changes, swapped
-from armdrive.interview.problems import problems_of
-from armdrive.textfile import read_text
+from armdrive.setup.directions import Verdict, changes, swapped
+from armdrive.text.reading import read_text
 
 if TYPE_CHECKING:
-    from armdrive.armfile import ArmConfig
-    from armdrive.interview.writing import Files
+    from armdrive.config.arm import ArmConfig
+    from armdrive.setup.arm_text import Files
     from kinematics import Transmission
 
 
 def checked(files: Files, name: str) -> ArmConfig:
     """Read the texts back as they would be read; nothing stays on the disk."""
-    from armdrive.armfile import load_arm_file
+    from armdrive.config.arm import load_arm_file
 
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"{name}.toml"
@@ -33,7 +33,7 @@ def checked(files: Files, name: str) -> ArmConfig:
 
 def write(files: Files, path: Path) -> None:
     """Write the model file, then the arm file that names it."""
-    from armdrive.durable import replace_file
+    from armdrive.storage.files import replace_file
 
     if files.model is not None:
         replace_file(path.parent / files.model_path, files.model.rstrip("\n"))
@@ -62,7 +62,7 @@ class Proposal:
 
     def write(self) -> None:
         """Write it. Raises `ArmFileError` if the file is no longer the one that was compared."""
-        from armdrive.durable import replace_file
+        from armdrive.storage.files import replace_file
 
         if _text(self.path) != self.before:
             raise ArmFileError(
@@ -90,7 +90,7 @@ def propose(path: Path, transmission: Transmission, verdict: Verdict) -> Proposa
 
 def file_of(config: ArmConfig) -> Path | None:
     """Return the file that an arm was read from, None where it is a preset's or was changed."""
-    from armdrive.armfile import read_arm_table
+    from armdrive.config.arm import read_arm_table
 
     if config.source is None:
         return None

@@ -13,19 +13,19 @@ from datetime import date
 from enum import Enum
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
-from armdrive.catalogue import named
+from armdrive.config.write import amended
 from armdrive.errors import ArmFileError, DeviceFault, Refused, SettingsDiffer
-from armdrive.interview.amending import amended
-from armdrive.interview.corrections import Change
+from armdrive.errors.table import named
+from armdrive.setup.directions import Change
 from armdrive.setup.filing import Proposal
 from armdrive.status import State
-from armdrive.textfile import read_text
+from armdrive.text.reading import read_text
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from armdrive.arm import Arm
-    from armdrive.armfile import ArmConfig
+    from armdrive.config.arm import ArmConfig
 
 SETTLE_S = 0.5
 """An alarm is pushed within milliseconds; this is ample for the slowest wire."""

@@ -7,14 +7,21 @@ is a protocol of its own, asked for by `isinstance`; `lacks` is the sentence for
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import abc
+import heapq
+import itertools
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from enum import Enum
-from typing import Protocol, runtime_checkable
+from typing import Any, ClassVar, Protocol, TypeAlias, runtime_checkable
 
 from armdrive.errors import BadRequest
-from armdrive.sim.saved import Json, Saved
-from armdrive.sim.world import World
-from kinematics.spaces import Joints, Motors
+from armdrive.sim.mechanics.motors import Drive
+from armdrive.sim.world.saved import Json, Saved, block_to_json, incident_to_json, world_to_json
+from armdrive.sim.world.world import World
+from kinematics.errors import did_you_mean
+from kinematics.spaces import Joints, Motors, Pose
 
 
 class WireDevice(Protocol):
@@ -165,3 +172,404 @@ class HasSwitches(Protocol):
 def lacks(device: SimDevice, what: str) -> BadRequest:
     """Return the refusal for a device that has no such thing."""
     return BadRequest(f"the simulated {device.title} has no {what}")
+
+
+# Things that somebody wants done to a simulated device at stated times.
+
+Action = Callable[[], None]
+
+
+class Agenda:
+    """Actions by their time in seconds; of two at the same time the one added first goes first."""
+
+    def __init__(self) -> None:
+        self._entries: list[tuple[float, int, Action]] = []
+        self._number = itertools.count()
+
+    @property
+    def next_s(self) -> float:
+        """When the next action is due; infinity while there is none."""
+        return self._entries[0][0] if self._entries else math.inf
+
+    def add(self, time_s: float, action: Action) -> None:
+        """Have something done at a time."""
+        heapq.heappush(self._entries, (time_s, next(self._number), action))
+
+    def pop(self) -> Action:
+        """Take the next action out."""
+        return heapq.heappop(self._entries)[2]
+
+
+# What every simulated controller does alike, so that a dialect's device is its box alone.
+#
+# The clock, the agenda, power, inputs, the person beside the arm, and the saved world. All times
+# are seconds on the clock that is handed in. What a person does happens at the device's present
+# time, or through `at` at a stated one; where a thread drives the device, it belongs on that
+# thread,
+# or under its lock.
+
+
+class SimBase(abc.ABC):
+    """A simulated controller on a physical arm; a dialect fills in the methods below `The box`.
+
+    `said` is what waits to be sent: the box appends to it, and never replaces it.
+    """
+
+    title: ClassVar[str]
+    input_bits: ClassVar[int] = 8
+
+    def __init__(self, world: World, drive: Drive[Any], baud: int | None) -> None:
+        self.world = world
+        self.baud = baud
+        self.powered = True
+        self.now_s = 0.0
+        self.inputs_set = 0
+        self.said = bytearray()
+        self._drive = drive
+        self._agenda = Agenda()
+
+    # The box: what a dialect's device says of itself.
+
+    @property
+    @abc.abstractmethod
+    def busy(self) -> bool:
+        """Whether it is at work on something that the host has asked for."""
+
+    @property
+    @abc.abstractmethod
+    def registers(self) -> Motors:
+        """The positions that it would tell its host."""
+
+    @abc.abstractmethod
+    def _hear(self, data: bytes) -> None:
+        """Take bytes that have arrived, at `now_s`; called only with power."""
+
+    @abc.abstractmethod
+    def _motion_ended(self) -> None:
+        """Act on the end of a motion, at `now_s`."""
+
+    @abc.abstractmethod
+    def _forget(self) -> None:
+        """Lose what is lost with the power; registers, motion and current are gone already."""
+
+    @abc.abstractmethod
+    def _known(self) -> dict[str, Json]:
+        """Return what the controller knows, to be saved beside the world."""
+
+    @abc.abstractmethod
+    def _recall_known(self, saved: Saved) -> None:
+        """Take all that `_known` wrote out of `saved`. Raises `StateFileError`."""
+
+    def _boot(self) -> None:  # noqa: B027 - most boards have nothing to say
+        """Do what the firmware does when power comes, a banner say."""
+
+    def _due_s(self) -> float:
+        """Tell when the device next acts by itself: by default when the motion ends."""
+        return self._drive.done_s
+
+    def _happen(self) -> None:
+        """Do what is due at `now_s`; afterwards `_due_s` must be later, or this comes again."""
+        self._drive.settle(self.now_s)
+        self._motion_ended()
+
+    def details(self) -> dict[str, Json]:
+        """Return what only this kind of device has to show."""
+        return {}
+
+    # The wire's side.
+
+    @property
+    def byte_gap_s(self) -> float:
+        """The pause after each byte that it sends."""
+        return 0.0
+
+    def receive(self, data: bytes, now_s: float) -> None:
+        """Take bytes that have arrived by now; without power nobody hears them."""
+        self._advance(now_s)
+        if self.powered:
+            self._hear(data)
+
+    def transmit(self, now_s: float) -> bytes:
+        """Advance the arm to now and return what the box has said since the last call."""
+        self._advance(now_s)
+        said = bytes(self.said)
+        self.said.clear()
+        return said
+
+    def next_s(self) -> float:
+        """Tell when a motion ends or something on the agenda is due; infinity while it waits."""
+        return self.now_s if self.said else self._next_event_s()
+
+    # What can be seen.
+
+    @property
+    def moving(self) -> bool:
+        """Whether motors turn."""
+        return self._drive.moving
+
+    @property
+    def inputs(self) -> int:
+        """The input bits as the host would read them."""
+        return self.inputs_set
+
+    @property
+    def joints(self) -> Joints:
+        """The physical joint angles."""
+        return self.world.joints
+
+    @property
+    def pose(self) -> Pose:
+        """The physical pose."""
+        return self.world.pose
+
+    @property
+    def opening_mm(self) -> float:
+        """The physical width between the fingers."""
+        return self.world.opening_mm
+
+    @property
+    def grip_force_n(self) -> float:
+        """The physical grip force."""
+        return self.world.grip_force_n
+
+    # What a person can do.
+
+    def at(self, time_s: float, action: Action) -> None:
+        """Have something done when the device's clock shows this time."""
+        self._agenda.add(time_s, action)
+
+    def count_from(self, registers: Sequence[int]) -> None:
+        """Have the registers stand as a saved controller's did; nothing turns."""
+        self._drive.set_counts(registers, self.now_s)
+
+    def jog(self, steps: Sequence[int]) -> None:
+        """Move by hand of a person at the controls, at once; counted. `BadRequest` in motion."""
+        if self.moving or not self.powered:
+            raise BadRequest("a person moves the arm only when it is switched on and still")
+        self._drive.turn(steps, self.now_s)
+
+    def bring_to(self, joints: Joints, opening_mm: float) -> None:
+        """Jog to a physical posture, as an operator does who looks at the arm."""
+        goal = self.world.body.transmission.to_motors(joints, opening_mm)
+        self.jog(self.world.play.turns_for(goal - self.world.motors))
+
+    def push(self, steps: Sequence[int]) -> None:
+        """Turn motors by force: the registers know nothing of it."""
+        self.world.force(steps, self.now_s)
+
+    def set_input(self, bit: int, on: bool) -> None:
+        """Set an input bit, which keeps its place through a loss of power."""
+        if not 0 <= bit < self.input_bits:
+            raise BadRequest(f"input bits are 0 to {self.input_bits - 1}, not {bit}")
+        self.inputs_set = self.inputs_set & ~(1 << bit) | on << bit
+
+    def power_off(self) -> None:
+        """Switch off: motion stops dead, the arm sags, and whatever the box knew is lost."""
+        self._drive.set_counts((0,) * len(self.world.motors), self.now_s)
+        self.world.cut_current(self.now_s)
+        self.powered = False
+        self.said.clear()
+        self._forget()
+
+    def power_on(self) -> None:
+        """Switch on: registers at zero, as one finds the controller in the morning."""
+        self.powered = True
+        self._boot()
+
+    # The saved world.
+
+    def to_json(self) -> dict[str, Json]:
+        """Return everything that a standing device needs to be made again.
+
+        A motion under way is not saved: the arm stands where the motion had brought it.
+        """
+        return {
+            "world": world_to_json(self.world),
+            "powered": self.powered,
+            "registers": list(self.registers),
+            "inputs": self.inputs_set,
+            **self._known(),
+        }
+
+    def recall(self, saved: Saved) -> None:
+        """Know again what `to_json` wrote, apart from the world. Raises `StateFileError`."""
+        low, high = self._register_range()
+        self.count_from(saved.wholes("registers", len(self.world.motors), low, high))
+        self.inputs_set = saved.whole("inputs", 0, (1 << self.input_bits) - 1)
+        self.powered = saved.flag("powered")
+        self._recall_known(saved)
+
+    def _register_range(self) -> tuple[int, int]:
+        """Return the least and the greatest number that a register can hold: 16 bits."""
+        return -(1 << 15), (1 << 15) - 1
+
+    # Time.
+
+    def _next_event_s(self) -> float:
+        own_s = self._due_s() if self.powered else math.inf
+        return min(own_s, self._agenda.next_s)
+
+    def _advance(self, now_s: float) -> None:
+        """Live through everything up to now, each thing at its own time."""
+        while (due_s := self._next_event_s()) <= now_s:
+            self.now_s = max(self.now_s, due_s)
+            self._drive.follow(self.now_s)
+            if self.powered and self._due_s() <= due_s:
+                self._happen()
+            else:
+                self._agenda.pop()()
+        self.now_s = max(self.now_s, now_s)
+        self._drive.follow(self.now_s)
+
+
+# Settings of a simulated device that a person or a test may choose, by name: a table for each.
+#
+# The values are numbers, texts or true and false; on the command line they are written NAME=VALUE.
+
+Value: TypeAlias = bool | int | float | str
+_FLAGS = {"yes": True, "true": True, "on": True, "1": True}
+_FLAGS |= {"no": False, "false": False, "off": False, "0": False}
+
+
+@dataclass(frozen=True, slots=True)
+class Option:
+    """One setting: its kind is that of its default; `choices` bounds a text."""
+
+    name: str
+    default: Value
+    summary: str
+    choices: tuple[str, ...] = ()
+
+    def parse(self, text: str) -> Value:
+        """Read a value as a person types it. Raises `BadRequest`."""
+        if isinstance(self.default, bool):
+            if text.lower() not in _FLAGS:
+                raise BadRequest(f"{self.name} must be yes or no, not {text!r}")
+            return _FLAGS[text.lower()]
+        if isinstance(self.default, str):
+            return self.checked(text)
+        whole = isinstance(self.default, int)
+        try:
+            value = int(text) if whole else float(text)
+        except ValueError:
+            kind = "a whole number" if whole else "a number"
+            raise BadRequest(f"{self.name} must be {kind}, not {text!r}") from None
+        return self.checked(value)
+
+    def checked(self, value: Value) -> Value:
+        """Return a value of the right kind, or raise `BadRequest`."""
+        if isinstance(self.default, float) and type(value) is int:
+            value = float(value)
+        if type(value) is not type(self.default):
+            raise BadRequest(f"{self.name} must be like {self.default!r}, not {value!r}")
+        if isinstance(value, float) and not math.isfinite(value):
+            raise BadRequest(f"{self.name} must be finite")
+        if self.choices and value not in self.choices:
+            raise BadRequest(f"{self.name} is one of {', '.join(self.choices)}, not {value!r}")
+        return value
+
+
+class Options:
+    """The chosen settings, the rest at their defaults; read with the type that is expected."""
+
+    def __init__(self, table: Iterable[Option], chosen: Mapping[str, Value] | None = None) -> None:
+        rows = {row.name: row for row in table}
+        self._values = {name: row.default for name, row in rows.items()}
+        for name, value in (chosen or {}).items():
+            self._values[name] = _row(rows, name).checked(value)
+
+    @classmethod
+    def parse(cls, table: Iterable[Option], words: Iterable[str]) -> dict[str, Value]:
+        """Read NAME=VALUE words. Raises `BadRequest` with the nearest name."""
+        rows = {row.name: row for row in table}
+        chosen: dict[str, Value] = {}
+        for word in words:
+            name, equals, text = word.partition("=")
+            if not equals:
+                raise BadRequest(f"write a setting as NAME=VALUE, not {word!r}")
+            key = name.strip().replace("-", "_")
+            chosen[key] = _row(rows, key).parse(text.strip())
+        return chosen
+
+    def flag(self, name: str) -> bool:
+        """Return a setting that is true or false."""
+        return bool(self._values[name])
+
+    def whole(self, name: str) -> int:
+        """Return a whole number."""
+        return int(self._values[name])
+
+    def number(self, name: str) -> float:
+        """Return a number."""
+        return float(self._values[name])
+
+    def text(self, name: str) -> str:
+        """Return a text."""
+        return str(self._values[name])
+
+
+def _row(rows: Mapping[str, Option], name: str) -> Option:
+    if name in rows:
+        return rows[name]
+    known = f"known are {', '.join(rows)}" if rows else "this device has none"
+    hint = did_you_mean(name, rows, known)
+    raise BadRequest(f"the simulated device has no setting {name!r}; {hint}")
+
+
+# The whole state of a simulated arm, physical and commanded, for people and for programs.
+
+_MM_DIGITS = 3
+_DEG_DIGITS = 3
+
+
+def state_json(device: SimDevice) -> dict[str, Json]:
+    """Return the state as plain data; lengths in mm, angles in degrees, forces in N."""
+    world = device.world
+    pose, scene = world.pose, world.scene
+    joints: dict[str, Json] = {
+        name: round(angle, _DEG_DIGITS) for name, angle in world.joints.deg.items()
+    }
+    return {
+        "powered": device.powered,
+        "energised": world.energised,
+        "moving": device.moving,
+        "busy": device.busy,
+        "registers": list(device.registers),
+        "motors": list(world.motors),
+        "joints_deg": joints,
+        "pose": {
+            "x_mm": round(pose.x_mm, _MM_DIGITS),
+            "y_mm": round(pose.y_mm, _MM_DIGITS),
+            "z_mm": round(pose.z_mm, _MM_DIGITS),
+            "pitch_deg": round(pose.pitch_deg, _DEG_DIGITS),
+            "roll_deg": round(pose.roll_deg, _DEG_DIGITS),
+            **({} if pose.yaw_deg is None else {"yaw_deg": round(pose.yaw_deg, _DEG_DIGITS)}),
+        },
+        "opening_mm": round(world.opening_mm, _MM_DIGITS),
+        "grip_force_n": round(world.grip_force_n, _MM_DIGITS),
+        "inputs": device.inputs,
+        **device.details(),
+        "stalled": [motor + 1 for motor in sorted(world.stalled)],
+        "held": scene.held,
+        "blocks": [block_to_json(block) for block in scene.blocks.values()],
+        "incidents": [incident_to_json(incident) for incident in world.incidents],
+    }
+
+
+def state_line(device: SimDevice) -> str:
+    """Return the state in one line."""
+    world = device.world
+    words = [
+        f"power {'on' if device.powered else 'off'}",
+        f"current {'on' if world.energised else 'off'}",
+        "moving" if device.moving else "still",
+        str(world.pose),
+        f"fingers {world.opening_mm:.1f} mm apart",
+        f"grip {world.grip_force_n:.1f} N",
+        f"registers {','.join(map(str, device.registers))}",
+    ]
+    held, blocks = world.scene.held, world.scene.blocks
+    words += [f"holds {held}"] if held else []
+    words += [f"blocks {', '.join(blocks)}"] if blocks else []
+    words += [f"incidents {len(world.incidents)}"] if world.incidents else []
+    return "; ".join(words)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from armdrive.sim.faults_table import faults_of
-from armdrive.sim.twins import twin_kind
+from armdrive.sim.faults.table import faults_of
+from armdrive.sim.kinds import twin_kind
 
 _FAULT_NOTE = (
     "P is a probability for each byte, #N the N-th byte from now, next the whole next message;\n"

@@ -6,9 +6,17 @@ Times are in seconds on whatever clock the caller keeps.
 
 from __future__ import annotations
 
+import heapq
+import itertools
 import math
+import random
+import re
+from abc import ABC, abstractmethod
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
+
+from armdrive.sim.device import WireDevice
 
 BITS_A_BYTE = 10
 """A start bit, eight data bits and a stop bit."""
@@ -87,3 +95,307 @@ class PacedWire:
         """Lose what is under way."""
         self._pieces.clear()
         self._free_s = -math.inf
+
+
+# What may go wrong on a wire: bytes lost, changed, said twice, late; each direction by itself.
+#
+# A message is what is put on the wire at once. Chance is drawn from a seeded generator, so that
+# the
+# same faults come again in the same run.
+
+
+class Amount(ABC):
+    """How much of what passes is struck, and which bytes of it."""
+
+    spent = False
+
+    @abstractmethod
+    def strike(self, length: int) -> tuple[int, ...]:
+        """Return the indices of the bytes of the next message that are struck."""
+
+    def strikes(self, length: int) -> bool:
+        """Tell whether the next message is struck, for what befalls messages only as a whole."""
+        return bool(self.strike(length))
+
+
+class Share(Amount):
+    """Each byte (or message) with a probability."""
+
+    def __init__(self, share: float, draw: random.Random) -> None:
+        self._share = share
+        self._draw = draw
+
+    def strike(self, length: int) -> tuple[int, ...]:
+        """Draw for each byte."""
+        return tuple(index for index in range(length) if self._draw.random() < self._share)
+
+    def strikes(self, length: int) -> bool:  # noqa: ARG002 - one draw, however long it is
+        """Draw once."""
+        return self._draw.random() < self._share
+
+
+class Nth(Amount):
+    """One byte alone: the n-th from now, counted from 1."""
+
+    def __init__(self, number: int) -> None:
+        self._left = number
+
+    def strike(self, length: int) -> tuple[int, ...]:
+        """Count on."""
+        self._left -= length
+        if self.spent or self._left > 0:
+            return ()
+        self.spent = True
+        return (self._left + length - 1,)
+
+
+class Next(Amount):
+    """The whole of the next message."""
+
+    def strike(self, length: int) -> tuple[int, ...]:
+        """Strike all of it, once."""
+        if self.spent:
+            return ()
+        self.spent = True
+        return tuple(range(length))
+
+
+Effect = Callable[[bytes, Amount], tuple[bytes, float]]
+"""Turns a message into what passes, and how many seconds late."""
+
+
+@dataclass(slots=True, eq=False)
+class Rule:
+    """One fault on one lane, until its amount is spent."""
+
+    effect: Effect
+    amount: Amount
+
+
+class Lane:
+    """One direction of the wire, with its faults; what is late stays in its order."""
+
+    def __init__(self) -> None:
+        self.rules: list[Rule] = []
+        self._late: list[tuple[float, int, bytes]] = []
+        self._number = itertools.count()
+        self._last_s = -math.inf
+
+    @property
+    def next_s(self) -> float:
+        """When the next late message is due; infinity while there is none."""
+        return self._late[0][0] if self._late else math.inf
+
+    @property
+    def clear(self) -> bool:
+        """Whether all passes at once as it is."""
+        return not (self.rules or self._late)
+
+    def passed(self, data: bytes, now_s: float) -> list[bytes]:
+        """Return what of a message passes at once; the rest is lost, or comes by `due`."""
+        late_s = 0.0
+        for rule in self.rules:
+            data, more_s = rule.effect(data, rule.amount)
+            late_s += more_s
+        self.rules = [rule for rule in self.rules if not rule.amount.spent]
+        if not late_s and not self._late:
+            return [data] if data else []
+        self._last_s = max(now_s + late_s, self._last_s)
+        heapq.heappush(self._late, (self._last_s, next(self._number), data))
+        return []
+
+    def due(self, now_s: float) -> list[bytes]:
+        """Take the late messages whose time has come."""
+        taken = []
+        while self._late and self._late[0][0] <= now_s:
+            taken.append(heapq.heappop(self._late)[2])
+        return taken
+
+    def lose_late(self) -> None:
+        """Lose what is late."""
+        self._late.clear()
+
+
+class WireFaults:
+    """The two lanes: what the host says, and what the device says."""
+
+    def __init__(self) -> None:
+        self.host = Lane()
+        self.device = Lane()
+
+    @property
+    def next_s(self) -> float:
+        """When a late message is due on either lane."""
+        return min(self.host.next_s, self.device.next_s)
+
+    def lose_late(self) -> None:
+        """Lose what is late in both directions."""
+        self.host.lose_late()
+        self.device.lose_late()
+
+
+def lost(message: bytes, amount: Amount) -> tuple[bytes, float]:
+    """Lose the bytes that are struck."""
+    struck = amount.strike(len(message))
+    return bytes(byte for index, byte in enumerate(message) if index not in struck), 0.0
+
+
+def repeated(message: bytes, amount: Amount) -> tuple[bytes, float]:
+    """Say the bytes that are struck twice; a whole message, one time after the other."""
+    struck = amount.strike(len(message))
+    if len(struck) == len(message):
+        return message * 2, 0.0
+    pieces = (bytes([byte]) * (1 + (index in struck)) for index, byte in enumerate(message))
+    return b"".join(pieces), 0.0
+
+
+def changed(draw: random.Random) -> Effect:
+    """Flip a bit in each byte that is struck; in one byte of a message that is struck whole."""
+
+    def effect(message: bytes, amount: Amount) -> tuple[bytes, float]:
+        struck = amount.strike(len(message))
+        if isinstance(amount, Next) and struck:
+            struck = (draw.choice(struck),)
+        garbled = bytearray(message)
+        for index in struck:
+            garbled[index] ^= 1 << draw.randrange(8)
+        return bytes(garbled), 0.0
+
+    return effect
+
+
+def late(delay_s: float) -> Effect:
+    """Delay messages; those behind a late one wait for it."""
+
+    def effect(message: bytes, amount: Amount) -> tuple[bytes, float]:
+        return message, delay_s if amount.strikes(len(message)) else 0.0
+
+    return effect
+
+
+# A simulated device behind its serial line: both directions paced, events taken in their order.
+
+_LINES = re.compile(rb"[^\r\n]*[\r\n]|[^\r\n]+")
+
+
+class PacedDevice:
+    """Carries bytes to a device and back at a baud rate, or at once where there is none.
+
+    Time may be advanced in steps of any size: what happens in between happens at its own moment,
+    so that an answer is as late as it would be if somebody had looked all the time. Of lines that
+    are put on a paced line at once, each arrives at its own moment.
+    """
+
+    def __init__(self, device: WireDevice, baud: int | None) -> None:
+        self.device = device
+        self.faults = WireFaults()
+        self._paced = bool(baud)
+        self._in = PacedWire(baud)
+        self._out = PacedWire(baud)
+        self._plugged = True
+
+    @property
+    def backlog(self) -> int:
+        """How many bytes are still on their way to the device."""
+        return self._in.waiting
+
+    def send(self, data: bytes, now_s: float) -> None:
+        """Put bytes on the line to the device."""
+        self.advance(now_s)
+        if self._plugged:
+            for piece in self.faults.host.passed(data, now_s):
+                self._push(piece, now_s)
+
+    def receive(self, now_s: float) -> bytes:
+        """Take what has come back by now."""
+        self.advance(now_s)
+        return self._out.pull(now_s)
+
+    def advance(self, now_s: float) -> None:
+        """Let everything happen that is due by now."""
+        while (due_s := self._due_s()) < now_s:
+            self._exchange(due_s)
+        self._exchange(now_s)
+
+    def next_s(self) -> float:
+        """Tell when something next happens on either side; infinity while all is quiet."""
+        return min(self._due_s(), self._out.next_s())
+
+    def unplug(self) -> None:
+        """Pull the cable: what is under way is lost in both directions; the device lives on."""
+        self._plugged = False
+        self._in.clear()
+        self._out.clear()
+        self.faults.lose_late()
+
+    def replug(self, now_s: float) -> None:
+        """Put the cable back; what the device said meanwhile went nowhere."""
+        self.advance(now_s)
+        self.plug()
+
+    def plug(self) -> None:
+        """Put the cable back at the device's present moment."""
+        self._plugged = True
+
+    def say(self, data: bytes, now_s: float) -> None:
+        """Put bytes on the line to the host that the device itself never sent."""
+        if self._plugged:
+            self._out.push(data, now_s)
+
+    def _push(self, data: bytes, now_s: float) -> None:
+        for line in _LINES.findall(data) if self._paced else (data,):
+            self._in.push(line, now_s)
+
+    def _due_s(self) -> float:
+        """Tell when something next happens that is more than an arrival at the host."""
+        return min(self._in.next_s(), self.device.next_s(), self.faults.next_s)
+
+    def _exchange(self, now_s: float) -> None:
+        for late in self.faults.host.due(now_s):
+            self._push(late, now_s)
+        for arrived in self._in.pull_each(now_s):
+            self.device.receive(arrived, now_s)
+        said = self.device.transmit(now_s)
+        pieces = self.faults.device.due(now_s)
+        if said and self._plugged:
+            pieces += self.faults.device.passed(said, now_s)
+        for piece in pieces:
+            self._out.extra_s = self.device.byte_gap_s
+            self._out.push(piece, now_s)
+
+
+# What a CAN bus does to whole frames, as rules for the fault lanes: one is lost, or overtaken.
+#
+# A single wrong bit is no fault here: a frame's CRC finds it, and its controller sends it again.
+
+
+def frame_lost(frame: bytes, amount: Amount) -> tuple[bytes, float]:
+    """Lose whole frames: an adapter's or a drive's buffer was full."""
+    return (b"" if amount.strikes(len(frame)) else frame), 0.0
+
+
+def overtaken(amount: Amount) -> Rule:
+    """Return the rule that has frames come after the next one; without a next one they are lost."""
+    holding = _Holding(amount)
+    return Rule(holding.passed, holding)
+
+
+class _Holding(Amount):
+    """Holds a frame back; it is spent when its amount is, and nothing is held any more."""
+
+    def __init__(self, amount: Amount) -> None:
+        self._amount = amount
+        self._held = b""
+
+    def strike(self, length: int) -> tuple[int, ...]:
+        """Ask the amount."""
+        return self._amount.strike(length)
+
+    def passed(self, frame: bytes, _: Amount) -> tuple[bytes, float]:
+        """Hold a frame that is struck, and let it go behind the next one."""
+        if self._held:
+            frame, self._held = frame + self._held, b""
+            self.spent = self._amount.spent
+        elif self._amount.strikes(len(frame)):
+            frame, self._held = b"", frame
+        return frame, 0.0

@@ -8,15 +8,44 @@ from __future__ import annotations
 
 import contextlib
 import os
+import sys
 import warnings
 
 import serial
 
 from armdrive.errors import LinkLost, PortUnavailable
-from armdrive.transports.bell import Bell
-from armdrive.transports.lines import clear_hupcl
-from armdrive.transports.refusals import no_connection, refusal
-from armdrive.transports.url import TCP_SCHEMES, host_and_port, scheme
+from armdrive.transports.link import Bell
+from armdrive.transports.open import TCP_SCHEMES, host_and_port, scheme
+from armdrive.transports.open_errors import no_connection, refusal
+
+# The handshake line DTR when a port is closed: whether it falls, and so resets a board.
+#
+# Boards with an Arduino's reset circuit restart when DTR rises. Linux and macOS raise DTR whenever
+# a
+# port is opened, and let it fall at its last close where HUPCL is set. Without HUPCL it stays up
+# between programs, so that the next open brings no edge. The first open after plugging in has
+# reset
+# the board already: no setting prevents that one.
+
+
+def clear_hupcl(fileno: int) -> bool:
+    """Clear HUPCL of an open port, so that DTR stays up when it is closed.
+
+    Returns whether it is cleared: False on Windows and for what is no terminal. The setting stays
+    with the device until it is unplugged or another program sets it.
+    """
+    if sys.platform == "win32":
+        return False
+    import termios
+
+    try:
+        settings = termios.tcgetattr(fileno)
+        settings[2] &= ~termios.HUPCL
+        termios.tcsetattr(fileno, termios.TCSANOW, settings)
+        return not termios.tcgetattr(fileno)[2] & termios.HUPCL
+    except termios.error:
+        return False
+
 
 WRITE_PATIENCE_S = 1.0
 """A port that takes no byte for this long is lost: a line is sent only when all is quiet."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import socket
 
 from armdrive.errors import LinkLost
-from armdrive.transports.bell import Bell
-from armdrive.transports.refusals import no_connection
+from armdrive.transports.link import Bell
+from armdrive.transports.open_errors import no_connection
 
 LONGEST_BYTES = 65507
 """What one datagram can carry over IPv4."""

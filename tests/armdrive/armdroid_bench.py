@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 from armdrive.arm import Arm
-from armdrive.connecting import connect_simulated, simulated_config
-from armdrive.sim.armdroid import SimArmdroid
-from armdrive.sim.armdroid_board import Board
-from armdrive.sim.twin import make_twin
+from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.sim.armdroid.board import Board
+from armdrive.sim.armdroid.device import SimArmdroid
+from armdrive.sim.simulated_arm import make_twin
 from armdrive.status import Trust
-from armdrive.transports.memory import MemoryLink
+from armdrive.transports.in_process import MemoryLink
 from kinematics import Joints
 
 BYTE_S = 10 / 9600

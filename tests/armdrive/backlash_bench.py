@@ -5,8 +5,8 @@ from __future__ import annotations
 import random
 from dataclasses import replace
 
-from armdrive.connecting import connect_simulated, simulated_config
-from armdrive.sim.twin import make_twin
+from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.sim.simulated_arm import make_twin
 from armdrive.status import State
 
 PLAY = 12

@@ -8,9 +8,9 @@ from pathlib import Path
 
 from can_bench import LONG_S, EchoDrive
 
-from armdrive.transports.bell import Bell
-from armdrive.transports.can_memory import BusLine
-from armdrive.transports.serve_can import SlcanServer
+from armdrive.sim.bus.bus import BusLine
+from armdrive.sim.serving.servers import SlcanServer
+from armdrive.transports.link import Bell
 
 
 class Served:

@@ -12,10 +12,10 @@ from dataclasses import dataclass, field, replace
 import pytest
 
 from armdrive import Arm
-from armdrive.clock import SimulatedClock
-from armdrive.connecting import connect_simulated, simulated_config
+from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import ArmError, DeviceFault
-from armdrive.sim.twin import Twin, make_twin
+from armdrive.runtime.clock import SimulatedClock
+from armdrive.sim.simulated_arm import Twin, make_twin
 from armdrive.status import State, Trust
 from firmware_protocol.canopen import CONTROLWORD, MODE, TARGET_POSITION, Service, service_of
 from firmware_protocol.frames import Frame, Unpacker

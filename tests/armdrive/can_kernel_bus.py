@@ -15,10 +15,10 @@ from typing import Any
 
 import can
 
-from armdrive.connecting import simulated_config
+from armdrive.connect.target import simulated_config
+from armdrive.sim.bus.bus import BusLine
 from armdrive.sim.device import SimDevice
-from armdrive.sim.twin import make_device
-from armdrive.transports.can_memory import BusLine
+from armdrive.sim.simulated_arm import make_device
 from firmware_protocol.frames import Frame, Unpacker, pack
 
 LOOK_S = 0.001

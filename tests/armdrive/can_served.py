@@ -10,8 +10,8 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from can_bench import EchoDrive
 
-from armdrive.transports.can_memory import BusLine
-from armdrive.transports.serve_can import SlcanServer
+from armdrive.sim.bus.bus import BusLine
+from armdrive.sim.serving.servers import SlcanServer
 
 
 def serve(path: str) -> None:

@@ -11,17 +11,16 @@ from typing import Any
 
 from waiting import LONG_S, until
 
-from armdrive.armfile import ArmConfig, Source
-from armdrive.armsections import Connection
-from armdrive.commissioning.acts import About, Ask
-from armdrive.commissioning.carrier import Carrier, SimulatedClock
-from armdrive.commissioning.plan import Plan, plan_of
-from armdrive.commissioning.practice import Practice
-from armdrive.commissioning.walk import Outcome, one, walk
-from armdrive.controllers.mks_settings import MksSettings
-from armdrive.sim.mks import SimMks
-from armdrive.sim.run import make_server, run_device
-from armdrive.sim.twin import make_device, make_twin
+from armdrive.config.arm import ArmConfig, Source
+from armdrive.config.sections import Connection
+from armdrive.dialects.mks.settings import MksSettings
+from armdrive.dialog import About, Ask
+from armdrive.setup.commissioning import Outcome, Practice, one, walk
+from armdrive.setup.dialog_runner import Carrier, SimulatedClock
+from armdrive.setup.plan import Plan, plan_of
+from armdrive.sim.mks.device import SimMks
+from armdrive.sim.serving.serve import make_server, run_device
+from armdrive.sim.simulated_arm import make_device, make_twin
 from firmware_protocol.errors import ProtocolError
 from firmware_protocol.frames import Frame, Unpacker
 from firmware_protocol.mks import Code, Request, decode_request

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from faults import sim_arm
 
-from armdrive.armfile import load_arm_file
+from armdrive.config.arm import load_arm_file
 
 PAGE = Path(__file__).parents[2] / "docs" / "arm-file.md"
 

@@ -6,19 +6,11 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 
-from armdrive.connecting import simulated_config
-from armdrive.controllers.cia402 import Cia402Controller
-from armdrive.controllers.requests import (
-    Alert,
-    Event,
-    MoveAlong,
-    MoveBy,
-    Oddity,
-    Progress,
-    SwitchOn,
-)
-from armdrive.dialects import DIALECTS
-from armdrive.sim.twin import make_twin
+from armdrive.connect.target import simulated_config
+from armdrive.dialects.cia402.controller import Cia402Controller
+from armdrive.registry import DIALECTS
+from armdrive.sim.simulated_arm import make_twin
+from armdrive.tasks import Alert, Event, MoveAlong, MoveBy, Oddity, Progress, SwitchOn
 from firmware_protocol.canopen import Service, Statusword, service_of
 from firmware_protocol.frames import Frame, Unpacker
 from kinematics import Motors

@@ -5,11 +5,11 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
-from armdrive.armfile import ArmConfig
-from armdrive.armsections import Connection, HomingSettings
-from armdrive.sim.cia402 import SimCia402
-from armdrive.sim.cia402_places import dictionary
-from armdrive.sim.twin import Twin, make_twin
+from armdrive.config.arm import ArmConfig
+from armdrive.config.sections import Connection, HomingSettings
+from armdrive.sim.cia402.device import SimCia402
+from armdrive.sim.cia402.objects import dictionary
+from armdrive.sim.simulated_arm import Twin, make_twin
 from firmware_protocol.canopen import (
     CONSUMER_HEARTBEAT,
     CONTROLWORD,

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from armdrive import places
 from armdrive.cli import main
+from armdrive.storage import files as places
 
 TRACEBACK = "Traceback"
 

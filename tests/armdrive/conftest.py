@@ -10,9 +10,11 @@ from cli_calls import Caller
 from doctor_bench import lead
 from serial.tools import list_ports as pyserial
 
-from armdrive.doctor import timing
-from armdrive.lateness import Wakes
-from armdrive.transports import can_link, can_watch, can_writer
+from armdrive.setup import findings as timing
+from armdrive.status import Wakes
+from armdrive.transports import can_link
+from armdrive.transports import can_threads as can_watch
+from armdrive.transports import can_threads as can_writer
 
 
 @pytest.fixture

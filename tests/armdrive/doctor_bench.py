@@ -11,15 +11,14 @@ from types import SimpleNamespace
 from serial.tools import list_ports as pyserial
 from uart import Receiver
 
-from armdrive.connecting import simulated_config
-from armdrive.doctor import carrying
-from armdrive.doctor.carrying import carry_out
-from armdrive.doctor.probes import PROBES
-from armdrive.doctor.probing import Examination, examine
+from armdrive.connect.target import simulated_config
+from armdrive.dialects.probes import PROBES
+from armdrive.setup import prober as carrying
+from armdrive.setup.prober import Examination, carry_out, examine
 from armdrive.sim.device import SimDevice
-from armdrive.sim.pacing import PacedDevice
-from armdrive.sim.twin import make_device
-from armdrive.sim.twins import TWINS
+from armdrive.sim.kinds import TWINS
+from armdrive.sim.simulated_arm import make_device
+from armdrive.sim.wire import PacedDevice
 
 SPOKEN = sorted({probe.dialect for probe in PROBES} & set(TWINS))
 """The dialects of the table of probes that have a simulated arm."""

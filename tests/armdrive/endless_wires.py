@@ -7,11 +7,11 @@ import random
 from collections.abc import Callable
 
 from armdrive.arm import Arm
-from armdrive.connecting import simulated_config
-from armdrive.dialects import DIALECTS
-from armdrive.engine import Engine
-from armdrive.pace import SimulatedPace
-from armdrive.sim.twin import Twin, make_twin
+from armdrive.connect.target import simulated_config
+from armdrive.registry import DIALECTS
+from armdrive.runtime.drive import SimulatedPace
+from armdrive.runtime.engine import Engine
+from armdrive.sim.simulated_arm import Twin, make_twin
 from armdrive.transports.link import Link
 from firmware_protocol.frames import Frame, Unpacker, pack
 

@@ -11,9 +11,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from armdrive.arm import Arm
-from armdrive.connecting import connect_simulated, simulated_config
+from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import LinkLost
-from armdrive.sim.twin import make_twin
+from armdrive.sim.simulated_arm import make_twin
 from kinematics import Joints
 
 CR = b"\r"

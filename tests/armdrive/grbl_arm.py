@@ -9,9 +9,9 @@ from dataclasses import replace
 
 from armdrive import Jog
 from armdrive.arm import Arm
-from armdrive.armfile import ArmConfig
-from armdrive.connecting import connect_simulated, simulated_config
-from armdrive.sim.twin import make_twin
+from armdrive.config.arm import ArmConfig
+from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.sim.simulated_arm import make_twin
 from kinematics import Joints, Pose
 
 OVER = Joints.of(0.0, 40.0, -80.0, -40.0, 0.0)

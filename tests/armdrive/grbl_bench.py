@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from armdrive.armsections import GripperSettings
-from armdrive.connecting import simulated_config
-from armdrive.sim.grbl_switches import Switch
-from armdrive.sim.twin import make_device
-from armdrive.transports.memory import MemoryLink
+from armdrive.config.sections import GripperSettings
+from armdrive.connect.target import simulated_config
+from armdrive.sim.grbl.hardware import Switch
+from armdrive.sim.simulated_arm import make_device
+from armdrive.transports.in_process import MemoryLink
 from firmware_protocol.grbl import Banner, Host, LineReader, StatusReport
 from firmware_protocol.grbl.reports import decode_answer
 

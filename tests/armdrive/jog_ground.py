@@ -10,11 +10,11 @@ from jog_probes import Probe
 
 from armdrive import Jog
 from armdrive.arm import Arm
-from armdrive.connecting import connect_simulated, simulated_config
-from armdrive.intents import CARTESIAN_AXES, GRIPPER_AXIS
-from armdrive.sim.twin import make_twin
+from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.moves import CARTESIAN_AXES, GRIPPER_AXIS
+from armdrive.runtime.position import Coordinates
+from armdrive.sim.simulated_arm import make_twin
 from armdrive.status import State
-from armdrive.whereabouts import Coordinates
 from kinematics import Joints
 from kinematics.guards.shapes import Box
 

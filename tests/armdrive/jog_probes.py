@@ -6,10 +6,10 @@ import math
 from collections.abc import Iterator
 
 from armdrive import Jog
-from armdrive.armfile import ArmConfig
-from armdrive.frames import axes_of
-from armdrive.intents import CARTESIAN_AXES, GRIPPER_AXIS, Space
-from armdrive.whereabouts import Coordinates
+from armdrive.config.arm import ArmConfig
+from armdrive.motion.resolve import axes_of
+from armdrive.moves import CARTESIAN_AXES, GRIPPER_AXIS, Space
+from armdrive.runtime.position import Coordinates
 from kinematics import Joints, Pose
 
 GRID_MM, GRID_RAD = 0.02, math.radians(0.02)

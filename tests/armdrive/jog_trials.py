@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from jog_ground import Stand
 
 from armdrive import Jog
-from armdrive.intents import Space
+from armdrive.moves import Space
 from armdrive.status import State
 from kinematics import Joints
 

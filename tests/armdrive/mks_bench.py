@@ -6,13 +6,13 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from armdrive.armfile import ArmConfig
-from armdrive.armsections import Connection
-from armdrive.controllers.mks import MksController
-from armdrive.controllers.mks_settings import MksSettings
-from armdrive.controllers.requests import Alert, Event, Oddity, Progress, SwitchOn
-from armdrive.dialects import DIALECTS
-from armdrive.sim.mks_motor import SetPoint
+from armdrive.config.arm import ArmConfig
+from armdrive.config.sections import Connection
+from armdrive.dialects.mks.controller import MksController
+from armdrive.dialects.mks.settings import MksSettings
+from armdrive.registry import DIALECTS
+from armdrive.sim.mks.node import SetPoint
+from armdrive.tasks import Alert, Event, Oddity, Progress, SwitchOn
 from firmware_protocol.frames import Frame, Unpacker, pack
 from firmware_protocol.mks import (
     ANGLE_ERROR_PER_TURN,

@@ -5,10 +5,10 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
-from armdrive.armfile import ArmConfig
-from armdrive.armsections import Connection, HomingSettings
-from armdrive.sim.mks import SimMks
-from armdrive.sim.twin import Twin, make_twin
+from armdrive.config.arm import ArmConfig
+from armdrive.config.sections import Connection, HomingSettings
+from armdrive.sim.mks.device import SimMks
+from armdrive.sim.simulated_arm import Twin, make_twin
 from firmware_protocol.mks import (
     Answered,
     EncoderRead,

@@ -24,9 +24,9 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 from waiting import until
 
 from armdrive import Arm
-from armdrive.durable import Files
-from armdrive.flows import idling
+from armdrive.motion import idle as idling
 from armdrive.status import State
+from armdrive.storage.files import Files
 from kinematics import Motors
 
 MOVE_DEG = 4.0

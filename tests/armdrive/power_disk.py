@@ -10,8 +10,8 @@ import errno
 import itertools
 import math
 
-from armdrive.durable import Files, is_leftover
-from armdrive.transports.memory import MemoryLink
+from armdrive.storage.files import Files, is_leftover
+from armdrive.transports.in_process import MemoryLink
 
 MOTION = b"@STEP"
 

@@ -8,10 +8,10 @@ from faults import OVER_THE_TABLE, sim_config
 from power_disk import MortalLink, PowerDisk
 
 from armdrive.arm import Arm
-from armdrive.pace import SimulatedPace
-from armdrive.record import FileRecorder
-from armdrive.sim.twin import make_twin
+from armdrive.runtime.drive import SimulatedPace
+from armdrive.sim.simulated_arm import make_twin
 from armdrive.status import Trust
+from armdrive.storage.record import FileRecorder
 
 PATH = Path("/state/arm.json")
 CONFIG = sim_config(planned_burst_s=0.5, idle_poll_s=0.0)

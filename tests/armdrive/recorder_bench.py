@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from armdrive.connecting import connect_simulated, simulated_config
-from armdrive.recorder.entries import Entry, Kind
-from armdrive.recorder.flight import FlightRecorder
-from armdrive.recorder.reading import Recording, read_recording
-from armdrive.recorder.ring import Ring
+from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.trace.entries import Entry, Kind, Ring
+from armdrive.trace.files import Recording, read_recording
+from armdrive.trace.recorder import FlightRecorder
 
 
 def recorded_arm(dialect="teachmover", folder: Path | None = None, ring: Ring | None = None, **how):

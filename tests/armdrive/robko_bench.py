@@ -6,10 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from armdrive.arm import Arm
-from armdrive.connecting import connect_simulated, simulated_config
-from armdrive.sim.robko01 import SimRobko
-from armdrive.sim.twin import make_twin
-from armdrive.transports.memory import MemoryLink
+from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.sim.robko01.device import SimRobko
+from armdrive.sim.simulated_arm import make_twin
+from armdrive.transports.in_process import MemoryLink
 from firmware_protocol.robko01 import Answer, Answered, Axes, Enable, Host, Op, Request
 from kinematics import Joints
 

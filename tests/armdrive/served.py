@@ -11,9 +11,9 @@ from typing import Any
 
 from waiting import LONG_S, until
 
-from armdrive.connecting import simulated_config
-from armdrive.sim.run import make_server, run_device
-from armdrive.sim.twin import make_device
+from armdrive.connect.target import simulated_config
+from armdrive.sim.serving.serve import make_server, run_device
+from armdrive.sim.simulated_arm import make_device
 
 
 class Served:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from armdrive.sim.teachmover import SimTeachMover
-from armdrive.sim.world import World
-from armdrive.transports.memory import MemoryLink
+from armdrive.sim.teachmover.device import SimTeachMover
+from armdrive.sim.world.world import World
+from armdrive.transports.in_process import MemoryLink
 from firmware_protocol.teachmover import Command, Completed, Host, QDump
 from kinematics.spaces import Pose
 

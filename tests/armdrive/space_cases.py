@@ -8,9 +8,8 @@ from pathlib import Path
 
 from hypothesis import strategies as st
 
-from armdrive.draw.camera import VIEWS, Camera
-from armdrive.draw.scene import Moment, Scene
-from armdrive.draw.studio import Studio
+from armdrive.render.camera import VIEWS, Camera
+from armdrive.render.scene import Moment, Scene, Studio
 from kinematics import Joints, preset
 from kinematics.chains.arm import ChainArm
 from kinematics.frames.transforms import translation

@@ -10,22 +10,15 @@ import pytest
 
 import armdrive
 import tui
-from armdrive.catalogue import ENTRIES
-from armdrive.catalogue.actions import (
-    ACTIONS,
-    COMMAND_LINE,
-    PHRASES,
-    SHELL,
-    desk_words,
-    presented,
-)
 from armdrive.cli import COMMANDS
 from armdrive.cli.shell_words import OWN_WORDS
 from armdrive.errors import ArmError, WrongState
-from armdrive.programs.vocabulary import WORDS
-from armdrive.states import TRANSITIONS, Event, after
+from armdrive.errors.actions import ACTIONS, COMMAND_LINE, PHRASES, SHELL, desk_words, presented
+from armdrive.errors.table import ENTRIES
+from armdrive.programs.language.words import WORDS
+from armdrive.runtime.states import TRANSITIONS, Event, after
+from armdrive.runtime.trust import Belief, require_reference
 from armdrive.status import State, Trust
-from armdrive.trust import Belief, require_reference
 from tui.keyboard import DEFAULT_KEYS
 
 INTERFACES = {

@@ -8,10 +8,14 @@ import pytest
 from armdroid_bench import CONFIG, configured, honest, ready_arm
 
 from armdrive import ArmFileError, DeviceFault, Jog, NoAnswer, Refused
-from armdrive.armfile import parse_arm_file
-from armdrive.connecting import connect_simulated
-from armdrive.controllers.armdroid import ArmdroidController
-from armdrive.controllers.requests import (
+from armdrive.config.arm import parse_arm_file
+from armdrive.connect.target import connect_simulated
+from armdrive.dialects.armdroid.controller import ArmdroidController
+from armdrive.errors import ArmError, Stopped
+from armdrive.registry import dialect
+from armdrive.sim.simulated_arm import make_twin
+from armdrive.status import Current, State, Trust
+from armdrive.tasks import (
     Alert,
     AlertKind,
     ClearFault,
@@ -27,14 +31,10 @@ from armdrive.controllers.requests import (
     Registers,
     SetGripper,
     SetOutputs,
+    Settings,
     Silence,
     SwitchOn,
 )
-from armdrive.controllers.settings import Settings
-from armdrive.dialects import dialect
-from armdrive.errors import ArmError, Stopped
-from armdrive.sim.twin import make_twin
-from armdrive.status import Current, State, Trust
 from kinematics import Motors, Pose
 
 VERSION = "firmware version = 2.0/protocol = 1.0a"

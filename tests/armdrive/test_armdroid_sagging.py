@@ -3,11 +3,11 @@
 import pytest
 from armdroid_bench import CONFIG
 
-from armdrive.connecting import connect_simulated
+from armdrive.connect.target import connect_simulated
 from armdrive.errors import DeviceFault
-from armdrive.record import FileRecorder
-from armdrive.sim.twin import make_twin
+from armdrive.sim.simulated_arm import make_twin
 from armdrive.status import State, Trust
+from armdrive.storage.record import FileRecorder
 
 TURNED = (40, 30, -20, 5, 9, 12)
 

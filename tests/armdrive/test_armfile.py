@@ -10,11 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from armdrive.arm import Arm
-from armdrive.armfile import config_of_preset, load_arm_file, parse_arm_file
-from armdrive.connecting import connect_simulated
+from armdrive.config.arm import config_of_preset, load_arm_file, parse_arm_file
+from armdrive.connect.target import connect_simulated
 from armdrive.errors import ArmFileError, Refused
-from armdrive.pace import SimulatedPace
-from armdrive.sim.twin import make_twin
+from armdrive.runtime.drive import SimulatedPace
+from armdrive.sim.simulated_arm import make_twin
 from kinematics import KinematicsError, preset
 from kinematics.spaces import Joints
 

@@ -6,12 +6,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armdrive.backlash import Slack, doubt_words
-from armdrive.backlash_taken import to_turn, turned
 from armdrive.errors import StateFileError
-from armdrive.flows.straying import lags
-from armdrive.record_text import Record, from_text, to_text
-from armdrive.sim.play import Play
+from armdrive.motion.deviation import lags
+from armdrive.runtime.backlash import Slack, doubt_words, to_turn, turned
+from armdrive.sim.world.body import Play
+from armdrive.storage.record import Record, from_text, to_text
 from kinematics import Motors
 
 WIDTHS = st.integers(0, 40)

@@ -15,10 +15,10 @@ from backlash_bench import (
 )
 
 from armdrive import Jog, Pose
-from armdrive.controllers.requests import MoveAlong, MoveBy
 from armdrive.errors import ArmError, Stopped
-from armdrive.sim.blocks import Block
+from armdrive.sim.world.table import Block
 from armdrive.status import State, Trust
+from armdrive.tasks import MoveAlong, MoveBy
 
 every_dialect = pytest.mark.parametrize("dialect", DIALECTS)
 

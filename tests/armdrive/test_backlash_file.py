@@ -5,10 +5,10 @@ import tomllib
 import pytest
 from chain_files import six_arm, six_links, written
 
-from armdrive.armfile import parse_arm_file
+from armdrive.config.arm import parse_arm_file
+from armdrive.config.write import complete
 from armdrive.errors import ArmFileError
-from armdrive.interview.complete import complete
-from armdrive.sim.twin import make_twin
+from armdrive.sim.simulated_arm import make_twin
 
 
 def of(text):

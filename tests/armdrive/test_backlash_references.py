@@ -15,12 +15,12 @@ from backlash_bench import (
     shaken,
 )
 
-from armdrive.armfile import parse_arm_file
-from armdrive.connecting import connect_simulated
+from armdrive.config.arm import parse_arm_file
+from armdrive.connect.target import connect_simulated
 from armdrive.errors import ArmError, BadRequest
-from armdrive.record import FileRecorder
-from armdrive.sim.twin import make_twin
+from armdrive.sim.simulated_arm import make_twin
 from armdrive.status import Trust
+from armdrive.storage.record import FileRecorder
 from kinematics import Joints
 
 every_dialect = pytest.mark.parametrize("dialect", DIALECTS)
@@ -146,7 +146,7 @@ def test_a_saved_twin_keeps_where_its_play_is():
 
 def test_the_command_line_gives_a_simulated_arm_play(monkeypatch):
     from armdrive.cli import main
-    from armdrive.sim import run
+    from armdrive.sim.serving import serve as run
 
     played = []
     monkeypatch.setattr("sys.stdin", SimpleNamespace(closed=True))

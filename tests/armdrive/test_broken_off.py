@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 from test_mks_arm import ready
 
-from armdrive.controllers.requests import Denied
 from armdrive.errors import DeviceFault
-from armdrive.flows.exchange import _evidence, _refused_words
-from armdrive.trust import Evidence
+from armdrive.motion.context import _evidence, _refused_words
+from armdrive.runtime.trust import Evidence
+from armdrive.tasks import Denied
 
 
 @pytest.mark.parametrize(

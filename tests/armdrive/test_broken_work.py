@@ -3,9 +3,8 @@
 import pytest
 from faults import ready_arm
 
-from armdrive.controllers.requests import Denied, ReadPosition
 from armdrive.errors import ArmError
-from armdrive.flow import Until
+from armdrive.tasks import Denied, ReadPosition, Until
 
 
 def restless(now_s):

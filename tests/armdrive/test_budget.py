@@ -4,10 +4,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armdrive.abilities import Abort
-from armdrive.armfile import parse_arm_file
-from armdrive.budget import HEADROOM, PATIENCE_S, SEGMENTS_AHEAD, Budget, Traffic, budget, segment_s
-from armdrive.dialects import DIALECTS
+from armdrive.abilities import (
+    HEADROOM,
+    PATIENCE_S,
+    SEGMENTS_AHEAD,
+    Abort,
+    Budget,
+    Traffic,
+    budget,
+    segment_s,
+)
+from armdrive.config.arm import parse_arm_file
+from armdrive.registry import DIALECTS
 
 BAUDS = st.sampled_from([300, 1200, 2400, 4800, 9600, 19_200, 57_600, 115_200, 1_000_000])
 TRAFFIC = st.builds(Traffic, st.integers(5, 80), st.integers(1, 80))

@@ -4,7 +4,7 @@ import pytest
 
 from armdrive import Arm, LineMove, Pose
 from armdrive.cli.run_script import MOVING
-from armdrive.recorder.calls import CALLS
+from armdrive.trace.calls import CALLS
 
 PREFIXES = ("move_", "jog_")
 CALLS_THAT_MOVE = sorted(name for name in dir(Arm) if name.startswith(PREFIXES))

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from test_can_wire import frames
 
-from armdrive.transports.can_adapter import Adapter
-from armdrive.transports.can_slcan_text import LONGEST, Lines, frame_of, line_of
+from armdrive.sim.serving.servers import Adapter
+from armdrive.transports.can_slcan import LONGEST, Lines, frame_of, line_of
 from firmware_protocol.frames import Frame
 
 LINES = [

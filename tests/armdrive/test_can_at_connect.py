@@ -18,9 +18,9 @@ from waiting import at_last
 
 from armdrive import Arm
 from armdrive.errors import ArmError, DeviceFault, LinkLost, NoAnswer, SettingsDiffer
-from armdrive.sim.cia402_places import without
+from armdrive.sim.cia402.objects import without
 from armdrive.status import State, Trust
-from armdrive.transports.refusals import PortInUse
+from armdrive.transports.open_errors import PortInUse
 from firmware_protocol.canopen import DEVICE_TYPE, Nmt, NmtCommand
 from firmware_protocol.frames import pack
 from firmware_protocol.mks import (

@@ -11,9 +11,10 @@ from can_bench import frames_of, message, until_lost
 from waiting import FOREVER_S, returns, soon, until
 
 from armdrive.errors import LinkLost
-from armdrive.transports import can_reader, can_watch
+from armdrive.transports import can_threads as can_reader
+from armdrive.transports import can_threads as can_watch
 from armdrive.transports.can_health import BusState
-from armdrive.transports.url import open_link
+from armdrive.transports.open import open_link
 from firmware_protocol.frames import Frame, pack
 
 BUS_OFF = message(0x040, bytes(8), is_error_frame=True)

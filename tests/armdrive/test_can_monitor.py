@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 from waiting import at_last, soon
 
 from armdrive import Arm
-from armdrive.commissioning.frame_words import Check, Kind
-from armdrive.commissioning.frame_words_mks import MksEar
+from armdrive.dialects.bus.words import Check, Kind
+from armdrive.dialects.mks.frames import MksEar
 from armdrive.errors import NoAnswer
-from armdrive.transports.url import open_link
+from armdrive.transports.open import open_link
 from firmware_protocol.canopen import Heartbeat, NodeState
 from firmware_protocol.frames import Frame, Unpacker, pack
 from firmware_protocol.mks import (

@@ -13,12 +13,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from armdrive.errors import BadRequest, PortUnavailable
-from armdrive.transports import can_refusals
-from armdrive.transports.can_address import CanAddress, is_can
-from armdrive.transports.can_bus import _filters
-from armdrive.transports.can_refusals import can_refusal, is_down
-from armdrive.transports.refusals import NoSuchPort, PortForbidden, PortInUse
-from armdrive.transports.url import open_link, scheme
+from armdrive.transports import open_errors as can_refusals
+from armdrive.transports.address import CanAddress, is_can
+from armdrive.transports.can_link import _filters
+from armdrive.transports.open import open_link, scheme
+from armdrive.transports.open_errors import (
+    NoSuchPort,
+    PortForbidden,
+    PortInUse,
+    can_refusal,
+    is_down,
+)
 from firmware_protocol.frames import Frame, pack
 
 NAMES = ("CAN_INTERFACE", "CAN_CHANNEL", "CAN_BITRATE", "CAN_CONFIG")

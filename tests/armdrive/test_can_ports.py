@@ -11,10 +11,17 @@ from cli_calls import write_arm_file
 from doctor_bench import plug
 
 from armdrive.errors import LinkError
-from armdrive.transports import can_ports, ports
-from armdrive.transports.can_ports import CanPort, ask_drivers, list_can_ports
-from armdrive.transports.ports import PortInfo, device_of, serial_number_of
-from armdrive.transports.refusals import NoSuchPort
+from armdrive.transports import ports
+from armdrive.transports import ports as can_ports
+from armdrive.transports.open_errors import NoSuchPort
+from armdrive.transports.ports import (
+    CanPort,
+    PortInfo,
+    ask_drivers,
+    device_of,
+    list_can_ports,
+    serial_number_of,
+)
 
 NUMBER = "A50285BI"
 BUS = "can:slcan:/dev/ttyACM7?bitrate=500000"

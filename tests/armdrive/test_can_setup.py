@@ -8,12 +8,11 @@ from dataclasses import replace
 import pytest
 from can_setup_bench import NAMES, READING, TURNING, Bench, arm, really
 
-from armdrive.armfile import Source, parse_arm_file
-from armdrive.commissioning.acts import About
-from armdrive.commissioning.armtext import merged, signs_of, text_of
-from armdrive.commissioning.notes import Notes
-from armdrive.commissioning.plan import plan_of
+from armdrive.config.arm import Source, parse_arm_file
+from armdrive.dialog import About
 from armdrive.errors import BadRequest
+from armdrive.setup.arm_text import merged, signs_of, text_of
+from armdrive.setup.plan import Notes, plan_of
 from firmware_protocol.mks import (
     Code,
     Mode,
@@ -184,7 +183,7 @@ def test_a_drive_that_was_done_and_has_lost_its_mode_is_set_up_once_more():
 
 
 def test_an_arm_without_such_drives_is_refused():
-    from armdrive.connecting import simulated_config
+    from armdrive.connect.target import simulated_config
 
     with pytest.raises(BadRequest, match='dialect = "mks"'):
         plan_of(simulated_config("grbl"))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from can_setup_bench import NAMES, Bench
 
-from armdrive.commissioning.walk import together
+from armdrive.setup.commissioning import together
 from firmware_protocol.frames import pack
 from firmware_protocol.mks import Code, Mode, ReadEncoder, SetCurrent, SetId, encode
 

@@ -9,15 +9,15 @@ import pytest
 from can_setup_bench import NAMES, arm
 from cli_calls import state_files, write_arm_file
 
-from armdrive import places
 from armdrive.cli import can_setup
-from armdrive.commissioning import notes as kept
-from armdrive.commissioning.acts import About
-from armdrive.commissioning.carrier import SimulatedClock
-from armdrive.commissioning.plan import plan_of
-from armdrive.commissioning.practice import Practice
+from armdrive.dialog import About
 from armdrive.errors import StateFileError
-from armdrive.sim.twin import make_twin
+from armdrive.setup import plan as kept
+from armdrive.setup.commissioning import Practice
+from armdrive.setup.dialog_runner import SimulatedClock
+from armdrive.setup.plan import plan_of
+from armdrive.sim.simulated_arm import make_twin
+from armdrive.storage import files as places
 
 PORT = "can:slcan:/dev/ttyACM7?bitrate=500000"
 
@@ -42,8 +42,8 @@ def drives(monkeypatch):
     twin = make_twin(config, factory=True)
     link = twin.link
     monkeypatch.setattr(link, "close", lambda: None)
-    monkeypatch.setattr("armdrive.transports.url.open_link", lambda port, baud: link)
-    monkeypatch.setattr("armdrive.doctor.carrying.RealClock", SimulatedClock)
+    monkeypatch.setattr("armdrive.transports.open.open_link", lambda port, baud: link)
+    monkeypatch.setattr("armdrive.setup.prober.RealClock", SimulatedClock)
     person = Practice(twin, plan_of(config), print)
     answer = person.answer
 
@@ -129,8 +129,8 @@ def test_another_kind_of_arm_is_refused(call):
 
 def test_answers_that_end_leave_what_was_done(call, drives, monkeypatch):
     monkeypatch.undo()
-    monkeypatch.setattr("armdrive.transports.url.open_link", lambda port, baud: drives.link)
-    monkeypatch.setattr("armdrive.doctor.carrying.RealClock", SimulatedClock)
+    monkeypatch.setattr("armdrive.transports.open.open_link", lambda port, baud: drives.link)
+    monkeypatch.setattr("armdrive.setup.prober.RealClock", SimulatedClock)
     type_in(monkeypatch, "?", "back", "yes")
     called = call("can", "setup", "bench", "--port", PORT, code=3)
     assert "`armdrive can setup bench` goes on there" in called.err
@@ -139,10 +139,10 @@ def test_answers_that_end_leave_what_was_done(call, drives, monkeypatch):
 
 
 def test_an_adapter_is_chosen_from_those_that_are_there(call, drives, monkeypatch):
-    from armdrive.transports.can_ports import CanPort
+    from armdrive.transports.ports import CanPort
 
     there = [CanPort(PORT, "CANable"), CanPort("can:socketcan:can0", "the kernel's")]
-    monkeypatch.setattr("armdrive.transports.can_ports.list_can_ports", lambda ports: there)
+    monkeypatch.setattr("armdrive.transports.ports.list_can_ports", lambda ports: there)
     monkeypatch.setattr("serial.tools.list_ports.comports", list)
     type_in(monkeypatch, "/dev/ttyACM7", "1", "yes")
     called = call("can", "setup", "bench", code=1)

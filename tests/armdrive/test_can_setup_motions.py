@@ -7,8 +7,8 @@ import math
 import pytest
 from can_setup_bench import Bench, really
 
-from armdrive.commissioning.acts import About, Hear
-from armdrive.interview.signs import NOTHING, OTHER
+from armdrive.dialog import About, Hear
+from armdrive.setup.directions import NOTHING, OTHER
 from firmware_protocol.mks import Calibrate, EmergencyStop, MoveAbsoluteAxis
 
 

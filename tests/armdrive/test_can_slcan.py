@@ -19,12 +19,13 @@ from can_adapter_served import Served
 from can_bench import LONG_S, frames_of, until_lost
 
 from armdrive.errors import PortUnavailable
-from armdrive.transports import can_slcan, can_watch
-from armdrive.transports.bell import Bell
+from armdrive.sim.serving.servers import PtyServer
+from armdrive.transports import can_slcan
+from armdrive.transports import can_threads as can_watch
 from armdrive.transports.can_health import BusState
-from armdrive.transports.refusals import NoConnection, NoSuchPort, PortInUse
-from armdrive.transports.serve import PtyServer
-from armdrive.transports.url import open_link
+from armdrive.transports.link import Bell
+from armdrive.transports.open import open_link
+from armdrive.transports.open_errors import NoConnection, NoSuchPort, PortInUse
 from firmware_protocol.frames import Frame, pack
 
 HERE = Path(__file__).parent

@@ -6,8 +6,7 @@ import can
 from can_bench import LONG_S, FailingBus
 from waiting import until
 
-from armdrive.transports.can_watch import Watch
-from armdrive.transports.can_writer import MOST_AWAKE_S, PATIENCE_S, Writer
+from armdrive.transports.can_threads import MOST_AWAKE_S, PATIENCE_S, Watch, Writer
 from firmware_protocol.frames import Frame
 
 

@@ -11,11 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from armdrive.errors import LinkLost
-from armdrive.sim.wire_faults import Next, Rule, Share, late, lost
-from armdrive.transports.can_faults import frame_lost, overtaken
-from armdrive.transports.can_memory import CanMemoryLink
-from armdrive.transports.can_timing import frame_bits, most_frame_bits
-from armdrive.transports.can_wire import FrameWire, Side
+from armdrive.sim.bus.bus import CanMemoryLink, FrameWire, Side
+from armdrive.sim.wire import Next, Rule, Share, frame_lost, late, lost, overtaken
+from armdrive.transports.can_health import frame_bits, most_frame_bits
 from firmware_protocol.frames import Frame, Unpacker, pack
 
 BITRATE = 500_000

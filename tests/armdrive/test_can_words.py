@@ -6,14 +6,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armdrive.commissioning.frame_words import Check, Kind
-from armdrive.commissioning.frame_words_canopen import CanopenEar
-from armdrive.commissioning.languages import LANGUAGES, language_of, likely
-from armdrive.dialects import DIALECTS
-from armdrive.recorder import messages_canopen
-from armdrive.recorder.messages_can import PackedFrames
-from armdrive.recorder.weighing import Weight
-from armdrive.wording.canopen_objects import held_words
+from armdrive.dialects.bus.words import Check, Kind, PackedFrames
+from armdrive.dialects.cia402 import frames as messages_canopen
+from armdrive.dialects.cia402.frames import CanopenEar
+from armdrive.dialects.cia402.objects import held_words
+from armdrive.dialects.words import Weight
+from armdrive.registry import DIALECTS, LANGUAGES, language_of, likely
 from firmware_protocol.canopen import (
     ALL_NODES,
     CONSUMER_HEARTBEAT,

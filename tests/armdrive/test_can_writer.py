@@ -10,7 +10,15 @@ import pytest
 from can_bench import LONG_S, FailingBus, until_lost
 from waiting import returns, soon, until
 
-from armdrive.transports import can_reader, can_watch, can_writer
+from armdrive.transports import (
+    can_threads as can_reader,
+)
+from armdrive.transports import (
+    can_threads as can_watch,
+)
+from armdrive.transports import (
+    can_threads as can_writer,
+)
 from armdrive.transports.can_health import BusState, of_error_frame, of_status
 from armdrive.transports.can_link import CanLink
 from firmware_protocol.frames import Frame, pack

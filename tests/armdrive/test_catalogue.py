@@ -14,12 +14,12 @@ import armdrive
 import firmware_protocol
 import kinematics
 from armdrive import Arm
-from armdrive.catalogue import ENTRIES, GROUPS, by_code, entry, entry_of, error_view
-from armdrive.catalogue.printing import page
 from armdrive.errors import ArmError, BadRequest, LinkLost, NotReferenced, WrongState
+from armdrive.errors.printing import page
+from armdrive.errors.table import ENTRIES, GROUPS, by_code, entry, entry_of, error_view
+from armdrive.runtime.trust import RESULTS, Evidence
 from armdrive.status import Trust
-from armdrive.transports.refusals import NoSuchPort
-from armdrive.trust import RESULTS, Evidence
+from armdrive.transports.open_errors import NoSuchPort
 from firmware_protocol.errors import ProtocolError
 from kinematics.errors import KinematicsError
 

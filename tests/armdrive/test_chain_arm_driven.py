@@ -7,11 +7,10 @@ import pytest
 from chain_files import connected, five_joints, six_joints
 from faults import sim_arm, sim_config
 
-from armdrive.armsections import MotionSettings
+from armdrive.config.sections import MotionSettings
 from armdrive.errors import BadRequest, OutOfBounds, Refused
-from armdrive.sim.body import ArmBody
-from armdrive.status import Trust
-from armdrive.view import status_view
+from armdrive.sim.world.body import ArmBody
+from armdrive.status import Trust, status_view
 from kinematics import PRESETS, Joints, KinematicsError, Pose, Unreachable
 from kinematics.chains.arm import ChainArm
 

@@ -5,15 +5,7 @@ from __future__ import annotations
 import pytest
 from cia402_rig import Rig, steps
 
-from armdrive.controllers.requests import (
-    ClearFault,
-    Denied,
-    Done,
-    Halted,
-    MoveAlong,
-    MoveBy,
-    SwitchOn,
-)
+from armdrive.tasks import ClearFault, Denied, Done, Halted, MoveAlong, MoveBy, SwitchOn
 
 LINE = tuple(MoveBy(steps(1000, -500), 20_000.0) for _ in range(20))
 BLOCKED_S = 0.05

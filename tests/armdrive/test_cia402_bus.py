@@ -12,12 +12,12 @@ from waiting import looks
 
 from armdrive import Arm
 from armdrive.cli import doctor_can
-from armdrive.connecting import find
-from armdrive.controllers.cia402_bus import Cia402Bus
-from armdrive.doctor.can_survey import listen
+from armdrive.connect.port import Wiring
+from armdrive.connect.target import find
+from armdrive.dialects.cia402.master import Cia402Bus
+from armdrive.dialects.mks.survey import listen
 from armdrive.status import State
-from armdrive.transports import url
-from armdrive.wiring import Wiring
+from armdrive.transports import open as url
 from firmware_protocol.canopen import STATUSWORD, SdoServer
 from firmware_protocol.frames import Unpacker, pack
 

@@ -8,7 +8,7 @@ import re
 import pytest
 from cia402_rig import Rig, steps
 
-from armdrive.controllers.requests import (
+from armdrive.tasks import (
     AlertKind,
     ClearFault,
     Denied,

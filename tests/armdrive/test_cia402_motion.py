@@ -8,8 +8,8 @@ import math
 import pytest
 from cia402_rig import Rig, steps
 
-from armdrive.controllers.cia402_track import SmoothTrack
-from armdrive.controllers.requests import (
+from armdrive.dialects.cia402.cyclic import SmoothTrack
+from armdrive.tasks import (
     ClearFault,
     Denied,
     Done,
@@ -20,9 +20,9 @@ from armdrive.controllers.requests import (
     MoveBy,
     ReadPosition,
     ReadSettings,
+    Settings,
     Silence,
 )
-from armdrive.controllers.settings import Settings
 from firmware_protocol.canopen import DriveState, OperationMode, Service
 from kinematics import Motors
 
@@ -318,8 +318,8 @@ def test_a_line_that_would_move_or_unguard_a_drive_is_refused(line):
 
 
 def test_a_bus_that_is_slow_has_a_longer_period():
-    from armdrive.controllers.cia402_settings import Cia402Settings
-    from armdrive.controllers.cia402_setup import period_ms
+    from armdrive.dialects.cia402.contact import period_ms
+    from armdrive.dialects.cia402.settings import Cia402Settings
 
     assert period_ms(Cia402Settings(), 6, 500_000) == 10
     assert period_ms(Cia402Settings(), 6, 125_000) > 14

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 from cia402_rig import Rig, steps
 
-from armdrive.connecting import connect_simulated, simulated_config
-from armdrive.controllers.requests import Denied, Done, Halted, MoveAlong, MoveBy
-from armdrive.sim.twin import make_twin
+from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.sim.simulated_arm import make_twin
 from armdrive.status import State, Trust
+from armdrive.tasks import Denied, Done, Halted, MoveAlong, MoveBy
 from kinematics import Joints
 
 LINE = tuple(MoveBy(steps(1000, -500), 20_000.0) for _ in range(20))

@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import pytest
 
-from armdrive.armsections import Connection
-from armdrive.connecting import simulated_config
-from armdrive.controllers.cia402 import Cia402Controller
-from armdrive.controllers.cia402_settings import Cia402Settings
-from armdrive.dialects import DIALECTS
+from armdrive.config.sections import Connection
+from armdrive.connect.target import simulated_config
+from armdrive.dialects.cia402.controller import Cia402Controller
+from armdrive.dialects.cia402.settings import Cia402Settings
 from armdrive.errors import ArmFileError, Refused
-from armdrive.sections import read_section
+from armdrive.registry import DIALECTS
+from armdrive.text.toml import read_section
 
 
 def made(**changes) -> Cia402Controller:

@@ -17,9 +17,11 @@ canopen = pytest.importorskip("canopen")
 from canopen.objectdictionary.eds import import_eds  # noqa: E402
 from cia402_rig import steps  # noqa: E402
 
-from armdrive.connecting import simulated_config  # noqa: E402
-from armdrive.controllers.cia402 import Cia402Controller  # noqa: E402
-from armdrive.controllers.requests import (  # noqa: E402
+from armdrive.connect.target import simulated_config  # noqa: E402
+from armdrive.dialects.cia402.controller import Cia402Controller  # noqa: E402
+from armdrive.registry import DIALECTS  # noqa: E402
+from armdrive.sim.cia402.objects import eds_text  # noqa: E402
+from armdrive.tasks import (  # noqa: E402
     Alert,
     Done,
     DropCurrent,
@@ -31,8 +33,6 @@ from armdrive.controllers.requests import (  # noqa: E402
     ReadPosition,
     SwitchOn,
 )
-from armdrive.dialects import DIALECTS  # noqa: E402
-from armdrive.sim.cia402_places import eds_text  # noqa: E402
 from firmware_protocol.frames import Frame, Unpacker, pack  # noqa: E402
 
 WIRE_S = 0.0003

@@ -9,9 +9,9 @@ import pytest
 from cli_calls import write_arm_file
 from doctor_bench import BANNER, NUMBER, Deaf, SimPort, made, plug
 
-from armdrive import connecting
-from armdrive.doctor import carrying
+from armdrive.connect import target as connecting
 from armdrive.errors import PortUnavailable
+from armdrive.setup import prober as carrying
 
 # Before anything is opened.
 
@@ -75,7 +75,7 @@ def test_a_port_that_is_not_there_is_said_before_anybody_is_asked(call, port, tm
 @pytest.mark.skipif(os.name != "posix", reason="needs file permissions")
 def test_a_port_that_may_not_be_opened_comes_with_what_mends_it(call, port, monkeypatch):
     monkeypatch.setattr(os, "access", lambda path, mode: False)
-    monkeypatch.setattr("armdrive.transports.refusals.owning_group", lambda name: "dialout")
+    monkeypatch.setattr("armdrive.transports.open_errors.owning_group", lambda name: "dialout")
     said = call("doctor", str(port), "--yes", code=4).out
     assert "no permission to open" in said
     assert "sudo usermod -aG dialout $USER" in said

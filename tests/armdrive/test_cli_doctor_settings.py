@@ -12,10 +12,10 @@ import pytest
 from cli_calls import write_arm_file
 from doctor_bench import made
 
-from armdrive import connecting
-from armdrive.controllers.settings import Difference, Settings
-from armdrive.doctor import probing
+from armdrive.connect import target as connecting
 from armdrive.errors import PortUnavailable
+from armdrive.setup import prober as probing
+from armdrive.tasks import Difference, Settings
 from firmware_protocol.robko01 import Device
 
 if sys.platform != "win32":

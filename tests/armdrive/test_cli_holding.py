@@ -13,7 +13,7 @@ from waiting import FOREVER_S, soon, until
 from armdrive import Pose, Stopped
 from armdrive.cli import watch
 from armdrive.cli.worlds import connect_remembered
-from armdrive.connecting import simulated_config
+from armdrive.connect.target import simulated_config
 from armdrive.status import State
 
 ARM = "sim:teachmover"
@@ -147,7 +147,7 @@ def test_a_command_that_is_stopped_from_outside_ends_with_its_own_code(call, mon
 
 
 def test_ctrl_c_in_a_motion_stops_the_arm_and_keeps_the_reference(call, monkeypatch):
-    from armdrive.engine import Engine
+    from armdrive.runtime.engine import Engine
 
     call("home", code=0)
     real, calls = Engine.advance, count()
@@ -167,7 +167,7 @@ def test_ctrl_c_in_a_motion_stops_the_arm_and_keeps_the_reference(call, monkeypa
 
 
 def test_a_controller_that_does_not_answer_ends_with_its_own_code(call, monkeypatch):
-    from armdrive.transports.memory import MemoryLink
+    from armdrive.transports.in_process import MemoryLink
 
     monkeypatch.setattr(MemoryLink, "write", lambda link, data, now_s: None)
     sentence = call.refused("status", code=6)
@@ -175,7 +175,7 @@ def test_a_controller_that_does_not_answer_ends_with_its_own_code(call, monkeypa
 
 
 def test_a_cable_that_is_pulled_ends_with_its_own_code(call, monkeypatch):
-    from armdrive.transports.memory import MemoryLink
+    from armdrive.transports.in_process import MemoryLink
 
     call("home", code=0)
     real, calls = MemoryLink.write, count()

@@ -9,9 +9,9 @@ import pytest
 from cli_calls import write_arm_file
 
 import tui
-from armdrive import connecting
 from armdrive.cli import jog, screens
 from armdrive.cli.worlds import connect_remembered
+from armdrive.connect import target as connecting
 
 
 @pytest.fixture

@@ -18,11 +18,11 @@ from served import Served
 from waiting import LONG_S, tried, until
 from watched_sim import Watch
 
-from armdrive import places
 from armdrive.cli import jog_web
 from armdrive.cli.jog_door import HOST, Door, Visit
-from armdrive.connecting import find
-from armdrive.holder import ask_holder
+from armdrive.connect.target import find
+from armdrive.storage import files as places
+from armdrive.storage.lock_client import ask_holder
 
 KEY = "the-key"
 DOOR = Door(8765, KEY)

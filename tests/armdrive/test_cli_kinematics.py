@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from cli_calls import Caller
 
-from armdrive.view import joints_view, pose_view
+from armdrive.status import joints_view, pose_view
 from kinematics import PRESETS, Joints, preset
 
 GOAL = ("--x", "250", "--y", "0", "--z", "120", "--pitch", "-90")

@@ -4,7 +4,7 @@ import pytest
 from chain_files import shown_files, six_arm, six_links
 from cli_calls import Caller
 
-from armdrive import places
+from armdrive.storage import files as places
 
 
 @pytest.fixture

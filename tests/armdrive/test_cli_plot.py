@@ -7,8 +7,8 @@ import sys
 import pytest
 from cli_calls import Caller
 
-from armdrive.draw.reach import reach_sketches, section_sketch
-from armdrive.draw.sketch import Sketch, sketch_rows
+from armdrive.render.reach import reach_sketches, section_sketch
+from armdrive.render.sketch import Sketch, sketch_rows
 from kinematics import PRESETS, preset
 from kinematics.textbook.systems import SYSTEMS, system
 

@@ -3,7 +3,7 @@
 import pytest
 from cli_calls import write_arm_file
 
-from armdrive import places
+from armdrive.storage import files as places
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ from doctor_bench import NUMBER, plug
 from serial.tools import list_ports as pyserial
 
 from armdrive.cli.worlds import connect_remembered
-from armdrive.connecting import simulated_config
+from armdrive.connect.target import simulated_config
 from armdrive.transports import ports
 
 
@@ -79,7 +79,7 @@ def test_an_arm_that_armdrive_drives_on_a_port_is_named(call, adapter):
 @pytest.mark.skipif(os.name != "posix", reason="needs file permissions")
 def test_a_port_that_may_not_be_opened_comes_with_what_mends_it(call, adapter, monkeypatch):
     monkeypatch.setattr(os, "access", lambda path, mode: False)
-    monkeypatch.setattr("armdrive.transports.refusals.owning_group", lambda port: "dialout")
+    monkeypatch.setattr("armdrive.transports.open_errors.owning_group", lambda port: "dialout")
     (seen,) = call("ports", "--json", code=0).json["ports"]
     assert not seen["allowed"]
     assert "sudo usermod -aG dialout $USER" in seen["mend"]

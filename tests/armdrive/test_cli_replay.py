@@ -11,9 +11,9 @@ from cli_calls import Caller
 from recorder_bench import recorded_arm
 
 from armdrive import Arm, ArmError
-from armdrive.holder import ask_holder
-from armdrive.holding import hold
-from armdrive.recorder.files import recordings
+from armdrive.storage.arm_lock import hold
+from armdrive.storage.lock_client import ask_holder
+from armdrive.trace.files import recordings
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 

@@ -7,9 +7,9 @@ import json
 import pytest
 from cli_calls import Caller, state_files
 
-from armdrive import places
 from armdrive.cli.worlds import world_file
-from armdrive.connecting import state_file
+from armdrive.connect.target import state_file
+from armdrive.storage import files as places
 
 ARM = "sim:teachmover"
 

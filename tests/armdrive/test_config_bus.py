@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 from test_config_interview import files, interview_of
 
-from armdrive.interview.draft import Surroundings
-from armdrive.interview.readers import WrongAnswer
-from armdrive.interview.session import Interview
+from armdrive.dialog import WrongAnswer
+from armdrive.setup.draft import Surroundings
+from armdrive.setup.interview import Interview
 
 BUS = "can:slcan:/dev/ttyACM0?bitrate=500000"
 BUSES = ("can:socketcan:can0", BUS)

@@ -8,7 +8,7 @@ import pytest
 from chain_files import NAMES, shown_files, six_arm, six_links
 from cli_calls import Caller, write_arm_file
 
-from armdrive.armfile import load_arm_file, parse_arm_file
+from armdrive.config.arm import load_arm_file, parse_arm_file
 
 PLAIN = 'model = "teachmover"\n[connection]\nport = "/dev/ttyNOWHERE"\n'
 

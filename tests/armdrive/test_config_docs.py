@@ -8,12 +8,11 @@ from pathlib import Path
 
 from cli_calls import Caller
 
-from armdrive import places
-from armdrive.armfile import load_arm_file
 from armdrive.cli.config import ACTIONS
-from armdrive.interview.printed_six import PRINTED_SIX
-from armdrive.interview.session import ROWS
-from armdrive.interview.templates import TEMPLATES
+from armdrive.config.arm import load_arm_file
+from armdrive.setup.interview import ROWS
+from armdrive.setup.templates import PRINTED_SIX, TEMPLATES
+from armdrive.storage import files as places
 
 PAGE = (Path(__file__).parents[2] / "docs" / "config.md").read_text(encoding="utf-8")
 

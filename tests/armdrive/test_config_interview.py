@@ -7,15 +7,15 @@ import tomllib
 
 import pytest
 
-from armdrive.armfile import load_arm_file
 from armdrive.cli.config_new import write
-from armdrive.connecting import connect_simulated
-from armdrive.interview.draft import LinkFile, Surroundings
-from armdrive.interview.readers import WrongAnswer
-from armdrive.interview.session import Interview
-from armdrive.interview.templates import TEMPLATES, available
-from armdrive.interview.writing import files_of
-from armdrive.modelfile import parse_model
+from armdrive.config.arm import load_arm_file
+from armdrive.config.link_model import parse_model
+from armdrive.connect.target import connect_simulated
+from armdrive.dialog import WrongAnswer
+from armdrive.setup.arm_text import files_of
+from armdrive.setup.draft import LinkFile, Surroundings
+from armdrive.setup.interview import Interview
+from armdrive.setup.templates import TEMPLATES, available
 from kinematics import Joints, preset
 
 FIVE = ["base", "shoulder", "elbow", "wrist_pitch", "wrist_roll"]

@@ -8,10 +8,10 @@ import tomllib
 import pytest
 from cli_calls import Caller, write_arm_file
 
-from armdrive import places
-from armdrive.armfile import load_arm_file
-from armdrive.connecting import simulated_config
-from armdrive.sim import twin as twins
+from armdrive.config.arm import load_arm_file
+from armdrive.connect.target import simulated_config
+from armdrive.sim import simulated_arm as twins
+from armdrive.storage import files as places
 
 PLAIN = 'model = "teachmover"\n[connection]\nport = "/dev/ttyNOWHERE"\n'
 

@@ -11,29 +11,29 @@ from cli_calls import Caller
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from armdrive import places
-from armdrive.armfile import load_arm_file, parse_arm_file
 from armdrive.cli import config_signs
 from armdrive.cli.config_files import ArmText
 from armdrive.cli.config_new import write
 from armdrive.cli.config_signs import find_signs, lines_for
-from armdrive.connecting import connect_simulated, simulated_config
-from armdrive.interview.draft import Surroundings
-from armdrive.interview.readers import WrongAnswer
-from armdrive.interview.session import Interview
-from armdrive.interview.sight import sight
-from armdrive.interview.signs import (
+from armdrive.config.arm import load_arm_file, parse_arm_file
+from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.dialog import WrongAnswer
+from armdrive.setup.arm_text import files_of
+from armdrive.setup.directions import (
     NOTHING,
     OTHER,
     Seen,
     check_word,
     conclude,
     roll_joint,
+    sight,
     trials,
 )
-from armdrive.interview.writing import files_of
-from armdrive.sim.found import found_posture
-from armdrive.sim.twin import make_twin
+from armdrive.setup.draft import Surroundings
+from armdrive.setup.interview import Interview
+from armdrive.sim.simulated_arm import make_twin
+from armdrive.sim.world.body import found_posture
+from armdrive.storage import files as places
 from kinematics import Joints, preset
 
 MODEL = preset("teachmover")
@@ -157,7 +157,7 @@ def test_positive_joints_are_seen_as_the_docs_say(joint, word):
 
 @pytest.mark.parametrize(("known", "turned"), product((1, -1), repeat=2))
 def test_lines_for_the_file_turn_over_what_it_says(known, turned):
-    from armdrive.interview.signs import Signs
+    from armdrive.setup.directions import Signs
 
     text = ArmText("a", None, {"model": "teachmover", "motor_signs": {"elbow": known}})
     signs = Signs(motors=("elbow",) if turned < 0 else ())

@@ -9,12 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armdrive.armfile import load_arm_file
-from armdrive.interview.answers import flattened
-from armdrive.interview.complete import complete, shortest
-from armdrive.interview.gearing import Gearing, ratio
-from armdrive.interview.readers import WrongAnswer
-from armdrive.interview.toml_text import Entry, Section, document
+from armdrive.config.arm import load_arm_file
+from armdrive.config.write import complete, shortest
+from armdrive.dialog import WrongAnswer
+from armdrive.setup.draft import Gearing, flattened, ratio
+from armdrive.text.toml import Entry, Section, document
 
 
 @pytest.mark.parametrize(

@@ -7,9 +7,9 @@ from cli_calls import write_arm_file
 
 from armdrive import Arm, ArmFileError, BadRequest, PortUnavailable
 from armdrive.arm import State
-from armdrive.connecting import connect_real, find, simulated_config, state_file
-from armdrive.controllers.teachmover import FIRST_LINE
-from armdrive.pace import RealPace, SimulatedPace
+from armdrive.connect.target import connect_real, find, simulated_config, state_file
+from armdrive.dialects.teachmover.controller import FIRST_LINE
+from armdrive.runtime.drive import RealPace, SimulatedPace
 from firmware_protocol.armdroid import Device as ArmdroidDevice
 from firmware_protocol.armdroid import (
     DriveAll,

@@ -12,14 +12,14 @@ from pathlib import Path
 
 import pytest
 
-from armdrive import control_server, holder_notice
-from armdrive.connecting import connect_simulated, simulated_config
-from armdrive.control_server import MOST_ANSWERED, MOST_INCOMPLETE, MOST_WATCHERS
+from armdrive.connect.control_socket import MOST_REQUEST_BYTES
+from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import ArmError
-from armdrive.holder import ask_holder, watch_holder
-from armdrive.holder_notice import called, notice_of
-from armdrive.holding import hold
-from armdrive.neighbours import MOST_REQUEST_BYTES
+from armdrive.storage import control_server
+from armdrive.storage import lock_client as holder_notice
+from armdrive.storage.arm_lock import hold
+from armdrive.storage.control_server import MOST_ANSWERED, MOST_INCOMPLETE, MOST_WATCHERS
+from armdrive.storage.lock_client import ask_holder, called, notice_of, watch_holder
 
 posix = pytest.mark.skipif(os.name != "posix", reason="Windows' pipes keep messages whole")
 SOON_S = 20.0
@@ -121,9 +121,11 @@ def test_a_caller_who_was_crowded_out_calls_again_by_itself(arm, monkeypatch):
         def __exit__(self, *error):
             pass
 
-    monkeypatch.setattr("armdrive.holder.notice_of", lambda name: {"address": "somewhere"})
-    monkeypatch.setattr("armdrive.holder.called", lambda address: Crowded())
-    monkeypatch.setattr("armdrive.holder.is_ours", lambda fileno: True)
+    monkeypatch.setattr(
+        "armdrive.storage.lock_client.notice_of", lambda name: {"address": "somewhere"}
+    )
+    monkeypatch.setattr("armdrive.storage.lock_client.called", lambda address: Crowded())
+    monkeypatch.setattr("armdrive.storage.lock_client.is_ours", lambda fileno: True)
     assert ask_holder("bench", "stop") == {"done": "stop"}
     assert len(calls) == 3
 
@@ -354,13 +356,13 @@ def test_a_flaw_in_an_answer_ends_no_thread_in_a_traceback(arm, holding, monkeyp
 def test_a_program_that_accepts_nobody_keeps_no_caller_for_ever(tmp_path, monkeypatch):
     """One that is suspended does so."""
     monkeypatch.setattr(holder_notice, "PATIENCE_S", 0.05)
-    monkeypatch.setattr("armdrive.holder.PATIENCE_S", 0.05)
+    monkeypatch.setattr("armdrive.storage.lock_client.PATIENCE_S", 0.05)
     monkeypatch.chdir(tmp_path)
     with socket.socket(socket.AF_UNIX) as deaf, contextlib.ExitStack() as calls:
         deaf.bind("deaf")
         deaf.listen(0)
         monkeypatch.setattr(
-            "armdrive.holder.notice_of", lambda name: {"address": str(Path("deaf"))}
+            "armdrive.storage.lock_client.notice_of", lambda name: {"address": str(Path("deaf"))}
         )
         for _ in range(2):  # fill what the system keeps waiting
             with contextlib.suppress(OSError):

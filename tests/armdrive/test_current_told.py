@@ -5,10 +5,10 @@ from __future__ import annotations
 from cia402_rig import Rig
 
 from armdrive import Arm
-from armdrive.connecting import connect_simulated, simulated_config
-from armdrive.controllers.requests import ReadPosition
-from armdrive.sim.twin import make_twin
+from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.sim.simulated_arm import make_twin
 from armdrive.status import Current, State
+from armdrive.tasks import ReadPosition
 
 
 def connected() -> Arm:

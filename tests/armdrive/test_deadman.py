@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armdrive.jog import (
+from armdrive.motion.dead_man import (
     ARM_AFTER_QUIET_S,
     BACKLOG_REASON,
     GATE_S,

@@ -12,9 +12,9 @@ import pytest
 from cli_calls import Caller
 from waiting import LONG_S
 
-from armdrive import demo
 from armdrive.cli import main
-from armdrive.demo import JOBS, NEAR_ENOUGH_MM, blocks_of
+from armdrive.programs import demo
+from armdrive.programs.demo import JOBS, NEAR_ENOUGH_MM, blocks_of
 
 CURSOR_OFF, CURSOR_ON = b"\x1b[?25l", b"\x1b[?25h"
 PACE = "20"
@@ -155,8 +155,8 @@ def test_in_a_terminal_it_is_drawn_and_leaves_the_terminal_as_it_was():
 
 def test_what_is_said_under_an_ascii_picture_is_ascii_too(capsys, monkeypatch):
     from armdrive.cli import showing
-    from armdrive.connecting import simulated_config
-    from armdrive.sim.twin import make_twin
+    from armdrive.connect.target import simulated_config
+    from armdrive.sim.simulated_arm import make_twin
 
     monkeypatch.setattr(showing, "perform", lambda arm, jobs, tell: [tell("turned by 90°")])
     config = simulated_config("teachmover")

@@ -13,13 +13,13 @@ from waiting import looks
 
 from armdrive.cli import doctor_can
 from armdrive.cli.doctor_can import ids_of
-from armdrive.doctor import can_findings
-from armdrive.doctor.can_survey import Survey, ask_round, listen
-from armdrive.doctor.findings import Grade
+from armdrive.dialects.mks.survey import Survey, ask_round, listen
+from armdrive.dialog import Grade
 from armdrive.errors import BadRequest
+from armdrive.setup import findings as can_findings
 from armdrive.transports.can_health import BusHealth, BusState
-from armdrive.transports.can_ports import CanPort
-from armdrive.transports.url import open_link
+from armdrive.transports.open import open_link
+from armdrive.transports.ports import CanPort
 from firmware_protocol.frames import pack
 from firmware_protocol.mks import (
     EncoderRead,
@@ -239,7 +239,7 @@ def test_a_bus_on_which_another_program_commands_drives_is_left_alone(call, serv
 
 def test_without_a_bus_the_adapters_are_listed(call, monkeypatch):
     monkeypatch.setattr("serial.tools.list_ports.comports", list)
-    listed = "armdrive.transports.can_ports.list_can_ports"
+    listed = "armdrive.transports.ports.list_can_ports"
     monkeypatch.setattr(listed, lambda ports: [])
     assert "knows no adapter" in call.refused("doctor", "--can", code=4)
     two = [CanPort("can:socketcan:can0", ""), CanPort("can:socketcan:can1", "")]

@@ -6,12 +6,7 @@ import pytest
 from can_setup_bench import Bench
 from canopen_nodes import NAME, Device, NodesBus
 
-from armdrive.commissioning.carrier import SimulatedClock
-from armdrive.doctor import can_findings, canopen_findings
-from armdrive.doctor.can_asking import PROTOCOLS, Answers, ask_bus, carried, spared
-from armdrive.doctor.can_survey import Survey
-from armdrive.doctor.can_survey import listen as listening
-from armdrive.doctor.canopen_survey import (
+from armdrive.dialects.cia402.survey import (
     QUESTIONS,
     SERIAL,
     VENDOR,
@@ -19,9 +14,14 @@ from armdrive.doctor.canopen_survey import (
     heard_nodes,
     is_command,
 )
-from armdrive.doctor.findings import any_problem
-from armdrive.transports.can_health import BusHealth
-from armdrive.transports.can_timing import frame_bits
+from armdrive.dialects.mks.survey import Survey
+from armdrive.dialects.mks.survey import listen as listening
+from armdrive.dialog import any_problem
+from armdrive.setup import canopen_findings
+from armdrive.setup import findings as can_findings
+from armdrive.setup.dialog_runner import SimulatedClock
+from armdrive.setup.finding import PROTOCOLS, Answers, ask_bus, carried, spared
+from armdrive.transports.can_health import BusHealth, frame_bits
 from firmware_protocol.canopen import (
     DEVICE_TYPE,
     ERROR_CODE,

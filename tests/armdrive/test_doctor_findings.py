@@ -9,15 +9,16 @@ from doctor_bench import BANNER, SPOKEN, Deaf, Echo, SimPort, made
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armdrive.controllers.settings import Difference, Settings
-from armdrive.dialects import DIALECTS
-from armdrive.doctor import after, before
-from armdrive.doctor.findings import Grade, any_problem
-from armdrive.doctor.probes import PROBES
-from armdrive.doctor.probing import Examination
-from armdrive.doctor.settings import settings_findings
-from armdrive.doctor.signs import Identity, recognise
-from armdrive.received import excerpt
+from armdrive.dialects.probes import PROBES
+from armdrive.dialects.signs import Identity, recognise
+from armdrive.dialog import Grade, any_problem
+from armdrive.registry import DIALECTS
+from armdrive.runtime.received import excerpt
+from armdrive.setup import findings as after
+from armdrive.setup import ports as before
+from armdrive.setup.findings import settings_findings
+from armdrive.setup.prober import Examination
+from armdrive.tasks import Difference, Settings
 
 
 @pytest.mark.parametrize(

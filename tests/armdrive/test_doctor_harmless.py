@@ -11,9 +11,8 @@ from hypothesis import strategies as st
 from uart import RECEIVERS, Receiver
 
 from armdrive.arm import Arm
-from armdrive.connecting import simulated_config
-from armdrive.dialects import DIALECTS
-from armdrive.doctor.probes import (
+from armdrive.connect.target import simulated_config
+from armdrive.dialects.probes import (
     DETAILS,
     PROBES,
     QUICK_BAUD,
@@ -22,7 +21,8 @@ from armdrive.doctor.probes import (
     own_probe,
     sequence,
 )
-from armdrive.pace import SimulatedPace
+from armdrive.registry import DIALECTS
+from armdrive.runtime.drive import SimulatedPace
 from armdrive.status import State
 from firmware_protocol.armdroid.characters import MEANT
 from firmware_protocol.robko01 import Axes, Enable, Host, MoveRelative

@@ -6,9 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armdrive.draw.armview import ArmScene, Box, side_view, top_view
-from armdrive.draw.canvas import Canvas
-from armdrive.draw.terminal import can_braille
+from armdrive.render.canvas import Canvas, can_braille
+from armdrive.render.side_view import ArmScene, Box, side_view, top_view
 
 REACH_MM = 452.0
 

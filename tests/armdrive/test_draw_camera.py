@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from space_cases import CAMERAS, guarded, six_axes
 
-from armdrive.draw.camera import VIEWS, Camera, Dome, next_view, projection
-from armdrive.draw.figure import dome
+from armdrive.render.camera import VIEWS, Camera, Dome, next_view, projection
+from armdrive.render.figure import dome
 from kinematics import Joints
 from kinematics.frames.rotations import from_columns, multiply, rot_y, rot_z, rotate, transpose
 

@@ -16,11 +16,10 @@ from space_cases import (
     six_axes,
 )
 
-from armdrive.draw.camera import VIEWS
-from armdrive.draw.inks import PATTERNS, Ink, Layer, Letters, Stroke
-from armdrive.draw.raster import raster
-from armdrive.draw.scene import Moment, Scene
-from armdrive.draw.studio import Space, Studio
+from armdrive.render.camera import VIEWS
+from armdrive.render.inks import PATTERNS, Ink, Layer, Letters, Stroke
+from armdrive.render.raster import raster
+from armdrive.render.scene import Moment, Scene, Space, Studio
 from kinematics import Joints
 from kinematics.guards.shapes import Box
 

@@ -8,10 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from space_cases import HERE, guarded, six_axes
 
-from armdrive.draw.figure import dome
-from armdrive.draw.outline import key_of, outline
-from armdrive.draw.scene import MOST_OUTLINES, Moment, Scene
-from armdrive.draw.trail import LEAP, MOST_PIECES, PIECE, Trail
+from armdrive.render.figure import dome
+from armdrive.render.reach import key_of, outline
+from armdrive.render.scene import MOST_OUTLINES, Moment, Scene
+from armdrive.render.surroundings import LEAP, MOST_PIECES, PIECE, Trail
 from kinematics import Joints
 from kinematics.five_axis.workspace import section
 

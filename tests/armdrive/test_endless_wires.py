@@ -9,13 +9,13 @@ import pytest
 from endless_wires import KINDS, Pace, connected, wire_to
 
 from armdrive.arm import Arm
-from armdrive.armsections import HomingSettings
-from armdrive.connecting import simulated_config
-from armdrive.controllers.grbl_settings import GrblSettings
-from armdrive.deadlines import CALL_LIMIT_S, call_limit_s
-from armdrive.dialects import DIALECTS
+from armdrive.config.sections import HomingSettings
+from armdrive.connect.target import simulated_config
+from armdrive.dialects.grbl.settings import GrblSettings
 from armdrive.errors import ArmError, DeviceFault, NoAnswer, Refused
-from armdrive.received import Received, excerpt
+from armdrive.registry import DIALECTS
+from armdrive.runtime.deadlines import CALL_LIMIT_S, call_limit_s
+from armdrive.runtime.received import Received, excerpt
 from armdrive.status import State
 from firmware_protocol.frames import Frame, pack
 

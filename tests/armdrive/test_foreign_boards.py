@@ -7,14 +7,14 @@ from cli_calls import write_arm_file
 from doctor_bench import THREE_AXES, Echo, EchoingBoard, Rewritten, SimPort, Talker, made
 from test_wrong_dialect import ON_SERIAL, connected, refused
 
-from armdrive import connecting
 from armdrive.arm import Arm
-from armdrive.doctor import after
-from armdrive.doctor.findings import Grade
-from armdrive.doctor.mistaken import overheard
-from armdrive.doctor.signs import comes_back
+from armdrive.connect import target as connecting
+from armdrive.connect.port import overheard
+from armdrive.dialects.signs import comes_back
+from armdrive.dialog import Grade
 from armdrive.errors import SettingsDiffer
-from armdrive.pace import SimulatedPace
+from armdrive.runtime.drive import SimulatedPace
+from armdrive.setup import findings as after
 
 SMOOTHIE_STATUS = b"<Idle|MPos:0.0000,0.0000,0.0000|WPos:0.0000,0.0000,0.0000|F:0,100.0>\r\n"
 OLD_STATUS = b"<Idle,MPos:0.000,0.000,0.000,WPos:0.000,0.000,0.000>\r\n"

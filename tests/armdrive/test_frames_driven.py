@@ -6,11 +6,11 @@ from dataclasses import replace
 import pytest
 from faults import ready_arm
 
-from armdrive.armfile import parse_arm_file
-from armdrive.connecting import simulated_config
+from armdrive.config.arm import parse_arm_file
+from armdrive.config.write import complete
+from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmFileError, BadRequest
-from armdrive.frames import axes_of, frame_names
-from armdrive.interview.complete import complete
+from armdrive.motion.resolve import axes_of, frame_names
 from kinematics import Pose
 from kinematics.frames.graph import UserFrame
 

@@ -10,8 +10,8 @@ from power_disk import Moments
 from power_life import PATH, believed, move, recorded_life, wrong
 
 from armdrive.errors import StateFileError
-from armdrive.record_text import from_text
 from armdrive.status import Current, State, Trust
+from armdrive.storage.record import from_text
 
 
 @pytest.mark.parametrize("also_removing", [False, True])

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from armdrive import Arm
-from armdrive.dialects import DIALECTS
+from armdrive.registry import DIALECTS
 from armdrive.status import State
 
 GIVEN_UP_AFTER_S = {

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 from grbl_arm import OPENING_MM, OVER, config, found, ready, standing_as_said
 
-from armdrive.armsections import HomingSettings
+from armdrive.config.sections import HomingSettings
 from armdrive.errors import DeviceFault, NoAnswer, PendantStop, Refused, SettingsDiffer, Stopped
 from armdrive.sim.device import SwitchState
 from armdrive.status import Current, State, Trust
@@ -98,7 +98,7 @@ def test_a_board_from_the_factory_moves_nothing_until_it_is_mended():
     arm.declare_posture(OVER, opening_mm=OPENING_MM)
     with pytest.raises(SettingsDiffer, match=r"\$1=255"):
         arm.move_j(base_deg=3)
-    from armdrive.flows.comparing import mend_settings
+    from armdrive.motion.device import mend_settings
 
     lines = tuple(each.mend for each in arm.core.differences)
     arm.perform(mend_settings(arm.wire, lines))

@@ -6,10 +6,10 @@ import pytest
 from grbl_arm import Disturbed, config, found, ready, rule
 
 from armdrive.arm import Arm
-from armdrive.connecting import connect_simulated
+from armdrive.connect.target import connect_simulated
 from armdrive.errors import DeviceFault
-from armdrive.pace import SimulatedPace
-from armdrive.sim.twin import make_twin
+from armdrive.runtime.drive import SimulatedPace
+from armdrive.sim.simulated_arm import make_twin
 from armdrive.status import State
 
 FIRMWARES = ["grbl", "mega5x", "grblhal", "fluidnc"]

@@ -19,7 +19,7 @@ from grbl_arm import (
 )
 
 from armdrive import Jog
-from armdrive.controllers.grbl_axes import Axes
+from armdrive.dialects.grbl.settings import Axes
 from armdrive.errors import Stopped
 from armdrive.status import State, Trust
 from kinematics import Pose

@@ -8,15 +8,11 @@ from grbl_arm import config
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from armdrive.armfile import parse_arm_file
-from armdrive.controllers.grbl_axes import Axes, feed
-from armdrive.controllers.grbl_compare import Comparison
-from armdrive.controllers.grbl_plan import Limits, planned_s, way
-from armdrive.controllers.grbl_road import Road
-from armdrive.controllers.grbl_segments import SegmentBuffer
+from armdrive.config.arm import parse_arm_file
+from armdrive.dialects.grbl.in_flight import Limits, Road, SegmentBuffer, planned_s, way
+from armdrive.dialects.grbl.settings import Axes, Comparison, feed
 from armdrive.errors import ArmFileError
-from armdrive.sim.path_line import PathLimits
-from armdrive.sim.path_rack import PathRack
+from armdrive.sim.mechanics.planner import PathLimits, PathRack
 from firmware_protocol.grbl import GRBL, MEGA_5X, Block, GcodeError, Modal, parse_line
 from kinematics import Motors
 

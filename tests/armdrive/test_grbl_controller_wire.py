@@ -8,8 +8,8 @@ from grbl_arm import OVER, config, found, lost, ready, rule, stands, without
 
 from armdrive import Jog, Pose
 from armdrive.errors import DeviceFault, NoAnswer
+from armdrive.runtime.trust import Evidence
 from armdrive.status import State, Trust
-from armdrive.trust import Evidence
 
 CHANGES = {
     "lost": lost,
@@ -131,8 +131,8 @@ def test_no_board_at_all_is_told_after_a_while():
 
     from grbl_arm import Disturbed
 
-    from armdrive.connecting import connect_simulated
-    from armdrive.sim.twin import make_twin
+    from armdrive.connect.target import connect_simulated
+    from armdrive.sim.simulated_arm import make_twin
 
     twin = make_twin(made)
     link = Disturbed(twin.link)
@@ -147,7 +147,7 @@ def test_a_board_in_a_hold_or_asleep_is_woken_by_connecting_and_moves_nothing():
 
     from grbl_arm import Disturbed
 
-    from armdrive.connecting import connect_simulated
+    from armdrive.connect.target import connect_simulated
 
     arm = found()
     arm.disable()

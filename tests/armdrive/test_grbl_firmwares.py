@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 from grbl_arm import config, found
 
-from armdrive.armsections import HomingSettings
+from armdrive.config.sections import HomingSettings
 from armdrive.errors import Stopped
 from armdrive.status import State, Trust
 from kinematics import Joints

@@ -5,7 +5,7 @@ from backlash_bench import off_steps, played_arm
 from grbl_arm import OVER, config, lost, ready, rule, standing_as_said, tip_mm, without
 
 from armdrive import Jog
-from armdrive.backlash import Slack
+from armdrive.runtime.backlash import Slack
 from armdrive.status import State, Trust
 from kinematics import Motors
 

@@ -19,8 +19,8 @@ from grbl_arm import (
 )
 
 from armdrive import Jog
-from armdrive.armsections import HomingSettings
-from armdrive.flows.referencing import home_device
+from armdrive.config.sections import HomingSettings
+from armdrive.motion.reference import home_device
 from armdrive.status import State, Trust
 from kinematics import Joints
 

@@ -6,7 +6,7 @@ import pytest
 from faults import OVER_THE_TABLE, sim_arm, sim_config
 
 from armdrive.errors import BadRequest, DeviceFault, OutOfBounds, Stopped
-from armdrive.sim.blocks import Block
+from armdrive.sim.world.table import Block
 from armdrive.status import State, Trust
 from kinematics import Pose
 

@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 from chain_files import six_joints
 
-from armdrive.armfile import parse_arm_file
+from armdrive.config.arm import parse_arm_file
+from armdrive.config.guards import guard_table, guards_of
 from armdrive.errors import ArmFileError
-from armdrive.guardfile import guard_table, guards_of
-from armdrive.interview.toml_text import value
+from armdrive.text.toml import value
 from kinematics import Guards, preset
 from kinematics.guards.shapes import Box
 

@@ -11,7 +11,7 @@ from robko_bench import ready_robko, robko_config
 
 from armdrive import Jog
 from armdrive.errors import OutOfBounds
-from armdrive.jog_bounds import Bounds
+from armdrive.motion.jog.bounds import Bounds
 from kinematics import Joints, Pose
 from kinematics.guards.guards import AngleSum
 from kinematics.guards.shapes import Box

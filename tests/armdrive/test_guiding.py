@@ -12,10 +12,10 @@ from armdrive import Arm
 from armdrive.cli import guiding
 from armdrive.cli.guiding import Guide, difference, parse_jogs, posture_pictures
 from armdrive.cli.worlds import connect_remembered, world_file
-from armdrive.connecting import simulated_config
+from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest
-from armdrive.logbook import logbook_file
 from armdrive.status import State, Trust
+from armdrive.storage.verifications import logbook_file
 from kinematics import preset
 
 AXES = ("base", "shoulder", "elbow", "wrist_pitch", "wrist_roll", "gripper")

@@ -14,14 +14,16 @@ from multiprocessing.connection import Connection
 import pytest
 from waiting import LONG_S, looks, returns, soon
 
-from armdrive import Arm, holder, places
-from armdrive.connecting import connect_simulated, simulated_config
-from armdrive.control_server import MOST_WATCHERS
+from armdrive import Arm
+from armdrive.connect.control_socket import REQUESTS
+from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import ArmError, ArmInUse, StateFileError
-from armdrive.holder import ask_holder, follow_holder, held_arms, watch_holder
-from armdrive.holding import hold
-from armdrive.neighbours import REQUESTS
-from armdrive.places import file_name
+from armdrive.storage import files as places
+from armdrive.storage import lock_client as holder
+from armdrive.storage.arm_lock import hold
+from armdrive.storage.control_server import MOST_WATCHERS
+from armdrive.storage.files import file_name
+from armdrive.storage.lock_client import ask_holder, follow_holder, held_arms, watch_holder
 
 
 @pytest.fixture
@@ -217,8 +219,8 @@ def test_a_long_port_name_in_a_deep_folder_is_still_served(arm, tmp_path, monkey
 def test_what_a_killed_program_left_behind_is_recognised(arm):
     program = (
         "import os, signal\n"
-        "from armdrive.connecting import connect_simulated, simulated_config\n"
-        "from armdrive.holding import hold\n"
+        "from armdrive.connect.target import connect_simulated, simulated_config\n"
+        "from armdrive.storage.arm_lock import hold\n"
         "arm = connect_simulated(simulated_config('teachmover'))\n"
         "holding = hold('bench'); holding.serve(arm)\n"
         "print('holding', flush=True)\n"

@@ -4,8 +4,8 @@ import pytest
 from served import Served
 
 from armdrive import Arm
-from armdrive.durable import Files
 from armdrive.errors import StateFileError
+from armdrive.storage.files import Files
 
 
 @pytest.fixture

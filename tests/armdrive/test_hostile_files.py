@@ -11,12 +11,12 @@ import pytest
 from cli_calls import Caller
 from hostile import CONTENTS, special_files, unprintable
 
-from armdrive import places
 from armdrive.cli.unexpected import DETAILS, FAULT
+from armdrive.config.link_model import MOST_LINKS, parse_model
 from armdrive.errors import ArmFileError, BadRequest
-from armdrive.modelfile import MOST_LINKS, parse_model
-from armdrive.pointfile import LARGEST_BYTES as LARGEST_POINTS
-from armdrive.textfile import (
+from armdrive.storage import files as places
+from armdrive.storage.point_file import LARGEST_BYTES as LARGEST_POINTS
+from armdrive.text.reading import (
     DEEPEST,
     LARGEST_BYTES,
     LARGEST_INTEGER,

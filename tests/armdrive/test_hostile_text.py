@@ -13,14 +13,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import armdrive
-from armdrive import places
 from armdrive.cli import COMMANDS, home
 from armdrive.errors import ArmError, BadRequest, DeviceFault, UnknownPoint
-from armdrive.printable import LONGEST_LINE, as_message, encodable, printable, printable_lines
 from armdrive.programs.problems import excerpt
-from armdrive.recorder.entries import WIRE, Kind
+from armdrive.storage import files as places
+from armdrive.text.printable import LONGEST_LINE, as_message, encodable, printable, printable_lines
+from armdrive.trace.entries import WIRE, Kind
 from armdrive.transports import ports
-from armdrive.transports.holders import Holder
+from armdrive.transports.open_errors import Holder
 from armdrive.transports.ports import PortInfo
 
 SOURCES = Path(armdrive.__file__).parent

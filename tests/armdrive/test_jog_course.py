@@ -6,13 +6,13 @@ from itertools import pairwise
 
 import pytest
 
-from armdrive.connecting import simulated_config
+from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest
-from armdrive.intents import Jog
-from armdrive.jog_bounds import Ended, furthest
-from armdrive.jog_course import JogCourse, Proposal, Terms, Wish
-from armdrive.legs import Speeds
-from armdrive.whereabouts import Coordinates
+from armdrive.motion.jog.bounds import Ended, furthest
+from armdrive.motion.jog.course import JogCourse, Proposal, Terms, Wish
+from armdrive.motion.segments import Speeds
+from armdrive.moves import Jog
+from armdrive.runtime.position import Coordinates
 from kinematics import Joints, Pose
 from kinematics.frames.graph import UserFrame
 

@@ -6,7 +6,7 @@ import pytest
 from faults import ready_arm
 
 from armdrive import Jog
-from armdrive.armfile import parse_arm_file
+from armdrive.config.arm import parse_arm_file
 from armdrive.errors import BadRequest, WrongState
 from armdrive.status import State
 

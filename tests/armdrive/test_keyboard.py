@@ -4,9 +4,7 @@ import random
 
 import pytest
 
-from armdrive.keyboard.arrivals import Answer, Arrivals, Key
-from armdrive.keyboard.examination import examine
-from armdrive.keyboard.holding import advice, held, sentence
+from armdrive.setup.keyboard import Answer, Arrivals, Key, advice, examine, held, sentence
 
 RIGHT = b"\x1b[C"
 

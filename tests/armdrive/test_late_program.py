@@ -12,14 +12,14 @@ import random
 import pytest
 
 from armdrive.arm import Arm
-from armdrive.clock import SimulatedClock
-from armdrive.connecting import simulated_config
-from armdrive.controllers.requests import ReadPosition, Registers, Silence
-from armdrive.controllers.scripted import Scripted
-from armdrive.dialects import DIALECTS
-from armdrive.pace import SimulatedPace
-from armdrive.sim.twin import make_twin
+from armdrive.connect.target import simulated_config
+from armdrive.dialects.exchange import Scripted
+from armdrive.registry import DIALECTS
+from armdrive.runtime.clock import SimulatedClock
+from armdrive.runtime.drive import SimulatedPace
+from armdrive.sim.simulated_arm import make_twin
 from armdrive.status import State, Trust
+from armdrive.tasks import ReadPosition, Registers, Silence
 from kinematics import Motors
 
 LATE_S = {

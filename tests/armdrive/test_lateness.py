@@ -5,11 +5,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from waiting import until
 
-from armdrive.connecting import connect_simulated, simulated_config
-from armdrive.doctor.findings import Grade
-from armdrive.doctor.timing import finding, measure
-from armdrive.lateness import Lateness, Wakes
-from armdrive.view import status_view
+from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.dialog import Grade
+from armdrive.setup.findings import finding, measure
+from armdrive.status import Lateness, Wakes, status_view
 
 
 @given(st.lists(st.floats(0.0, 3.0), min_size=1))

@@ -9,17 +9,17 @@ from types import SimpleNamespace
 import pytest
 from grbl_arm import config, found, ready
 
-from armdrive import places
-from armdrive.armfile import load_arm_file
 from armdrive.cli import config_limits
 from armdrive.cli.config_limits import check
-from armdrive.connecting import connect_simulated
-from armdrive.controllers.grbl_settings import GrblSettings
+from armdrive.config.arm import load_arm_file
+from armdrive.connect.target import connect_simulated
+from armdrive.dialects.grbl.settings import GrblSettings
 from armdrive.errors import ArmFileError, Refused, SettingsDiffer
 from armdrive.setup.limits import Saw, all_work, limit_remarks, make_ready, record, switches_of
 from armdrive.sim.device import SwitchState
-from armdrive.sim.twin import make_twin
+from armdrive.sim.simulated_arm import make_twin
 from armdrive.status import State
+from armdrive.storage import files as places
 
 LIMITED = {"hard_limits": True}
 MOTORS = ["base", "shoulder", "elbow", "right wrist", "left wrist", "gripper"]

@@ -11,10 +11,10 @@ from waiting import FOREVER_S, LONG_S, looks, returns, soon
 
 from armdrive.errors import BadRequest, LinkLost
 from armdrive.transports import udp
-from armdrive.transports.refusals import NoConnection
+from armdrive.transports.open import host_and_port, open_link, scheme
+from armdrive.transports.open_errors import NoConnection
 from armdrive.transports.serial_port import SerialLink
 from armdrive.transports.udp import UdpLink
-from armdrive.transports.url import host_and_port, open_link, scheme
 
 LOOPBACK = "127.0.0.1"
 

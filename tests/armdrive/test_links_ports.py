@@ -9,9 +9,8 @@ import serial
 from serial.tools import list_ports as pyserial
 
 from armdrive.transports import ports
-from armdrive.transports.holders import Holder
+from armdrive.transports.open_errors import Holder, NoSuchPort, owning_group
 from armdrive.transports.ports import PortInfo, device_names, list_ports
-from armdrive.transports.refusals import NoSuchPort, owning_group
 from armdrive.transports.serial_port import SerialLink
 
 USB = {

@@ -11,17 +11,18 @@ import pytest
 import serial
 
 from armdrive.errors import PortUnavailable
-from armdrive.transports import refusals
-from armdrive.transports.holders import Holder, holder, holders
-from armdrive.transports.lines import clear_hupcl
-from armdrive.transports.refusals import (
+from armdrive.transports import open_errors as refusals
+from armdrive.transports.open import open_link
+from armdrive.transports.open_errors import (
+    Holder,
     NoSuchPort,
     PortForbidden,
     PortInUse,
+    holder,
+    holders,
     refusal,
 )
-from armdrive.transports.serial_port import SerialLink
-from armdrive.transports.url import open_link
+from armdrive.transports.serial_port import SerialLink, clear_hupcl
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="needs /proc and pseudo-terminals")
 

@@ -9,14 +9,11 @@ from hypothesis import strategies as st
 from recorder_bench import recorded_arm
 
 from armdrive import ArmError, WrongState
-from armdrive.catalogue import found
-from armdrive.connecting import connect_simulated, simulated_config
-from armdrive.log.lines import TOPICS, LogLine, Topic
-from armdrive.log.reader import LogReader
-from armdrive.log.sieve import LogBook, Sieve
-from armdrive.recorder.entries import Entry, Kind
-from armdrive.recorder.ring import ENTRY_BYTES, Ring
-from armdrive.recorder.witness import NO_WITNESS
+from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.errors.table import found
+from armdrive.tasks import NO_WITNESS
+from armdrive.trace.entries import ENTRY_BYTES, Entry, Kind, Ring
+from armdrive.trace.log import TOPICS, LogBook, LogLine, LogReader, Sieve, Topic
 
 
 @pytest.fixture

@@ -8,10 +8,10 @@ from types import SimpleNamespace
 import pytest
 from waiting import LONG_S
 
-from armdrive import mending
+from armdrive.connect import reconnect as mending
+from armdrive.connect.reconnect import Mender, Rewiring
 from armdrive.errors import LinkLost
-from armdrive.mending import Mender, Rewiring
-from armdrive.transports.refusals import PortInUse
+from armdrive.transports.open_errors import PortInUse
 
 
 class OneHolder:

@@ -10,10 +10,10 @@ from test_mks_controller_late import stand_still
 from test_mks_controller_motion import along, segments
 from test_mks_holdups import BOTH, ORDERS, hold_up
 
-from armdrive.controllers.mks_beside import LOOKS
-from armdrive.controllers.mks_drive import WAY_S
-from armdrive.controllers.mks_settings import MksSettings
-from armdrive.controllers.requests import AlertKind, Denied, Done
+from armdrive.dialects.mks.drive import WAY_S
+from armdrive.dialects.mks.settings import MksSettings
+from armdrive.dialects.mks.steering import LOOKS
+from armdrive.tasks import AlertKind, Denied, Done
 from kinematics import Motors
 
 POLL_S = MksSettings().poll_s

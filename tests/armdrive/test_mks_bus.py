@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 
 from armdrive import Arm
-from armdrive.connecting import find
+from armdrive.connect.port import Wiring
+from armdrive.connect.target import find
 from armdrive.errors import ArmError, PortUnavailable
 from armdrive.status import State, Trust
-from armdrive.transports import url
-from armdrive.wiring import Wiring
+from armdrive.transports import open as url
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "benchmarks"))
 from sim_process import SimProcess

@@ -5,9 +5,10 @@ from __future__ import annotations
 import pytest
 from mks_bench import MksBench
 
-from armdrive.controllers.mks_compare import parsed_line
-from armdrive.controllers.mks_settings import MksSettings
-from armdrive.controllers.requests import (
+from armdrive.dialects.mks.compare import parsed_line
+from armdrive.dialects.mks.settings import MksSettings
+from armdrive.errors import ArmFileError, Refused
+from armdrive.tasks import (
     AlertKind,
     ClearFault,
     Denied,
@@ -18,11 +19,10 @@ from armdrive.controllers.requests import (
     ReadPosition,
     ReadSettings,
     Registers,
+    Settings,
     Silence,
     SwitchOn,
 )
-from armdrive.controllers.settings import Settings
-from armdrive.errors import ArmFileError, Refused
 from firmware_protocol.mks import Code, Enable, Mode, SetMode, SilenceWatchdog, decode_request
 from kinematics import Motors
 

@@ -6,9 +6,8 @@ import pytest
 from mks_bench import MksBench
 from test_mks_controller_motion import along
 
-from armdrive.controllers.mks_drive import Drive
-from armdrive.controllers.mks_ramps import slope_of
-from armdrive.controllers.requests import Done, MoveBy
+from armdrive.dialects.mks.drive import Drive, slope_of
+from armdrive.tasks import Done, MoveBy
 from kinematics import Motors
 
 CONFIGURED = 252

@@ -8,7 +8,7 @@ import pytest
 from mks_bench import MksBench
 from test_mks_controller_motion import BURSTS, along, straight
 
-from armdrive.controllers.requests import Denied, Done, MoveBy, ReadPosition, Registers, SwitchOn
+from armdrive.tasks import Denied, Done, MoveBy, ReadPosition, Registers, SwitchOn
 from firmware_protocol.frames import Unpacker, pack
 from firmware_protocol.mks import (
     Code,

@@ -11,7 +11,7 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 from mks_bench import MksBench
 
-from armdrive.controllers.requests import (
+from armdrive.tasks import (
     AlertKind,
     Denied,
     Done,

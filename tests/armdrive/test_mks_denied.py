@@ -8,8 +8,8 @@ import pytest
 from mks_bench import MksBench
 from test_mks_controller_motion import BURSTS, along, straight
 
-from armdrive.controllers.mks_denied import BESIDE_S, Denials
-from armdrive.controllers.requests import Denied, Done, MoveBy
+from armdrive.dialects.mks.observer import BESIDE_S, Denials
+from armdrive.tasks import Denied, Done, MoveBy
 from firmware_protocol.mks import (
     Code,
     Failed,

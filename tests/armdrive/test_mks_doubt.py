@@ -7,10 +7,10 @@ from mks_bench import MksBench
 from test_mks_controller_motion import segments
 from test_mks_holdups import BOTH, ORDERS, STARTS, hold_up
 
-from armdrive.controllers.mks_doubt import AGAIN_S
-from armdrive.controllers.mks_drive import WAY_S
-from armdrive.controllers.mks_settings import MksSettings
-from armdrive.controllers.requests import AlertKind, Denied, Done, MoveAlong
+from armdrive.dialects.mks.drive import WAY_S
+from armdrive.dialects.mks.observer import AGAIN_S
+from armdrive.dialects.mks.settings import MksSettings
+from armdrive.tasks import AlertKind, Denied, Done, MoveAlong
 from kinematics import Motors
 
 SHORT_AHEAD_S = 0.06

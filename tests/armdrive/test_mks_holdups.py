@@ -7,15 +7,7 @@ from mks_bench import MksBench
 from test_mks_controller_late import stand_still
 from test_mks_controller_motion import AHEAD_S, BURSTS, along, off_the_way, segments, straight
 
-from armdrive.controllers.requests import (
-    AlertKind,
-    Denied,
-    Done,
-    Halted,
-    MoveAlong,
-    MoveBy,
-    Silence,
-)
+from armdrive.tasks import AlertKind, Denied, Done, Halted, MoveAlong, MoveBy, Silence
 from kinematics import Motors
 
 WAY = (6000, -3000, 1500, 0, 700, 20)

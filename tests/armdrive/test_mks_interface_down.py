@@ -20,12 +20,12 @@ from waiting import FOREVER_S, LONG_S, at_last, looks, until
 from watched_sim import Watch
 
 from armdrive import Arm
-from armdrive.connecting import simulated_config
+from armdrive.connect.target import simulated_config
 from armdrive.errors import DeviceFault, LinkLost, NoAnswer, PortUnavailable
-from armdrive.sim.run import make_server, run_device
-from armdrive.sim.twin import make_device
+from armdrive.sim.serving.serve import make_server, run_device
+from armdrive.sim.simulated_arm import make_device
 from armdrive.status import State, Trust
-from armdrive.transports import can_refusals
+from armdrive.transports import open_errors as can_refusals
 
 needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 GOAL = {"base_deg": 60, "shoulder_deg": 60, "elbow_deg": -60}

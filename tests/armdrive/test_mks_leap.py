@@ -10,8 +10,8 @@ from test_mks_controller_late import stand_still
 from test_mks_controller_motion import BURSTS, along, segments
 from test_mks_holdups import BOTH, ORDERS, hold_up
 
-from armdrive.controllers.mks_leap import MARGIN
-from armdrive.controllers.requests import AlertKind, Denied, Done, Halted, MoveBy
+from armdrive.dialects.mks.observer import MARGIN
+from armdrive.tasks import AlertKind, Denied, Done, Halted, MoveBy
 from firmware_protocol.mks import COUNTS_PER_TURN
 from kinematics import Motors
 

@@ -16,7 +16,7 @@ from waiting import until
 from watched_sim import WatchedSim
 
 from armdrive import Arm
-from armdrive.intents import Jog
+from armdrive.moves import Jog
 from armdrive.status import State, Trust
 from kinematics import Joints
 

@@ -8,8 +8,8 @@ from mks_bench import MksBench
 from test_mks_controller_late import stand_still
 from test_mks_controller_motion import BURSTS, along, straight
 
-from armdrive.controllers.mks_owed import LATEST_S, Owed
-from armdrive.controllers.requests import Done, MoveBy, Oddity, ReadPosition
+from armdrive.dialects.mks.observer import LATEST_S, Owed
+from armdrive.tasks import Done, MoveBy, Oddity, ReadPosition
 from firmware_protocol.frames import pack
 from firmware_protocol.mks import Code, EncoderRead, Outcome
 from firmware_protocol.mks.wire import encode

@@ -7,17 +7,9 @@ from mks_bench import MksBench
 from test_mks_arm import ready
 from test_mks_controller_motion import along, straight
 
-from armdrive.controllers.requests import (
-    AlertKind,
-    ClearFault,
-    Denied,
-    DropCurrent,
-    Halted,
-    Oddity,
-    SwitchOn,
-)
 from armdrive.errors import ArmError
 from armdrive.status import State, Trust
+from armdrive.tasks import AlertKind, ClearFault, Denied, DropCurrent, Halted, Oddity, SwitchOn
 from firmware_protocol.mks import (
     Code,
     Mode,

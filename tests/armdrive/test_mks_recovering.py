@@ -6,11 +6,11 @@ import pytest
 from mks_bench import MksBench
 from test_mks_controller_motion import along, straight
 
-from armdrive.connecting import connect_simulated, simulated_config
-from armdrive.controllers.requests import AlertKind, Halted
+from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import ArmError, DeviceFault
-from armdrive.sim.twin import make_twin
+from armdrive.sim.simulated_arm import make_twin
 from armdrive.status import State
+from armdrive.tasks import AlertKind, Halted
 
 
 def test_a_drive_that_is_reset_while_it_stops_is_not_taken_for_being_where_it_counts():

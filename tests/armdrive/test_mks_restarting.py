@@ -10,7 +10,7 @@ from test_mks_controller_late import stand_still
 from test_mks_controller_motion import BURSTS, along, segments, straight
 from test_mks_holdups import hold_up
 
-from armdrive.controllers.requests import AlertKind, Denied, Done, Halted, MoveBy
+from armdrive.tasks import AlertKind, Denied, Done, Halted, MoveBy
 from firmware_protocol.mks import Code
 from kinematics import Motors
 

@@ -7,8 +7,8 @@ from mks_bench import MksBench
 from test_mks_controller_motion import along, straight
 from test_mks_leap import begin_anew
 
-from armdrive.controllers.mks_insisting import INSIST_S
-from armdrive.controllers.requests import AlertKind, Halted
+from armdrive.dialects.mks.stops import INSIST_S
+from armdrive.tasks import AlertKind, Halted
 from firmware_protocol.mks import EmergencyStop, Stop, decode_request
 
 WAY = (0, 0, 0, 3000, -3000, 0)

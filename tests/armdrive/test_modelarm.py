@@ -7,8 +7,8 @@ import pytest
 from chain_files import NAMES, five_joints, shown_files, six_arm, six_joints, six_links, written
 
 from armdrive.arm import Arm
-from armdrive.armsections import Connection
-from armdrive.connecting import connect_simulated
+from armdrive.config.sections import Connection
+from armdrive.connect.target import connect_simulated
 from armdrive.errors import ArmFileError, Refused
 from kinematics import Pose, preset
 from kinematics.chains.arm import ChainArm

@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from armdrive.config.link_model import is_model_file, parse_model, read_model
 from armdrive.errors import ArmFileError
-from armdrive.modelfile import is_model_file, parse_model, read_model
 from kinematics.chains.links import Convention, JointKind
 from kinematics.chains.tables import rows_of
 from kinematics.errors import KinematicsError

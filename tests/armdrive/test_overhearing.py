@@ -6,10 +6,9 @@ import contextlib
 import threading
 from types import SimpleNamespace
 
-from armdrive.neighbours import REQUESTS, WIRE
-from armdrive.overhearing import BACK, MESSAGE_BYTES, MOST, overheard
-from armdrive.recorder.entries import Entry, Kind
-from armdrive.recorder.ring import Ring
+from armdrive.connect.control_socket import REQUESTS, WIRE
+from armdrive.trace.entries import Entry, Kind, Ring
+from armdrive.trace.wire_tap import BACK, MESSAGE_BYTES, MOST, overheard
 
 
 def held():

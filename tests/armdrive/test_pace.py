@@ -6,9 +6,10 @@ import pytest
 from faults import ready_arm
 from waiting import returns, until
 
-from armdrive import Arm, pace
+from armdrive import Arm
 from armdrive.errors import ArmError, Stopped
-from armdrive.pace import RealPace, SimulatedPace
+from armdrive.runtime import drive as pace
+from armdrive.runtime.drive import RealPace, SimulatedPace
 from armdrive.status import State
 
 

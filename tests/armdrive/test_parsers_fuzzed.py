@@ -9,15 +9,15 @@ from hostile import unprintable
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from armdrive.armfile import parse_arm_file
+from armdrive.config.arm import parse_arm_file
+from armdrive.config.link_model import parse_model
+from armdrive.dialects.teachmover.pendant import parse_pendant
 from armdrive.errors import ArmError, ArmFileError
-from armdrive.modelfile import parse_model
-from armdrive.pointtext import parse_points
-from armdrive.printable import printable
 from armdrive.programs.program import read_program
-from armdrive.recorder.reading import parse_recording
-from armdrive.teaching.pendantfile import parse_pendant
-from armdrive.textfile import parse_toml
+from armdrive.storage.points import parse_points
+from armdrive.text.printable import printable
+from armdrive.text.reading import parse_toml
+from armdrive.trace.files import parse_recording
 from kinematics.errors import KinematicsError
 
 ARM = """\

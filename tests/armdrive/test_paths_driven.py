@@ -16,12 +16,12 @@ from armdrive import (
     Pose,
     PoseMove,
 )
-from armdrive.armfile import parse_arm_file
-from armdrive.connecting import simulated_config
+from armdrive.config.arm import parse_arm_file
+from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmFileError
-from armdrive.legs import Speeds, fewer, legs_along
-from armdrive.planning import plan_joints, plan_route
-from armdrive.whereabouts import Coordinates
+from armdrive.motion.plan import plan_joints, plan_route
+from armdrive.motion.segments import Speeds, fewer, legs_along
+from armdrive.runtime.position import Coordinates
 from kinematics import Joints, preset
 
 STEP_MM = 0.6

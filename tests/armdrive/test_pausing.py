@@ -11,7 +11,6 @@ import pytest
 from waiting import soon, until
 
 from armdrive import Arm, Jog
-from armdrive.dialects import DIALECTS
 from armdrive.errors import (
     ArmError,
     BadRequest,
@@ -21,6 +20,7 @@ from armdrive.errors import (
     Stopped,
     WrongState,
 )
+from armdrive.registry import DIALECTS
 from armdrive.status import State, Trust
 
 BY_BURSTS, QUEUED = "teachmover", "grbl"
@@ -342,8 +342,8 @@ def test_a_pause_is_no_part_of_a_motions_patience():
 
 
 def test_an_arm_that_is_killed_in_a_pause_is_remembered_where_it_stands(tmp_path):
-    from armdrive.connecting import connect_simulated, simulated_config
-    from armdrive.record import FileRecorder
+    from armdrive.connect.target import connect_simulated, simulated_config
+    from armdrive.storage.record import FileRecorder
 
     recorder = FileRecorder(tmp_path / "record.json")
     arm = connect_simulated(simulated_config(BY_BURSTS), recorder=recorder)

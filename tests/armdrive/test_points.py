@@ -11,8 +11,6 @@ from faults import OVER_THE_TABLE, ready_arm, sim_arm, sim_config
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armdrive import places
-from armdrive.durable import Files
 from armdrive.errors import (
     BadRequest,
     NotReferenced,
@@ -22,10 +20,10 @@ from armdrive.errors import (
     Refused,
     UnknownPoint,
 )
-from armdrive.pointbook import Points, points_of
-from armdrive.points import Point, Step, StepList, Taught
-from armdrive.pointtext import parse_points
-from armdrive.pointwriting import Writer, rounded
+from armdrive.storage import files as places
+from armdrive.storage.files import Files
+from armdrive.storage.point_file import Points, Writer, points_of, rounded
+from armdrive.storage.points import Point, Step, StepList, Taught, parse_points
 from kinematics import JOINT_NAMES, Joints, preset
 
 ARM = preset("teachmover").arm

@@ -4,8 +4,7 @@ import dataclasses
 import re
 from pathlib import Path
 
-from armdrive.points import Step
-from armdrive.pointtext import _POINT_KEYS, parse_points
+from armdrive.storage.points import _POINT_KEYS, Step, parse_points
 from kinematics import JOINT_NAMES, preset
 
 PAGE = Path(__file__).parents[2] / "docs" / "points.md"

@@ -10,7 +10,7 @@ import pytest
 from power_disk import End, Moments
 from power_life import PATH, believed, move, recorded_life, wrong
 
-from armdrive.memory import Memory
+from armdrive.runtime.persistence import Memory
 from armdrive.status import Trust
 from kinematics import Joints
 

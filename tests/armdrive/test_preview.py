@@ -9,10 +9,10 @@ from faults import OVER_THE_TABLE, ready_arm, sim_arm, sim_config
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from armdrive.armsections import MotionSettings
+from armdrive.config.sections import MotionSettings
 from armdrive.errors import BadRequest, NotReferenced, OutOfBounds, Refused, WrongState
-from armdrive.preview import Preview
-from armdrive.previewing import clearance_words, preview_view
+from armdrive.motion.preview import Preview
+from armdrive.motion.preview_text import clearance_words, preview_view
 from kinematics import JointRange, Joints, PathBroken, Pose, Unreachable
 from kinematics.guards.path import Clearance
 

@@ -59,5 +59,5 @@ def test_an_arm_on_simulated_time_needs_no_port_library():
         [sys.executable, "-c", program], capture_output=True, text=True, check=False
     )
     loaded = set(ended.stdout.split())
-    assert "armdrive.sim.twin" in loaded
+    assert "armdrive.sim.simulated_arm" in loaded
     assert not loaded & {"numpy", "can", "serial", "textual"}

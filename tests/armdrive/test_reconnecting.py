@@ -8,13 +8,13 @@ from dataclasses import replace
 import pytest
 
 from armdrive import Arm, LinkLost, WrongState
-from armdrive.connecting import connect_simulated, simulated_config
-from armdrive.dialects import DIALECTS
+from armdrive.connect.reconnect import PAUSES_S
+from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import NotReferenced, PortUnavailable
-from armdrive.intents import Jog, Space
-from armdrive.mending import PAUSES_S
+from armdrive.moves import Jog, Space
+from armdrive.registry import DIALECTS
 from armdrive.status import Current, State, Trust
-from armdrive.transports.memory import MemoryLink
+from armdrive.transports.in_process import MemoryLink
 
 LONG_S = 8.0
 """Longer than any pause between two tries and the resuming after it."""

@@ -11,13 +11,13 @@ from served import Served
 from waiting import until
 
 from armdrive import Arm, LinkLost
-from armdrive.armsections import Connection
-from armdrive.connecting import find
+from armdrive.config.sections import Connection
+from armdrive.connect.port import Wiring
+from armdrive.connect.target import find
 from armdrive.errors import PortUnavailable
 from armdrive.status import State, Trust
 from armdrive.transports import ports
-from armdrive.transports.refusals import NoSuchPort
-from armdrive.wiring import Wiring
+from armdrive.transports.open_errors import NoSuchPort
 
 needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 NUMBER = "A50285BI"

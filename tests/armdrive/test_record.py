@@ -6,14 +6,14 @@ from dataclasses import replace
 import pytest
 from faults import OVER_THE_TABLE, FaultyLink, sim_config
 
-from armdrive import record_text
-from armdrive.connecting import connect_simulated, state_file
+from armdrive.connect.target import connect_simulated, state_file
 from armdrive.errors import ArmError, NotReferenced, StateFileError
-from armdrive.record import FileRecorder, Record
-from armdrive.sim.twin import make_twin
+from armdrive.runtime.trust import Evidence
+from armdrive.sim.simulated_arm import make_twin
 from armdrive.status import State, Trust
-from armdrive.trust import Evidence
-from armdrive.writing import Keeper, Outcome
+from armdrive.storage import record as record_text
+from armdrive.storage.record import FileRecorder, Record
+from armdrive.storage.record_writer import Keeper, Outcome
 
 
 @pytest.fixture

@@ -8,12 +8,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armdrive import durable, record_text
-from armdrive.durable import replace_file
 from armdrive.errors import StateFileError
-from armdrive.record import FileRecorder, Record
-from armdrive.record_text import LONGEST, MOST_MOTORS, STEPS_MOST, from_text, to_text
 from armdrive.status import Trust
+from armdrive.storage import files as durable
+from armdrive.storage import record as record_text
+from armdrive.storage.files import replace_file
+from armdrive.storage.record import (
+    LONGEST,
+    MOST_MOTORS,
+    STEPS_MOST,
+    FileRecorder,
+    Record,
+    from_text,
+    to_text,
+)
 
 STEPS = st.integers(-STEPS_MOST, STEPS_MOST)
 NUMBERS = st.floats(-1e6, 1e6)

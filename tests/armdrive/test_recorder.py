@@ -8,15 +8,15 @@ import pytest
 from recorder_bench import of_kind, recorded_arm, saved, written
 
 from armdrive import Jog, LinkLost, OutOfBounds, Space
-from armdrive.connecting import connect_simulated, simulated_config
-from armdrive.dialects import DIALECTS
+from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import StateFileError, WrongState
-from armdrive.intents import Hold
-from armdrive.recorder import files
-from armdrive.recorder.entries import Kind
-from armdrive.recorder.flight import FlightRecorder
-from armdrive.recorder.witness import NO_WITNESS, NoWitness, Witness
-from armdrive.transports.memory import MemoryLink
+from armdrive.moves import Hold
+from armdrive.registry import DIALECTS
+from armdrive.tasks import NO_WITNESS, NoWitness, Witness
+from armdrive.trace import files
+from armdrive.trace.entries import Kind
+from armdrive.trace.recorder import FlightRecorder
+from armdrive.transports.in_process import MemoryLink
 
 
 @pytest.fixture
@@ -198,7 +198,7 @@ def test_both_witnesses_have_every_call_of_the_protocol():
 def test_writing_is_done_by_another_thread(tmp_path, monkeypatch):
     seen = []
     monkeypatch.setattr(
-        "armdrive.recorder.flight.write_recording",
+        "armdrive.trace.recorder.write_recording",
         lambda *_, **__: seen.append(threading.current_thread().name),
     )
     arm = recorded_arm(folder=tmp_path)

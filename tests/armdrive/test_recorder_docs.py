@@ -5,8 +5,9 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from armdrive.recorder import files, ring
-from armdrive.recorder.entries import TITLES, Kind
+from armdrive.trace import entries as ring
+from armdrive.trace import files
+from armdrive.trace.entries import TITLES, Kind
 
 PAGE = (Path(__file__).parents[2] / "docs" / "flight-recorder.md").read_text(encoding="utf-8")
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armdrive.recorder.entries import Entry, Kind
-from armdrive.recorder.ring import ENTRY_BYTES, Ring
+from armdrive.trace.entries import ENTRY_BYTES, Entry, Kind, Ring
 
 kinds = st.sampled_from([Kind.SENT, Kind.HEARD, Kind.REQUEST, Kind.REPLY, Kind.OFFSET])
 words = st.sampled_from(["MoveBy(1)", "SwitchOn()", "SetOutputs(bits=3)", "1 2 3", "done"])

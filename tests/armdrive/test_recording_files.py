@@ -11,12 +11,10 @@ from hypothesis import strategies as st
 from recorder_bench import recorded_arm, saved
 
 from armdrive.errors import RecordingError
-from armdrive.recorder.entries import WIRE, Entry, Kind
-from armdrive.recorder.files import lines_of
-from armdrive.recorder.header import header_of
-from armdrive.recorder.reading import LATEST_S, parse_recording, read_recording
-from armdrive.recorder.replaying import replay
-from armdrive.recorder.timeline import Teller, heading, lines
+from armdrive.trace.entries import WIRE, Entry, Kind
+from armdrive.trace.files import LATEST_S, header_of, lines_of, parse_recording, read_recording
+from armdrive.trace.replay import replay
+from armdrive.trace.timeline import Teller, heading, lines
 
 text_kinds = st.sampled_from([kind for kind in Kind if kind not in WIRE])
 times = st.lists(st.floats(-LATEST_S, LATEST_S), max_size=12).map(sorted)
@@ -150,7 +148,7 @@ def test_a_file_that_is_not_there_too_large_or_of_tomorrow(tmp_path, text, monke
     (tmp_path / "later.jsonl").write_bytes(later)
     with pytest.raises(RecordingError, match="format 2"):
         read_recording(tmp_path / "later.jsonl")
-    monkeypatch.setattr("armdrive.recorder.reading.MOST_FILE_BYTES", 100)
+    monkeypatch.setattr("armdrive.trace.files.MOST_FILE_BYTES", 100)
     with pytest.raises(RecordingError, match="larger"):
         read_recording(tmp_path / "later.jsonl")
 

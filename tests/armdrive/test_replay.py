@@ -6,13 +6,13 @@ import pytest
 from recorder_bench import recorded_arm, saved, written
 
 from armdrive import ArmError
-from armdrive.dialects import DIALECTS
-from armdrive.recorder import replaying
-from armdrive.recorder.messages import TALKS
-from armdrive.recorder.reading import read_recording
-from armdrive.recorder.replaying import replay
-from armdrive.recorder.ring import Ring
-from armdrive.recorder.timeline import lines, replayed_view
+from armdrive.registry import DIALECTS
+from armdrive.trace import replay as replaying
+from armdrive.trace.describe import TALKS
+from armdrive.trace.entries import Ring
+from armdrive.trace.files import read_recording
+from armdrive.trace.replay import replay
+from armdrive.trace.timeline import lines, replayed_view
 
 SMALL = ("teachmover", "armdroid", "grbl")
 """The dialects whose recordings are short: a Robko is asked for its position all the time."""
@@ -183,10 +183,10 @@ def test_what_remains_of_a_long_run_is_replayed_from_where_counts_were_read(dial
 
 
 def test_a_position_that_was_restored_is_where_the_twin_stands(tmp_path):
-    from armdrive.connecting import connect_simulated, simulated_config, state_file
-    from armdrive.record import FileRecorder
-    from armdrive.recorder.flight import FlightRecorder
-    from armdrive.sim.twin import make_twin
+    from armdrive.connect.target import connect_simulated, simulated_config, state_file
+    from armdrive.sim.simulated_arm import make_twin
+    from armdrive.storage.record import FileRecorder
+    from armdrive.trace.recorder import FlightRecorder
 
     config = simulated_config("teachmover")
     twin = make_twin(config)

@@ -19,7 +19,14 @@ from robko_bench import (
 from test_stopping import stand_still_s
 
 from armdrive import Jog
-from armdrive.controllers.requests import (
+from armdrive.dialects.robko01.controller import RobkoController
+from armdrive.dialects.robko01.settings import RobkoSettings
+from armdrive.errors import ArmError, DeviceFault, NoAnswer, Refused, WrongState
+from armdrive.registry import dialect
+from armdrive.sim.robko01.box import RobkoHabits
+from armdrive.sim.robko01.device import SimRobko
+from armdrive.status import Current, State, Trust
+from armdrive.tasks import (
     Alert,
     AlertKind,
     Denied,
@@ -33,14 +40,7 @@ from armdrive.controllers.requests import (
     SetGripper,
     Silence,
 )
-from armdrive.controllers.robko01 import RobkoController
-from armdrive.controllers.robko01_settings import RobkoSettings
-from armdrive.dialects import dialect
-from armdrive.errors import ArmError, DeviceFault, NoAnswer, Refused, WrongState
-from armdrive.sim.robko01 import SimRobko
-from armdrive.sim.robko01_box import RobkoHabits
-from armdrive.status import Current, State, Trust
-from armdrive.transports.memory import MemoryLink
+from armdrive.transports.in_process import MemoryLink
 from firmware_protocol.robko01 import Op
 from kinematics import Motors, Pose
 from kinematics.errors import KinematicsError
@@ -81,7 +81,7 @@ class Script:
 
 
 def enabled(**options):
-    from armdrive.controllers.requests import SwitchOn
+    from armdrive.tasks import SwitchOn
 
     script = Script(**options)
     assert script.ask(SwitchOn()) == Done()

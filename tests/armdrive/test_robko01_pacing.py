@@ -7,11 +7,10 @@ from amounts import amount
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from armdrive.armfile import parse_arm_file
-from armdrive.controllers.robko01_pacing import PaceMeter, Pacing
-from armdrive.controllers.robko01_settings import BOARDS, Board, RobkoSettings
+from armdrive.config.arm import parse_arm_file
+from armdrive.dialects.robko01.settings import BOARDS, Board, PaceMeter, Pacing, RobkoSettings
 from armdrive.errors import ArmFileError
-from armdrive.sim.uncoordinated import UncoordinatedRack
+from armdrive.sim.mechanics.profiles import UncoordinatedRack
 
 BOARD = st.sampled_from([*BOARDS.values(), Board(700.0, 300.0, 0.0), Board(75.0, 125.0, 0.008)])
 STEPS = st.tuples(*[st.integers(-90, 90)] * 6).filter(any)

@@ -1,8 +1,8 @@
 """A jog of a Robko 01 whose first command is lost, and which is let go of meanwhile."""
 
 from armdrive import Jog
-from armdrive.connecting import connect_simulated, simulated_config
-from armdrive.sim.twin import make_twin
+from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.sim.simulated_arm import make_twin
 
 MOVE = 0x07
 

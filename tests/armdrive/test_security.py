@@ -14,14 +14,13 @@ from pathlib import Path
 import pytest
 
 import armdrive
-from armdrive import places, private
-from armdrive.connecting import connect_simulated, simulated_config
+from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import ArmError, PortUnavailable
-from armdrive.holder import ask_holder
-from armdrive.holding import hold
-from armdrive.transports.exposure import beyond_this_computer
-from armdrive.transports.serve_tcp import TcpServer
-from armdrive.transports.serve_udp import UdpServer
+from armdrive.sim.serving.servers import TcpServer, UdpServer, beyond_this_computer
+from armdrive.storage import files as places
+from armdrive.storage import files as private
+from armdrive.storage.arm_lock import hold
+from armdrive.storage.lock_client import ask_holder
 
 ROOTS = [Path(armdrive.__file__).parent, Path(armdrive.__file__).parents[1] / "tui"]
 SOURCES = sorted(path for root in ROOTS for path in root.rglob("*.py"))

@@ -6,9 +6,9 @@ import pytest
 from faults import ready_arm, sim_config
 
 from armdrive.errors import BadRequest, OutOfBounds, Refused, Stopped
-from armdrive.points import Point, Step, StepList
-from armdrive.sequence import Stepper
-from armdrive.sim.blocks import Block
+from armdrive.programs.teaching.sequence import Stepper
+from armdrive.sim.world.table import Block
+from armdrive.storage.points import Point, Step, StepList
 from kinematics import Joints
 
 POINTS = {

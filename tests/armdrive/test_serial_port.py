@@ -9,7 +9,7 @@ import pytest
 from waiting import FOREVER_S, LONG_S, returns, soon
 
 from armdrive.errors import LinkLost, PortUnavailable
-from armdrive.transports.bell import Bell
+from armdrive.transports.link import Bell
 from armdrive.transports.serial_port import SerialLink
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal")

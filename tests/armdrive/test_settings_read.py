@@ -5,9 +5,9 @@ from dataclasses import replace
 import pytest
 from grbl_arm import Disturbed, config, rule, without
 
-from armdrive.connecting import connect_simulated
+from armdrive.connect.target import connect_simulated
 from armdrive.errors import SettingsDiffer
-from armdrive.sim.twin import make_twin
+from armdrive.sim.simulated_arm import make_twin
 
 A_HUNDRED_BECOMES_TEN = without(3)
 """What is left of `$100=` sets what reports tell to another number."""

@@ -4,14 +4,12 @@ import tomllib
 
 import pytest
 
-from armdrive.armfile import load_arm_file
+from armdrive.config.arm import load_arm_file
+from armdrive.config.write import amended
 from armdrive.errors import ArmFileError, BadRequest
-from armdrive.interview.amending import amended
-from armdrive.interview.corrections import Change, Saw, Verdict
-from armdrive.interview.sight import WAYS
-from armdrive.setup.checking import Check
+from armdrive.setup.directions import WAYS, Change, Check, Saw, Verdict
 from armdrive.setup.filing import propose
-from armdrive.sim.found import found_posture
+from armdrive.sim.world.body import found_posture
 from kinematics import preset
 
 PRESET = """\
@@ -153,8 +151,7 @@ def test_a_layout_that_is_not_understood_is_refused_with_what_to_write():
 
 
 def test_what_follows_a_motor_follows_its_direction_and_its_gear():
-    from armdrive.interview.corrections import changes
-    from armdrive.interview.signs import Signs
+    from armdrive.setup.directions import Signs, changes
 
     table = tomllib.loads(SIX)
     verdict = Verdict(Signs(motors=("one",)), {"one": 2.0})

@@ -7,12 +7,13 @@ from can_setup_bench import ServedBus
 from canopen_nodes import Device, NodesBus
 from doctor_bench import SimPort, made
 
-from armdrive.doctor import can_survey, carrying
+from armdrive.dialects.mks import survey as can_survey
+from armdrive.dialog import WrongAnswer
 from armdrive.errors import PortUnavailable
-from armdrive.interview.readers import WrongAnswer
-from armdrive.setup.describing import Describing, path_of
+from armdrive.setup import prober as carrying
 from armdrive.setup.filing import checked, file_of, write
 from armdrive.setup.finding import candidates, looked_at, probe
+from armdrive.setup.interview import Describing, path_of
 from armdrive.transports import can_link
 from firmware_protocol.canopen import DEVICE_TYPE
 
@@ -61,8 +62,9 @@ def test_a_forced_simulation_opens_no_port(monkeypatch):
 
 
 def test_ports_and_interfaces_are_listed_with_what_is_known_of_them(monkeypatch):
-    from armdrive.transports import can_ports, ports
-    from armdrive.transports.can_ports import CanPort
+    from armdrive.transports import ports
+    from armdrive.transports import ports as can_ports
+    from armdrive.transports.ports import CanPort
 
     monkeypatch.setattr(ports, "list_ports", lambda: ())
     buses = [CanPort("can:socketcan:can0", "PEAK adapter", "bring it up: ip link set can0 up")]
@@ -139,7 +141,7 @@ def test_a_found_answer_that_does_not_fit_is_asked_for_after_all():
 
 
 def test_the_file_of_an_arm_is_known_until_somebody_changes_it(tmp_path, monkeypatch):
-    from armdrive.armfile import load_arm_file
+    from armdrive.config.arm import load_arm_file
 
     monkeypatch.setenv("ARMDRIVE_HOME", str(tmp_path))
     describing = Describing({})

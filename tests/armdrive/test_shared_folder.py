@@ -10,21 +10,19 @@ from pathlib import Path
 
 import pytest
 
-from armdrive import places
 from armdrive.cli import config_files, shell_lines, worlds
-from armdrive.commissioning import notes
-from armdrive.connecting import connect_simulated, simulated_config, state_file
-from armdrive.durable import DISK, append_line, create_lock, replace_durably, replace_file
+from armdrive.connect.target import connect_simulated, simulated_config, state_file
 from armdrive.errors import ArmError, PointsFileError, StateFileError
-from armdrive.holder import ask_holder, held_arms
-from armdrive.holder_notice import notice_of, notice_path
-from armdrive.holding import hold
-from armdrive.logbook import last_entry, logbook_file
-from armdrive.pointbook import Points
 from armdrive.programs.journal import interrupted, journal_file
-from armdrive.record import FileRecorder
-from armdrive.recorder.files import write_recording
-from armdrive.recorder.header import Header
+from armdrive.setup import plan as notes
+from armdrive.storage import files as places
+from armdrive.storage.arm_lock import hold
+from armdrive.storage.files import DISK, append_line, create_lock, replace_durably, replace_file
+from armdrive.storage.lock_client import ask_holder, held_arms, notice_of, notice_path
+from armdrive.storage.point_file import Points
+from armdrive.storage.record import FileRecorder
+from armdrive.storage.verifications import last_entry, logbook_file
+from armdrive.trace.files import Header, write_recording
 from tui.memory import Remembered, memory_file, recall, remember
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="files have owners and modes on POSIX")
@@ -189,7 +187,7 @@ def test_a_folder_that_is_made_is_its_users_alone(tmp_path, mask):
 
 def test_no_file_is_ever_opened_for_writing_because_it_was_there(tmp_path, monkeypatch, precious):
     """Even somebody who guesses the random name gets nothing but a refusal."""
-    monkeypatch.setattr("armdrive.durable.secrets.token_hex", lambda size: "guessed")
+    monkeypatch.setattr("armdrive.storage.files.secrets.token_hex", lambda size: "guessed")
     (tmp_path / "file.guessed.new").symlink_to(precious)
     with pytest.raises(FileExistsError):
         replace_durably(DISK, tmp_path / "file", b"text")
@@ -422,7 +420,7 @@ def test_another_users_program_is_asked_nothing(monkeypatch):
     with connect_simulated(simulated_config("teachmover")) as arm:
         holding = hold("bench")
         holding.serve(arm)
-        monkeypatch.setattr("armdrive.holder.is_ours", lambda fileno: False)
+        monkeypatch.setattr("armdrive.storage.lock_client.is_ours", lambda fileno: False)
         with pytest.raises(ArmError, match="another user's program"):
             ask_holder("bench", "stop")
         holding.release()
@@ -479,7 +477,7 @@ def test_the_default_arm_is_not_waited_for(shared):
 
 def test_where_a_system_cannot_refuse_links_they_are_seen_first(monkeypatch, tmp_path):
     """Windows has no `O_NOFOLLOW`."""
-    monkeypatch.setattr("armdrive.durable._CAREFULLY", 0)
+    monkeypatch.setattr("armdrive.storage.files._CAREFULLY", 0)
     a_link(state_file("bench"), tmp_path)
     assert "it is a link" in read_record()
 
@@ -494,7 +492,7 @@ def test_a_link_that_comes_between_the_look_and_the_open_is_refused(monkeypatch,
         Path(name).symlink_to(precious)
         return opened(name, flags, *mode)
 
-    monkeypatch.setattr("armdrive.durable.os.open", late)
+    monkeypatch.setattr("armdrive.storage.files.os.open", late)
     with pytest.raises(OSError, match="symbolic"):
         DISK.read_own(path, 100)
     path.unlink()

@@ -6,11 +6,11 @@ import pytest
 from faults import ready_arm, sim_config
 
 from armdrive import Arm, InputTimeout, LinkLost, State, Stopped
-from armdrive.calls import signalling
-from armdrive.controllers.grbl_axes import PINS
-from armdrive.dialects import dialect
+from armdrive.arm import devices as signalling
+from armdrive.dialects.grbl.settings import PINS
 from armdrive.errors import BadRequest, Refused, WrongState
-from armdrive.flows.idling import INPUTS_POLL_S
+from armdrive.motion.idle import INPUTS_POLL_S
+from armdrive.registry import dialect
 
 
 def later(arm, by_s, action):

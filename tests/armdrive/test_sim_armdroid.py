@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from armdrive.errors import BadRequest, StateFileError
-from armdrive.sim.armdroid_rack import LockstepRack
-from armdrive.sim.twin import make_twin
+from armdrive.sim.armdroid.board import LockstepRack
+from armdrive.sim.simulated_arm import make_twin
 
 ZERO = "offsets = 0,0,0,0,0,0\r\n"
 WELCOME = "Welcome, Armdroid!\r\n"

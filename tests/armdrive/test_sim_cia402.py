@@ -19,10 +19,10 @@ from cia402_sim import (
     arm_config,
 )
 
-from armdrive.armsections import HomingSettings
+from armdrive.config.sections import HomingSettings
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.sim.device import SwitchState
-from armdrive.sim.twin import make_twin
+from armdrive.sim.simulated_arm import make_twin
 from firmware_protocol.canopen import (
     CONTROLWORD,
     ERROR_CODE,

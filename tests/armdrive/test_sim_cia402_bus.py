@@ -17,7 +17,7 @@ from cia402_sim import (
 )
 
 from armdrive.errors import BadRequest
-from armdrive.sim.cia402_places import DEVICE_NAME, SERIAL_NUMBER, dictionary, eds_text
+from armdrive.sim.cia402.objects import DEVICE_NAME, SERIAL_NUMBER, dictionary, eds_text
 from firmware_protocol.canopen import (
     CONSUMER_HEARTBEAT,
     CONTROLWORD,

@@ -15,11 +15,11 @@ from cia402_sim import arm_config
 from cli_calls import Caller
 from waiting import LONG_S, until
 
-from armdrive.sim.cia402_twin import KIND
-from armdrive.sim.drives import SaysEmergencies
-from armdrive.sim.faults_table import FAULTS
-from armdrive.sim.run import make_server, run_device
-from armdrive.sim.twin import make_device
+from armdrive.sim.bus.drives import SaysEmergencies
+from armdrive.sim.cia402.kind import KIND
+from armdrive.sim.faults.table import FAULTS
+from armdrive.sim.serving.serve import make_server, run_device
+from armdrive.sim.simulated_arm import make_device
 from firmware_protocol.canopen import (
     DEVICE_TYPE,
     DataType,

@@ -6,10 +6,9 @@ import json
 
 import pytest
 
-from armdrive.sim.console import Console, help_text
-from armdrive.sim.console_table import COMMANDS
-from armdrive.sim.pacing import PacedDevice
-from armdrive.sim.teachmover import SimTeachMover
+from armdrive.sim.serving.console import COMMANDS, Console, help_text
+from armdrive.sim.teachmover.device import SimTeachMover
+from armdrive.sim.wire import PacedDevice
 from firmware_protocol.teachmover import Key
 
 

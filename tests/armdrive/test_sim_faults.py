@@ -8,17 +8,27 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armdrive.connecting import simulated_config
+from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest, LinkLost
+from armdrive.sim.bus.drives import DrivesOnBus, SaysEmergencies
 from armdrive.sim.device import SwitchState
-from armdrive.sim.drives import DrivesOnBus, SaysEmergencies
-from armdrive.sim.fault_request import FaultRequest, parse_option, parse_words
-from armdrive.sim.faults import Faults
-from armdrive.sim.faults_table import FAULTS, faults_of
-from armdrive.sim.pacing import PacedDevice
-from armdrive.sim.teachmover import SimTeachMover
-from armdrive.sim.twin import make_twin
-from armdrive.sim.wire_faults import Lane, Next, Nth, Rule, Share, changed, late, lost, repeated
+from armdrive.sim.faults.request import FaultRequest, parse_option, parse_words
+from armdrive.sim.faults.running import Faults
+from armdrive.sim.faults.table import FAULTS, faults_of
+from armdrive.sim.simulated_arm import make_twin
+from armdrive.sim.teachmover.device import SimTeachMover
+from armdrive.sim.wire import (
+    Lane,
+    Next,
+    Nth,
+    PacedDevice,
+    Rule,
+    Share,
+    changed,
+    late,
+    lost,
+    repeated,
+)
 
 STEP = b"@STEP 240,470,0,0,0,0,0\r"
 

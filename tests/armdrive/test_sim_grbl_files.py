@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armdrive.armfile import parse_arm_file
+from armdrive.config.arm import parse_arm_file
 from armdrive.errors import ArmError, ArmFileError
-from armdrive.sim.twin import make_device
+from armdrive.sim.simulated_arm import make_device
 from kinematics import JOINT_NAMES, KinematicsError
 
 HUGE = 1.7e308

@@ -7,9 +7,9 @@ from dataclasses import replace
 import pytest
 from grbl_bench import HOMING, Bench, config_of, homing_bench
 
-from armdrive.armsections import HomingSettings
+from armdrive.config.sections import HomingSettings
 from armdrive.sim.device import SwitchState
-from armdrive.sim.grbl_switches import Switch
+from armdrive.sim.grbl.hardware import Switch
 from firmware_protocol.grbl import State
 
 RESET = "\x18"

@@ -8,7 +8,7 @@ import pytest
 from grbl_bench import BYTE_S, MACHINE, Bench, stream
 
 from armdrive.errors import BadRequest
-from armdrive.sim.grbl_firmware import FIRMWARES
+from armdrive.sim.grbl.firmware import FIRMWARES
 from firmware_protocol.grbl import Host, Move, State, Variant
 
 SOFT_RESET, JOG_CANCEL = "\x18", "\x85"

@@ -9,10 +9,10 @@ import pytest
 from mks_sim import IDS, TURN, Bench, arm_config
 from mks_sim import outcomes as said
 
-from armdrive.armsections import HomingSettings
+from armdrive.config.sections import HomingSettings
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.sim.device import SwitchState
-from armdrive.sim.twin import make_twin
+from armdrive.sim.simulated_arm import make_twin
 from firmware_protocol.frames import Frame, Unpacker, pack
 from firmware_protocol.mks import (
     Answered,

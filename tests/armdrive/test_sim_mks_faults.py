@@ -7,9 +7,9 @@ from mks_sim import IDS, TURN, Bench
 from mks_sim import outcomes as said
 
 from armdrive.errors import BadRequest, LinkLost
-from armdrive.sim.fault_request import parse_option
-from armdrive.sim.faults import check_faults
-from armdrive.sim.teachmover import SimTeachMover
+from armdrive.sim.faults.request import parse_option
+from armdrive.sim.faults.running import check_faults
+from armdrive.sim.teachmover.device import SimTeachMover
 from firmware_protocol.mks import (
     Answered,
     Done,

@@ -15,11 +15,11 @@ from cli_calls import Caller
 from mks_sim import TURN, arm_config
 from waiting import LONG_S, until
 
-from armdrive.sim.drives import DrivesOnBus
-from armdrive.sim.faults_table import FAULTS
-from armdrive.sim.mks_twin import KIND
-from armdrive.sim.run import make_server, run_device
-from armdrive.sim.twin import make_device
+from armdrive.sim.bus.drives import DrivesOnBus
+from armdrive.sim.faults.table import FAULTS
+from armdrive.sim.mks.kind import KIND
+from armdrive.sim.serving.serve import make_server, run_device
+from armdrive.sim.simulated_arm import make_device
 from firmware_protocol.frames import Frame
 from firmware_protocol.mks import (
     Code,

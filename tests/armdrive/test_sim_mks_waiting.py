@@ -7,7 +7,7 @@ import math
 import pytest
 from mks_sim import TURN, Bench
 
-from armdrive.sim.mks_course import due_s
+from armdrive.sim.mks.motion import due_s
 from firmware_protocol.mks import MoveAbsoluteAxis, SilenceWatchdog
 
 

@@ -9,8 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from armdrive.errors import BadRequest
-from armdrive.sim.motors import MotorRack
-from armdrive.sim.rates import DEFAULT_RATES, checked_error, rate_hz
+from armdrive.sim.mechanics.motors import DEFAULT_RATES, MotorRack, checked_error, rate_hz
 
 steps = st.tuples(*[st.integers(-2000, 2000)] * 6)
 

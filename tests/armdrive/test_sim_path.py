@@ -9,8 +9,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from armdrive.sim.path_line import PathLimits
-from armdrive.sim.path_rack import PathRack
+from armdrive.sim.mechanics.planner import PathLimits, PathRack
 
 LIMITS = PathLimits((80.0, 80.0, 20.0), (50.0, 50.0, 20.0), (500.0, 500.0, 200.0))
 LONGEST_S = 1e3

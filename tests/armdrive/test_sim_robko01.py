@@ -7,11 +7,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from robko_bench import RobkoBench, axes
 
-from armdrive.connecting import simulated_config
+from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest
-from armdrive.sim.robko01 import SimRobko
-from armdrive.sim.robko01_box import ESP32, RobkoHabits
-from armdrive.sim.twin import make_device, make_twin
+from armdrive.sim.robko01.box import ESP32, RobkoHabits
+from armdrive.sim.robko01.device import SimRobko
+from armdrive.sim.simulated_arm import make_device, make_twin
 from firmware_protocol.robko01 import (
     Axes,
     Busy,

@@ -17,12 +17,10 @@ import serial
 from waiting import LONG_S, until
 
 from armdrive.errors import PortUnavailable
-from armdrive.sim.fault_request import parse_option
-from armdrive.sim.run import make_server, run_device
-from armdrive.sim.teachmover import SimTeachMover
-from armdrive.transports.serve import PtyServer
-from armdrive.transports.serve_tcp import TcpServer
-from armdrive.transports.serve_udp import UdpServer
+from armdrive.sim.faults.request import parse_option
+from armdrive.sim.serving.serve import make_server, run_device
+from armdrive.sim.serving.servers import PtyServer, TcpServer, UdpServer
+from armdrive.sim.teachmover.device import SimTeachMover
 
 needs_pty = pytest.mark.skipif(
     sys.platform == "win32", reason="Windows has no pseudo-terminals; TCP is the way there"

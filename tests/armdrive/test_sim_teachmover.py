@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from sim_bench import BYTE_S, Bench, descend, grasp, spread
 
 from armdrive.errors import BadRequest, LinkLost
-from armdrive.sim.blocks import Block
-from armdrive.sim.teachmover import SimTeachMover
-from armdrive.sim.world import World
+from armdrive.sim.teachmover.device import SimTeachMover
+from armdrive.sim.world.table import Block
+from armdrive.sim.world.world import World
 from firmware_protocol.teachmover import (
     Arm,
     Close,

@@ -7,15 +7,14 @@ import json
 import pytest
 from cli_calls import Caller
 
-from armdrive.connecting import simulated_config
-from armdrive.dialects import DIALECTS
+from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest, StateFileError
-from armdrive.sim.device import SimDevice, WireDevice
-from armdrive.sim.options import Option, Options
-from armdrive.sim.pacing import PacedDevice
-from armdrive.sim.teachmover import SimTeachMover
-from armdrive.sim.twin import make_device, make_twin
-from armdrive.sim.twins import TWINS, twin_kind
+from armdrive.registry import DIALECTS
+from armdrive.sim.device import Option, Options, SimDevice, WireDevice
+from armdrive.sim.kinds import TWINS, twin_kind
+from armdrive.sim.simulated_arm import make_device, make_twin
+from armdrive.sim.teachmover.device import SimTeachMover
+from armdrive.sim.wire import PacedDevice
 
 SPOKEN = [name for name in TWINS if name in DIALECTS]
 TABLE = (

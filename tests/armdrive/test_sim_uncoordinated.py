@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armdrive.sim.drive import Drive
-from armdrive.sim.uncoordinated import UncoordinatedRack
-from armdrive.sim.world import World
+from armdrive.sim.mechanics.motors import Drive
+from armdrive.sim.mechanics.profiles import UncoordinatedRack
+from armdrive.sim.world.world import World
 
 SLOPE = 700.0
 GRID_S = 0.008

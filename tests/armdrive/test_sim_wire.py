@@ -8,8 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armdrive.sim.pacing import PacedDevice
-from armdrive.sim.wire import PacedWire
+from armdrive.sim.wire import PacedDevice, PacedWire
 
 BYTE_S = 10 / 9600
 

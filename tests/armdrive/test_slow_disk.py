@@ -9,16 +9,16 @@ import pytest
 from faults import OVER_THE_TABLE, sim_config
 from waiting import LONG_S, returns
 
-from armdrive.calls import connected
-from armdrive.connecting import connect_simulated
-from armdrive.durable import Files
+from armdrive.arm import connected
+from armdrive.connect.target import connect_simulated
 from armdrive.errors import ArmError, StateFileError, Stopped
-from armdrive.flows import idling
-from armdrive.intents import Jog, Space
-from armdrive.record import FileRecorder
-from armdrive.sim.twin import make_twin
+from armdrive.motion import idle as idling
+from armdrive.moves import Jog, Space
+from armdrive.runtime.position import Coordinates
+from armdrive.sim.simulated_arm import make_twin
 from armdrive.status import State
-from armdrive.whereabouts import Coordinates
+from armdrive.storage.files import Files
+from armdrive.storage.record import FileRecorder
 
 FASTER = 20.0
 

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import pytest
 
 from armdrive import Arm
+from armdrive.arm.handle import Handle
 from armdrive.errors import Stopped
-from armdrive.handle import Handle
 
 
 @pytest.fixture

@@ -3,7 +3,7 @@
 import pytest
 
 from armdrive.errors import WrongState
-from armdrive.states import TRANSITIONS, Event, after
+from armdrive.runtime.states import TRANSITIONS, Event, after
 from armdrive.status import State
 
 PAIRS = [(state, event) for state in State for event in Event]

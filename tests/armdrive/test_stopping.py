@@ -8,11 +8,11 @@ import pytest
 from faults import Rule, late_by, ready_arm, sim_arm, sim_config
 
 from armdrive import Jog
-from armdrive.controllers.requests import MoveBy
 from armdrive.errors import ArmError, OperatorNeeded, Stopped, WrongState
-from armdrive.flows.idling import set_outputs
-from armdrive.planning import speed_fraction
+from armdrive.motion.idle import set_outputs
+from armdrive.motion.plan import speed_fraction
 from armdrive.status import State, Trust
+from armdrive.tasks import MoveBy
 from firmware_protocol.teachmover import Key
 
 ERRORS = [0.0, 0.5, 0.9, -0.3]
@@ -324,7 +324,7 @@ def test_a_stop_between_a_call_and_its_plan_lets_nothing_begin(monkeypatch):
         arm.stop()  # as from another thread: the engine has seen it before there is a motion
         return speed_fraction(speed)
 
-    monkeypatch.setattr("armdrive.calls.moving.speed_fraction", checked)
+    monkeypatch.setattr("armdrive.arm.moving.speed_fraction", checked)
     with pytest.raises(Stopped):
         arm.move_j(base_deg=20.0)
     assert arm.twin.link.named(b"@STEP") == []

@@ -7,12 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armdrive.connecting import connect_simulated, simulated_config
-from armdrive.core import Core
-from armdrive.dialects import DIALECTS, dialect
-from armdrive.flows.straying import SMALL_STEPS, has_room
-from armdrive.flows.turns import Corridor, turns
-from armdrive.sim.twin import make_twin
+from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.motion.deviation import SMALL_STEPS, Corridor, has_room, turns
+from armdrive.registry import DIALECTS, dialect
+from armdrive.runtime.arm_state import Core
+from armdrive.sim.simulated_arm import make_twin
 from kinematics import Joints, Motors, Pose
 
 UNCOORDINATED = [name for name, row in DIALECTS.items() if not row.abilities.coordinated]

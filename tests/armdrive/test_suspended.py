@@ -5,11 +5,11 @@ from __future__ import annotations
 import pytest
 
 from armdrive.arm import Arm
-from armdrive.connecting import connect_simulated, simulated_config
-from armdrive.dialects import DIALECTS
+from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import DeviceFault, Stopped
-from armdrive.pace import SimulatedPace
-from armdrive.sim.twin import make_twin
+from armdrive.registry import DIALECTS
+from armdrive.runtime.drive import SimulatedPace
+from armdrive.sim.simulated_arm import make_twin
 from armdrive.status import State
 
 ASLEEP_S = 400.0

@@ -9,9 +9,9 @@ import pytest
 from cli_calls import Caller
 
 from armdrive import Arm
+from armdrive.abilities import HELD, SAGS
 from armdrive.cli import confirming, disable
-from armdrive.dialects import DIALECTS
-from armdrive.torque import HELD, SAGS
+from armdrive.registry import DIALECTS
 
 PAGE = (Path(__file__).parents[2] / "docs" / "torque.md").read_text(encoding="utf-8")
 

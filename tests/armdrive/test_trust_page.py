@@ -8,11 +8,12 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from armdrive import record, trust
-from armdrive.calls.connected import CLOSING_S
-from armdrive.flows import idling
-from armdrive.flows.remembering import LONGEST_S
-from armdrive.record_text import FORMAT, Record, from_text, to_text
+from armdrive.arm.connected import CLOSING_S
+from armdrive.motion import idle as idling
+from armdrive.runtime import trust
+from armdrive.runtime.persistence import LONGEST_S
+from armdrive.storage import record
+from armdrive.storage.record import FORMAT, Record, from_text, to_text
 
 PAGE = Path(__file__).parents[2] / "docs" / "trust.md"
 

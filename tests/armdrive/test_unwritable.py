@@ -9,13 +9,14 @@ from pathlib import Path
 
 import pytest
 
-from armdrive import Arm, places
-from armdrive.connecting import connect_simulated, simulated_config, state_file
-from armdrive.durable import Files
+from armdrive import Arm
+from armdrive.connect.target import connect_simulated, simulated_config, state_file
 from armdrive.errors import StateFileError
-from armdrive.record import FileRecorder
-from armdrive.sim.twin import make_twin
+from armdrive.sim.simulated_arm import make_twin
 from armdrive.status import Trust
+from armdrive.storage import files as places
+from armdrive.storage.files import Files
+from armdrive.storage.record import FileRecorder
 
 DRIVING = [
     ("status",),

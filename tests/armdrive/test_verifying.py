@@ -9,14 +9,14 @@ import random
 import pytest
 
 from armdrive import Arm, MarkRequest, Verdict
-from armdrive.connecting import connect_simulated, simulated_config
-from armdrive.dialects import DIALECTS
-from armdrive.drift import drift_between, judge
+from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import NotReferenced, OperatorNeeded, Stopped
-from armdrive.logbook import last_entry, logbook_file
-from armdrive.record import FileRecorder
+from armdrive.motion.verify import drift_between, judge
+from armdrive.registry import DIALECTS
+from armdrive.runtime.trust import Evidence
 from armdrive.status import State, Trust
-from armdrive.trust import Evidence
+from armdrive.storage.record import FileRecorder
+from armdrive.storage.verifications import last_entry, logbook_file
 from kinematics import Motors, preset
 
 ARM = "sim:teachmover"
@@ -207,7 +207,7 @@ def test_a_restored_position_that_is_right_at_the_mark_is_referenced(tmp_path):
     first.home()
     first.park()
     first.close()
-    from armdrive.sim.twin import make_twin
+    from armdrive.sim.simulated_arm import make_twin
 
     arm = connect_simulated(
         config,

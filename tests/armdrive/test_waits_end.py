@@ -8,17 +8,17 @@ import math
 import pytest
 
 from armdrive.arm import Arm
-from armdrive.clock import SimulatedClock
-from armdrive.connecting import connect_simulated, simulated_config
-from armdrive.engine import Engine
+from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import ArmError, WrongState
-from armdrive.flows import pausing
-from armdrive.intents import Jog
-from armdrive.pace import RealPace, SimulatedPace
+from armdrive.motion import streaming as pausing
+from armdrive.moves import Jog
 from armdrive.programs import performing
 from armdrive.programs.acts import Say
+from armdrive.runtime.clock import SimulatedClock
+from armdrive.runtime.drive import RealPace, SimulatedPace
+from armdrive.runtime.engine import Engine
+from armdrive.runtime.overrides import BREATHS, LONGEST_PAUSE_S, LONGEST_SIMULATED_PAUSE_S
 from armdrive.status import State
-from armdrive.tempo import BREATHS, LONGEST_PAUSE_S, LONGEST_SIMULATED_PAUSE_S
 
 LONGEST_WAIT_S = 3700.0
 """A pendant's program may be read for as long; nothing else comes near it."""
@@ -108,7 +108,7 @@ def referenced(pace) -> Arm:
 def noted(monkeypatch, kind):
     """Return a connected arm whose pace is of a kind."""
     made = kind()
-    monkeypatch.setattr("armdrive.connecting.pace_of", lambda _: made)
+    monkeypatch.setattr("armdrive.connect.target.pace_of", lambda _: made)
     return referenced(None), made
 
 
@@ -166,7 +166,7 @@ def test_eight_hours_are_what_is_waited_in_real_time():
 @pytest.mark.parametrize("dialect", ["teachmover", "grbl"])
 def test_a_pause_on_simulated_time_that_nobody_can_end_is_no_hang(monkeypatch, dialect):
     breaths = []
-    monkeypatch.setattr("armdrive.tempo.time.sleep", breaths.append)
+    monkeypatch.setattr("armdrive.runtime.overrides.time.sleep", breaths.append)
     arm = Arm.connect(f"sim:{dialect}")
     arm.enable()
     arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)

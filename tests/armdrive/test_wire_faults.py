@@ -28,8 +28,8 @@ from armdrive.errors import (
     PositionMismatch,
     Stopped,
 )
+from armdrive.runtime.trust import Evidence
 from armdrive.status import State, Trust
-from armdrive.trust import Evidence
 from kinematics import KinematicsError
 
 CHANGES = {
@@ -164,8 +164,8 @@ def test_an_arm_that_answers_nothing_is_no_arm_and_nothing_is_left_open():
 
     from faults import FaultyLink
 
-    from armdrive.connecting import connect_simulated, simulated_config
-    from armdrive.sim.twin import make_twin
+    from armdrive.connect.target import connect_simulated, simulated_config
+    from armdrive.sim.simulated_arm import make_twin
 
     twin = make_twin(simulated_config("teachmover"))
     link = FaultyLink(twin.link)
@@ -263,8 +263,8 @@ def test_registers_that_are_not_zero_at_first_do_not_make_the_first_jog_a_leap()
 
     from faults import FaultyLink
 
-    from armdrive.connecting import connect_simulated, simulated_config
-    from armdrive.sim.twin import make_twin
+    from armdrive.connect.target import connect_simulated, simulated_config
+    from armdrive.sim.simulated_arm import make_twin
 
     twin = make_twin(simulated_config("teachmover"))
     twin.device.count_from((4000, -3000, 2500, 100, -900, 32000))

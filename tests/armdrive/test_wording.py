@@ -5,11 +5,11 @@ from __future__ import annotations
 import pytest
 from recorder_bench import recorded_arm
 
-from armdrive.controllers.teachmover import FIRST_LINE
-from armdrive.recorder.entries import WIRE, Kind
-from armdrive.recorder.messages import TALKS, talk
-from armdrive.recorder.timeline import Teller
-from armdrive.wording import wording
+from armdrive.dialects.teachmover.controller import FIRST_LINE
+from armdrive.trace.describe import TALKS, talk
+from armdrive.trace.entries import WIRE, Kind
+from armdrive.trace.sentences import wording
+from armdrive.trace.timeline import Teller
 from firmware_protocol.frames import Frame, pack
 from firmware_protocol.teachmover.messages import Close, Delay, Key, Registers, Status
 

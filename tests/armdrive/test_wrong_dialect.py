@@ -10,12 +10,12 @@ from doctor_bench import SPOKEN, Deaf, SimPort
 from test_doctor_harmless import LINE_ENDS_ACT, PREPARED, check_unmoved, prepared
 
 from armdrive.arm import Arm
-from armdrive.armsections import Connection
-from armdrive.connecting import simulated_config
-from armdrive.dialects import DIALECTS
-from armdrive.doctor.mistaken import explained, overheard
+from armdrive.config.sections import Connection
+from armdrive.connect.port import explained, overheard
+from armdrive.connect.target import simulated_config
 from armdrive.errors import DeviceFault
-from armdrive.pace import SimulatedPace
+from armdrive.registry import DIALECTS
+from armdrive.runtime.drive import SimulatedPace
 
 ON_SERIAL = [name for name, row in DIALECTS.items() if not row.can]
 PAIRS = [(x, y) for x, y in itertools.product(ON_SERIAL, SPOKEN) if x != y]

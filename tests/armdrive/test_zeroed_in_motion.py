@@ -3,7 +3,7 @@
 import pytest
 
 from armdrive import Arm
-from armdrive.dialects import DIALECTS
+from armdrive.registry import DIALECTS
 from armdrive.status import Trust
 
 

@@ -131,7 +131,7 @@ def test_an_unknown_section_is_a_usage_error(capsys):
 
 
 def test_a_run_keeps_to_a_home_of_its_own(monkeypatch):
-    from armdrive import places
+    from armdrive.storage import files as places
 
     monkeypatch.setenv("ARMDRIVE_FORCE_SIM", "1")
     before = places.states()

@@ -14,11 +14,11 @@ from enum import Enum
 from types import MappingProxyType
 
 from armdrive import Jog
-from armdrive.armfile import ArmConfig
-from armdrive.connecting import simulated_config
+from armdrive.config.arm import ArmConfig
+from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmError
-from armdrive.sim.fault_request import parse_words
-from armdrive.sim.options import Value
+from armdrive.sim.device import Value
+from armdrive.sim.faults.request import parse_words
 from kinematics import Joints, Motors
 
 from .stand import Overrun, Stand

@@ -10,20 +10,19 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from armdrive.arm import Arm
-from armdrive.armfile import ArmConfig
-from armdrive.pace import SimulatedPace
-from armdrive.sim.body import ArmBody
-from armdrive.sim.drives import DrivesOnBus
-from armdrive.sim.faults import Faults, LinkCable
-from armdrive.sim.operator import SimulatedOperator
-from armdrive.sim.options import Options, Value
-from armdrive.sim.twin import Twin
-from armdrive.sim.twins import twin_kind
-from armdrive.sim.world import World
+from armdrive.config.arm import ArmConfig
+from armdrive.runtime.drive import SimulatedPace
+from armdrive.runtime.stop_bounds import StopBound
+from armdrive.sim.bus.bus import CanMemoryLink
+from armdrive.sim.bus.drives import DrivesOnBus
+from armdrive.sim.device import Options, Value
+from armdrive.sim.faults.running import Faults, LinkCable
+from armdrive.sim.kinds import twin_kind
+from armdrive.sim.simulated_arm import SimulatedOperator, Twin
+from armdrive.sim.world.body import ArmBody
+from armdrive.sim.world.world import World
 from armdrive.status import State
-from armdrive.stopping import StopBound
-from armdrive.transports.can_memory import CanMemoryLink
-from armdrive.transports.memory import MemoryLink
+from armdrive.transports.in_process import MemoryLink
 from kinematics import Joints, Motors
 
 OPENING_MM = 20.0

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import pytest
 
-from armdrive.connecting import simulated_config
-from armdrive.dialects import DIALECTS
+from armdrive.connect.target import simulated_config
+from armdrive.registry import DIALECTS
 from armdrive.status import State
 
 from .rows import HALF, REASONS, ROWS, Begin, Cause, Row, begin, measure, start_of

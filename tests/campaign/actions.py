@@ -9,12 +9,12 @@ from types import MappingProxyType
 from typing import Any
 
 from armdrive.arm import Arm
-from armdrive.calls.moving import PATIENCE
-from armdrive.calls.waiting import PATIENCE_S
-from armdrive.flows.motion import Moved
-from armdrive.handle import Handle
-from armdrive.intents import Jog
-from armdrive.sim.blocks import Block
+from armdrive.arm.connected import PATIENCE_S
+from armdrive.arm.handle import Handle
+from armdrive.arm.moving import PATIENCE
+from armdrive.motion.execute import Moved
+from armdrive.moves import Jog
+from armdrive.sim.world.table import Block
 from armdrive.status import State, Status
 from kinematics import LineMove
 from tests.conformance.going import beside

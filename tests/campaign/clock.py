@@ -11,8 +11,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-from armdrive.engine import Engine
-from armdrive.pace import SimulatedPace
+from armdrive.runtime.drive import SimulatedPace
+from armdrive.runtime.engine import Engine
 
 MOST_TURNS = 10_000
 """An engine that is called so often while no time passes goes round in a circle. The simulated

@@ -6,7 +6,7 @@ import errno
 import random
 from pathlib import Path
 
-from armdrive.durable import Files, is_leftover
+from armdrive.storage.files import Files, is_leftover
 
 from .clock import CampaignPace
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import random
 
 from armdrive.errors import ArmError
-from armdrive.flows.vouching import PROMPT_S
+from armdrive.motion.reference import PROMPT_S
 from armdrive.sim.device import HasPendant, HasSwitches, Resettable
 from kinematics import Motors
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from armdrive.arm import Arm
-from armdrive.whereabouts import Coordinates
+from armdrive.runtime.position import Coordinates
 from kinematics import Joints, Motors, Pose
 from kinematics.guards.guards import GuardedArm
 from tests.conformance.going import beside

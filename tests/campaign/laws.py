@@ -11,11 +11,11 @@ import math
 import traceback
 from collections.abc import Callable
 
-from armdrive.catalogue import entry
-from armdrive.deadlines import CALL_LIMIT_S
 from armdrive.errors import ArmError
+from armdrive.errors.table import entry
+from armdrive.runtime.deadlines import CALL_LIMIT_S
+from armdrive.runtime.overrides import LONGEST_SIMULATED_PAUSE_S
 from armdrive.status import State, Trust
-from armdrive.tempo import LONGEST_SIMULATED_PAUSE_S
 from kinematics import KinematicsError
 
 from .clock import Hangs, Killed

@@ -16,7 +16,7 @@ import time
 from collections.abc import Iterable, Iterator, Sequence
 from multiprocessing import get_context
 
-from armdrive.dialects import DIALECTS
+from armdrive.registry import DIALECTS
 
 from .faults import FAULTS, NONE
 from .mission import run_mission

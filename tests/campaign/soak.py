@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from functools import partial
 from multiprocessing import get_context
 
-from armdrive.dialects import DIALECTS
+from armdrive.registry import DIALECTS
 
 from .laws import Broken
 from .soak_judge import BETWEEN, PROCESS, WITHIN, judged, trend_kb

@@ -11,27 +11,25 @@ from pathlib import Path
 
 from armdrive.abilities import Abilities
 from armdrive.arm import Arm
-from armdrive.armfile import ArmConfig
-from armdrive.connecting import simulated_config
-from armdrive.controllers.controller import Controller
-from armdrive.controllers.robko01_motion import OVERSHOOT_STEPS
-from armdrive.dialects import dialect
-from armdrive.mending import Rewiring
-from armdrive.posture import PostureRequest
-from armdrive.record import FileRecorder
-from armdrive.recorder.flight import FlightRecorder
-from armdrive.recorder.witness import NO_WITNESS
-from armdrive.sim.body import ArmBody
-from armdrive.sim.device import SimDevice
-from armdrive.sim.drives import DrivesOnBus
-from armdrive.sim.faults import Faults, LinkCable
-from armdrive.sim.operator import SimulatedOperator
-from armdrive.sim.options import Options
-from armdrive.sim.twin import Twin
-from armdrive.sim.twins import twin_kind
+from armdrive.config.arm import ArmConfig
+from armdrive.connect.reconnect import Rewiring
+from armdrive.connect.target import simulated_config
+from armdrive.dialects.controller import Controller
+from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS
+from armdrive.dialog import PostureRequest
+from armdrive.registry import dialect
+from armdrive.sim.bus.bus import CanMemoryLink
+from armdrive.sim.bus.drives import DrivesOnBus
+from armdrive.sim.device import Options, SimDevice
+from armdrive.sim.faults.running import Faults, LinkCable
+from armdrive.sim.kinds import twin_kind
+from armdrive.sim.simulated_arm import SimulatedOperator, Twin
+from armdrive.sim.world.body import ArmBody
 from armdrive.status import State
-from armdrive.transports.can_memory import CanMemoryLink
-from armdrive.transports.memory import MemoryLink
+from armdrive.storage.record import FileRecorder
+from armdrive.tasks import NO_WITNESS
+from armdrive.trace.recorder import FlightRecorder
+from armdrive.transports.in_process import MemoryLink
 from kinematics import Joints, Motors
 from kinematics.guards.shapes import Box
 from tests.conformance.seen import ON_THE_STEP

@@ -8,18 +8,21 @@ from dataclasses import replace
 import pytest
 from amounts import amount
 
-from armdrive import planning
-from armdrive.calls.waiting import Waiting
-from armdrive.core import Core
-from armdrive.dialects import DIALECTS
+from armdrive.arm.connected import Waiting
+from armdrive.arm.gripper import Gripper
 from armdrive.errors import OutOfBounds
-from armdrive.flows import gripping, jog_aims, jogging, motion
-from armdrive.flows import held as held_jog
-from armdrive.flows.gripping import Grasped
-from armdrive.flows.turns import Corridor
-from armdrive.gripper import Gripper
-from armdrive.tempo import Tempo
-from armdrive.trust import Belief, Evidence
+from armdrive.motion import execute as motion
+from armdrive.motion import gripper as gripping
+from armdrive.motion import plan as planning
+from armdrive.motion.deviation import Corridor
+from armdrive.motion.gripper import Grasped
+from armdrive.motion.jog import session as held_jog
+from armdrive.motion.jog import session as jog_aims
+from armdrive.motion.jog import session as jogging
+from armdrive.registry import DIALECTS
+from armdrive.runtime.arm_state import Core
+from armdrive.runtime.overrides import Tempo
+from armdrive.runtime.trust import Belief, Evidence
 from kinematics.paths.motion_limits import MotionLimits
 
 from . import mission
@@ -227,7 +230,7 @@ def test_a_driver_whose_joints_pass_their_limits_within_a_burst_is_found_out(mon
 
 def test_a_traceback_is_found_out(monkeypatch):
     monkeypatch.setattr(planning, "speed_fraction", lambda _: 1 / 0)
-    monkeypatch.setattr("armdrive.calls.moving.speed_fraction", lambda _: 1 / 0)
+    monkeypatch.setattr("armdrive.arm.moving.speed_fraction", lambda _: 1 / 0)
     assert found_by_the_campaign()
 
 

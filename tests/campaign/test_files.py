@@ -15,16 +15,16 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from armdrive.arm import Arm
-from armdrive.armfile import load_arm_file, parse_arm_file
-from armdrive.connecting import connect_simulated, simulated_config
+from armdrive.config.arm import load_arm_file, parse_arm_file
+from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import ArmError, ArmFileError, RecordingError, StateFileError
-from armdrive.pace import SimulatedPace
-from armdrive.record import FileRecorder
-from armdrive.recorder.flight import FlightRecorder
-from armdrive.recorder.reading import parse_recording
-from armdrive.recorder.replaying import replay
-from armdrive.sim.twin import make_twin
+from armdrive.runtime.drive import SimulatedPace
+from armdrive.sim.simulated_arm import make_twin
 from armdrive.status import State, Trust
+from armdrive.storage.record import FileRecorder
+from armdrive.trace.files import parse_recording
+from armdrive.trace.recorder import FlightRecorder
+from armdrive.trace.replay import replay
 from kinematics import KinematicsError
 
 from .disk import Disk

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from armdrive.engine import Engine
 from armdrive.errors import WrongState
-from armdrive.flow import Until
-from armdrive.flows.motion import follow
-from armdrive.pace import SimulatedPace
+from armdrive.motion.execute import follow
+from armdrive.runtime.drive import SimulatedPace
+from armdrive.runtime.engine import Engine
+from armdrive.runtime.overrides import LONGEST_SIMULATED_PAUSE_S, Tempo
 from armdrive.status import State
-from armdrive.tempo import LONGEST_SIMULATED_PAUSE_S, Tempo
+from armdrive.tasks import Until
 
 from . import clock
 from .actions import move_j
@@ -34,7 +34,7 @@ def test_a_flow_goes_round_without_waiting(monkeypatch):
         while True:
             yield Until(wire.now_s)
 
-    monkeypatch.setattr("armdrive.calls.moving.motion.follow", circling)
+    monkeypatch.setattr("armdrive.arm.moving.motion.follow", circling)
     seeds = (run_mission("teachmover", seed) for seed in range(8))
     found = next(each for each in seeds if each.broken)
     assert "hangs: " in found.broken[0]
@@ -49,8 +49,8 @@ def test_time_passes_for_ever(monkeypatch):
             yield Until(wire.now_s + 1.0)
         yield from follow(wire, plan)
 
-    monkeypatch.setattr("armdrive.calls.moving.motion.follow", waiting)
-    monkeypatch.setattr("armdrive.calls.moving.PATIENCE_S", 1e9)
+    monkeypatch.setattr("armdrive.arm.moving.motion.follow", waiting)
+    monkeypatch.setattr("armdrive.arm.moving.PATIENCE_S", 1e9)
     found = next(
         each for each in (run_mission("teachmover", seed) for seed in range(8)) if each.broken
     )
@@ -99,7 +99,7 @@ def moved(mission):
 
 
 def test_a_motion_asked_for_in_a_pause_ends_and_says_how_to_resume(monkeypatch):
-    monkeypatch.setattr("armdrive.tempo.time.sleep", lambda _: None)
+    monkeypatch.setattr("armdrive.runtime.overrides.time.sleep", lambda _: None)
     mission = ready()
     arm = mission.stage.arm
     arm.pause()

@@ -12,9 +12,9 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from armdrive.controllers.cia402_settings import Cia402Settings
-from armdrive.controllers.mks_denied import BESIDE_S, DENIALS
-from armdrive.controllers.mks_settings import MksSettings
+from armdrive.dialects.cia402.settings import Cia402Settings
+from armdrive.dialects.mks.observer import BESIDE_S, DENIALS
+from armdrive.dialects.mks.settings import MksSettings
 
 from .stage import Stage
 

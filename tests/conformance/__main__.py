@@ -17,7 +17,7 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
-from armdrive.dialects import DIALECTS
+from armdrive.registry import DIALECTS
 
 from .behaviours import BEHAVIOURS
 from .benches import BENCHES, stands_on

@@ -10,9 +10,9 @@ from typing import Any, ClassVar
 
 from armdrive.abilities import Abilities, Switching
 from armdrive.arm import Arm
-from armdrive.armfile import ArmConfig
-from armdrive.dialects import dialect
-from armdrive.posture import Operator
+from armdrive.config.arm import ArmConfig
+from armdrive.dialog import Operator
+from armdrive.registry import dialect
 from armdrive.status import Current, State, Trust
 from kinematics import Joints, Motors
 

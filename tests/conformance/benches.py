@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from armdrive.dialects import DIALECTS
+from armdrive.registry import DIALECTS
 
 from .bench import Bench
 from .memory_bench import ThoroughMemoryBench

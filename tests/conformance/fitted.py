@@ -10,13 +10,13 @@ import sys
 import tomllib
 from pathlib import Path
 
-from armdrive.armfile import ArmConfig, load_arm_file, parse_arm_file
-from armdrive.dialects import Dialect
-from armdrive.sim.options import Options
-from armdrive.sim.run import make_server, run_device
-from armdrive.sim.twin import make_device
-from armdrive.sim.twins import twin_kind
-from armdrive.transports.serve_can import SlcanServer
+from armdrive.config.arm import ArmConfig, load_arm_file, parse_arm_file
+from armdrive.registry import Dialect
+from armdrive.sim.device import Options
+from armdrive.sim.kinds import twin_kind
+from armdrive.sim.serving.serve import make_server, run_device
+from armdrive.sim.serving.servers import SlcanServer
+from armdrive.sim.simulated_arm import make_device
 
 
 def arm_file(row: Dialect, lines: str, port: str = "") -> str:

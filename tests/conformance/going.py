@@ -6,11 +6,11 @@ import math
 from collections.abc import Callable
 
 from armdrive.arm import Arm
+from armdrive.arm.handle import Handle
 from armdrive.errors import ArmError
-from armdrive.flows.motion import Moved
-from armdrive.handle import Handle
-from armdrive.intents import Jog
-from armdrive.whereabouts import Coordinates
+from armdrive.motion.execute import Moved
+from armdrive.moves import Jog
+from armdrive.runtime.position import Coordinates
 from kinematics import Motors, Pose
 
 from .seen import Broken

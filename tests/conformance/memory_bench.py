@@ -9,15 +9,15 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from armdrive.arm import Arm
-from armdrive.armfile import ArmConfig
-from armdrive.connecting import simulated_config
-from armdrive.mending import Rewiring
-from armdrive.pace import SimulatedPace
-from armdrive.posture import Operator
-from armdrive.record import FileRecorder
-from armdrive.sim.fault_request import parse_words
-from armdrive.sim.faults import Faults
-from armdrive.sim.twin import Twin, link_to, make_twin
+from armdrive.config.arm import ArmConfig
+from armdrive.connect.reconnect import Rewiring
+from armdrive.connect.target import simulated_config
+from armdrive.dialog import Operator
+from armdrive.runtime.drive import SimulatedPace
+from armdrive.sim.faults.request import parse_words
+from armdrive.sim.faults.running import Faults
+from armdrive.sim.simulated_arm import Twin, link_to, make_twin
+from armdrive.storage.record import FileRecorder
 
 from .bench import Bench
 from .fitted import fitted_config

@@ -6,7 +6,7 @@ import time
 from typing import ClassVar
 
 from armdrive.errors import BadRequest
-from armdrive.sim.twins import twin_kind
+from armdrive.sim.kinds import twin_kind
 from kinematics import Motors
 
 from .device_process import DeviceProcess

@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any, ClassVar, cast
 
 from armdrive.arm import Arm
-from armdrive.armfile import ArmConfig
-from armdrive.connecting import find
-from armdrive.posture import Operator
-from armdrive.sim.body import ArmBody
-from armdrive.sim.operator import SimulatedOperator
-from armdrive.sim.world import World
+from armdrive.config.arm import ArmConfig
+from armdrive.connect.target import find
+from armdrive.dialog import Operator
+from armdrive.sim.simulated_arm import SimulatedOperator
+from armdrive.sim.world.body import ArmBody
+from armdrive.sim.world.world import World
 from kinematics import Joints, Motors
 
 from .bench import Bench

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from armdrive.arm import Arm
+from armdrive.arm.handle import Handle
 from armdrive.errors import ArmError, Stopped, WrongState
-from armdrive.flows.motion import Moved
-from armdrive.handle import Handle
+from armdrive.motion.execute import Moved
 from armdrive.status import Trust
 from kinematics import Motors
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from armdrive.arm import Arm
-from armdrive.intents import Jog
+from armdrive.moves import Jog
 from armdrive.status import Trust
 
 from .behaviour import Behaviour, cartesian, finger_motor

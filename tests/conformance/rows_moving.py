@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from armdrive.arm import Arm
-from armdrive.armfile import ArmConfig
+from armdrive.config.arm import ArmConfig
 from armdrive.errors import OutOfBounds
 from armdrive.status import State, Trust
 

@@ -11,10 +11,10 @@ import pytest
 from amounts import THOROUGH
 from waiting import LONG_S
 
-from armdrive.connecting import state_file
-from armdrive.dialects import DIALECTS
+from armdrive.connect.target import state_file
 from armdrive.errors import DeviceFault
-from armdrive.sim.twins import TWINS
+from armdrive.registry import DIALECTS
+from armdrive.sim.kinds import TWINS
 
 from .behaviour import Behaviour
 from .behaviours import BEHAVIOURS

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from armdrive.dialects import DIALECTS
+from armdrive.registry import DIALECTS
 
 from .behaviour import EVERYWHERE
 from .behaviours import BEHAVIOURS

@@ -15,7 +15,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from armdrive.dialects import DIALECTS
+from armdrive.registry import DIALECTS
 
 from . import worlds
 from .examples_table import EXAMPLES

@@ -13,16 +13,15 @@ from typing import Any
 
 from armdrive import Arm
 from armdrive.abilities import Abilities
-from armdrive.armfile import ArmConfig
-from armdrive.connecting import simulated_config
-from armdrive.dialects import DIALECTS
+from armdrive.config.arm import ArmConfig
+from armdrive.connect.port import standing_in
+from armdrive.connect.target import simulated_config
 from armdrive.programs.performing import Performer
-from armdrive.programs.program import read_program
+from armdrive.programs.program import ENDING, ArmProgram, read_program
+from armdrive.programs.rehearsal import rehearsing_arm
 from armdrive.programs.running import Run
-from armdrive.programs.source import ENDING, ArmProgram
-from armdrive.programs.twins import rehearsing_arm
-from armdrive.sim.dropping import block_of
-from armdrive.standins import standing_in
+from armdrive.registry import DIALECTS
+from armdrive.sim.serving.console import block_of
 
 from .watching import Watch
 

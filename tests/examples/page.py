@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 
-from armdrive.dialects import DIALECTS
+from armdrive.registry import DIALECTS
 
 from .on_arms import Example, Form, Ran
 

@@ -8,7 +8,7 @@ import pytest
 
 from armdrive.cli import main
 from armdrive.cli.worlds import world_file
-from armdrive.sim.blocks import Block
+from armdrive.sim.world.table import Block
 
 from .on_arms import FOLDER, PUT
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from armdrive.dialects import DIALECTS
+from armdrive.registry import DIALECTS
 
 from .examples_table import EXAMPLES
 from .on_arms import FOLDER

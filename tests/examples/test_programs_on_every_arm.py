@@ -9,8 +9,8 @@ import tomllib
 import pytest
 from amounts import THOROUGH
 
-from armdrive.armfile import parse_arm_file
-from armdrive.dialects import DIALECTS
+from armdrive.config.arm import parse_arm_file
+from armdrive.registry import DIALECTS
 from kinematics.five_axis.tool_arm import ToolArm
 from kinematics.tool import Tool
 

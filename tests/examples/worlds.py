@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Mapping
 from itertools import pairwise
 
-from armdrive.sim.blocks import Block, Point
+from armdrive.sim.world.table import Block, Point
 
 from .on_arms import Ran
 from .watching import beside_mm

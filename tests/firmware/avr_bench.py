@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import ClassVar
 
 from armdrive.arm import Arm
-from armdrive.connecting import simulated_config
-from armdrive.sim.body import ArmBody
-from armdrive.sim.fault_request import parse_words
-from armdrive.sim.twins import twin_kind
-from armdrive.sim.world import World
+from armdrive.connect.target import simulated_config
+from armdrive.sim.faults.request import parse_words
+from armdrive.sim.kinds import twin_kind
+from armdrive.sim.world.body import ArmBody
+from armdrive.sim.world.world import World
 from kinematics import Motors
 from tests.conformance.port_bench import port_lock
 from tests.conformance.real_time_bench import RealTimeBench

@@ -10,8 +10,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
-from armdrive.dialects import DIALECTS
-from armdrive.sim.options import Value
+from armdrive.registry import DIALECTS
+from armdrive.sim.device import Value
 
 
 @dataclass(frozen=True, slots=True)

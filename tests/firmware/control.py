@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from armdrive.errors import BadRequest
-from armdrive.sim.fault_request import FaultRequest
-from armdrive.sim.faults_arm import BROWN_OUT_S
+from armdrive.sim.faults.request import FaultRequest
+from armdrive.sim.faults.table import BROWN_OUT_S
 from kinematics import Motors
 
 ANSWERS_S = 5.0

@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from armdrive.arm import Arm
+from armdrive.arm.handle import Handle
 from armdrive.errors import ArmError
-from armdrive.flows.motion import Moved
-from armdrive.handle import Handle
-from armdrive.intents import Jog
+from armdrive.motion.execute import Moved
+from armdrive.moves import Jog
 from armdrive.status import State, Trust
 from kinematics import LineMove
 from tests.conformance.bench import Bench

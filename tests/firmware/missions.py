@@ -15,7 +15,7 @@ from types import MappingProxyType
 
 from armdrive.arm import Arm
 from armdrive.errors import ArmError
-from armdrive.intents import Jog
+from armdrive.moves import Jog
 from armdrive.status import State, Trust
 from kinematics import KinematicsError, LineMove
 from tests.conformance.bench import Bench

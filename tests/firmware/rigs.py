@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import ClassVar
 
-from armdrive.connecting import find
-from armdrive.sim.options import Value
-from armdrive.sim.twin import Twin, make_twin
+from armdrive.connect.target import find
+from armdrive.sim.device import Value
+from armdrive.sim.simulated_arm import Twin, make_twin
 from tests.conformance.bench import Bench
 from tests.conformance.memory_bench import MemoryBench
 from tests.conformance.port_bench import PortBench

@@ -22,8 +22,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
-from armdrive.dialects import DIALECTS
 from armdrive.errors import ArmError
+from armdrive.registry import DIALECTS
 from tests.conformance.running import Verdict
 
 from . import report

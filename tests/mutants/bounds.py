@@ -59,17 +59,17 @@ class Derivation:
 
 LINES = {"begin": "return Stopping(\n            ", "between": ",\n            "}
 SHARED = Derivation(
-    "armdrive/stopping.py",
+    "armdrive/runtime/stop_bounds.py",
     ("self.time_s", "asked_mm", "self.silent_time_s", "silent_mm"),
     "return StopBound(",
 )
 BURSTS = ("stands_s", "motion_s", "stands_s", "motion_s")
 DERIVATIONS = {
-    "teachmover": Derivation("armdrive/controllers/teachmover.py", BURSTS),
-    "robko01": Derivation("armdrive/controllers/robko01.py", BURSTS),
-    "armdroid": Derivation("armdrive/controllers/armdroid.py", BURSTS),
+    "teachmover": Derivation("armdrive/dialects/teachmover/controller.py", BURSTS),
+    "robko01": Derivation("armdrive/dialects/robko01/controller.py", BURSTS),
+    "armdroid": Derivation("armdrive/dialects/armdroid/controller.py", BURSTS),
     "grbl": Derivation(
-        "armdrive/controllers/grbl.py",
+        "armdrive/dialects/grbl/controller.py",
         (
             "max(stands_s, heard_s + KILLED_S)",
             "heard_s + held_way_s + brakes_s / 2.0",
@@ -79,12 +79,12 @@ DERIVATIONS = {
         **LINES,
     ),
     "mks": Derivation(
-        "armdrive/controllers/mks.py",
+        "armdrive/dialects/mks/controller.py",
         ("begun_s + brakes_s", "asked[0]", "silent_s + brakes_s + HOST_S", "silent[0]"),
         **LINES,
     ),
     "cia402": Derivation(
-        "armdrive/controllers/cia402.py",
+        "armdrive/dialects/cia402/controller.py",
         (
             "begun_s + ramp_s",
             "begun_s + ramp_s / 2.0",

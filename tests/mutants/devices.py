@@ -8,7 +8,7 @@ MUTANTS = (
     Mutant(
         name="a board that is set up for another arm is driven",
         promise="nothing moves while the controller's settings are not the arm file's",
-        path="armdrive/core.py",
+        path="armdrive/runtime/arm_state.py",
         old="        wrong = [each for each in self.differences if each.must]\n",
         new="        wrong = [each for each in self.differences if not each.must]\n",
         tests=tests_of(
@@ -19,7 +19,7 @@ MUTANTS = (
     Mutant(
         name="a board's wrong steps a unit go unnoticed",
         promise="settings that differ from the arm file are told",
-        path="armdrive/controllers/grbl_compare.py",
+        path="armdrive/dialects/grbl/settings.py",
         old="            if steps is not None and abs(steps - wanted) > SAME:",
         new="            if False:",
         tests=tests_of(
@@ -30,7 +30,7 @@ MUTANTS = (
     Mutant(
         name="a board whose motors are switched off at rest goes unnoticed",
         promise="settings that differ from the arm file are told",
-        path="armdrive/controllers/grbl_compare.py",
+        path="armdrive/dialects/grbl/settings.py",
         old=("        if not on:\n            yield"),
         new=("        if False:\n            yield"),
         tests=tests_of(
@@ -52,7 +52,7 @@ MUTANTS = (
     Mutant(
         name="an ok is taken for the end of its line",
         promise="a GRBL motion has ended when the board stands at its end",
-        path="armdrive/controllers/grbl_road.py",
+        path="armdrive/dialects/grbl/in_flight.py",
         old=("        self.unanswered = max(self.unanswered - 1, 0)\n        self.oks += 1\n"),
         new=(
             "        self.unanswered = max(self.unanswered - 1, 0)\n"
@@ -78,7 +78,7 @@ MUTANTS = (
     Mutant(
         name="jogs are sent before the line before is answered",
         promise="no more than one line of a jog is unanswered",
-        path="armdrive/controllers/grbl_road.py",
+        path="armdrive/dialects/grbl/in_flight.py",
         old="return self.road.unanswered > 0 and (self.jog or not self.road.oks)",
         new="return False",
         tests=tests_of(
@@ -89,7 +89,7 @@ MUTANTS = (
     Mutant(
         name="an arm that leaves its path is not noticed",
         promise="an arm that leaves its path is stopped on its way",
-        path="armdrive/controllers/grbl_motion.py",
+        path="armdrive/dialects/grbl/motion.py",
         old="        return self._astray(trip) if trip.off > 1 else None",
         new="        return None",
         tests=tests_of(
@@ -100,7 +100,7 @@ MUTANTS = (
     Mutant(
         name="a mute board is not noticed",
         promise="a board that gives no report in motion ends it",
-        path="armdrive/controllers/grbl_talk.py",
+        path="armdrive/dialects/grbl/exchange.py",
         old="        return self.now_s >= self.mute_at_s",
         new="        return False",
         tests=tests_of(
@@ -111,7 +111,7 @@ MUTANTS = (
     Mutant(
         name="a reset after a feed hold is not waited for",
         promise="a feed hold, a wait for its end and then a reset keep the position",
-        path="armdrive/controllers/grbl_stops.py",
+        path="armdrive/dialects/grbl/stops.py",
         old="                (self.state in HELD and not self.sub_state)\n",
         new="                self.state in HELD\n",
         tests=tests_of(
@@ -122,7 +122,7 @@ MUTANTS = (
     Mutant(
         name="outputs are not restored behind a stop",
         promise="a stop drops no load",
-        path="armdrive/controllers/grbl_stops.py",
+        path="armdrive/dialects/grbl/stops.py",
         old=("        if kept:\n            yield from self.restore()\n"),
         new="",
         tests=tests_of(
@@ -166,7 +166,7 @@ MUTANTS = (
     Mutant(
         name="a Robko moves relative to where it is believed to be",
         promise="a request that may be repeated goes to an absolute position",
-        path="armdrive/controllers/robko01_motion.py",
+        path="armdrive/dialects/robko01/motion.py",
         old=("        target = start + steps\n        if not all"),
         new=("        target = steps\n        if not all"),
         tests=tests_of(
@@ -180,7 +180,7 @@ MUTANTS = (
     Mutant(
         name="a Robko that was stopped may have gone anywhere",
         promise="a stop leaves the motors on their way",
-        path="armdrive/controllers/robko01_motion.py",
+        path="armdrive/dialects/robko01/motion.py",
         old="OVERSHOOT_STEPS = 3",
         new="OVERSHOOT_STEPS = 300",
         tests=tests_of(
@@ -191,7 +191,7 @@ MUTANTS = (
     Mutant(
         name="the Robko's watchdog is not fed",
         promise="a standing arm keeps its current",
-        path="armdrive/controllers/robko01.py",
+        path="armdrive/dialects/robko01/controller.py",
         old="        return data + self._host.send(self._token())",
         new="        return data",
         tests=tests_of(
@@ -202,7 +202,7 @@ MUTANTS = (
     Mutant(
         name="an Armdroid's numbers are not compared before its letter",
         promise="no byte that goes wrong makes a motion of another size",
-        path="armdrive/controllers/armdroid.py",
+        path="armdrive/dialects/armdroid/controller.py",
         old="            if understood == drive.steps and self.has_speed(rpm):",
         new="            if understood is not None and self.has_speed(rpm):",
         tests=tests_of(
@@ -227,7 +227,7 @@ MUTANTS = (
     Mutant(
         name="Armdroid motors are taken in the wrong order",
         promise="each motor turns its own joint",
-        path="armdrive/controllers/armdroid.py",
+        path="armdrive/dialects/armdroid/controller.py",
         old="        return tuple(by_channel[channel] for channel in sorted(by_channel))",
         new=(
             "        return tuple(by_channel[channel] for channel in "
@@ -252,7 +252,7 @@ MUTANTS = (
     Mutant(
         name="a TeachMover's failed command counts as done",
         promise="a motion that the controller refused says so",
-        path="armdrive/controllers/teachmover.py",
+        path="armdrive/dialects/teachmover/controller.py",
         old=("        if event.status is Status.FAILED:\n            return Denied()\n"),
         new="",
         tests=tests_of(
@@ -263,7 +263,7 @@ MUTANTS = (
     Mutant(
         name="the pendant's STOP key counts as done",
         promise="the pendant's STOP ends a motion",
-        path="armdrive/controllers/teachmover.py",
+        path="armdrive/dialects/teachmover/controller.py",
         old=("        if event.status is Status.STOPPED:\n            return Interrupted()\n"),
         new="",
         tests=tests_of(
@@ -274,7 +274,7 @@ MUTANTS = (
     Mutant(
         name="an impossibly early answer is believed",
         promise="an answer that comes too early is compared with the registers",
-        path="armdrive/controllers/speed.py",
+        path="armdrive/dialects/speed_table.py",
         old="return expected_s * EARLY - CLOCK_S <= measured_s <= longest_s",
         new="return True",
         tests=tests_of(
@@ -318,7 +318,7 @@ MUTANTS = (
     Mutant(
         name="an MKS drive off its way is not noticed",
         promise="a blocked drive is noticed by its encoder",
-        path="armdrive/controllers/mks_motion.py",
+        path="armdrive/dialects/mks/steering.py",
         old="        astray = off > self.settings.corridor_counts\n",
         new="        astray = False\n",
         tests=tests_of(
@@ -329,7 +329,7 @@ MUTANTS = (
     Mutant(
         name="an MKS drive that takes no orders is not noticed",
         promise="a drive that denies its orders ends the motion",
-        path="armdrive/controllers/mks_motion.py",
+        path="armdrive/dialects/mks/steering.py",
         old=("        return None if denied is None else (yield from self.break_off(*denied))"),
         new="        return None",
         tests=tests_of(
@@ -340,7 +340,7 @@ MUTANTS = (
     Mutant(
         name="an MKS drive that falls silent is not noticed",
         promise="a drive that falls silent ends the motion of all",
-        path="armdrive/controllers/mks_motion.py",
+        path="armdrive/dialects/mks/steering.py",
         old=("        if max(unanswered) <= most:\n            return None\n"),
         new=("        if max(unanswered) >= 0:\n            return None\n"),
         tests=tests_of(
@@ -351,7 +351,7 @@ MUTANTS = (
     Mutant(
         name="MKS speeds are doubled",
         promise="a motion is no faster than asked",
-        path="armdrive/controllers/mks_motion.py",
+        path="armdrive/dialects/mks/steering.py",
         old=("        rpm = whole_rpm(round(needed / COUNTS_S_PER_RPM), most)\n        room"),
         new=(
             "        rpm = whole_rpm(round(2.0 * needed / COUNTS_S_PER_RPM), 2 * most)\n"
@@ -420,7 +420,7 @@ MUTANTS = (
     Mutant(
         name="a CiA 402 drive in fault is not noticed",
         promise="a fault in motion stops the others",
-        path="armdrive/controllers/cia402_hearing.py",
+        path="armdrive/dialects/cia402/receive.py",
         old=("        if drive.state in FAULTS:\n            return Alert"),
         new=("        if drive.state in ():\n            return Alert"),
         tests=tests_of(
@@ -431,7 +431,7 @@ MUTANTS = (
     Mutant(
         name="CiA 402 drives leap to where a late program should be",
         promise="a host that is late slows down and does not leap",
-        path="armdrive/controllers/cia402_track.py",
+        path="armdrive/dialects/cia402/cyclic.py",
         old="        self.time_s += self._rate * period_s\n",
         new="        self.time_s += 3.0 * self._rate * period_s\n",
         tests=tests_of(
@@ -442,7 +442,7 @@ MUTANTS = (
     Mutant(
         name="CiA 402 targets are not smoothed",
         promise="ramps are made of jumps in speed",
-        path="armdrive/controllers/cia402_track.py",
+        path="armdrive/dialects/cia402/cyclic.py",
         old="        if not self.window_s:\n",
         new="        if self.window_s >= 0.0:\n",
         tests=tests_of(
@@ -453,7 +453,7 @@ MUTANTS = (
     Mutant(
         name="a slow arm is waited for no longer than a quick one",
         promise="an arm that is slower than its table is learnt",
-        path="armdrive/controllers/speed.py",
+        path="armdrive/dialects/speed_table.py",
         old="        self._factors[part] = max(factor, known + (factor - known) / 4.0)",
         new="        self._factors[part] = 1.0",
         tests=tests_of(
@@ -464,7 +464,7 @@ MUTANTS = (
     Mutant(
         name="a late driver calls an answer missing that stands behind something else",
         promise="what has come is read before an answer is called missing",
-        path="armdrive/controllers/scripted.py",
+        path="armdrive/dialects/exchange.py",
         old="""        while True:
             heard = yield until_s
             if heard is None:
@@ -481,7 +481,7 @@ MUTANTS = (
     Mutant(
         name="a late look makes a Robko 01 seem slow",
         promise="a program that is late learns nothing wrong about the arm",
-        path="armdrive/controllers/robko01_motion.py",
+        path="armdrive/dialects/robko01/motion.py",
         old="        prompt = self.now_s <= due_s + PROMPT_S\n",
         new="        prompt = True\n",
         tests=tests_of(

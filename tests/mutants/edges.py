@@ -8,7 +8,7 @@ MUTANTS = (
     Mutant(
         name="two programs may hold one arm",
         promise="one program holds an arm at a time",
-        path="armdrive/holding.py",
+        path="armdrive/storage/arm_lock.py",
         old="                lock.acquire(timeout=0)\n",
         new="                pass\n",
         tests=tests_of(
@@ -19,7 +19,7 @@ MUTANTS = (
     Mutant(
         name="another program's stop is ignored",
         promise="a stop comes in over the control socket",
-        path="armdrive/neighbours.py",
+        path="armdrive/connect/control_socket.py",
         old="    arm.request_stop()\n",
         new="",
         tests=tests_of(
@@ -30,7 +30,7 @@ MUTANTS = (
     Mutant(
         name="another program's pause is ignored",
         promise="a pause comes in over the control socket",
-        path="armdrive/neighbours.py",
+        path="armdrive/connect/control_socket.py",
         old="    arm.pause()\n",
         new="",
         tests=tests_of(
@@ -41,7 +41,7 @@ MUTANTS = (
     Mutant(
         name="real ports are opened although simulation is forced",
         promise="ARMDRIVE_FORCE_SIM keeps every port closed",
-        path="armdrive/connecting.py",
+        path="armdrive/connect/target.py",
         old='    return os.environ.get("ARMDRIVE_FORCE_SIM", "") not in ("", "0")',
         new="    return False",
         tests=tests_of(
@@ -52,7 +52,7 @@ MUTANTS = (
     Mutant(
         name="a forced twin shares its arm's record",
         promise="a twin keeps its hands off the real arm's record",
-        path="armdrive/connecting.py",
+        path="armdrive/connect/target.py",
         old='replace(config, name=f"{SIM}{config.name}"), simulated=True)',
         new="config, simulated=True)",
         tests=tests_of(
@@ -74,7 +74,7 @@ MUTANTS = (
     Mutant(
         name="a refusal has the exit code of a fault",
         promise="the exit code says what went wrong",
-        path="armdrive/errors.py",
+        path="armdrive/errors/__init__.py",
         old=(
             '    """The call was refused before anything was sent: nothing '
             'moved."""\n'
@@ -175,7 +175,7 @@ MUTANTS = (
     Mutant(
         name="callers of other users are answered",
         promise="the control socket is this user's alone",
-        path="armdrive/private.py",
+        path="armdrive/storage/files.py",
         old="    return user is None or user in (0, os.getuid())",
         new="    return True",
         tests=tests_of(

@@ -8,7 +8,7 @@ MUTANTS = (
     Mutant(
         name="releasing a jog does nothing",
         promise="a jog moves only while it is held",
-        path="armdrive/calls/jogging.py",
+        path="armdrive/arm/jogging.py",
         old=("        self.core.hold = None\n        self.pace.wake()\n\n    def _jog"),
         new=("        self.pace.wake()\n\n    def _jog"),
         tests=tests_of(
@@ -19,7 +19,7 @@ MUTANTS = (
     Mutant(
         name="a hold never expires",
         promise="a jog moves only while it is held",
-        path="armdrive/flows/held.py",
+        path="armdrive/motion/jog/session.py",
         old="hold.until_s > wire.now_s and not",
         new="not",
         tests=tests_of(
@@ -30,7 +30,7 @@ MUTANTS = (
     Mutant(
         name="a hold expires half a second late",
         promise="a jog moves only while it is held",
-        path="armdrive/flows/held.py",
+        path="armdrive/motion/jog/session.py",
         old="hold.until_s > wire.now_s and",
         new="hold.until_s + 0.5 > wire.now_s and",
         tests=tests_of(
@@ -41,7 +41,7 @@ MUTANTS = (
     Mutant(
         name="a hold is as long as anybody asks",
         promise="a jog moves only while it is held",
-        path="armdrive/calls/jogging.py",
+        path="armdrive/arm/jogging.py",
         old="min(for_s, LONGEST_HOLD_S)",
         new="for_s",
         tests=tests_of(
@@ -52,7 +52,7 @@ MUTANTS = (
     Mutant(
         name="an increment that waited too long is made",
         promise="an increment that nobody expects any more is dropped",
-        path="armdrive/flows/jogging.py",
+        path="armdrive/motion/jog/session.py",
         old="    if wire.now_s > nudge.until_s:",
         new="    if False:",
         tests=tests_of(
@@ -63,7 +63,7 @@ MUTANTS = (
     Mutant(
         name="an unreferenced arm jogs at full speed",
         promise="an arm whose position is not known is jogged slowly",
-        path="armdrive/flows/jog_aims.py",
+        path="armdrive/motion/jog/session.py",
         old=(
             "return speed if core.position_known else min(speed, "
             "core.config.motion.unreferenced_speed)"
@@ -77,7 +77,7 @@ MUTANTS = (
     Mutant(
         name="an unknown posture is jogged along a line",
         promise="Cartesian jogging needs a known position",
-        path="armdrive/flows/jog_aims.py",
+        path="armdrive/motion/jog/session.py",
         old="if jog.space is Space.CARTESIAN and not core.position_known:",
         new="if False:",
         tests=tests_of(
@@ -88,7 +88,7 @@ MUTANTS = (
     Mutant(
         name="jogs are not audited",
         promise="no leg of a jog passes a limit or a guard",
-        path="armdrive/flows/jog_aims.py",
+        path="armdrive/motion/jog/session.py",
         old="    if core.position_known and legs:\n",
         new="    if False:\n",
         tests=tests_of(
@@ -99,7 +99,7 @@ MUTANTS = (
     Mutant(
         name="a jog passes its limits",
         promise="a jog stops at its bounds",
-        path="armdrive/jog_course.py",
+        path="armdrive/motion/jog/course.py",
         old=("        paced = paced.slowed(shares)\n        if stopped"),
         new="        if stopped",
         tests=tests_of(
@@ -110,7 +110,7 @@ MUTANTS = (
     Mutant(
         name="a jog passes guards",
         promise="a jog stops at its bounds",
-        path="armdrive/jog_bounds.py",
+        path="armdrive/motion/jog/bounds.py",
         old="return there is not None and self.holds(here, there.joints)",
         new="return there is not None",
         tests=tests_of(
@@ -121,7 +121,7 @@ MUTANTS = (
     Mutant(
         name="a jog does not reckon with the arm running on",
         promise="a jog could always stop before a guard",
-        path="armdrive/flows/jog_aims.py",
+        path="armdrive/motion/jog/session.py",
         old=("    return core.controller.stopping(core.config.motion.jog_burst_s).asked_motion_s"),
         new="    return 0.0",
         tests=tests_of(
@@ -132,7 +132,7 @@ MUTANTS = (
     Mutant(
         name="a jog starts at full speed",
         promise="a jog reaches its speed by a ramp",
-        path="armdrive/jog_pace.py",
+        path="armdrive/motion/jog/rates.py",
         old="return share / ramp_s if ramp_s > 0.0 else math.inf",
         new="return math.inf",
         tests=tests_of(
@@ -143,7 +143,7 @@ MUTANTS = (
     Mutant(
         name="a jog is twice as fast as asked",
         promise="a jog is no faster than asked",
-        path="armdrive/flows/jog_aims.py",
+        path="armdrive/motion/jog/session.py",
         old="speed = capped(core, hold.speed) * core.tempo.override",
         new="speed = min(2.0 * capped(core, hold.speed), 1.0) * core.tempo.override",
         tests=tests_of(
@@ -154,7 +154,7 @@ MUTANTS = (
     Mutant(
         name="the dead-man holds ten times longer",
         promise="a key that is let go ends its jog within a quarter of a second",
-        path="armdrive/jog.py",
+        path="armdrive/motion/dead_man.py",
         old="HOLD_LONGEST_S = 0.25",
         new="HOLD_LONGEST_S = 2.5",
         tests=tests_of(
@@ -165,7 +165,7 @@ MUTANTS = (
     Mutant(
         name="the dead-man does not release a key",
         promise="a key that is let go ends its jog",
-        path="armdrive/jog.py",
+        path="armdrive/motion/dead_man.py",
         old="return () if held is None else (Release(held),)",
         new="return ()",
         tests=tests_of(
@@ -176,7 +176,7 @@ MUTANTS = (
     Mutant(
         name="the dead-man takes a backlog of keys for a held one",
         promise="keys that a stalled link kept back move nothing",
-        path="armdrive/jog.py",
+        path="armdrive/motion/dead_man.py",
         old="        if gate.events >= BACKLOG_EVENTS:\n",
         new="        if False:\n",
         tests=tests_of(
@@ -187,7 +187,7 @@ MUTANTS = (
     Mutant(
         name="jog keys are armed from the start",
         promise="jog keys have no effect until they are armed",
-        path="armdrive/jog.py",
+        path="armdrive/motion/dead_man.py",
         old=('        self._armed = False\n        self._key = ""\n        self._pressed_s'),
         new=('        self._armed = True\n        self._key = ""\n        self._pressed_s'),
         tests=tests_of(
@@ -198,7 +198,7 @@ MUTANTS = (
     Mutant(
         name="the arm is jogged by keys while keys pour in",
         promise="jog keys are not armed by a backlog",
-        path="armdrive/jog.py",
+        path="armdrive/motion/dead_man.py",
         old="now_s - self._event_s >= ARM_AFTER_QUIET_S",
         new="True",
         tests=tests_of(

@@ -8,7 +8,7 @@ MUTANTS = (
     Mutant(
         name="planned motions do nothing and report success",
         promise="a motion ends where it was asked to, or an error says why not",
-        path="armdrive/flows/motion.py",
+        path="armdrive/motion/execute.py",
         old=("    if not legs or wire.stopping:\n        return\n    if wire.core"),
         new=("    if legs:\n        return\n    if wire.core"),
         tests=tests_of(
@@ -19,7 +19,7 @@ MUTANTS = (
     Mutant(
         name="the last part of a motion is dropped",
         promise="a motion ends where it was asked to",
-        path="armdrive/flows/motion.py",
+        path="armdrive/motion/execute.py",
         old=("    for leg in legs:\n        yield from follow_leg"),
         new=("    for leg in legs[:-1] or legs:\n        yield from follow_leg"),
         tests=tests_of(
@@ -30,7 +30,7 @@ MUTANTS = (
     Mutant(
         name="motions end wherever, and the goal is reported",
         promise="a call reports what was done",
-        path="armdrive/flows/motion.py",
+        path="armdrive/motion/execute.py",
         old=("    joints, _ = core.transmission.to_joints(core.acknowledged)\n    pose, wanted"),
         new=("    joints = goal.joints\n    pose, wanted"),
         tests=tests_of(
@@ -41,7 +41,7 @@ MUTANTS = (
     Mutant(
         name="a stopped motion reports success",
         promise="a motion that was stopped says so",
-        path="armdrive/flows/motion.py",
+        path="armdrive/motion/execute.py",
         old="    if wire.stopping and core.coordinates != plan.end:",
         new="    if False:",
         tests=tests_of(
@@ -52,7 +52,7 @@ MUTANTS = (
     Mutant(
         name="queued motions lose their last segment",
         promise="a motion ends where it was asked to",
-        path="armdrive/flows/streaming.py",
+        path="armdrive/motion/streaming.py",
         old=(
             "            done = 1.0 if count == 1 else done + (1.0 - done) / count\n"
             "            yield"
@@ -71,7 +71,7 @@ MUTANTS = (
     Mutant(
         name="planned motions are not audited",
         promise="the whole motion is audited before its first byte",
-        path="armdrive/planning.py",
+        path="armdrive/motion/plan.py",
         old=(
             "    audit(config, [start.joints, *(corner.joints for way in ways "
             "for corner in way)])\n"
@@ -85,7 +85,7 @@ MUTANTS = (
     Mutant(
         name="joint limits are not checked",
         promise="no joint passes its limit",
-        path="armdrive/planning.py",
+        path="armdrive/motion/plan.py",
         old=(
             "            if violation.excess_rad > excused.get(violation.joint, 0.0) + SLACK_RAD:"
         ),
@@ -98,7 +98,7 @@ MUTANTS = (
     Mutant(
         name="an arm beyond a limit may go further beyond it",
         promise="a start beyond a bound is a way out, and none deeper",
-        path="armdrive/planning.py",
+        path="armdrive/motion/plan.py",
         old="excused.get(violation.joint, 0.0) + SLACK_RAD",
         new="(math.inf if violation.joint in excused else 0.0) + SLACK_RAD",
         tests=tests_of(
@@ -109,7 +109,7 @@ MUTANTS = (
     Mutant(
         name="only the goal of a motion is audited for limits",
         promise="no corner of a motion passes a limit",
-        path="armdrive/planning.py",
+        path="armdrive/motion/plan.py",
         old=("    for corner in corners[1:]:\n        for violation"),
         new=("    for corner in corners[-1:]:\n        for violation"),
         tests=tests_of(
@@ -120,7 +120,7 @@ MUTANTS = (
     Mutant(
         name="guards are not checked",
         promise="no guard is broken on the way",
-        path="armdrive/planning.py",
+        path="armdrive/motion/plan.py",
         old=("    if found is not None:\n        raise guard_error(found[1], found[0])"),
         new="",
         tests=tests_of(
@@ -153,7 +153,7 @@ MUTANTS = (
     Mutant(
         name="degrees are taken for radians",
         promise="what is named in degrees is degrees",
-        path="armdrive/planning.py",
+        path="armdrive/motion/plan.py",
         old="changed[known[word]] = math.radians(finite(word, value))",
         new="changed[known[word]] = finite(word, value)",
         tests=tests_of(
@@ -164,7 +164,7 @@ MUTANTS = (
     Mutant(
         name="the fingers' range is not checked",
         promise="the gripper opens within its range",
-        path="armdrive/planning.py",
+        path="armdrive/motion/plan.py",
         old="    if end_mm != start_mm and not low <= end_mm <= high:",
         new="    if False:",
         tests=tests_of(
@@ -186,7 +186,7 @@ MUTANTS = (
     Mutant(
         name="motors that are not coordinated stray as they like",
         promise="a joint motion keeps to its way between bursts",
-        path="armdrive/flows/straying.py",
+        path="armdrive/motion/deviation.py",
         old=("    if stray_mm > core.config.motion.straying_mm:\n        return False\n    if not"),
         new="    if not",
         tests=tests_of(
@@ -197,7 +197,7 @@ MUTANTS = (
     Mutant(
         name="joints pass their limits within a burst",
         promise="no joint passes its limit within a burst",
-        path="armdrive/flows/turns.py",
+        path="armdrive/motion/deviation.py",
         old=(
             "            if reach_low < low or reach_high > high:\n                return False\n"
         ),
@@ -221,7 +221,7 @@ MUTANTS = (
     Mutant(
         name="steps are rounded increment by increment",
         promise="steps are rounded once, on absolute targets",
-        path="armdrive/whereabouts.py",
+        path="armdrive/runtime/position.py",
         old=(
             "        self.coordinates = coordinates or "
             "self.coordinates_of(self.acknowledged)\n"
@@ -239,7 +239,7 @@ MUTANTS = (
     Mutant(
         name="GRBL ways are rounded increment by increment",
         promise="relative ways in degrees add up",
-        path="armdrive/controllers/grbl_axes.py",
+        path="armdrive/dialects/grbl/settings.py",
         old=("                self._rounded(start),\n                self._rounded(end),\n"),
         new=(
             "                self._rounded(start - start),\n"
@@ -253,7 +253,7 @@ MUTANTS = (
     Mutant(
         name="a motion is twice as fast as asked",
         promise="a motion is never faster than asked",
-        path="armdrive/legs.py",
+        path="armdrive/motion/segments.py",
         old=("speeds.limits, fraction)\n    places"),
         new=("speeds.limits, min(2.0 * fraction, 1.0))\n    places"),
         tests=tests_of(
@@ -286,7 +286,7 @@ MUTANTS = (
     Mutant(
         name="motions begin and end without ramps",
         promise="a motion keeps every joint's acceleration",
-        path="armdrive/legs.py",
+        path="armdrive/motion/segments.py",
         old=(
             "usual = [speed / self.ramp_s if self.ramp_s > 0.0 else math.inf for speed in speeds]"
         ),
@@ -299,7 +299,7 @@ MUTANTS = (
     Mutant(
         name="the speed override is ignored",
         promise="an override slows what is sent next",
-        path="armdrive/tempo.py",
+        path="armdrive/runtime/overrides.py",
         old="        return duration_s / self.override",
         new="        return duration_s",
         tests=tests_of(
@@ -310,7 +310,7 @@ MUTANTS = (
     Mutant(
         name="the speed override of a jog is ignored",
         promise="an override slows jogs",
-        path="armdrive/flows/jog_aims.py",
+        path="armdrive/motion/jog/session.py",
         old="capped(core, hold.speed) * core.tempo.override",
         new="capped(core, hold.speed)",
         tests=tests_of(
@@ -321,7 +321,7 @@ MUTANTS = (
     Mutant(
         name="a resumed motion drives its last segment twice",
         promise="pausing again and again loses no step",
-        path="armdrive/flows/streaming.py",
+        path="armdrive/motion/streaming.py",
         old="pending = self._pending if unsent else self._pending[1:]",
         new="pending = self._pending",
         tests=tests_of(
@@ -332,7 +332,7 @@ MUTANTS = (
     Mutant(
         name="a burst that was paused is taken for made",
         promise="pausing again and again loses no step",
-        path="armdrive/flows/motion.py",
+        path="armdrive/motion/execute.py",
         old=("        if core.coordinates == there:\n            done = further"),
         new=("        if core.coordinates == there or tempo.paused:\n            done = further"),
         tests=tests_of(
@@ -343,7 +343,7 @@ MUTANTS = (
     Mutant(
         name="a segment that was not sent counts as commanded",
         promise="pausing again and again loses no step",
-        path="armdrive/flows/streaming.py",
+        path="armdrive/motion/streaming.py",
         old=("        if unsent:\n            self._core.takes_back(self._before)\n"),
         new="",
         tests=tests_of(
@@ -354,7 +354,7 @@ MUTANTS = (
     Mutant(
         name="backlash is not taken up",
         promise="a motor that reverses takes its backlash up",
-        path="armdrive/backlash.py",
+        path="armdrive/runtime/backlash.py",
         old=(
             "        each = zip(self.ahead, self.widths, steps, strict=True)\n"
             "        return Motors(to_turn(*one) for one in each)"
@@ -368,7 +368,7 @@ MUTANTS = (
     Mutant(
         name="the gripper's command is not sent",
         promise="the fingers go where they are told",
-        path="armdrive/flows/gripping.py",
+        path="armdrive/motion/gripper.py",
         old="        reply = yield from wire.request(SetGripper(share))\n",
         new=("        reply = Done()\n        yield Until(wire.now_s)\n"),
         tests=tests_of(
@@ -379,7 +379,7 @@ MUTANTS = (
     Mutant(
         name="a grasp does not press",
         promise="a grasp presses as asked",
-        path="armdrive/flows/gripping.py",
+        path="armdrive/motion/gripper.py",
         old="        yield from _slide(wire, speeds, -round(extra_n * steps_per_n))\n",
         new="",
         tests=tests_of(
@@ -390,7 +390,7 @@ MUTANTS = (
     Mutant(
         name="axes are homed in the wrong order",
         promise="homing goes group by group in the arm file's order",
-        path="armdrive/flows/referencing.py",
+        path="armdrive/motion/reference.py",
         old="for group in homing.groups)\n",
         new="for group in reversed(homing.groups))\n",
         tests=tests_of(
@@ -401,7 +401,7 @@ MUTANTS = (
     Mutant(
         name="homing by switches counts from nowhere",
         promise="homing gives the posture of the arm file",
-        path="armdrive/flows/referencing.py",
+        path="armdrive/motion/reference.py",
         old=(
             "    core.refer(registers.positions, Coordinates(homing.joints, homing.opening_mm))\n"
         ),
@@ -436,7 +436,7 @@ MUTANTS = (
     Mutant(
         name="a pause is ignored",
         promise="a paused arm stands",
-        path="armdrive/tempo.py",
+        path="armdrive/runtime/overrides.py",
         old="        self.paused = True\n",
         new="        self.paused = False\n",
         tests=tests_of(

@@ -8,7 +8,7 @@ MUTANTS = (
     Mutant(
         name="evidence lowers no trust",
         promise="a position is not trusted after evidence against it",
-        path="armdrive/trust.py",
+        path="armdrive/runtime/trust.py",
         old="        result = RESULTS[evidence]\n",
         new=(
             "        result = RESULTS[evidence]\n"
@@ -23,7 +23,7 @@ MUTANTS = (
     Mutant(
         name="trust is kept after a motion without an answer",
         promise="a position is not trusted after evidence against it",
-        path="armdrive/flows/asking.py",
+        path="armdrive/runtime/registers.py",
         old="            self.core.learn(silence, self.now_s)\n",
         new="",
         tests=tests_of(
@@ -34,7 +34,7 @@ MUTANTS = (
     Mutant(
         name="trust is kept where registers differ behind a motion",
         promise="a position is not trusted after evidence against it",
-        path="armdrive/flows/asking.py",
+        path="armdrive/runtime/registers.py",
         old=(
             '        core.learn(Evidence.READ_BACK_DIFFERS, self.now_s, f"by '
             '{tuple(difference)} steps")\n'
@@ -48,7 +48,7 @@ MUTANTS = (
     Mutant(
         name="trust is kept where a stop left the motors off their way",
         promise="a position is not trusted after evidence against it",
-        path="armdrive/flows/exchange.py",
+        path="armdrive/motion/context.py",
         old=(
             "        elif core.read_back is None or not passes(core.read_back):\n"
             "            core.learn(Evidence.READ_BACK_DIFFERS, self.now_s)\n"
@@ -62,7 +62,7 @@ MUTANTS = (
     Mutant(
         name="trust is kept of an arm that others have moved",
         promise="a position is not trusted after evidence against it",
-        path="armdrive/flows/asking.py",
+        path="armdrive/runtime/registers.py",
         old=("    core.learn(evidence, wire.now_s)\n    core.notify(core.belief.reason, evidence)"),
         new="    core.notify(core.belief.reason, evidence)",
         tests=tests_of(
@@ -73,7 +73,7 @@ MUTANTS = (
     Mutant(
         name="trust is kept of counts that fell to zero in motion",
         promise="a position is not trusted after evidence against it",
-        path="armdrive/whereabouts.py",
+        path="armdrive/runtime/position.py",
         old=("            self.fell |= any(not min(a, c) <= b <= max(a, c) for a, b, c in ways)"),
         new="            self.fell |= False",
         tests=tests_of(
@@ -84,7 +84,7 @@ MUTANTS = (
     Mutant(
         name="counts of zero after a silence are believed",
         promise="a position is not trusted after evidence against it",
-        path="armdrive/flows/asking.py",
+        path="armdrive/runtime/registers.py",
         old="if mute and not reply.positions.largest:",
         new="if False:",
         tests=tests_of(
@@ -95,7 +95,7 @@ MUTANTS = (
     Mutant(
         name="a record of an arm in motion is believed",
         promise="a position is not trusted after evidence against it",
-        path="armdrive/flows/referencing.py",
+        path="armdrive/motion/reference.py",
         old="            core.learn(Evidence.ENDED_IN_MOTION, wire.now_s)",
         new="            pass",
         tests=tests_of(
@@ -106,7 +106,7 @@ MUTANTS = (
     Mutant(
         name="a record is believed although the counts differ",
         promise="a position is not trusted after evidence against it",
-        path="armdrive/flows/referencing.py",
+        path="armdrive/motion/reference.py",
         old="            core.learn(Evidence.RECORD_DIFFERS, wire.now_s)",
         new="            pass",
         tests=tests_of(
@@ -117,7 +117,7 @@ MUTANTS = (
     Mutant(
         name="a suspect record is restored",
         promise="a position is not trusted after evidence against it",
-        path="armdrive/flows/referencing.py",
+        path="armdrive/motion/reference.py",
         old="        if record.trust == Trust.SUSPECT.value:",
         new="        if False:",
         tests=tests_of(
@@ -128,7 +128,7 @@ MUTANTS = (
     Mutant(
         name="what was said while connecting is not held against the record",
         promise="a position is not trusted after evidence against it",
-        path="armdrive/flows/referencing.py",
+        path="armdrive/motion/reference.py",
         old="    if core.told_early is not None:",
         new="    if False:",
         tests=tests_of(
@@ -139,7 +139,7 @@ MUTANTS = (
     Mutant(
         name="trust is kept where the wire was lost in motion",
         promise="a position is not trusted after evidence against it",
-        path="armdrive/core.py",
+        path="armdrive/runtime/arm_state.py",
         old="        self.learn(Evidence.LOST_IN_MOTION, now_s)\n",
         new="",
         tests=tests_of(
@@ -150,7 +150,7 @@ MUTANTS = (
     Mutant(
         name="a position is referenced still when a lost wire is back",
         promise="a position is not trusted after evidence against it",
-        path="armdrive/flows/resuming.py",
+        path="armdrive/motion/idle.py",
         old="        core.learn(Evidence.LINK_BACK, now_s)",
         new="        pass",
         tests=tests_of(
@@ -161,7 +161,7 @@ MUTANTS = (
     Mutant(
         name="a position is restored although the counts changed while the wire was lost",
         promise="a position is not trusted after evidence against it",
-        path="armdrive/flows/resuming.py",
+        path="armdrive/motion/idle.py",
         old="        core.learn(Evidence.RECORD_DIFFERS, now_s)",
         new="        core.learn(Evidence.LINK_BACK, now_s)",
         tests=tests_of(
@@ -172,7 +172,7 @@ MUTANTS = (
     Mutant(
         name="trust is kept of motors that were stopped dead",
         promise="a position is not trusted after evidence against it",
-        path="armdrive/flows/exchange.py",
+        path="armdrive/motion/context.py",
         old=(
             "        if isinstance(reply, Halted) and not reply.kept:\n"
             "            core.learn(Evidence.STOPPED_DEAD, self.now_s)\n"
@@ -187,7 +187,7 @@ MUTANTS = (
     Mutant(
         name="trust is kept after an alarm that loses the position",
         promise="a position is not trusted after evidence against it",
-        path="armdrive/flows/alerts.py",
+        path="armdrive/runtime/registers.py",
         old="AlertKind.ALARM_LOST: Evidence.ALARM,",
         new="AlertKind.ALARM_LOST: None,",
         tests=tests_of(
@@ -198,7 +198,7 @@ MUTANTS = (
     Mutant(
         name="trust is kept of an arm off its path",
         promise="a position is not trusted after evidence against it",
-        path="armdrive/flows/alerts.py",
+        path="armdrive/runtime/registers.py",
         old="AlertKind.ASTRAY: Evidence.OFF_THE_PATH,",
         new="AlertKind.ASTRAY: None,",
         tests=tests_of(
@@ -209,7 +209,7 @@ MUTANTS = (
     Mutant(
         name="trust is kept of a controller that was restarted",
         promise="a position is not trusted after evidence against it",
-        path="armdrive/flows/alerts.py",
+        path="armdrive/runtime/registers.py",
         old="AlertKind.RESTARTED: Evidence.RESTARTED,",
         new="AlertKind.RESTARTED: None,",
         tests=tests_of(
@@ -220,7 +220,7 @@ MUTANTS = (
     Mutant(
         name="trust is kept of motors that the device switched off",
         promise="a position is not trusted after evidence against it",
-        path="armdrive/flows/alerts.py",
+        path="armdrive/runtime/registers.py",
         old="AlertKind.SWITCHED_OFF: Evidence.SWITCHED_OFF,",
         new="AlertKind.SWITCHED_OFF: None,",
         tests=tests_of(
@@ -231,7 +231,7 @@ MUTANTS = (
     Mutant(
         name="trust is kept when the current is dropped",
         promise="a position is not trusted after evidence against it",
-        path="armdrive/flows/referencing.py",
+        path="armdrive/motion/reference.py",
         old=(
             "    core.learn(Evidence.CURRENT_DROPPED, wire.now_s)  # whatever the answer will be\n"
         ),
@@ -244,7 +244,7 @@ MUTANTS = (
     Mutant(
         name="trust is kept where homing failed",
         promise="a position is not trusted after evidence against it",
-        path="armdrive/flows/referencing.py",
+        path="armdrive/motion/reference.py",
         old="    core.learn(Evidence.HOMING_FAILED, wire.now_s)\n",
         new="",
         tests=tests_of(
@@ -255,7 +255,7 @@ MUTANTS = (
     Mutant(
         name="trust is kept after a motion that was broken off",
         promise="a position is not trusted after evidence against it",
-        path="armdrive/flows/exchange.py",
+        path="armdrive/motion/context.py",
         old="        core.learn(_evidence(reply), self.now_s, reply.reason)\n",
         new="",
         tests=tests_of(
@@ -266,7 +266,7 @@ MUTANTS = (
     Mutant(
         name="trust is kept of an arm that was found off its mark",
         promise="a position is not trusted after evidence against it",
-        path="armdrive/flows/verifying.py",
+        path="armdrive/motion/verify.py",
         old="    core.learn(Evidence.OFF_ITS_MARK, wire.now_s, detail)\n",
         new="",
         tests=tests_of(
@@ -279,7 +279,7 @@ MUTANTS = (
         promise=(
             "planned motion needs a reference, or a restored position that somebody has confirmed"
         ),
-        path="armdrive/trust.py",
+        path="armdrive/runtime/trust.py",
         old="if belief.trust is Trust.RESTORED and allow_restored:",
         new="if belief.trust is Trust.RESTORED:",
         tests=tests_of(
@@ -290,7 +290,7 @@ MUTANTS = (
     Mutant(
         name="any position can be confirmed",
         promise="only a restored position can be confirmed",
-        path="armdrive/flows/referencing.py",
+        path="armdrive/motion/reference.py",
         old="    if core.belief.trust is not Trust.RESTORED:",
         new="    if False:",
         tests=tests_of(
@@ -301,7 +301,7 @@ MUTANTS = (
     Mutant(
         name="a posture is taken of an arm that changed since somebody looked",
         promise="a posture is refused where the arm may have changed since somebody looked",
-        path="armdrive/flows/vouching.py",
+        path="armdrive/motion/reference.py",
         old="    if doubted or (changed and (late or not registers.largest)):",
         new="    if False:",
         tests=tests_of(
@@ -312,7 +312,7 @@ MUTANTS = (
     Mutant(
         name="a standing arm is not looked at",
         promise="an arm that the pendant moved is suspect within seconds",
-        path="armdrive/flows/idling.py",
+        path="armdrive/motion/idle.py",
         old="return now_s + every_s, poll(self._wire)",
         new="return now_s + every_s, None",
         tests=tests_of(
@@ -323,7 +323,7 @@ MUTANTS = (
     Mutant(
         name="nothing is read back behind a motion",
         promise="a motion is compared with the registers",
-        path="armdrive/flows/motion.py",
+        path="armdrive/motion/execute.py",
         old=(
             "        yield from drive_legs(wire, plan.legs, "
             "core.config.motion.planned_burst_s)\n"
@@ -340,7 +340,7 @@ MUTANTS = (
     Mutant(
         name="a motion goes on from where a pause left it whatever happened there",
         promise="a paused motion does not go on where something changed",
-        path="armdrive/flows/pausing.py",
+        path="armdrive/motion/streaming.py",
         old="    if core.acknowledged != stood or core.belief is not believed:",
         new="    if False:",
         tests=tests_of(
@@ -351,7 +351,7 @@ MUTANTS = (
     Mutant(
         name="a paused arm is not looked at before it goes on",
         promise="a paused motion does not go on where something changed",
-        path="armdrive/flows/pausing.py",
+        path="armdrive/motion/streaming.py",
         old="    yield from wire.look()  # however fresh",
         new="    yield from ()  # however fresh",
         tests=tests_of(
@@ -362,7 +362,7 @@ MUTANTS = (
     Mutant(
         name="a lost wire moves the arm when it is back",
         promise="a wire that is back moves nothing",
-        path="armdrive/flows/resuming.py",
+        path="armdrive/motion/idle.py",
         old="    _weigh(core, registers, wire.now_s)\n",
         new=(
             "    _weigh(core, registers, wire.now_s)\n"
@@ -377,7 +377,7 @@ MUTANTS = (
     Mutant(
         name="an arm is ready as soon as its wire is back",
         promise="a lost wire ends in error-stop",
-        path="armdrive/flows/resuming.py",
+        path="armdrive/motion/idle.py",
         old="        core.fault(back, RECONNECTED)",
         new="        core.notify(back)",
         tests=tests_of(
@@ -388,7 +388,7 @@ MUTANTS = (
     Mutant(
         name="what was asked for before a fault is done after it",
         promise="what waits never survives a fault",
-        path="armdrive/core.py",
+        path="armdrive/runtime/arm_state.py",
         old=(
             "        self.hold = None\n        self.nudges.clear()\n        self.tempo.end_pause()"
         ),
@@ -401,7 +401,7 @@ MUTANTS = (
     Mutant(
         name="a look of some seconds ago is fresh enough for a motion",
         promise="a pendant's move just before a motion is seen before the motion",
-        path="armdrive/flows/exchange.py",
+        path="armdrive/motion/context.py",
         old="FRESH_S = 0.05",
         new="FRESH_S = 5.0",
         tests=tests_of(
@@ -412,7 +412,7 @@ MUTANTS = (
     Mutant(
         name="an unreferenced arm makes planned motions",
         promise="planned motion needs a reference",
-        path="armdrive/trust.py",
+        path="armdrive/runtime/trust.py",
         old=("    if belief.trust is Trust.REFERENCED:\n        return\n"),
         new=("    if belief.trust is not Trust.RESTORED:\n        return\n"),
         tests=tests_of(

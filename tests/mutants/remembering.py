@@ -8,7 +8,7 @@ MUTANTS = (
     Mutant(
         name="a motion does not wait for its mark",
         promise="a program that ends in mid-motion leaves no wrong position that is believed",
-        path="armdrive/flows/remembering.py",
+        path="armdrive/runtime/persistence.py",
         old=("    while not memory.mark_stands():\n        if wire.stopping"),
         new=("    while False:\n        if wire.stopping"),
         tests=tests_of(
@@ -19,7 +19,7 @@ MUTANTS = (
     Mutant(
         name="the mark of motion is believed to be kept before it is",
         promise="a program that ends in mid-motion leaves no wrong position that is believed",
-        path="armdrive/memory.py",
+        path="armdrive/runtime/persistence.py",
         old=(
             "        if outcome.number < self._asked_number:\n"
             "            return False\n"
@@ -38,7 +38,7 @@ MUTANTS = (
     Mutant(
         name="the mark of motion is not written",
         promise="a program that ends in mid-motion leaves no wrong position that is believed",
-        path="armdrive/core.py",
+        path="armdrive/runtime/arm_state.py",
         old="            in_motion=in_motion,\n",
         new="            in_motion=False,\n",
         tests=tests_of(
@@ -49,7 +49,7 @@ MUTANTS = (
     Mutant(
         name="the mark of motion is cleared at once",
         promise="a program that ends in mid-motion leaves no wrong position that is believed",
-        path="armdrive/flows/idling.py",
+        path="armdrive/motion/idle.py",
         old="STILL_S = 2.0",
         new="STILL_S = 0.0",
         tests=tests_of(
@@ -60,7 +60,7 @@ MUTANTS = (
     Mutant(
         name="a disk that cannot keep the mark lets the arm move",
         promise="an arm whose position cannot be remembered does not move",
-        path="armdrive/memory.py",
+        path="armdrive/runtime/persistence.py",
         old=(
             "        self._moving = False\n        raise StateFileError(self._words(outcome.error))"
         ),
@@ -73,7 +73,7 @@ MUTANTS = (
     Mutant(
         name="a record that would mislead stays where its successor cannot be written",
         promise="a program that ends in mid-motion leaves no wrong position that is believed",
-        path="armdrive/writing.py",
+        path="armdrive/storage/record_writer.py",
         old="        if self._refused or any(_misleads(one, record) for one in self._left):",
         new="        if False:",
         tests=tests_of(
@@ -84,7 +84,7 @@ MUTANTS = (
     Mutant(
         name="a closed arm writes on",
         promise="nothing is written behind the end",
-        path="armdrive/writing.py",
+        path="armdrive/storage/record_writer.py",
         old=("        if self._ended:\n            return before\n"),
         new="",
         tests=tests_of(
@@ -95,7 +95,7 @@ MUTANTS = (
     Mutant(
         name="a record's check is ignored",
         promise="a damaged record is refused",
-        path="armdrive/record_text.py",
+        path="armdrive/storage/record.py",
         old='    if entries.pop(_CHECK) != _check({"format": FORMAT, **entries}):',
         new="    if not entries.pop(_CHECK):",
         tests=tests_of(
@@ -106,7 +106,7 @@ MUTANTS = (
     Mutant(
         name="a record of another arm is taken up",
         promise="a record of another arm or calibration is refused",
-        path="armdrive/memory.py",
+        path="armdrive/runtime/persistence.py",
         old="            record.require_owner(arm, calibration, motors)\n",
         new="",
         tests=tests_of(
@@ -117,7 +117,7 @@ MUTANTS = (
     Mutant(
         name="a record is renamed before it is on the disk",
         promise="a file outlives a power cut, old or new, never half",
-        path="armdrive/durable.py",
+        path="armdrive/storage/files.py",
         old="        files.sync(handle)\n",
         new="",
         tests=tests_of(
@@ -128,7 +128,7 @@ MUTANTS = (
     Mutant(
         name="a record's folder is not brought to the disk",
         promise="a file outlives a power cut once it is written",
-        path="armdrive/durable.py",
+        path="armdrive/storage/files.py",
         old=(
             "            files.remove(beside)\n        raise\n    files.sync_folder(path.parent)\n"
         ),
@@ -141,7 +141,7 @@ MUTANTS = (
     Mutant(
         name="a reference is not recorded",
         promise="a reference is on the disk when the call returns",
-        path="armdrive/flows/vouching.py",
+        path="armdrive/motion/reference.py",
         old=("    core.mark_still()\n    yield from be_remembered(wire)\n"),
         new="",
         tests=tests_of(
@@ -152,7 +152,7 @@ MUTANTS = (
     Mutant(
         name="a lost wire clears the mark of motion",
         promise="a program that ends in mid-motion leaves no wrong position that is believed",
-        path="armdrive/calls/connected.py",
+        path="armdrive/arm/connected.py",
         old=("        self.core.lose(lost)\n        self.core.remember()\n"),
         new=("        self.core.lose(lost)\n        self.core.mark_still()\n"),
         tests=tests_of(

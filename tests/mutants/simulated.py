@@ -8,7 +8,7 @@ MUTANTS = (
     Mutant(
         name="the simulated controller knows where its motors stand",
         promise="a simulated device behaves like the real one, so that tests mean something",
-        path="armdrive/sim/teachmover_box.py",
+        path="armdrive/sim/teachmover/box.py",
         old="return Motors(signed(count) for count in self._drive.counts)",
         new="return Motors(signed(count) for count in self._drive.world.motors)",
         tests=tests_of(
@@ -19,7 +19,7 @@ MUTANTS = (
     Mutant(
         name="simulated motors lose no steps",
         promise="a simulated device behaves like the real one, so that tests mean something",
-        path="armdrive/sim/world.py",
+        path="armdrive/sim/world/world.py",
         old="        lost = min(abs(count), self._to_lose.get(motor, 0))\n",
         new="        lost = 0\n",
         tests=tests_of(
@@ -30,7 +30,7 @@ MUTANTS = (
     Mutant(
         name="a simulated motor that stalled turns on",
         promise="a simulated device behaves like the real one, so that tests mean something",
-        path="armdrive/sim/world.py",
+        path="armdrive/sim/world/world.py",
         old=("        if motor in self.stalled:\n            return 0\n"),
         new="",
         tests=tests_of(
@@ -41,7 +41,7 @@ MUTANTS = (
     Mutant(
         name="simulated joints have no mechanical stops",
         promise="a simulated device behaves like the real one, so that tests mean something",
-        path="armdrive/sim/world.py",
+        path="armdrive/sim/world/world.py",
         old=("            if self._blocked or not stop.low_rad <= angle_rad <= stop.high_rad:"),
         new="            if False:",
         tests=tests_of(
@@ -52,7 +52,7 @@ MUTANTS = (
     Mutant(
         name="a simulated arm does not sag",
         promise="a simulated device behaves like the real one, so that tests mean something",
-        path="armdrive/sim/world.py",
+        path="armdrive/sim/world/world.py",
         old=("        self.force(there - self._motors, time_s)\n\n    def _followed"),
         new=("\n    def _followed"),
         tests=tests_of(
@@ -63,7 +63,7 @@ MUTANTS = (
     Mutant(
         name="simulated motors have no play",
         promise="a simulated device behaves like the real one, so that tests mean something",
-        path="armdrive/sim/play.py",
+        path="armdrive/sim/world/body.py",
         old="            pin = min(max(0, slot - width), slot)\n",
         new="            pin = step\n",
         tests=tests_of(
@@ -74,7 +74,7 @@ MUTANTS = (
     Mutant(
         name="a simulated TeachMover hears while it moves",
         promise="a simulated device behaves like the real one, so that tests mean something",
-        path="armdrive/sim/teachmover_box.py",
+        path="armdrive/sim/teachmover/box.py",
         old="            if self.busy and not self.settings.keeps_input_while_moving:",
         new="            if False:",
         tests=tests_of(
@@ -85,7 +85,7 @@ MUTANTS = (
     Mutant(
         name="a simulated motor is at once where it was sent",
         promise="a simulated device behaves like the real one, so that tests mean something",
-        path="armdrive/sim/motors.py",
+        path="armdrive/sim/mechanics/motors.py",
         old=("        if now_s >= self.done_s:\n            return self.deltas\n"),
         new=("        if now_s >= self.start_s:\n            return self.deltas\n"),
         tests=tests_of(

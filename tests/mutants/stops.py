@@ -8,7 +8,7 @@ MUTANTS = (
     Mutant(
         name="a stop is not asked for",
         promise="a stop goes first, in every state, and ends what moves",
-        path="armdrive/calls/waiting.py",
+        path="armdrive/arm/connected.py",
         old=("        self.engine.stop_asked = True\n        self.pace.wake()"),
         new="        self.pace.wake()",
         tests=tests_of(
@@ -19,7 +19,7 @@ MUTANTS = (
     Mutant(
         name="a stop does not end a motion between its bursts",
         promise="a stop goes first, in every state, and ends what moves",
-        path="armdrive/flows/motion.py",
+        path="armdrive/motion/execute.py",
         old="while done < 1.0 and not (wire.stopping or released()):",
         new="while done < 1.0 and not released():",
         tests=tests_of(
@@ -30,7 +30,7 @@ MUTANTS = (
     Mutant(
         name="a stop is not passed on to the device",
         promise="a stop goes first, in every state, and ends what moves",
-        path="armdrive/engine.py",
+        path="armdrive/runtime/engine.py",
         old=("            self._stopping()\n            self.controller.stop(hard=self.stop_hard)"),
         new="            self._stopping()",
         tests=tests_of(
@@ -41,7 +41,7 @@ MUTANTS = (
     Mutant(
         name="a stop does not end a queued motion's drawing",
         promise="a stop goes first, in every state, and ends what moves",
-        path="armdrive/controllers/grbl_motion.py",
+        path="armdrive/dialects/grbl/motion.py",
         old=(
             "            if self.stop_asked or request.let_go():\n"
             "                return (yield from self._halt(trip))"
@@ -57,7 +57,7 @@ MUTANTS = (
     Mutant(
         name="a GRBL stop sends no feed hold",
         promise="a stop goes first, in every state, and ends what moves",
-        path="armdrive/controllers/grbl_stops.py",
+        path="armdrive/dialects/grbl/stops.py",
         old=("                self.press(Realtime.FEED_HOLD)\n            seen = yield"),
         new=("                pass\n            seen = yield"),
         tests=tests_of(
@@ -68,7 +68,7 @@ MUTANTS = (
     Mutant(
         name="a GRBL jog is not cancelled",
         promise="a stop goes first, in every state, and ends what moves",
-        path="armdrive/controllers/grbl_stops.py",
+        path="armdrive/dialects/grbl/stops.py",
         old="        self.press(Realtime.JOG_CANCEL)\n",
         new="",
         tests=tests_of(
@@ -79,7 +79,7 @@ MUTANTS = (
     Mutant(
         name="a Robko is not sent its stop",
         promise="a stop goes first, in every state, and ends what moves",
-        path="armdrive/controllers/robko01_motion.py",
+        path="armdrive/dialects/robko01/motion.py",
         old='if (yield from self._ask(Stop(), text="STOP")) is None:',
         new='if (yield from self._ask(IsMoving(), text="STOP")) is None:',
         tests=tests_of(
@@ -90,7 +90,7 @@ MUTANTS = (
     Mutant(
         name="MKS drives are not sent their stop",
         promise="a stop goes first, in every state, and ends what moves",
-        path="armdrive/controllers/mks_insisting.py",
+        path="armdrive/dialects/mks/stops.py",
         old='self.put(node, Stop(Code.ABSOLUTE_AXIS, 0 if dead else ramp), "STOP")',
         new="pass",
         tests=tests_of(
@@ -101,7 +101,7 @@ MUTANTS = (
     Mutant(
         name="CiA 402 drives are not sent their quick stop",
         promise="a stop goes first, in every state, and ends what moves",
-        path="armdrive/controllers/cia402_states.py",
+        path="armdrive/dialects/cia402/power.py",
         old="self.command(drive, STOP, self._mode_of(drive))",
         new="self.command(drive, ENABLE, self._mode_of(drive), drive.place)",
         tests=tests_of(
@@ -112,7 +112,7 @@ MUTANTS = (
     Mutant(
         name="an Armdroid's burst that was stopped before its letter goes on",
         promise="a stop goes first, in every state, and ends what moves",
-        path="armdrive/controllers/armdroid.py",
+        path="armdrive/dialects/armdroid/controller.py",
         old=("            if self.stop_asked or let_go():\n                self.give_up()"),
         new=("            if let_go():\n                self.give_up()"),
         tests=tests_of(
@@ -123,7 +123,7 @@ MUTANTS = (
     Mutant(
         name="a stop of an arm that stands ends the next motion",
         promise="a stop ends what is at work, and nothing else",
-        path="armdrive/engine.py",
+        path="armdrive/runtime/engine.py",
         old=(
             "                self.stop_asked = self.stop_hard = False  # nothing is left to stop\n"
         ),
@@ -136,7 +136,7 @@ MUTANTS = (
     Mutant(
         name="an emergency stop is a soft one",
         promise="an emergency stop stops a device dead that can be",
-        path="armdrive/calls/waiting.py",
+        path="armdrive/arm/connected.py",
         old="        self.engine.stop_hard = self.engine.stop_hard or hard\n",
         new="",
         tests=tests_of(
@@ -147,7 +147,7 @@ MUTANTS = (
     Mutant(
         name="an emergency stop does not latch",
         promise="an emergency stop latches; only reset leaves it",
-        path="armdrive/calls/waiting.py",
+        path="armdrive/arm/connected.py",
         old='self.core.fault("emergency stop: look',
         new='self.core.notify("emergency stop: look',
         tests=tests_of(
@@ -158,7 +158,7 @@ MUTANTS = (
     Mutant(
         name="enabling leaves error-stop",
         promise="only reset leaves error-stop",
-        path="armdrive/states.py",
+        path="armdrive/runtime/states.py",
         old="        (s.ERROR_STOP, e.RESET): s.STANDBY,\n",
         new=(
             "        (s.ERROR_STOP, e.RESET): s.STANDBY,\n"
@@ -172,7 +172,7 @@ MUTANTS = (
     Mutant(
         name="motion begins while the motors are off",
         promise="motion begins in standby alone",
-        path="armdrive/states.py",
+        path="armdrive/runtime/states.py",
         old="        (s.STANDBY, e.MOVE): s.MOVING,\n",
         new=("        (s.STANDBY, e.MOVE): s.MOVING,\n        (s.DISABLED, e.MOVE): s.MOVING,\n"),
         tests=tests_of(
@@ -183,7 +183,7 @@ MUTANTS = (
     Mutant(
         name="a reset moves the arm",
         promise="leaving an error moves nothing",
-        path="armdrive/flows/referencing.py",
+        path="armdrive/motion/reference.py",
         old=('    core.error = core.notice = ""\n    weigh'),
         new=(
             '    core.error = core.notice = ""\n'
@@ -199,7 +199,7 @@ MUTANTS = (
     Mutant(
         name="connecting moves the arm",
         promise="connecting moves nothing",
-        path="armdrive/flows/referencing.py",
+        path="armdrive/motion/reference.py",
         old="    core.memory.taken_up()  # from here on",
         new=(
             "    if not switched:\n"
@@ -215,7 +215,7 @@ MUTANTS = (
     Mutant(
         name="closing an arm does not stop it",
         promise="an arm that is closed stands",
-        path="armdrive/calls/connected.py",
+        path="armdrive/arm/connected.py",
         old=("                self.stop()\n                with self.pace.lock:"),
         new="                with self.pace.lock:",
         tests=tests_of(
@@ -226,7 +226,7 @@ MUTANTS = (
     Mutant(
         name="a program that was suspended goes on with its motion",
         promise="what nobody expects any more does not move",
-        path="armdrive/engine.py",
+        path="armdrive/runtime/engine.py",
         old=('            self.stop_asked = True\n            self.stop_why = f": this'),
         new='            self.stop_why = f": this',
         tests=tests_of(
@@ -237,7 +237,7 @@ MUTANTS = (
     Mutant(
         name="orders that are late are sent all the same",
         promise="what nobody expects any more does not move",
-        path="armdrive/engine.py",
+        path="armdrive/runtime/engine.py",
         old=("return not self.stop_asked and self.round_s() > self.controller.abilities.order_s"),
         new="return False",
         tests=tests_of(
@@ -248,7 +248,7 @@ MUTANTS = (
     Mutant(
         name="a motion is begun beside another",
         promise="of two motions at once one is refused",
-        path="armdrive/engine.py",
+        path="armdrive/runtime/engine.py",
         old="busy = self._task is not None and not self._task.routine and alone",
         new="busy = False",
         tests=tests_of(
@@ -259,7 +259,7 @@ MUTANTS = (
     Mutant(
         name="a motion that a stop overtook while it was planned begins",
         promise="what was decided on before a stop is not begun",
-        path="armdrive/calls/moving.py",
+        path="armdrive/arm/moving.py",
         old=(
             "            made = plan(self.core.coordinates)\n"
             "            if stops is not None and self.stops != stops:"
@@ -273,7 +273,7 @@ MUTANTS = (
     Mutant(
         name="a burst is as long as its whole leg",
         promise="motion expires: nothing is sent further ahead than announced",
-        path="armdrive/flows/motion.py",
+        path="armdrive/motion/execute.py",
         old="        share = next_share(wire, slowed, burst_s, done)\n",
         new="        share = 1.0 - done\n",
         tests=tests_of(
@@ -284,7 +284,7 @@ MUTANTS = (
     Mutant(
         name="MKS segments are drawn as soon as there are any",
         promise="motion expires: nothing is sent further ahead than announced",
-        path="armdrive/controllers/mks_track.py",
+        path="armdrive/dialects/mks/steering.py",
         old="return left_s <= 0.0 or left_s + self.guess_s <= self.ahead_s + 1e-6",
         new="return True",
         tests=tests_of(
@@ -295,7 +295,7 @@ MUTANTS = (
     Mutant(
         name="CiA 402 drives do not mind the program's heartbeat",
         promise="a dead program's arm stops in the announced time",
-        path="armdrive/controllers/cia402_setup.py",
+        path="armdrive/dialects/cia402/contact.py",
         old="wanted.value if on else 0",
         new="0",
         tests=tests_of(
@@ -306,7 +306,7 @@ MUTANTS = (
     Mutant(
         name="a CiA 402 drive's missing heartbeat is not noticed",
         promise="a drive that falls silent is missed",
-        path="armdrive/controllers/cia402_pulse.py",
+        path="armdrive/dialects/cia402/sdo_queue.py",
         old="            if drive.missed > LOOKS_LOST and not drive.reported:",
         new="            if False:",
         tests=tests_of(
@@ -317,7 +317,7 @@ MUTANTS = (
     Mutant(
         name="MKS drives that did not hear a stop are not told again",
         promise="a stop goes first, in every state, and ends what moves",
-        path="armdrive/controllers/mks_insisting.py",
+        path="armdrive/dialects/mks/stops.py",
         old="elif deaf and self.now_s >= again_s:",
         new="elif False:",
         tests=tests_of(
@@ -328,7 +328,7 @@ MUTANTS = (
     Mutant(
         name="queued motions are sent ten seconds ahead",
         promise="motion expires: nothing is sent further ahead than announced",
-        path="armdrive/flows/streaming.py",
+        path="armdrive/motion/streaming.py",
         old="MoveAlong(segments, ahead_s, jog,",
         new="MoveAlong(segments, 10.0, jog,",
         tests=tests_of(
@@ -339,7 +339,7 @@ MUTANTS = (
     Mutant(
         name="the MKS drives' watchdog is not set",
         promise="a dead program's arm stops in the announced time",
-        path="armdrive/controllers/mks_contact.py",
+        path="armdrive/dialects/mks/contact.py",
         old=(
             "        found = yield from self.ask(dict.fromkeys(self.nodes, "
             'timeout), text="WATCHDOG")\n'
@@ -353,7 +353,7 @@ MUTANTS = (
     Mutant(
         name="the program says no heartbeat",
         promise="drives that wait for a heartbeat get it",
-        path="armdrive/controllers/cia402_beats.py",
+        path="armdrive/dialects/cia402/master.py",
         old="        return self._data",
         new='        return b""',
         tests=tests_of(

@@ -9,7 +9,7 @@ import pytest
 from desk_planner import at_rest
 from textual.css.stylesheet import Stylesheet
 
-from armdrive import places
+from armdrive.storage import files as places
 from tui import framework
 
 QUIET_TURNS = 3

@@ -5,9 +5,8 @@ from pathlib import Path
 from desk_fake import FakeArm
 
 from armdrive.errors import StateFileError
-from armdrive.log.reader import LogReader
-from armdrive.recorder.entries import Entry, Kind
-from armdrive.recorder.ring import Ring
+from armdrive.trace.entries import Entry, Kind, Ring
+from armdrive.trace.log import LogReader
 
 
 class LoggedArm(FakeArm):

@@ -3,18 +3,24 @@
 from desk_fake import FakeArm
 from waiting import until_seen
 
-from armdrive.calls.foreseeing import Foreseeing
-from armdrive.connecting import simulated_config
-from armdrive.dialects import dialect
+from armdrive.arm.moving import Foreseeing
+from armdrive.connect.target import simulated_config
 from armdrive.errors import Stopped
-from armdrive.frames import pose_in_frame
-from armdrive.goals import Ground, JointGoal, LineGoal, PoseGoal, PostureGoal
-from armdrive.legs import Speeds
-from armdrive.pointbook import points_of
-from armdrive.points import Point
-from armdrive.preview import preview_goal
+from armdrive.motion.preview import preview_goal
+from armdrive.motion.resolve import (
+    Ground,
+    JointGoal,
+    LineGoal,
+    PoseGoal,
+    PostureGoal,
+    pose_in_frame,
+)
+from armdrive.motion.segments import Speeds
+from armdrive.registry import dialect
+from armdrive.runtime.position import Coordinates
 from armdrive.status import State
-from armdrive.whereabouts import Coordinates
+from armdrive.storage.point_file import points_of
+from armdrive.storage.points import Point
 from kinematics import Motors, Pose
 
 CONFIG = simulated_config("teachmover")

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 from desk_session import Session
 
-from armdrive import places
-from armdrive.connecting import connect_simulated, simulated_config
-from armdrive.interview.sight import sight
+from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.setup.directions import sight
 from armdrive.setup.finding import Candidate, Found
-from armdrive.sim.twin import make_twin
+from armdrive.sim.simulated_arm import make_twin
+from armdrive.storage import files as places
 from tui import setup_new
 
 FILE = 'model = "teachmover"\n\n[connection]\ndialect = "teachmover"\nport = ""\n'

@@ -16,10 +16,9 @@ from textual.app import App
 from textual.events import MouseScrollUp
 from textual.strip import Strip
 
-from armdrive.draw.camera import VIEWS
-from armdrive.draw.inks import PATTERNS
-from armdrive.draw.looks import LOOKS
-from armdrive.draw.scene import Moment
+from armdrive.render.camera import LOOKS, VIEWS
+from armdrive.render.inks import PATTERNS
+from armdrive.render.scene import Moment
 from kinematics import Joints
 from kinematics.guards.shapes import Box
 from tui.keyboard import label

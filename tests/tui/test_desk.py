@@ -11,7 +11,7 @@ from textual import events
 from textual.widgets import Input
 from waiting import until_seen
 
-from armdrive.intents import Jog, Space
+from armdrive.moves import Jog, Space
 from armdrive.status import State, Trust
 from kinematics import Joints, system
 from kinematics.chains.arm import ChainArm

@@ -7,7 +7,7 @@ from desk_fake import MODEL, Clock, FakeArm, unknown_position
 from desk_planner import settled
 from waiting import until_seen
 
-from armdrive.view import status_view
+from armdrive.status import status_view
 from tui import tables
 from tui.desk import Desk
 from tui.keyboard import DEFAULT_KEYS

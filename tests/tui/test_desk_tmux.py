@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from waiting import looks, tried, until
 
-from armdrive import places
+from armdrive.storage import files as places
 
 ROOT = Path(__file__).parents[2]
 

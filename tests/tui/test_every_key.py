@@ -8,8 +8,7 @@ from desk_logged import storied
 from desk_planner import CONFIG, PlannerArm
 from desk_session import Session
 
-from armdrive.status import State
-from armdrive.view import status_view
+from armdrive.status import State, status_view
 from kinematics.textbook.study import named_subject
 from tui.keyboard import DEFAULT_KEYS
 from tui.keys import TABLE

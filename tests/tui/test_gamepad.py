@@ -10,7 +10,7 @@ from desk_session import Session
 from waiting import until_seen
 
 from armdrive.errors import BadRequest, KeyFileError
-from armdrive.intents import Jog, Space
+from armdrive.moves import Jog, Space
 from armdrive.status import State
 from tui import pad_evdev, pad_map
 from tui.jogging import MOUSE_HOLD_S, MOUSE_HOLDS_S, MOUSE_RENEWS_S, STEER_S

@@ -5,9 +5,8 @@ from desk_fake import Clock, FakeArm, unknown_position
 from desk_session import Session
 from textual import events
 
-from armdrive.carried import Carried
-from armdrive.intents import Jog, Space
-from armdrive.status import State
+from armdrive.moves import Jog, Space
+from armdrive.status import Carried, State
 from tui import tables
 from tui.jogging import MOUSE_HOLD_S, MOUSE_HOLDS_S, MOUSE_RENEWS_S, Jogging
 from tui.settings import Settings

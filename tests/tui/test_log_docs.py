@@ -3,9 +3,7 @@
 import re
 from pathlib import Path
 
-from armdrive.log.lines import TOPICS, Topic
-from armdrive.log.reader import BACK, MOST
-from armdrive.log.sieve import KEPT
+from armdrive.trace.log import BACK, KEPT, MOST, TOPICS, Topic
 from tui.keyboard import label
 from tui.keys_log import LOG_KEYS
 

@@ -10,8 +10,8 @@ from textual.screen import ModalScreen
 from waiting import until_seen
 
 from armdrive.errors import WrongState
-from armdrive.log.lines import LogLine, Topic
-from armdrive.recorder.entries import Kind
+from armdrive.trace.entries import Kind
+from armdrive.trace.log import LogLine, Topic
 from firmware_protocol.frames import Frame, pack
 from tui.framework import PlainText
 from tui.keyboard import DEFAULT_KEYS
@@ -368,7 +368,7 @@ def test_a_window_keeps_the_chosen_line_in_sight_whatever_comes_and_goes():
 
 
 def test_the_catalogue_fits_its_room_wherever_it_is():
-    from armdrive.catalogue import ENTRIES
+    from armdrive.errors.table import ENTRIES
 
     for at in range(0, len(ENTRIES), 7):
         text = catalogue(ENTRIES, at, 76, 18, DEFAULT_KEYS)

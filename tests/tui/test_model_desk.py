@@ -7,8 +7,8 @@ import math
 import pytest
 
 from armdrive.cli.jog_model import find_subject
-from armdrive.draw.camera import VIEWS
 from armdrive.errors import KeyFileError
+from armdrive.render.camera import VIEWS
 from kinematics.textbook.worked_example import example_posture
 from tui.framework import PlainText
 from tui.keyboard import DEFAULT_KEYS, label

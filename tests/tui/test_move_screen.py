@@ -5,7 +5,7 @@ from desk_planner import PlannerArm, settled
 from desk_session import Session
 
 from armdrive.errors import WrongState
-from armdrive.goals import JointGoal, LineGoal, PoseGoal
+from armdrive.motion.resolve import JointGoal, LineGoal, PoseGoal
 from armdrive.status import State
 from kinematics import JOINT_NAMES
 from tui.errand import Twice

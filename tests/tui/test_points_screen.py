@@ -4,7 +4,7 @@ import pytest
 from desk_planner import PlannerArm, settled
 from desk_session import Session
 
-from armdrive.points import Point, Step, StepList, Taught
+from armdrive.storage.points import Point, Step, StepList, Taught
 from kinematics import Joints
 from tui.keys_errands import POINT_KEYS
 from tui.point_list import Naming, PointList

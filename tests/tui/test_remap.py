@@ -4,9 +4,9 @@ import pytest
 from desk_fake import FakeArm
 from desk_session import Session
 
-from armdrive import places
 from armdrive.errors import KeyFileError
-from armdrive.intents import Jog
+from armdrive.moves import Jog
+from armdrive.storage import files as places
 from tui.keyboard import DEFAULT_KEYS, as_markdown
 from tui.keys import JOG_PAIRS, TABLE
 from tui.remap import LAYOUTS, load_keys

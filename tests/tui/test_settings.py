@@ -1,6 +1,6 @@
 """Mode, increment and speed, and what a jog key means under them."""
 
-from armdrive.intents import Jog, Space
+from armdrive.moves import Jog, Space
 from tui.settings import INCREMENTS, SPEEDS, Settings
 
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 import pytest
 from setup_session import FILE, SetupSession, written
 
-from armdrive.armfile import load_arm_file
-from armdrive.connecting import simulated_config
-from armdrive.interview.signs import TRIAL_SPEED
+from armdrive.config.arm import load_arm_file
+from armdrive.connect.target import simulated_config
+from armdrive.setup.directions import TRIAL_SPEED
 from armdrive.status import State
 from tui.setup_files import Correction
 from tui.setup_motors import Motors

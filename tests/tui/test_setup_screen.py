@@ -6,10 +6,10 @@ import pytest
 from desk_planner import settled
 from setup_session import FILE, ROBKO, SetupSession, found_at, written
 
-from armdrive import places
-from armdrive.armfile import load_arm_file
+from armdrive.config.arm import load_arm_file
 from armdrive.errors import PortUnavailable
 from armdrive.setup.finding import Found
+from armdrive.storage import files as places
 from tui.keyboard import DEFAULT_KEYS
 from tui.keys_setup import SETUP_KEYS
 from tui.setup_files import NewFile, Written

@@ -8,9 +8,9 @@ from waiting import until_seen
 
 from armdrive import Arm
 from armdrive.cli.worlds import connect_remembered
-from armdrive.connecting import find
+from armdrive.connect.target import find
 from armdrive.errors import ArmError
-from armdrive.view import status_view
+from armdrive.status import status_view
 from tui.framework import PlainText
 from tui.held_arm import HeldArm
 from tui.remap import load_keys

@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from armdrive.draw.scene import Moment
 from armdrive.errors import ArmError
+from armdrive.render.scene import Moment
 from armdrive.status import State, Status
 from kinematics import KinematicsError
 from tui import move_words
@@ -15,7 +15,7 @@ from tui.screens.base import DeskScreen
 from tui.widgets.arm_view import SpaceView
 
 if TYPE_CHECKING:
-    from armdrive.preview import Preview
+    from armdrive.motion.preview import Preview
 
 Seen = tuple[Ask | None, Any, State, str]
 """What a preview was made of: it holds as long as none of it has changed."""

@@ -8,9 +8,9 @@ from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Horizontal, VerticalScroll
 
-from armdrive.draw.scene import Moment
 from armdrive.errors import ArmError
-from armdrive.frames import BASE, TOOL
+from armdrive.motion.resolve import BASE, TOOL
+from armdrive.render.scene import Moment
 from armdrive.status import Status
 from tui import tables
 from tui.alarm import Alarm

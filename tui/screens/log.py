@@ -11,9 +11,8 @@ from textual.binding import BindingType
 from textual.containers import Vertical
 
 from armdrive.errors import ArmError
-from armdrive.log.lines import LogLine, Topic
-from armdrive.log.sieve import LogBook, Sieve
 from armdrive.status import Status
+from armdrive.trace.log import LogBook, LogLine, Sieve, Topic
 from tui import log_words
 from tui.framework import PlainText
 from tui.layout import bindings
@@ -25,7 +24,7 @@ from tui.widgets.log_list import LogList
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from armdrive.log.reader import LogReader
+    from armdrive.trace.log import LogReader
 
 PORTION = 100
 """So many lines are made at a poll, which is 2000 a second, and keeps a stop waiting some 5 ms."""

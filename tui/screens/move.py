@@ -17,7 +17,7 @@ from tui.screens.move_form import FormKeys
 from tui.widgets.arm_view import SpaceView
 
 if TYPE_CHECKING:
-    from armdrive.preview import Preview
+    from armdrive.motion.preview import Preview
 
 
 class MoveScreen(FormKeys):

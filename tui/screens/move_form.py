@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from textual import events
 
 from armdrive.errors import ArmError
-from armdrive.frames import BASE, TOOL
+from armdrive.motion.resolve import BASE, TOOL
 from armdrive.status import Status
 from tui.goal_form import DIGITS, Form, Manner, present_of
 from tui.screens.errands import ErrandScreen

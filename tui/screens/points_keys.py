@@ -9,7 +9,7 @@ from tui.goal_form import SPEEDS, neighbour
 from tui.screens.points_steps import StepKeys, other_speed, other_way
 
 if TYPE_CHECKING:
-    from armdrive.sequence import Stepper
+    from armdrive.programs.teaching.sequence import Stepper
     from armdrive.status import Status
 
 OF_POINTS = ("again", "rename", "edit", "line", "slower", "faster", "append")

@@ -7,7 +7,7 @@ from dataclasses import replace
 from functools import partial
 
 from armdrive.errors import BadRequest
-from armdrive.points import Step, StepList
+from armdrive.storage.points import Step, StepList
 from tui.goal_form import SPEEDS
 from tui.point_list import STEPS, Naming, PointList
 from tui.screens.points_teach import TeachKeys

@@ -8,8 +8,8 @@ from functools import partial
 from textual import events
 
 from armdrive.errors import ArmError
-from armdrive.points import Point, Step, StepList
-from armdrive.sequence import Stepper
+from armdrive.programs.teaching.sequence import Stepper
+from armdrive.storage.points import Point, Step, StepList
 from kinematics import KinematicsError
 from tui.errand import Twice
 from tui.point_list import Naming, PointList

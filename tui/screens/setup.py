@@ -9,9 +9,9 @@ from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.containers import Horizontal, VerticalScroll
 
-from armdrive.draw.scene import Moment
 from armdrive.errors import ArmError
-from armdrive.interview.corrections import Saw
+from armdrive.render.scene import Moment
+from armdrive.setup.directions import Saw
 from armdrive.setup.filing import file_of
 from armdrive.status import Status
 from kinematics import KinematicsError

@@ -9,7 +9,7 @@ from textual.app import ComposeResult
 from textual.containers import Container, Horizontal, VerticalScroll
 from textual.screen import Screen
 
-from armdrive.draw.scene import Moment
+from armdrive.render.scene import Moment
 from kinematics import Joints
 from tui import watch_words
 from tui.framework import PlainText

@@ -24,15 +24,13 @@ from textual.geometry import Region
 from textual.strip import Strip
 from textual.widget import Widget
 
-from armdrive.draw.camera import VIEWS, Camera
-from armdrive.draw.inks import Ink
-from armdrive.draw.looks import LOOKS
-from armdrive.draw.scene import Moment, Scene
-from armdrive.draw.studio import Studio
+from armdrive.render.camera import LOOKS, VIEWS, Camera
+from armdrive.render.inks import Ink
+from armdrive.render.scene import Moment, Scene, Studio
 
 if TYPE_CHECKING:
-    from armdrive.draw.outline import Key, Outline
-    from armdrive.draw.painted import Painted
+    from armdrive.render.raster import Painted
+    from armdrive.render.reach import Key, Outline
     from kinematics import ArmModel
 
 DRAG_DEG = (3, 6)

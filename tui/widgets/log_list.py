@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from textual.content import Content
 from textual.widgets import Static
 
-from armdrive.printable import printable
+from armdrive.text.printable import printable
 
 Row = tuple[str, str]
 """A text and its style."""

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, cast
 from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
 
-from armdrive.draw.chain_figure import ChainFigure, DrawnChain
-from armdrive.draw.scene import Moment
+from armdrive.render.figure import ChainFigure, DrawnChain
+from armdrive.render.scene import Moment
 from kinematics.textbook.jacobians import Lost
 from kinematics.textbook.pages import Column, laid, sections, summary, symbol_sections
 from kinematics.textbook.study import Study, Subject, searched

@@ -126,7 +126,7 @@ def test_a_pace_is_one_of_those_that_are_named():
 
 @pytest.mark.parametrize("creep_s", [0.0, 1e-15])
 def test_of_several_arms_the_one_is_named_that_lets_no_time_pass(creep_s, monkeypatch):
-    monkeypatch.setattr("armdrive.clock.STUCK_TURNS", 1000)
+    monkeypatch.setattr("armdrive.runtime.clock.STUCK_TURNS", 1000)
     clock = SimulatedClock()
     a, b = two(clock, second="sim:grbl")
     link, inner_s = a.twin.link, a.twin.link.next_s

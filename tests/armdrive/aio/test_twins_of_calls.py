@@ -7,8 +7,8 @@ import inspect
 import pytest
 
 from armdrive import Arm, AsyncArm, AsyncHandle, Handle
-from armdrive.aio.gripper import AsyncGripper
-from armdrive.gripper import Gripper
+from armdrive.aio.arm import AsyncGripper
+from armdrive.arm.gripper import Gripper
 
 INNER = {"submit", "finish", "perform", "known", "goal_of"}
 """What the calls are made of: they take and give what only armdrive itself has."""

@@ -13,35 +13,33 @@ from program_bench import BOOK, fk, reply
 
 from armdrive.errors import BadRequest, ProgramError
 from armdrive.programs import read_program
-from armdrive.programs.reading import parse
-from armdrive.programs.syntax import (
+from armdrive.programs.language.reading import parse
+from armdrive.programs.language.syntax import (
     Assign,
+    Binary,
     Branch,
     Call,
     Define,
     Do,
+    FieldOf,
     Goto,
     If,
-    Label,
-    Remark,
-    Repeat,
-    Tree,
-    While,
-)
-from armdrive.programs.terms import (
-    Binary,
-    FieldOf,
     JointsOf,
+    Label,
     Name,
     Number,
+    Remark,
+    Repeat,
     Text,
+    Tree,
     Truth,
     Unary,
     Use,
+    While,
     negative,
 )
-from armdrive.programs.vocabulary import FIELDS, FUNCTIONS, LINKS, RESERVED, WORDS
-from armdrive.programs.writing import formatted, unparse
+from armdrive.programs.language.words import FIELDS, FUNCTIONS, LINKS, RESERVED, WORDS
+from armdrive.programs.language.writing import formatted, unparse
 
 names = st.from_regex(r"[A-Za-z_][A-Za-z0-9_]{0,6}", fullmatch=True).filter(
     lambda name: name.lower() not in RESERVED

@@ -20,7 +20,7 @@ from armdrive.programs.acts import (
     Remember,
     Say,
 )
-from armdrive.programs.vocabulary import FIELDS, FORMS, FUNCTIONS, WORDS
+from armdrive.programs.language.words import FIELDS, FORMS, FUNCTIONS, WORDS
 
 PICK = BOOK["pick"]
 P = "point p = at(250, 0, 60, -90)\n"

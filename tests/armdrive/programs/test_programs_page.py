@@ -13,9 +13,8 @@ from program_bench import acts
 from armdrive.errors import ProgramError
 from armdrive.programs import read_program
 from armdrive.programs.acts import Fingers, Go, Grasp, Look, Ready
-from armdrive.programs.describing import tables
-from armdrive.programs.machine import MOST_STEPS
-from armdrive.programs.operations import DEEPEST_CALL
+from armdrive.programs.language.words import tables
+from armdrive.programs.machine import DEEPEST_CALL, MOST_STEPS
 
 PAGE = (Path(__file__).parents[3] / "docs" / "programs.md").read_text(encoding="utf-8")
 SHOWN = re.findall(r"```arm\n(.*?)```", PAGE, re.DOTALL)

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from armdrive.connecting import connect_simulated, simulated_config
+from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.programs.acts import Fingers, Go, Grasp, Mark, Ready, Stage
 from armdrive.programs.performing import Performer
-from armdrive.sim.blocks import Block
-from armdrive.sim.twin import make_twin
+from armdrive.sim.simulated_arm import make_twin
+from armdrive.sim.world.table import Block
 from kinematics import Pose
 
 

@@ -250,7 +250,7 @@ def test_each_motion_waits_for_enter(homed, write, monkeypatch):
 def test_why_a_run_is_refused_by_a_program_that_holds_the_arm_is_said(homed, write, monkeypatch):
     path = write("ready\n")
     from armdrive.cli.worlds import connect_remembered
-    from armdrive.connecting import simulated_config
+    from armdrive.connect.target import simulated_config
 
     with connect_remembered(simulated_config("teachmover")):
         assert "held by" in homed("run", path, code=4).err

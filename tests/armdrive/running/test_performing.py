@@ -257,7 +257,7 @@ def test_an_arm_without_a_grip_switch_says_what_to_write_instead():
 
 
 def test_another_thread_stops_a_run_in_real_time():
-    from armdrive.connecting import connect_simulated, simulated_config
+    from armdrive.connect.target import connect_simulated, simulated_config
 
     config = simulated_config("teachmover")
     with connect_simulated(config, pace=200.0) as arm:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from armdrive.programs.source import read_program_file
+from armdrive.programs.program import read_program_file
 
 LEFT = {
     "a byte order mark": b'\xef\xbb\xbftype "a"\nready\n',

@@ -3,8 +3,7 @@
 import pytest
 
 from armdrive.programs.acts import Mark
-from armdrive.programs.progress import UNKNOWN, Progress, Took, nearest
-from armdrive.programs.running import FOR_EVER
+from armdrive.programs.running import FOR_EVER, UNKNOWN, Progress, Took, nearest
 
 
 def took(*pairs):

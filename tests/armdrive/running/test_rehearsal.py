@@ -4,8 +4,7 @@ import pytest
 from amounts import THOROUGH
 from running_bench import BLOCK, PICK_AND_PLACE, Script, down, performer, table_arm
 
-from armdrive.connecting import connect_simulated, simulated_config
-from armdrive.dialects import DIALECTS
+from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import ArmError, NotReferenced, Refused
 from armdrive.programs import rehearsal as rehearsals
 from armdrive.programs.acts import (
@@ -23,6 +22,7 @@ from armdrive.programs.acts import (
 )
 from armdrive.programs.rehearsal import Plan, rehearse, require_rehearsed
 from armdrive.programs.running import FOR_EVER, Run
+from armdrive.registry import DIALECTS
 from kinematics.errors import KinematicsError
 
 TOUR = (

@@ -3,15 +3,20 @@
 import pytest
 from running_bench import BLOCK, PICK_AND_PLACE, Listener, Script
 
-from armdrive.connecting import connect_simulated, simulated_config, state_file
+from armdrive.connect.target import connect_simulated, simulated_config, state_file
 from armdrive.errors import ArmError, NotReferenced, Refused, StateFileError, Stopped
 from armdrive.programs.acts import Go, Grasp, Home
-from armdrive.programs.journal import Journal, interrupted, journal_file
+from armdrive.programs.journal import (
+    Journal,
+    interrupted,
+    journal_file,
+    require_place,
+    require_same_program,
+)
 from armdrive.programs.performing import Performer
-from armdrive.programs.resuming import require_place, require_same_program
 from armdrive.programs.running import Run
-from armdrive.record import FileRecorder
-from armdrive.sim.twin import make_twin
+from armdrive.sim.simulated_arm import make_twin
+from armdrive.storage.record import FileRecorder
 
 SHA = "0" * 64
 ACTS = range(1, len(PICK_AND_PLACE) + 1)

@@ -5,18 +5,16 @@ from dataclasses import dataclass
 import pytest
 from running_bench import Listener, standing_twin
 
-from armdrive.connecting import connect_simulated, simulated_config, state_file
-from armdrive.dialects import DIALECTS
+from armdrive.connect.target import connect_simulated, simulated_config, state_file
 from armdrive.errors import Stopped
-from armdrive.programs.journal import Journal, interrupted
+from armdrive.programs.journal import Journal, interrupted, require_place, require_same_program
 from armdrive.programs.performing import Performer
-from armdrive.programs.program import read_program
-from armdrive.programs.resuming import require_place, require_same_program
+from armdrive.programs.program import ArmProgram, read_program
 from armdrive.programs.running import Run
-from armdrive.programs.source import ArmProgram
-from armdrive.record import FileRecorder
-from armdrive.sim.twin import make_twin
+from armdrive.registry import DIALECTS
+from armdrive.sim.simulated_arm import make_twin
 from armdrive.status import State
+from armdrive.storage.record import FileRecorder
 
 TOUR = """\
 point a = at(180, 10, 50, -90)

@@ -5,9 +5,9 @@ from itertools import pairwise
 
 import pytest
 
-from armdrive.connecting import simulated_config
+from armdrive.connect.target import simulated_config
 from armdrive.programs.rehearsal import Plan
-from armdrive.programs.script_rehearsal import rehearse_script
+from armdrive.programs.scripts import rehearse_script
 
 CENTRE = """
 from armdrive import Arm, Pose

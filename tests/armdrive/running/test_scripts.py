@@ -11,16 +11,16 @@ from running_bench import Keys
 
 from armdrive import Arm
 from armdrive.cli import main
-from armdrive.connecting import connect_simulated, simulated_config
+from armdrive.connect.port import standing_in, stood_in
+from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import BadRequest
-from armdrive.programs.python_programs import (
+from armdrive.programs.scripts import (
     Connections,
     as_it_says,
     carry_out,
     read_script,
     simulation_only,
 )
-from armdrive.standins import standing_in, stood_in
 
 TOUR = """\
     from armdrive import Arm, Pose
@@ -154,7 +154,7 @@ def test_no_port_opens_in_a_rehearsal_whatever_the_script_does(call, write, monk
         """\
         import os, subprocess, sys, threading
         from armdrive import Arm
-        from armdrive.connecting import connect_real, find
+        from armdrive.connect.target import connect_real, find
         seen = []
         def work():
             with Arm.connect("bench") as arm:
@@ -181,7 +181,7 @@ def test_an_arm_that_the_script_names_as_the_command_does_stands_where_it_stands
     from running_bench import table_arm
 
     from armdrive.programs.rehearsal import Plan
-    from armdrive.programs.script_rehearsal import rehearse_script
+    from armdrive.programs.scripts import rehearse_script
 
     path = write_arm_file(
         "bench", 'model = "teachmover"\n[connection]\ndialect = "teachmover"\nport = "/dev/none"\n'

@@ -10,10 +10,9 @@ from running_bench import table_arm
 from armdrive.cli.run_person import Lines, Terminal
 from armdrive.cli.run_showing import CLEAR_LINE, Display
 from armdrive.cli.run_words import duration
-from armdrive.neighbours import _lasting, _shown
+from armdrive.connect.control_socket import _lasting, _shown
 from armdrive.programs.acts import Go, Mark, Stage
-from armdrive.programs.progress import Progress, Took
-from armdrive.programs.running import Step
+from armdrive.programs.running import Progress, Step, Took
 from kinematics import Pose
 
 GO = Go(Pose.of(x_mm=250, y_mm=0, z_mm=120, pitch_deg=-90))

@@ -3,10 +3,10 @@
 import pytest
 from running_bench import BLOCK, Listener, performer, table_arm
 
-from armdrive.controllers.requests import never
 from armdrive.errors import Stopped
 from armdrive.programs import performing
 from armdrive.programs.acts import AwaitInputs, Delay, Hold, Look, Outputs, Say
+from armdrive.tasks import never
 
 
 @pytest.fixture

@@ -9,9 +9,9 @@ import pytest
 
 from armdrive.cli.shell_entries import Shell
 from armdrive.cli.shell_words import OWN_WORDS
-from armdrive.connecting import connect_simulated, simulated_config
+from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import NotReferenced, WrongState
-from armdrive.programs.vocabulary import SPELLINGS
+from armdrive.programs.language.words import SPELLINGS
 from armdrive.status import State
 
 FETCH = """\

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from hypothesis import strategies as st
 
-from armdrive.teaching.pendantrows import PendantProgram
+from armdrive.dialects.teachmover.pendant import PendantProgram
 from firmware_protocol.teachmover import ProgramRow
 
 COUNTS = st.integers(-(1 << 15), (1 << 15) - 1)

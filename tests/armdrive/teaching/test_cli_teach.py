@@ -9,12 +9,12 @@ from waiting import LONG_S
 
 from armdrive.cli import teach_recording
 from armdrive.cli.worlds import connect_remembered
-from armdrive.connecting import find, simulated_config
+from armdrive.connect.target import find, simulated_config
 from armdrive.errors import ArmError
-from armdrive.pointbook import points_of
-from armdrive.points import Point, Step, StepList
-from armdrive.teaching.recording import Recorder
-from armdrive.view import status_view
+from armdrive.programs.teaching.record import Recorder
+from armdrive.status import status_view
+from armdrive.storage.point_file import points_of
+from armdrive.storage.points import Point, Step, StepList
 from kinematics import Joints
 
 UP, DOWN = Joints.of(20.0, 40.0, -80.0, -40.0, 0.0), Joints.of(20.0, 30.0, -85.0, -35.0, 0.0)
@@ -141,7 +141,7 @@ def views(monkeypatch, call):
     view = json.loads(call("status", "--json", code=0).out)
     told = []
     monkeypatch.setattr(teach_recording, "one_holder", lambda _: "sim:teachmover")
-    monkeypatch.setattr("armdrive.holder.watch_holder", lambda *_: iter_views(told))
+    monkeypatch.setattr("armdrive.storage.lock_client.watch_holder", lambda *_: iter_views(told))
     return view, told
 
 

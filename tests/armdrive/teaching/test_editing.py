@@ -5,9 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from armdrive.errors import BadRequest
-from armdrive.points import GRIPPER_WORDS, Point, Step, StepList
-from armdrive.teaching import editing
-from armdrive.teaching.steptext import parse_step
+from armdrive.programs.teaching import edit as editing
+from armdrive.storage.points import GRIPPER_WORDS, Point, Step, StepList, parse_step
 from kinematics import Joints
 
 SPEEDS = st.integers(1, 100).map(lambda percent: percent / 100)

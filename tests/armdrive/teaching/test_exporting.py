@@ -8,16 +8,16 @@ from faults import OVER_THE_TABLE, ready_arm
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armdrive.connecting import find
+from armdrive.connect.target import find
 from armdrive.errors import Refused
-from armdrive.pointbook import points_of
-from armdrive.points import Point, Step, StepList
+from armdrive.programs.language.reading import parse
+from armdrive.programs.language.writing import unparse
 from armdrive.programs.performing import Performer
 from armdrive.programs.program import read_program
-from armdrive.programs.reading import parse
-from armdrive.programs.writing import unparse
-from armdrive.sequence import Stepper
-from armdrive.teaching.exporting import exact_deg, program_names, program_of
+from armdrive.programs.teaching.export import exact_deg, program_names, program_of
+from armdrive.programs.teaching.sequence import Stepper
+from armdrive.storage.point_file import points_of
+from armdrive.storage.points import Point, Step, StepList
 from kinematics import Joints
 
 FK = find("sim:teachmover").config.model.arm.fk

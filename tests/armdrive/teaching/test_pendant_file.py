@@ -7,12 +7,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pendant_programs import PROGRAMS
 
-from armdrive.connecting import find
+from armdrive.connect.target import find
+from armdrive.dialects.teachmover.pendant import (
+    FIRST_LINE,
+    PendantProgram,
+    meaning,
+    parse_pendant,
+    pendant_text,
+    taught_by,
+)
 from armdrive.errors import BadRequest, PendantFileError, Refused
-from armdrive.points import Taught
-from armdrive.teaching.pendantfile import FIRST_LINE, parse_pendant, pendant_text
-from armdrive.teaching.pendantmeaning import meaning, taught_by
-from armdrive.teaching.pendantrows import PendantProgram
+from armdrive.storage.points import Taught
 from firmware_protocol.teachmover import ProgramRow
 from kinematics import Joints
 

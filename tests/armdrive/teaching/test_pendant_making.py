@@ -6,12 +6,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from armdrive.cli.worlds import connect_remembered
-from armdrive.connecting import find
+from armdrive.connect.target import find
+from armdrive.dialects.teachmover.pendant import taught_by
 from armdrive.errors import OutOfBounds, Refused
-from armdrive.pointbook import points_of
-from armdrive.points import Point, Step, StepList
-from armdrive.teaching.pendantmaking import rows_of
-from armdrive.teaching.pendantmeaning import taught_by
+from armdrive.programs.teaching.pendant_program import rows_of
+from armdrive.storage.point_file import points_of
+from armdrive.storage.points import Point, Step, StepList
 from kinematics import Joints
 
 CONFIG = find("sim:teachmover").config

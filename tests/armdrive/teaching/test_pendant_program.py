@@ -8,8 +8,8 @@ from hypothesis import given
 from pendant_programs import PROGRAMS, program
 
 from armdrive import Arm
-from armdrive.connecting import connect_simulated, find
-from armdrive.dialects import DIALECTS
+from armdrive.connect.target import connect_simulated, find
+from armdrive.dialects.teachmover.pendant import PendantProgram
 from armdrive.errors import (
     BadRequest,
     DeviceFault,
@@ -20,8 +20,8 @@ from armdrive.errors import (
     Stopped,
     WrongState,
 )
+from armdrive.registry import DIALECTS
 from armdrive.status import State, Trust
-from armdrive.teaching.pendantrows import PendantProgram
 from firmware_protocol.teachmover import ProgramRow
 
 

@@ -4,9 +4,9 @@ import pytest
 
 from armdrive import Arm, Stepper
 from armdrive.errors import NotReferenced
-from armdrive.points import Step
-from armdrive.teaching.recording import Choices, Recorder, Seen, seen_in
-from armdrive.view import status_view
+from armdrive.programs.teaching.record import Choices, Recorder, Seen, seen_in
+from armdrive.status import status_view
+from armdrive.storage.points import Step
 from kinematics import JOINT_NAMES, Joints, Pose
 
 MOVING = Seen(None)

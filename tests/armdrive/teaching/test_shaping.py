@@ -8,12 +8,12 @@ from chain_files import six_arm, six_links
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from armdrive.armfile import load_arm_file
-from armdrive.connecting import find
-from armdrive.dialects import DIALECTS
+from armdrive.config.arm import load_arm_file
+from armdrive.connect.target import find
 from armdrive.errors import OutOfBounds, Refused
-from armdrive.points import Point, Step, StepList
-from armdrive.teaching.shaping import Offset, mirrored, offset, shaped, shaped_point
+from armdrive.programs.teaching.shape import Offset, mirrored, offset, shaped, shaped_point
+from armdrive.registry import DIALECTS
+from armdrive.storage.points import Point, Step, StepList
 from kinematics import Joints
 
 TEACHMOVER = find("sim:teachmover").config

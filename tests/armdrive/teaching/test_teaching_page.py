@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 from cli_calls import Caller
 
-from armdrive.connecting import find
-from armdrive.pointbook import points_of
-from armdrive.points import Point, Step, StepList
-from armdrive.teaching.pendantfile import FIRST_LINE, parse_pendant
+from armdrive.connect.target import find
+from armdrive.dialects.teachmover.pendant import FIRST_LINE, parse_pendant
+from armdrive.storage.point_file import points_of
+from armdrive.storage.points import Point, Step, StepList
 from kinematics import Joints
 
 DOCS = Path(__file__).parents[3] / "docs"

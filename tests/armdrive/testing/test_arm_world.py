@@ -8,7 +8,7 @@ import pytest
 
 from armdrive import Arm, ArmInUse, AsyncArm, NotReferenced, Pose, Stopped
 from armdrive.errors import ArmFileError, BadRequest
-from armdrive.sim.incidents import IncidentKind
+from armdrive.sim.world.table import IncidentKind
 from armdrive.status import Trust
 from armdrive.testing import ArmWorld
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from armdrive.modelfile import read_model
+from armdrive.config.link_model import read_model
 from kinematics import UnknownSystem, preset
 from kinematics.chains.arm import ChainArm
 from kinematics.frames.transforms import position_of

@@ -1,0 +1,83 @@
+"""`Arm`: all that a program calls. The calls themselves are in armdrive/calls, a file a family.
+
+All of them may be called from any thread; `stop`, `estop` and `status` while another call waits.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from types import TracebackType
+from typing import Any, Self
+
+from armdrive.arm.conducting import Conducting, Reconnecting
+from armdrive.arm.connected import PATIENCE_S
+from armdrive.arm.devices import Pendant, Signalling
+from armdrive.arm.gripper import Gripper
+from armdrive.arm.jogging import Jogging
+from armdrive.arm.moving import Foreseeing, Routing
+from armdrive.arm.reference import Verifying
+from armdrive.motion import device as comparing
+from armdrive.motion import reference as referencing
+from armdrive.runtime.states import Event, after
+from armdrive.status import State
+from armdrive.tasks import Settings
+from armdrive.trace.calls import witnessed
+
+
+@witnessed
+class Arm(Verifying, Routing, Foreseeing, Jogging, Reconnecting, Conducting, Pendant, Signalling):
+    """One arm, connected. Make one with `Arm.connect`; use it in a `with` statement."""
+
+    @classmethod
+    def connect(cls, target: str | None = None, **options: Any) -> Arm:
+        """Connect to an arm by the name of its arm file, a port with `dialect=`, or `sim:NAME`.
+
+        Without any it is the simulated TeachMover, and in a script under `armdrive run` the arm
+        that the command names.
+        Options: `dialect`, `baud`, `pace` ("simulated", "real", a factor of real time, or a
+        `SimulatedClock` that several simulated arms share), `allow_restored`, `operator`,
+        `reconnect` (look for a lost wire until it is back; by default as the arm file says). With
+        `ARMDRIVE_FORCE_SIM=1` in the environment every arm is its simulated twin. Raises
+        `PortUnavailable`, `ArmFileError`, `BadRequest`, `NoAnswer`.
+        """
+        from armdrive.connect.target import connect
+
+        return connect(target, **options)
+
+    def __enter__(self) -> Self:
+        if self.core.state is State.DISABLED:
+            self.enable()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    @property
+    def gripper(self) -> Gripper:
+        """The fingers."""
+        return Gripper(self)
+
+    def enable(self) -> None:
+        """Switch the motors on where that can be done, and allow motion. Moves nothing."""
+        self.perform(referencing.enable(self.wire))
+
+    def disable(self) -> None:
+        """Switch the motor current off: **the arm can sag**, so `park` first.
+
+        The position is suspect from then on. On a TeachMover this is `@RESET`.
+        """
+        after(self.core.state, Event.DISABLE)
+        self.perform(referencing.disable(self.wire))
+
+    def mend_settings(self, lines: Sequence[str] | None = None) -> Settings:
+        """Write the lines that bring the device's settings to what the arm file says.
+
+        Without `lines`, all that `status.notice` and `armdrive doctor` show. Moves nothing.
+        """
+        chosen = [each.mend for each in self.core.differences] if lines is None else lines
+        return self.perform(comparing.mend_settings(self.wire, tuple(chosen)), PATIENCE_S)

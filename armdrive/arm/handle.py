@@ -1,0 +1,42 @@
+"""A motion under way: what a call with `wait=False` returns."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Generic, TypeVar
+
+if TYPE_CHECKING:
+    from armdrive.arm.connected import Connected
+    from armdrive.tasks import Task
+
+T = TypeVar("T")
+
+
+class Handle(Generic[T]):
+    """A motion under way, from a call with `wait=False`."""
+
+    def __init__(self, arm: Connected, task: Task[T], timeout_s: float) -> None:
+        self._arm = arm
+        self._task = task
+        self._timeout_s = timeout_s
+
+    @property
+    def done(self) -> bool:
+        """Whether the motion has ended, well or not."""
+        return self._task.done
+
+    def wait(self, timeout_s: float | None = None) -> T:
+        """Wait for the end and return what was done, or raise what went wrong.
+
+        Raises `TimeoutError` after `timeout_s`; the motion goes on. Without a timeout the wait
+        still ends: its deadline is computed from the motion, and passing it stops the arm.
+        """
+        if timeout_s is None:
+            return self._arm.finish(self._task, self._timeout_s)
+        if not self._arm.pace.wait(lambda: self._task.done, timeout_s):
+            raise TimeoutError(f"the motion had not ended after {timeout_s:g} s")
+        return self._task.result()
+
+    def cancel(self) -> None:
+        """Stop the motion."""
+        if not self._task.done:
+            self._arm.stop()

@@ -1,0 +1,248 @@
+"""From what a person calls an arm to a connected `Arm`: names, arm files, ports, twins."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from armdrive.arm import Arm
+from armdrive.config.arm import ArmConfig, config_of_preset, load_arm_file
+from armdrive.config.sections import Connection
+from armdrive.connect.port import Wiring, stood_in
+from armdrive.connect.reconnect import Rewiring
+from armdrive.dialog import Operator
+from armdrive.errors import ArmFileError, BadRequest, PortUnavailable
+from armdrive.registry import DIALECTS, dialect
+from armdrive.runtime.drive import PaceChoice, RealPace, pace_of
+from armdrive.storage import files as places
+from armdrive.storage.arm_lock import hold
+from armdrive.storage.record import FileRecorder, NoRecorder, Recorder
+from armdrive.storage.verifications import logbook_file
+from armdrive.trace.files import recordings
+from armdrive.trace.recorder import FlightRecorder
+from armdrive.transports.address import is_can
+from kinematics.errors import suggestion
+
+if TYPE_CHECKING:
+    from armdrive.sim.simulated_arm import Twin
+    from armdrive.tasks import Witness
+
+SIM = "sim:"
+DEFAULT_TARGET = f"{SIM}teachmover"
+"""What a program connects to that names nothing."""
+SIM_PLANNED_BURST_S = 0.5
+"""A simulated arm harms nobody: its planned bursts are longer than an unconfigured real arm's."""
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """What is to be connected: an arm, and whether its simulated twin stands in for it."""
+
+    config: ArmConfig
+    simulated: bool
+
+
+def find(name: str, *, dialect_name: str | None = None, baud: int | None = None) -> Target:
+    """Turn a name into an arm: `sim:DIALECT`, an arm file's name or path, or a port.
+
+    A port needs a dialect, since nothing is sent to find it out. Raises `BadRequest` or
+    `ArmFileError` with what is known.
+    """
+    if name.startswith(SIM):
+        return Target(simulated_config(name.removeprefix(SIM)), simulated=True)
+    path = _arm_file(name)
+    if path is not None:
+        return _real_unless_forced(load_arm_file(path))
+    if not _looks_like_port(name):
+        raise ArmFileError(_unknown(name))
+    if dialect_name is None:
+        raise BadRequest(
+            f"which dialect does the arm on {name} speak? Give dialect= (or --dialect), one of "
+            f"{', '.join(DIALECTS)}; `armdrive doctor {name}` finds it out without moving anything"
+        )
+    row = dialect(dialect_name)
+    wire = Connection(row.name, name, baud or row.baud, row.raise_dtr)
+    return _real_unless_forced(config_of_preset(row.preset, name=name, connection=wire))
+
+
+def simulation_forced() -> bool:
+    """Tell whether the environment turns every arm into its simulated twin."""
+    return os.environ.get("ARMDRIVE_FORCE_SIM", "") not in ("", "0")
+
+
+def _real_unless_forced(config: ArmConfig) -> Target:
+    """Return an arm, or its twin under a name of its own.
+
+    The name keeps the real arm's record, lock and socket out of the twin's hands.
+    """
+    if simulation_forced():
+        return Target(replace(config, name=f"{SIM}{config.name}"), simulated=True)
+    return Target(config, simulated=False)
+
+
+def simulated_config(name: str) -> ArmConfig:
+    """Return the arm that speaks a dialect, as a simulated one."""
+    row = dialect(name)
+    wire = Connection(dialect=row.name, port="", baud=row.baud)
+    config = config_of_preset(row.preset, name=f"{SIM}{row.name}", connection=wire)
+    return replace(config, motion=replace(config.motion, planned_burst_s=SIM_PLANNED_BURST_S))
+
+
+def connect(
+    target: str | None,
+    *,
+    dialect: str | None = None,
+    baud: int | None = None,
+    pace: PaceChoice = None,
+    allow_restored: bool = False,
+    operator: Operator | None = None,
+    twin: Twin | None = None,
+    reconnect: bool | None = None,
+) -> Arm:
+    """Connect as `Arm.connect` says."""
+    instead = stood_in(
+        target,
+        {
+            "dialect": dialect,
+            "baud": baud,
+            "pace": pace,
+            "allow_restored": allow_restored,
+            "operator": operator,
+            "twin": twin,
+            "reconnect": reconnect,
+        },
+    )
+    if instead is not None:
+        return instead
+    found = find(target or DEFAULT_TARGET, dialect_name=dialect, baud=baud)
+    if found.simulated:
+        return connect_simulated(
+            found.config,
+            twin=twin,
+            pace=pace,
+            operator=operator,
+            allow_restored=allow_restored,
+            reconnect=reconnect,
+        )
+    if pace not in (None, "real", 1.0):
+        raise BadRequest("a real arm knows one pace: real time")
+    return connect_real(
+        found.config, allow_restored=allow_restored, operator=operator, reconnect=reconnect
+    )
+
+
+def connect_simulated(
+    config: ArmConfig,
+    *,
+    twin: Twin | None = None,
+    pace: PaceChoice = None,
+    operator: Operator | None = None,
+    recorder: Recorder | None = None,
+    allow_restored: bool = False,
+    witness: Witness | None = None,
+    reconnect: bool | None = None,
+) -> Arm:
+    """Connect to a simulated twin in this process, on simulated time unless `pace` says real."""
+    from armdrive.sim.simulated_arm import make_twin
+
+    twin = twin or make_twin(config)
+    arm = Arm(
+        config,
+        twin.link,
+        pace_of(pace),
+        simulated=True,
+        recorder=recorder or NoRecorder(),
+        operator=operator or twin.operator,
+        allow_restored=allow_restored,
+        witness=witness or FlightRecorder(),
+        rewiring=_rewiring(twin, automatic=_wanted(reconnect, config)),
+    )
+    arm.twin = twin
+    return arm
+
+
+def connect_real(
+    config: ArmConfig,
+    *,
+    allow_restored: bool = False,
+    operator: Operator | None = None,
+    reconnect: bool | None = None,
+) -> Arm:
+    """Open the arm's port and connect; one program holds an arm at a time.
+
+    With `reconnect` (by default as the arm file says) a lost wire is looked for until it is back.
+    Where another dialect answers, the `DeviceFault` says which.
+    """
+    from armdrive.connect.port import overheard
+
+    if simulation_forced():
+        raise PortUnavailable(
+            f"ARMDRIVE_FORCE_SIM is set, so the port of {config.name} stays closed: connect to its "
+            "simulated twin, or clear that variable"
+        )
+    wiring = Wiring(config)
+    holding = hold(config.name, wiring.find())
+    try:
+        with overheard(wiring.open(), config.connection) as ears:
+            arm = Arm(
+                config,
+                ears,
+                RealPace(),
+                simulated=False,
+                recorder=FileRecorder(state_file(config.name)),
+                allow_restored=allow_restored,
+                operator=operator,
+                witness=FlightRecorder(recordings()),
+                rewiring=Rewiring(wiring.open, automatic=_wanted(reconnect, config), beside=True),
+            )
+    except BaseException:
+        holding.release()
+        raise
+    arm.logbook = logbook_file(config.name)
+    holding.serve(arm)
+    arm.on_close(holding.release)
+    return arm
+
+
+def state_file(arm: str) -> Path:
+    """Return the file in which an arm's position is remembered."""
+    return places.states() / f"{places.file_name(arm)}.json"
+
+
+def _rewiring(twin: Twin, *, automatic: bool) -> Rewiring | None:
+    """Return how a twin's wire is taken up again; None where somebody has put another there."""
+    from armdrive.transports.in_process import MemoryLink
+
+    return Rewiring(twin.link.reopen, automatic) if isinstance(twin.link, MemoryLink) else None
+
+
+def _wanted(reconnect: bool | None, config: ArmConfig) -> bool:
+    """Tell whether a lost wire is looked for: as the caller says, else as the arm file does."""
+    return config.connection.reconnect if reconnect is None else reconnect
+
+
+def _arm_file(name: str) -> Path | None:
+    if name.endswith(".toml"):
+        return Path(name)
+    path = places.arm_files() / f"{name}.toml"
+    return path if path.parent == places.arm_files() and path.is_file() else None
+
+
+def _looks_like_port(name: str) -> bool:
+    plain = "/" in name or "\\" in name or "://" in name or name.upper().startswith("COM")
+    return plain or is_can(name)
+
+
+def _unknown(name: str) -> str:
+    folder = places.arm_files()
+    known = [
+        *(path.stem for path in sorted(folder.glob("*.toml"))),
+        *(f"{SIM}{each}" for each in DIALECTS),
+    ]
+    hint = suggestion(name, known)
+    return (
+        f"no arm is called {name!r}: known are {', '.join(known)}{hint}. Arm files are looked for "
+        f"in {folder}; a port is written in full, for example /dev/ttyUSB0"
+    )

@@ -1,0 +1,220 @@
+"""The driver's end of the Armdroid dialect: neutral requests to the sketch's characters and back.
+
+A burst is one `D`. Nothing ends it early, its answer comes when the motion has ended, and no check
+bytes guard it: a lost comma would make one number of two. So the numbers are sent first and
+repeated by the board (`g`), and only then the letter that moves anything. `h` is never sent.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import replace
+from typing import TypeAlias
+
+from armdrive.abilities import Abilities, Switching
+from armdrive.dialects.armdroid.exchange import LONGEST_OFFSETS, TRIES, Talk
+from armdrive.dialects.armdroid.settings import ArmdroidSettings, StepRates, straying
+from armdrive.dialects.controller import Part, Stopping
+from armdrive.dialects.exchange import BITS_A_BYTE
+from armdrive.errors import Refused
+from armdrive.tasks import (
+    Alert,
+    AlertKind,
+    ClearFault,
+    Denied,
+    Done,
+    DropCurrent,
+    Halted,
+    MoveBy,
+    Oddity,
+    ReadPosition,
+    ReadSettings,
+    Registers,
+    Reply,
+    Request,
+    Settings,
+    SwitchOn,
+)
+from firmware_protocol.armdroid import (
+    DriveAll,
+    SpeedReported,
+    Stray,
+    Torque,
+    TorqueReported,
+    Welcome,
+)
+from firmware_protocol.armdroid.characters import wrapped
+from firmware_protocol.armdroid.host import Event as Heard
+from firmware_protocol.armdroid.wire import encode_command
+from kinematics.spaces import Motors
+
+Script: TypeAlias = Generator[float, Heard | None, Reply]
+
+SLOWEST_ANSWER = 2.0
+"""An answer this many times later than the doubtful arm's is no longer waited for."""
+LATENCY_S = 0.03
+"""What this computer and an adapter may add to the time that bytes are on the wire."""
+NEW_SESSION = (
+    "the Armdroid's board said Welcome: it was reset, or another program has opened its port"
+)
+LET_GO = "the Armdroid's board said that its motors are off, which nobody had asked for"
+
+
+class ArmdroidController(Talk):
+    """One Armdroid, seen from the driver."""
+
+    def __init__(self, abilities: Abilities, settings: ArmdroidSettings, baud: int) -> None:
+        if not settings.switches_torque:
+            abilities = replace(abilities, current=Switching.NONE)
+        abilities = replace(abilities, resets_on_open=settings.boot_s > 0.0)
+        super().__init__(abilities, settings, BITS_A_BYTE / baud)
+        self._rates = StepRates(settings.speed_table, settings.speed_doubt)
+
+    def script(self, request: Request) -> Script:
+        """Return what carries out a request; whatever may be repeated is asked until it is sure."""
+        match request:
+            case MoveBy(steps, rate_hz):
+                drive = DriveAll(self._by_channel(steps))
+                return self._move(drive, self._rates.rpm(rate_hz), request.let_go)
+            case ReadPosition():
+                return self._position()
+            case SwitchOn():
+                return self._torque(on=True) if self._settings.switches_torque else _nothing(Done())
+            case DropCurrent() if self._settings.switches_torque:
+                return self._torque(on=False)
+            case ClearFault():
+                return self._clear_fault()
+            case ReadSettings():
+                return self._firmware()
+        raise Refused(f"an Armdroid's board knows no {type(request).__name__}")
+
+    def unasked(self, heard: Heard) -> None:
+        """Tell of a line that answers nothing; of a new session, once there was one before it."""
+        if isinstance(heard, Welcome) and self.met:
+            self.forget_session()
+            self.tell(Alert(AlertKind.RESTARTED, NEW_SESSION))
+        else:
+            if isinstance(heard, Stray) and isinstance(heard.answer, SpeedReported):
+                self.heard_speed(heard.answer.rpm)
+            if isinstance(heard, Stray) and heard.answer == TorqueReported(on=False):
+                self.tell(Alert(AlertKind.SWITCHED_OFF, LET_GO))
+            self.tell(Oddity(str(heard)))
+
+    def usable_rate_hz(self, rate_hz: float) -> float:
+        """Return the rate of the fastest speed that is no faster; the slowest one's otherwise."""
+        return self._rates.rate_hz(self._rates.rpm(rate_hz))
+
+    def duration_s(self, steps: float, rate_hz: float) -> float:
+        """Return how long so many steps take on an arm that is as slow as it may be."""
+        return self._rates.longest_s(steps, self._rates.rpm(rate_hz))
+
+    def strays_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:  # noqa: ARG002
+        """Return how far a motor is ahead of its share: all of them turn at the same rate."""
+        return straying(steps)
+
+    def stopping(self, burst_s: float, parts: Sequence[Part] = ()) -> Stopping:
+        """Return a burst behind its letter, or its text, whoever stops: nothing ends it early.
+
+        A burst may be a single step of any speed.
+        """
+        slowest_hz = min((part.rate_hz for part in parts), default=0.0)
+        motion_s = max(burst_s, self.duration_s(1.0, slowest_hz))
+        text = 1 if self._settings.check_numbers else self._text_bytes(burst_s)
+        sent_s = self.taking_s(text) + LATENCY_S
+        stands_s = sent_s + motion_s
+        confirmed_s = stands_s + LONGEST_OFFSETS * self._byte_s + LATENCY_S
+        return Stopping(stands_s, motion_s, stands_s, motion_s, confirmed_s)
+
+    def _text_bytes(self, burst_s: float) -> int:
+        """Bound how many characters a burst of such a length has."""
+        steps = max(int(burst_s * self._rates.fastest_hz), 1)
+        return self.abilities.motors * len(f"{steps}-,")
+
+    # -- scripts ------------------------------------------------------------------------------
+
+    def _move(self, drive: DriveAll, rpm: int, let_go: Callable[[], bool]) -> Script:
+        start = self.offsets if self.clean else (yield from self.look())
+        if start is None or not (yield from self.set_speed(rpm)):
+            return Denied("it does not answer as it should", moved=False)
+        rest = yield from self._load(drive, rpm, let_go)
+        if not isinstance(rest, bytes):
+            return rest
+        sent_s, expected = self.now_s, _sum(start, drive.steps)
+        self.let_loose(rest, encode_command(drive).decode("ascii"))
+        longest_s = self._rates.longest_s(Motors(drive.steps).largest, rpm) * SLOWEST_ANSWER
+        came = yield from self.offsets_after(expected, len(rest), longest_s)
+        if came is None:
+            return self.silence(sent_s)
+        if came != expected:
+            return Denied(f"its offsets went from {start} to {came}, and {expected} was asked")
+        return Done(self._measure(drive, rpm, self.now_s - sent_s, len(rest)))
+
+    def _load(
+        self, drive: DriveAll, rpm: int, let_go: Callable[[], bool]
+    ) -> Generator[float, Heard | None, bytes | Denied | Halted]:
+        """Give the board the numbers of a motion; return the characters that set it going."""
+        understood = None
+        for _ in range(TRIES):
+            data = self.begin_drive(drive)
+            if self._settings.check_numbers and not self.stop_asked:
+                understood = yield from self.repeated(data[:-1])
+            if self.stop_asked or let_go():
+                self.give_up()
+                return Halted()
+            if not self._settings.check_numbers:
+                return data
+            if understood == drive.steps and self.has_speed(rpm):
+                return data[-1:]
+            self.give_up()
+            if (yield from self.settle()) is None or not (yield from self.set_speed(rpm)):
+                break
+        return Denied(f"it repeats {drive.steps} as {understood or 'nothing'}", moved=False)
+
+    def _position(self) -> Script:
+        began_s = self.now_s
+        offsets = yield from self.look()
+        if offsets is None:
+            return self.silence(began_s)
+        return Registers(Motors(offsets[channel - 1] for channel in self._settings.channels))
+
+    def _torque(self, *, on: bool) -> Script:
+        began_s = self.now_s
+        done = yield from self.ensure(Torque(on))
+        return self.silence(began_s) if done is None else Done()
+
+    def _clear_fault(self) -> Script:
+        began_s = self.now_s
+        if (yield from self.settle()) is None:
+            return self.silence(began_s)
+        return Done()
+
+    def _firmware(self) -> Script:
+        began_s = self.now_s
+        if not self.firmware and (yield from self.settle()) is None:
+            return self.silence(began_s)
+        return Settings(firmware=self.firmware)
+
+    # -- numbers ------------------------------------------------------------------------------
+
+    def _measure(self, drive: DriveAll, rpm: int, took_s: float, sent: int) -> bool:
+        """Learn how fast the arm is; False where no such burst takes so long."""
+        if self.overdue:
+            return False
+        moved_s = took_s - (sent + self.answer_bytes) * self._byte_s
+        slow_s = sent * self._settings.character_s  # a quick board takes less
+        steps = Motors(drive.steps).largest
+        return self._rates.measured(steps, rpm, least_s=moved_s - slow_s, most_s=moved_s)
+
+    def _by_channel(self, steps: Motors) -> tuple[int, ...]:
+        by_channel = dict(zip(self._settings.channels, steps, strict=True))
+        return tuple(by_channel[channel] for channel in sorted(by_channel))
+
+
+def _sum(offsets: tuple[int, ...], steps: tuple[int, ...]) -> tuple[int, ...]:
+    return tuple(wrapped(at + each) for at, each in zip(offsets, steps, strict=True))
+
+
+def _nothing(reply: Reply) -> Script:
+    """Answer at once."""
+    yield from ()
+    return reply

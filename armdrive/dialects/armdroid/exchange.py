@@ -1,0 +1,230 @@
+"""Conversations with an Armdroid's board that move nothing: what it knows, and setting it straight.
+
+The board keeps what is half received, and no line end clears it. `settle` does, from any state:
+`v` is answered when all that was sent before is over; `s` takes away whatever number was left;
+`d` alone, of no steps then, sets the index of its arguments back.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator
+from typing import TYPE_CHECKING, TypeAlias
+
+from armdrive.dialects.exchange import Scripted
+from firmware_protocol.armdroid import (
+    LINE_BYTES,
+    ArgumentsReported,
+    Clear,
+    Command,
+    Completed,
+    DriveAll,
+    DropArguments,
+    Host,
+    OffsetsReported,
+    ReportArguments,
+    ReportOffsets,
+    SetSpeed,
+    SpeedReported,
+    Stray,
+    Version,
+    VersionReported,
+)
+from firmware_protocol.armdroid.host import Event as Heard
+from firmware_protocol.armdroid.wire import encode_answer
+
+if TYPE_CHECKING:
+    from armdrive.abilities import Abilities
+    from armdrive.dialects.armdroid.settings import ArmdroidSettings
+
+Offsets: TypeAlias = tuple[int, ...]
+
+TRIES = 3
+"""How often what moves nothing is said again where it was lost or misunderstood."""
+LONGEST_OFFSETS = len("offsets = " + ",".join(["-32768"] * 6) + "\r\n")
+EMPTYING_RPM = 25
+"""An odd number: whatever digits it is appended to, the board never takes a 0, by which it would
+divide."""
+
+
+class Talk(Scripted[Heard]):
+    """What is known of a board, and how to ask for it."""
+
+    def __init__(self, abilities: Abilities, settings: ArmdroidSettings, byte_s: float) -> None:
+        self._host = Host()
+        super().__init__(abilities, self._host)
+        self._settings = settings
+        self._byte_s = byte_s
+        self._boot_s = settings.boot_s
+        self._rpm: int | None = None
+        self._kept = True
+        self.met = False
+        self.firmware = ""
+        self.offsets: Offsets | None = None
+        self.answer_bytes = 0
+
+    @property
+    def clean(self) -> bool:
+        """Whether nothing half received can be left in the board, and its offsets are known."""
+        return self._host.clean and self.offsets is not None
+
+    def give_up(self) -> None:
+        """Give up on the unanswered command; the board may be left with half of it."""
+        self._host.give_up()
+        self._host.discard()
+
+    def forget_session(self) -> None:
+        """Know nothing of the board any more."""
+        self._rpm = self.offsets = None
+        self._kept = True
+
+    def taking_s(self, count: int) -> float:
+        """Return how long so many characters are on the wire, and being taken in."""
+        return count * (self._byte_s + self._settings.character_s)
+
+    def exchange(
+        self, command: Command, text: bytes = b""
+    ) -> Generator[float, Heard | None, Completed | None]:
+        """Send a command, or `text` for it, and return its answer; None where none came."""
+        whole = self._host.send(command)
+        self._send(text or whole)
+        heard = yield from self._hear(len(text or whole), lambda one: isinstance(one, Completed))
+        if not isinstance(heard, Completed):
+            self.give_up()
+            return None
+        self.met = True
+        return heard
+
+    def settle(self) -> Generator[float, Heard | None, Offsets | None]:
+        """Bring the board to where the next command means what it says; return its offsets."""
+        if not (yield from self._greet()):
+            return None
+        emptied = yield from self.exchange(SetSpeed(EMPTYING_RPM))
+        if emptied is None or not isinstance(emptied.answer, SpeedReported):
+            return None
+        self._rpm = emptied.answer.rpm
+        letter = Clear.letter.encode("ascii")  # no comma: behind five others it would do harm
+        return self._take((yield from self.exchange(Clear(), letter)))
+
+    def look(self) -> Generator[float, Heard | None, Offsets | None]:
+        """Return the offsets, and leave the board nothing that a stray `D` could repeat."""
+        if not self._host.clean:
+            return (yield from self.settle())
+        command = DropArguments() if self._kept else ReportOffsets()
+        offsets = self._take((yield from self.exchange(command)))
+        self._kept = self._kept and offsets is None
+        return offsets
+
+    def set_speed(self, rpm: int) -> Generator[float, Heard | None, bool]:
+        """Set the speed where it is another; False where the board does not take it."""
+        if self._rpm == rpm:
+            return True
+        if (yield from self.ensure(SetSpeed(rpm))) is None:
+            return False
+        self._rpm = rpm
+        return True
+
+    def has_speed(self, rpm: int) -> bool:
+        """Tell whether this speed is the one that the board named last."""
+        return self._rpm == rpm
+
+    def heard_speed(self, rpm: int) -> None:
+        """Hear of a speed that was not asked for: an `s` that the wire has doubled sets 0.
+
+        At that speed the next motion would never end, and the board be deaf until it is reset.
+        """
+        self._rpm = rpm
+
+    def ensure(self, command: Command) -> Generator[float, Heard | None, Completed | None]:
+        """Send what may be repeated until the board has understood it; None where it does not."""
+        for _ in range(TRIES):
+            if not self.clean and (yield from self.settle()) is None:
+                return None
+            done = yield from self.exchange(command)
+            if done is not None and done.as_asked:
+                return done
+            if done is not None:  # it has done something that nobody asked for
+                self.unasked(Stray(done.answer))
+            self.give_up()  # a number was left before it, or lost, or the answer is lost
+        return None
+
+    def begin_drive(self, drive: DriveAll) -> bytes:
+        """Return the characters of a motion; nothing is sent yet."""
+        self._kept = True
+        return self._host.send(drive)
+
+    def repeated(self, numbers: bytes) -> Generator[float, Heard | None, Offsets | None]:
+        """Send the numbers of a motion without its letter; return what the board makes of them."""
+        text = numbers + ReportArguments.letter.encode("ascii")
+        self._send(text)
+        heard = yield from self._hear(len(text), _is_stray_arguments)
+        if not isinstance(heard, Stray) or not isinstance(heard.answer, ArgumentsReported):
+            return None
+        return *heard.answer.arguments, heard.answer.accumulator
+
+    def let_loose(self, rest: bytes, whole: str) -> None:
+        """Send what sets a motion going, the rest of the `whole` text."""
+        self.say(rest, whole)
+        self.offsets = None
+
+    def offsets_after(
+        self, expected: Offsets, sent: int, longest_s: float
+    ) -> Generator[float, Heard | None, Offsets | None]:
+        """Wait for the end of a motion; return the offsets that came last, as expected or not.
+
+        Others than those expected may be an answer that the wire has doubled: they are taken only
+        when nothing better comes while the motion may last.
+        """
+        came: Offsets | None = None
+        until_s = self._deadline_s(sent, longest_s)
+        while came != expected:
+            heard = yield from self.hear(until_s, _is_offsets)
+            if heard is None:
+                self.give_up()
+                return came
+            came = _offsets(heard)
+        self.offsets = expected
+        self.answer_bytes = len(encode_answer(OffsetsReported(expected)))
+        if self._host.outstanding is not None:
+            self.give_up()
+        return came
+
+    def _greet(self) -> Generator[float, Heard | None, bool]:
+        """Ask for the version until the board answers: one that was just opened takes a while."""
+        until_s = self.now_s + self._boot_s
+        self._boot_s = 0.0
+        while True:
+            done = yield from self.exchange(Version())
+            if done is not None and isinstance(done.answer, VersionReported):
+                self.firmware = done.answer.firmware
+                return True
+            if self.now_s >= until_s:
+                return False
+
+    def _take(self, done: Completed | None) -> Offsets | None:
+        self.offsets = None if done is None else _offsets(done)
+        return self.offsets
+
+    def _send(self, data: bytes) -> None:
+        self.say(data, data.decode("ascii"))
+
+    def _deadline_s(self, sent: int, longest_s: float = 0.0) -> float:
+        wire_s = self.taking_s(sent) + LINE_BYTES * self._byte_s
+        return self.now_s + wire_s + longest_s + self._settings.answer_margin_s
+
+    def _hear(
+        self, sent: int, wanted: Callable[[Heard], bool]
+    ) -> Generator[float, Heard | None, Heard | None]:
+        return (yield from self.hear(self._deadline_s(sent), wanted))
+
+
+def _is_stray_arguments(heard: Heard) -> bool:
+    return isinstance(heard, Stray) and isinstance(heard.answer, ArgumentsReported)
+
+
+def _is_offsets(heard: Heard) -> bool:
+    return _offsets(heard) is not None
+
+
+def _offsets(heard: Heard) -> Offsets | None:
+    answer = heard.answer if isinstance(heard, Completed | Stray) else None
+    return answer.offsets if isinstance(answer, OffsetsReported) else None

@@ -1,0 +1,109 @@
+"""What differs between Armdroids, or was never measured, as settings of the arm file.
+
+Sources: Armdroid/Armdroid-Arduino-Library (Armdroid.cpp, examples/SerialDriver) and, for the time
+that a character takes, Arduino's AVR core (CDC.cpp: looking at a native USB port waits 10 ms).
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from dataclasses import dataclass
+
+from armdrive.dialects.speed_table import SpeedMeter, SpeedTable
+from armdrive.errors import ArmFileError
+from armdrive.text.toml import within
+from firmware_protocol.armdroid import MOTORS, RPM_MAX
+from kinematics.spaces import Motors
+
+INTERVALS_MS = (50, 40, 30, 25, 20, 16, 14, 12, 10, 9, 8, 7, 6, 5)
+"""Whole milliseconds between two steps, of which each has a speed in rpm that gives just that."""
+SKETCH_SPEEDS = tuple((RPM_MAX // ms, 1000.0 / ms) for ms in INTERVALS_MS)
+
+
+@dataclass(frozen=True, slots=True)
+class ArmdroidSettings:
+    """How the board turns motors and takes characters; every default is the careful one.
+
+    `speed_table` pairs rpm with steps a second; only the speeds listed are used, since the board
+    rounds the rest to whole milliseconds. `speed_doubt` is how much slower the arm may be until
+    it has been measured. `channels` says which of the board's channels turns each motor of the
+    model, in the model's order. `character_s` is how long the board takes for a character, and
+    `boot_s` how long it may be deaf after its port was opened. With `check_numbers` the board
+    repeats the numbers of a motion before it is let loose; `switches_torque` is false for
+    firmware before 2.0, which has no `t`. `answer_margin_s` is added to every deadline.
+    """
+
+    speed_table: tuple[tuple[int, float], ...] = SKETCH_SPEEDS
+    speed_doubt: float = 1.5
+    channels: tuple[int, ...] = (6, 5, 4, 3, 2, 1)
+    character_s: float = 0.010
+    boot_s: float = 2.5
+    check_numbers: bool = True
+    switches_torque: bool = True
+    answer_margin_s: float = 0.5
+
+    def __post_init__(self) -> None:
+        within("armdroid.speed_doubt", self.speed_doubt, 1.0, 20.0)
+        within("armdroid.character_s", self.character_s, 0.0, 0.1)
+        within("armdroid.boot_s", self.boot_s, 0.0, 10.0)
+        within("armdroid.answer_margin_s", self.answer_margin_s, 0.1, 10.0)
+        for rpm, rate_hz in SpeedTable(self.speed_table).points:
+            within("armdroid.speed_table's rpm", rpm, 1, RPM_MAX)
+            within("armdroid.speed_table's rate", rate_hz, 1.0, 2000.0)
+        if sorted(self.channels) != list(range(1, MOTORS + 1)):
+            raise ArmFileError(
+                f"armdroid.channels lists each channel from 1 to {MOTORS} once, in the order of "
+                f"the arm's motors, for example [6, 5, 4, 3, 2, 1], not {list(self.channels)}"
+            )
+
+
+# How fast an Armdroid's motors turn, and how far they leave the straight way.
+#
+# The board steps every motor that has steps left at the same rate, so a motor with few of them is
+# done early: the way bends. Steps, steps a second, seconds.
+
+_ROUNDING = 1e-9
+
+
+class StepRates:
+    """The speeds that the board is given, and what has been measured of them."""
+
+    def __init__(self, points: tuple[tuple[int, float], ...], doubt: float) -> None:
+        self._rates = dict(points)
+        self._meter = SpeedMeter(SpeedTable(points), doubt)
+
+    @property
+    def fastest_hz(self) -> float:
+        """The greatest rate there is."""
+        return max(self._rates.values())
+
+    def rpm(self, rate_hz: float) -> int:
+        """Return the fastest speed that is no faster than a rate; the slowest if all are."""
+        found = bisect_right(list(self._rates.values()), rate_hz + _ROUNDING)
+        return list(self._rates)[max(found - 1, 0)]
+
+    def rate_hz(self, rpm: int) -> float:
+        """Return the steps a second at one of the speeds."""
+        return self._rates[rpm]
+
+    def longest_s(self, steps: float, rpm: int) -> float:
+        """Return how long so many steps may take."""
+        return steps / self._rates[rpm] * self._meter.doubt(rpm)
+
+    def measured(self, steps: int, rpm: int, *, least_s: float, most_s: float) -> bool:
+        """Learn from a motion that took from `least_s` to `most_s`; False where that is no time.
+
+        The first step is made at once, so that all of them take one interval less than there are.
+        """
+        whole_s = steps / self._rates[rpm]
+        believable = any(
+            self._meter.believable(rpm, whole_s, took_s) for took_s in (least_s, most_s)
+        )
+        self._meter.learn(rpm, (steps - 1) / self._rates[rpm], least_s)
+        return believable
+
+
+def straying(steps: Motors) -> tuple[float, ...]:
+    """Return how far each motor is ahead, at most, of its share of the way."""
+    most = max(steps.largest, 1)
+    return tuple(abs(each) * (1.0 - abs(each) / most) for each in steps)

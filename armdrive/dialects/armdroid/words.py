@@ -1,0 +1,94 @@
+"""What an Armdroid and its host say, in sentences; what is sent to it is read letter by letter."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import Any
+
+from armdrive.dialects.words import moved, standing
+from firmware_protocol.armdroid.answers import (
+    ArgumentsReported,
+    OffsetsReported,
+    SpeedReported,
+    TorqueReported,
+    VersionReported,
+    Welcome,
+)
+
+MOTORS = ("gripper", "left wrist", "right wrist", "elbow", "shoulder", "base")
+"""In the order of the sketch."""
+
+SENTENCES: Mapping[type, Callable[[Any], str]] = MappingProxyType(
+    {
+        OffsetsReported: lambda message: f"offsets: {standing(MOTORS, message.offsets)}",
+        SpeedReported: lambda message: f"the speed is {message.rpm} rpm",
+        TorqueReported: lambda message: f"the motors are {'on' if message.on else 'off'}",
+        VersionReported: lambda message: (
+            f"firmware {message.firmware}, protocol {message.protocol or 'unsaid'}"
+        ),
+        ArgumentsReported: lambda message: (
+            f"numbers kept: {standing(MOTORS, (*message.arguments, message.accumulator))}"
+        ),
+        Welcome: lambda _: "the board has started",
+    }
+)
+
+_COMMAND = re.compile(r"([0-9,-]*)([A-Za-z])")
+
+
+def commands(data: bytes) -> str:
+    """Return the commands in what a host writes, in words."""
+    text = data.decode("latin-1")
+    told = [_command(_numbers(digits), letter) for digits, letter in _COMMAND.findall(text)]
+    return "; ".join(told)
+
+
+def _numbers(digits: str) -> tuple[int, ...]:
+    """Return the numbers before a letter; a minus stands behind its number."""
+    found = re.findall(r"([0-9]{1,6})(-?)", digits)
+    return tuple(-int(number) if sign else int(number) for number, sign in found)
+
+
+def _command(numbers: tuple[int, ...], letter: str) -> str:
+    known = _LETTERS.get(letter)
+    return f"{letter}: no command of the sketch" if known is None else known(numbers)
+
+
+def _drive_one(numbers: tuple[int, ...]) -> str:
+    if len(numbers) < 2:
+        return "empty what is kept"
+    motor, steps = numbers[:2]
+    name = MOTORS[motor - 1] if 1 <= motor <= len(MOTORS) else f"motor {motor}"
+    return f"move the {name} by {steps:+d}"
+
+
+def _drive_all(numbers: tuple[int, ...]) -> str:
+    return f"move: {moved(MOTORS, numbers)}" if numbers else "move by the numbers that are kept"
+
+
+def _report(numbers: tuple[int, ...]) -> str:
+    if not numbers:
+        return "tell the numbers that are kept"
+    return f"keep these numbers and tell them: {moved(MOTORS, numbers)}"
+
+
+def _speed(numbers: tuple[int, ...]) -> str:
+    return f"set the speed to {numbers[-1]} rpm" if numbers else "set the speed"
+
+
+_LETTERS: Mapping[str, Callable[[tuple[int, ...]], str]] = MappingProxyType(
+    {
+        "d": _drive_one,
+        "D": _drive_all,
+        "g": _report,
+        "s": _speed,
+        "h": lambda _: "drive all motors back to offset zero",
+        "o": lambda _: "read the offsets",
+        "r": lambda _: "call this position zero",
+        "t": lambda numbers: f"switch the motors {'on' if any(numbers) else 'off'}",
+        "v": lambda _: "ask for the versions",
+        "V": lambda _: "ask for the interface to the motors",
+    }
+)

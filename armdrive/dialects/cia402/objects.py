@@ -1,0 +1,325 @@
+"""The objects of CANopen devices by name, and what they hold in words."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+
+from firmware_protocol.canopen.datatypes import DataType, Value
+from firmware_protocol.canopen.drive_modes import OperationMode, mode_of, supported_modes
+from firmware_protocol.canopen.drive_words import (
+    ControlBit,
+    Controlword,
+    DriveState,
+    StatusBit,
+    Statusword,
+)
+from firmware_protocol.canopen.emcy_codes import ErrorRegister, error_words
+from firmware_protocol.canopen.nmt import HeartbeatWatch
+from firmware_protocol.canopen.objects import Access, Dictionary, Entry
+from firmware_protocol.canopen.pdo_setup import NO_REMOTE, NOT_VALID
+from firmware_protocol.canopen.quick_stop import QuickStopOption
+from firmware_protocol.canopen.sdo_messages import Place
+from firmware_protocol.canopen.standard import (
+    CONSUMER_HEARTBEAT,
+    CONTROLWORD,
+    DEVICE_TYPE,
+    ERROR_CODE,
+    ERROR_REGISTER,
+    FAULT_REACTION_OPTION,
+    HEARTBEAT_REACTION,
+    MODE,
+    MODE_SHOWN,
+    QUICK_STOP_OPTION,
+    STANDARD,
+    STATUSWORD,
+    SUPPORTED_MODES,
+)
+from firmware_protocol.errors import RemoteProtocolError
+
+# What words and numbers of the drive profile CiA 402 mean, in words.
+#
+# Bits 4, 10, 12 and 13 mean what the mode says; where it is not known they are called as in
+# profile
+# position. While a drive has no current, 10 and 12 mean nothing, and are left out.
+
+DRIVES = 402
+"""The number of the profile of drives, in object 1000."""
+PROFILES: Mapping[int, str] = MappingProxyType(
+    {
+        0: "no profile",
+        401: "an I/O module",
+        402: "a drive",
+        404: "a measuring device",
+        405: "a programmable controller",
+        406: "an encoder",
+        408: "a hydraulic drive or valve",
+        410: "an inclinometer",
+    }
+)
+"""The device profiles that are met beside drives. Source: CiA's list of profiles."""
+_KINDS = {0x01: "frequency converter", 0x02: "servo", 0x04: "stepper"}
+
+STATES: Mapping[DriveState, str] = MappingProxyType(
+    {
+        DriveState.NOT_READY: "not ready to switch on",
+        DriveState.DISABLED: "switch on disabled",
+        DriveState.READY: "ready to switch on",
+        DriveState.SWITCHED_ON: "switched on",
+        DriveState.ENABLED: "operation enabled",
+        DriveState.QUICK_STOP: "quick stop active",
+        DriveState.FAULT_REACTION: "fault reaction active",
+        DriveState.FAULT: "fault",
+    }
+)
+"""The states by the names that manuals give them."""
+
+_CYCLIC = (
+    OperationMode.CYCLIC_POSITION,
+    OperationMode.CYCLIC_VELOCITY,
+    OperationMode.CYCLIC_TORQUE,
+)
+_STATUS: Mapping[StatusBit, str] = {
+    StatusBit.WARNING: "warning",
+    StatusBit.REACHED: "target reached",
+    StatusBit.LIMITED: "limited inside",
+    StatusBit.ACKNOWLEDGED: "set-point taken",
+    StatusBit.FOLLOWING_ERROR: "following error",
+}
+_OF_MOTION = frozenset((StatusBit.REACHED, StatusBit.ACKNOWLEDGED))
+_STATUS_IN: Mapping[OperationMode, Mapping[StatusBit, str]] = {
+    OperationMode.HOMING: {
+        StatusBit.ACKNOWLEDGED: "home found",
+        StatusBit.FOLLOWING_ERROR: "homing failed",
+    },
+    **{
+        mode: {StatusBit.REACHED: "", StatusBit.ACKNOWLEDGED: "follows its targets"}
+        for mode in _CYCLIC
+    },
+}
+_CONTROL: Mapping[ControlBit, str] = {
+    ControlBit.NEW_SET_POINT: "new set-point",
+    ControlBit.AT_ONCE: "at once",
+    ControlBit.RELATIVE: "relative",
+    ControlBit.HALT: "halt",
+    ControlBit.CHANGE_ON_SET_POINT: "without stopping there",
+}
+_CONTROL_IN: Mapping[OperationMode, Mapping[ControlBit, str]] = {
+    OperationMode.HOMING: {ControlBit.NEW_SET_POINT: "go home"},
+}
+_STOPPING = {
+    QuickStopOption.DISABLE: "the motor loses its current at once",
+    QuickStopOption.RAMP: "by its ramp, then it disables itself",
+    QuickStopOption.QUICK_RAMP: "by the quick-stop ramp, then it disables itself",
+    QuickStopOption.CURRENT_LIMIT: "at the limit of current, then it disables itself",
+    QuickStopOption.VOLTAGE_LIMIT: "at the limit of voltage, then it disables itself",
+    QuickStopOption.RAMP_AND_STAY: "by its ramp, then it holds",
+    QuickStopOption.QUICK_RAMP_AND_STAY: "by the quick-stop ramp, then it holds",
+    QuickStopOption.CURRENT_LIMIT_AND_STAY: "at the limit of current, then it holds",
+    QuickStopOption.VOLTAGE_LIMIT_AND_STAY: "at the limit of voltage, then it holds",
+}
+_REACTIONS = {0: "nothing", 1: "fault", 2: "disable voltage", 3: "quick stop"}
+
+
+def state_words(value: int, mode: OperationMode | None = None) -> str:
+    """Return a statusword: its state, and the flags that do not belong to it."""
+    word = Statusword(value & 0xFFFF)
+    state = word.state
+    said = [f"{word.value:04X}", "no state of CiA 402" if state is None else STATES[state]]
+    special = _STATUS_IN.get(mode, {}) if mode is not None else {}
+    told = [bit for bit in _STATUS if word.has(bit) and (bit not in _OF_MOTION or _holds(state))]
+    said += filter(None, (special.get(bit, _STATUS[bit]) for bit in told))
+    if not word.has(StatusBit.REMOTE):
+        said.append("not remote: it does not obey")
+    return f"{said[0]} {', '.join(said[1:])}"
+
+
+def _holds(state: DriveState | None) -> bool:
+    return state is not None and state.holds
+
+
+def control_words(value: int, mode: OperationMode | None = None) -> str:
+    """Return a controlword: its command, and the bits that the mode gives a meaning."""
+    word = Controlword(value & 0xFFFF)
+    special = _CONTROL_IN.get(mode, {}) if mode is not None else {}
+    bits = [special.get(bit, words) for bit, words in _CONTROL.items() if word.has(bit)]
+    command = word.command.name.lower().replace("_", " ")
+    return f"{word.value:04X} {', '.join((command, *bits))}"
+
+
+def mode_words(value: int) -> str:
+    """Return a mode of operation with its number."""
+    mode = mode_of(value)
+    name = "one of the maker's" if value < 0 else "reserved"
+    return f"{value}, {name if mode is None else mode.name.lower().replace('_', ' ')}"
+
+
+def modes_words(value: int) -> str:
+    """Return the modes that a drive has."""
+    modes = sorted(supported_modes(value))
+    return ", ".join(mode.name.lower().replace("_", " ") for mode in modes) or "none"
+
+
+def device_words(value: int) -> str:
+    """Return what object 1000 says: the profile and the kind of drive."""
+    profile = value & 0xFFFF
+    words = PROFILES.get(profile, "a device of a profile that is not known here")
+    if profile == DRIVES:
+        kind = _KINDS.get(value >> 16 & 0xFF)
+        return "CiA 402, a drive" + (f" ({kind})" if kind else "")
+    return f"CiA {profile}, {words}" if profile else words
+
+
+def register_words(value: int) -> str:
+    """Return the error register: which kinds of errors there are."""
+    kinds = [bit.name for bit in ErrorRegister if value & bit]
+    return ", ".join(str(name).lower().replace("_", " ") for name in kinds) or "no error"
+
+
+def stopping_words(value: int) -> str:
+    """Return an option code of a stop (605A, 605E)."""
+    words = next((_STOPPING[option] for option in QuickStopOption if option == value), None)
+    return f"{value}, {words}" if words else str(value)
+
+
+def reaction_words(value: int) -> str:
+    """Return what a drive does when the heartbeat that it watches is missing (6007)."""
+    return f"{value}, {_REACTIONS.get(value, 'not known')}"
+
+
+NAME = Place(0x1008)
+"""The manufacturer's name of a device."""
+
+_U8, _U16, _U32, _I32 = DataType.U8, DataType.U16, DataType.U32, DataType.I32
+_TEXT = DataType.VISIBLE_STRING
+_MORE = Dictionary(
+    Entry(place, name, kind, Access.RW, unit)
+    for place, name, kind, unit in (
+        (Place(0x1002), "Manufacturer status register", _U32, ""),
+        (Place(0x1005), "COB-ID of SYNC", _U32, ""),
+        (Place(0x1006), "Communication cycle period", _U32, "us"),
+        (NAME, "Manufacturer device name", _TEXT, ""),
+        (Place(0x1009), "Manufacturer hardware version", _TEXT, ""),
+        (Place(0x100A), "Manufacturer software version", _TEXT, ""),
+        (Place(0x1014), "COB-ID of EMCY", _U32, ""),
+        (Place(0x1019), "Counter of SYNC", _U8, ""),
+        (Place(0x605B), "Shutdown option code", DataType.I16, ""),
+        (Place(0x605C), "Disable operation option code", DataType.I16, ""),
+        (Place(0x605D), "Halt option code", DataType.I16, ""),
+        (Place(0x606C), "Velocity actual value", _I32, "inc/s"),
+        (Place(0x607C), "Home offset", _I32, "inc"),
+        (Place(0x607E), "Polarity", _U8, ""),
+        (Place(0x607F), "Max profile velocity", _U32, "inc/s"),
+        (Place(0x6080), "Max motor speed", _U32, "rpm"),
+        (Place(0x608F, 1), "Encoder increments", _U32, "inc"),
+        (Place(0x608F, 2), "Motor revolutions", _U32, ""),
+        (Place(0x6091, 1), "Gear ratio, motor shaft", _U32, ""),
+        (Place(0x6091, 2), "Gear ratio, driving shaft", _U32, ""),
+        (Place(0x6092, 1), "Feed", _U32, ""),
+        (Place(0x6092, 2), "Feed, shaft revolutions", _U32, ""),
+        (Place(0x60FF), "Target velocity", _I32, "inc/s"),
+    )
+)
+"""What is met on a bus beside the objects that arms need."""
+
+_PDO_SPAN = 0x200
+_PDO_BASES = {0x1400: "RPDO", 0x1600: "RPDO", 0x1800: "TPDO", 0x1A00: "TPDO"}
+_MAPPINGS = (0x1600, 0x1A00)
+_COMMUNICATION = {
+    0: ("highest sub-index", _U8),
+    1: ("COB-ID", _U32),
+    2: ("transmission type", _U8),
+    3: ("inhibit time", _U16),
+    5: ("event timer", _U16),
+}
+
+
+def entry_of(place: Place) -> Entry | None:
+    """Return an object that is known by its place; None where it is none of the standards'."""
+    return STANDARD.find(place) or _MORE.find(place) or _pdo_entry(place)
+
+
+def object_words(place: Place) -> str:
+    """Name an object: `6041:00 Statusword`."""
+    entry = entry_of(place)
+    return str(place) if entry is None else f"{place} {entry.name}"
+
+
+def held_words(place: Place, data: bytes) -> str:
+    """Return what an object holds, in words where they are known, else its bytes."""
+    entry = entry_of(place)
+    try:
+        value = None if entry is None else entry.type.unpack(data, exact=False)
+    except RemoteProtocolError:
+        value = None
+    if entry is None or value is None or isinstance(value, bytes):
+        return data.hex(" ") or "nothing"
+    return value_words(place, value, entry.unit)
+
+
+def value_words(place: Place, value: Value, unit: str = "") -> str:
+    """Return a value of an object in words."""
+    words = _WORDS.get(place) or _pdo_words(place)
+    if words is not None and isinstance(value, int):
+        return words(value)
+    shown = value.hex(" ") if isinstance(value, bytes) else str(value)
+    return f"{shown} {unit}" if unit else shown
+
+
+def _pdo_entry(place: Place) -> Entry | None:
+    kind = _PDO_BASES.get(place.index & ~(_PDO_SPAN - 1))
+    if kind is None:
+        return None
+    name = f"{kind}{place.index % _PDO_SPAN + 1}"
+    if place.index & ~(_PDO_SPAN - 1) in _MAPPINGS:
+        count = place.sub == 0
+        what, size = ("number of objects", _U8) if count else (f"object {place.sub}", _U32)
+    else:
+        what, size = _COMMUNICATION.get(place.sub, ("", _U32))
+    return Entry(place, f"{name} {what}", size, Access.RW) if what else None
+
+
+def _pdo_words(place: Place) -> Callable[[int], str] | None:
+    base = place.index & ~(_PDO_SPAN - 1)
+    if base in _MAPPINGS and place.sub:
+        return _mapped_words
+    return _cob_words if base in _PDO_BASES and base not in _MAPPINGS and place.sub == 1 else None
+
+
+def _mapped_words(word: int) -> str:
+    return f"{object_words(Place(word >> 16, word >> 8 & 0xFF))}, {word & 0xFF} bits"
+
+
+def _cob_words(word: int) -> str:
+    off = ", switched off" if word & NOT_VALID else ""
+    return f"{word & ~(NOT_VALID | NO_REMOTE):03X}{off}"
+
+
+def _watch_words(word: int) -> str:
+    watch = HeartbeatWatch.of(word)
+    return "nobody" if watch is None else f"node {watch.node} within {watch.silence_ms} ms"
+
+
+def _error_words(code: int) -> str:
+    return f"{code:04X}, {error_words(code)}" if code else "none"
+
+
+_WORDS: Mapping[Place, Callable[[int], str]] = MappingProxyType(
+    {
+        DEVICE_TYPE: device_words,
+        ERROR_REGISTER: register_words,
+        CONSUMER_HEARTBEAT: _watch_words,
+        HEARTBEAT_REACTION: reaction_words,
+        ERROR_CODE: _error_words,
+        CONTROLWORD: control_words,
+        STATUSWORD: state_words,
+        QUICK_STOP_OPTION: stopping_words,
+        FAULT_REACTION_OPTION: stopping_words,
+        MODE: mode_words,
+        MODE_SHOWN: mode_words,
+        SUPPORTED_MODES: modes_words,
+        Place(0x1018, 1): "{:08X}".format,
+        Place(0x1018, 2): "{:08X}".format,
+        Place(0x1018, 3): "{:08X}".format,
+    }
+)

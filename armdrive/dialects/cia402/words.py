@@ -1,0 +1,209 @@
+"""What CANopen nodes and their master say, in sentences; whose they are is said before.
+
+A PDO does not tell what it carries: it is read by its length as what armdrive sets its drives up
+for, or as CiA 402 maps a drive's first PDOs as shipped.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+from armdrive.dialects.cia402.objects import (
+    control_words,
+    held_words,
+    object_words,
+    register_words,
+    state_words,
+    value_words,
+)
+from firmware_protocol.canopen.cob import Service, opened
+from firmware_protocol.canopen.datatypes import Value
+from firmware_protocol.canopen.drive_modes import mode_of
+from firmware_protocol.canopen.emcy import MAKERS_BYTES, Emergency
+from firmware_protocol.canopen.nmt import Heartbeat, Nmt, NmtCommand, NodeState
+from firmware_protocol.canopen.pdo import Mapping as PdoMapping
+from firmware_protocol.canopen.sdo_frames import decode_request, decode_response
+from firmware_protocol.canopen.sdo_messages import (
+    Abort,
+    Content,
+    DownloadStarted,
+    NextSegment,
+    Place,
+    Segment,
+    SegmentTaken,
+    StartDownload,
+    StartUpload,
+    Upload,
+)
+from firmware_protocol.canopen.standard import (
+    CONTROLWORD,
+    MODE,
+    MODE_SHOWN,
+    POSITION,
+    STANDARD,
+    STATUSWORD,
+    TARGET_POSITION,
+)
+from firmware_protocol.canopen.sync import Sync
+from firmware_protocol.frames import Frame
+
+RECEIVED = (Service.RPDO1, Service.RPDO2, Service.RPDO3, Service.RPDO4)
+TRANSMITTED = (Service.TPDO1, Service.TPDO2, Service.TPDO3, Service.TPDO4)
+OF_MASTER = frozenset((Service.NMT, Service.SYNC, Service.TIME, Service.SDO_REQUEST, *RECEIVED))
+"""What a master says; the rest is said by nodes."""
+_PDO_PLACES: tuple[tuple[Service, tuple[Place, ...]], ...] = (
+    (Service.RPDO1, (CONTROLWORD, MODE, TARGET_POSITION)),
+    (Service.TPDO1, (STATUSWORD, MODE_SHOWN, POSITION)),
+    (Service.RPDO1, (CONTROLWORD,)),
+    (Service.RPDO2, (CONTROLWORD, MODE)),
+    (Service.RPDO3, (CONTROLWORD, TARGET_POSITION)),
+    (Service.TPDO1, (STATUSWORD,)),
+    (Service.TPDO2, (STATUSWORD, MODE_SHOWN)),
+    (Service.TPDO3, (STATUSWORD, POSITION)),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Pdo:
+    """Process data: the objects in it and their values, none of either where it is not known."""
+
+    service: Service
+    data: bytes
+    values: Mapping[Place, Value]
+
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """A readable frame: its service, the node that it is about (0: all, or none), its message."""
+
+    service: Service
+    node: int
+    message: object
+
+    @property
+    def who(self) -> str:
+        """The node as one says it; empty where there is none."""
+        return str(self.node) if self.node else "all" if self.service is Service.NMT else ""
+
+
+def told(frame: Frame) -> Told:
+    """Read a frame of the predefined connection set. Raises `RemoteProtocolError`."""
+    service, node = opened(frame, *Service)
+    if service is Service.NMT:
+        order = Nmt.read(frame)
+        return Told(service, order.node, order)
+    return Told(service, node, _READERS[service](frame))
+
+
+def _pdo(service: Service) -> Callable[[Frame], Pdo]:
+    def read(frame: Frame) -> Pdo:
+        mapping = _MAPPINGS.get((service, len(frame.data)))
+        if mapping is None:
+            return Pdo(service, frame.data, {})
+        places = (entry.place for entry in mapping.entries)
+        values = dict(zip(places, mapping.unpack(frame.data), strict=True))
+        return Pdo(service, frame.data, values)
+
+    return read
+
+
+def _mappings() -> Mapping[tuple[Service, int], PdoMapping]:
+    found = {}
+    for service, places in _PDO_PLACES:
+        mapping = PdoMapping.of_objects(STANDARD, *places)
+        found[service, mapping.size] = mapping
+    return MappingProxyType(found)
+
+
+_MAPPINGS = _mappings()
+_READERS: Mapping[Service, Callable[[Frame], object]] = MappingProxyType(
+    {
+        Service.SYNC: Sync.read,
+        Service.TIME: lambda frame: f"the time of day: {frame.data.hex(' ')}",
+        Service.EMCY: Emergency.read,
+        Service.HEARTBEAT: Heartbeat.read,
+        Service.SDO_REQUEST: lambda frame: decode_request(frame.data),
+        Service.SDO_RESPONSE: lambda frame: decode_response(frame.data),
+        **{service: _pdo(service) for service in (*RECEIVED, *TRANSMITTED)},
+    }
+)
+
+
+# -- sentences -----------------------------------------------------------------------------------
+
+_ORDERS = {
+    NmtCommand.START: "start: become operational",
+    NmtCommand.STOP: "stop: say and hear nothing but heartbeats and orders",
+    NmtCommand.PRE_OPERATIONAL: "become pre-operational",
+    NmtCommand.RESET_NODE: "begin anew",
+    NmtCommand.RESET_COMMUNICATION: "begin communication anew",
+}
+_NODE_STATES = {
+    NodeState.BOOTING: "boot-up: it has begun anew",
+    NodeState.STOPPED: "heartbeat: stopped",
+    NodeState.OPERATIONAL: "heartbeat: operational",
+    NodeState.PRE_OPERATIONAL: "heartbeat: pre-operational",
+}
+
+
+def _emergency(message: Emergency) -> str:
+    makers = f", the maker's {message.detail.hex(' ')}"
+    said = "" if message.detail == bytes(MAKERS_BYTES) else makers
+    kinds = f" ({register_words(message.register)})" if message.register else ""
+    return f"EMCY {message.code:04X}, {message.words}{kinds}{said}"
+
+
+def _content(place: Place, content: Content) -> str:
+    if content.data is None:
+        return "begins" if content.size is None else f"begins, {content.size} bytes"
+    return held_words(place, content.data)
+
+
+def _segment(message: Segment) -> str:
+    text = message.data.rstrip(b"\0").decode("ascii", "replace")
+    shown = repr(text) if text and text.isprintable() else message.data.hex(" ") or "nothing"
+    return f"segment {shown}{', the last' if message.last else ''}"
+
+
+def _process_data(message: Pdo) -> str:
+    if not message.values:
+        return f"{message.service.name} {message.data.hex(' ') or 'without data'}"
+    shown = message.values.get(MODE, message.values.get(MODE_SHOWN))
+    mode = mode_of(shown) if isinstance(shown, int) else None
+    said = []
+    for place, value in message.values.items():
+        words = _WORDS_IN_MODE.get(place)
+        if words is not None and isinstance(value, int):
+            said.append(words(value, mode))
+        else:
+            said.append(f"{_SHORT[place]} {value_words(place, value)}")
+    return "; ".join(said)
+
+
+_WORDS_IN_MODE = {CONTROLWORD: control_words, STATUSWORD: state_words}
+_SHORT = {MODE: "mode", MODE_SHOWN: "mode", TARGET_POSITION: "target", POSITION: "at"}
+
+SENTENCES: Mapping[type, Callable[[Any], str]] = MappingProxyType(
+    {
+        Nmt: lambda message: _ORDERS[message.command],
+        Heartbeat: lambda message: _NODE_STATES[message.state],
+        Sync: lambda message: "SYNC" + (f" {message.counter}" if message.counter else ""),
+        Emergency: _emergency,
+        StartUpload: lambda message: f"read {object_words(message.place)}",
+        StartDownload: lambda message: (
+            f"write {object_words(message.place)}: {_content(message.place, message.content)}"
+        ),
+        Upload: lambda message: (
+            f"{object_words(message.place)}: {_content(message.place, message.content)}"
+        ),
+        DownloadStarted: lambda message: f"{object_words(message.place)} is taken",
+        NextSegment: lambda _: "the next segment",
+        Segment: _segment,
+        SegmentTaken: lambda _: "the segment is taken",
+        Abort: lambda message: f"{object_words(message.place)} given up: {message.words}",
+        Pdo: _process_data,
+    }
+)

@@ -1,0 +1,232 @@
+"""A controller whose requests are scripts: generators that say something and wait for an answer.
+
+A script yields the time until which it waits, and is resumed with what the codec heard, or with
+None when the time is over or a stop was asked for. What it returns answers the request.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections import deque
+from collections.abc import Callable, Generator, Sequence
+from typing import Generic, Protocol, TypeVar
+
+from armdrive.abilities import Abilities
+from armdrive.dialects.controller import Part, Stopping
+from armdrive.errors import ArmError, WrongState
+from armdrive.tasks import SWITCHED_ON, Denied, Event, Reply, Request, Silence
+from kinematics.spaces import Motors
+
+H = TypeVar("H")
+"""What the dialect's codec hears."""
+H_co = TypeVar("H_co", covariant=True)
+
+MOST_TURNS = 10_000
+"""A script that goes round more often without time passing is broken, and is ended."""
+
+BITS_A_BYTE = 10
+"""A start bit, eight data bits and a stop bit."""
+
+
+class Codec(Protocol[H_co]):
+    """The receiving side of a dialect's host machine."""
+
+    def receive_data(self, data: bytes) -> None:
+        """Take bytes from the device."""
+
+    def next_event(self) -> H_co | None:
+        """Return the next thing heard."""
+
+
+class Scripted(ABC, Generic[H]):
+    """Runs one script at a time over a codec. A dialect adds `script`, `unasked` and its numbers.
+
+    In a script: `say` puts bytes on the wire, `tell` an event to the engine; `now_s` is the time,
+    `stop_asked` and `stop_hard` whether somebody wants the motion to end.
+    """
+
+    look_at = SWITCHED_ON
+    """What a person does about a device that does not answer."""
+
+    def __init__(self, abilities: Abilities, codec: Codec[H]) -> None:
+        self.abilities = abilities
+        self.last_said = ""
+        self.now_s = 0.0
+        self.underruns = 0
+        """How often a device that queues stood still although more of its motion was to come."""
+        self.stop_asked = False
+        self.stop_hard = False
+        self.overdue = False
+        """Whether what `hear` returned last came when it was waited for no longer: this program
+        stood still meanwhile, and a time measured so says nothing about the device."""
+        self._codec = codec
+        self._script: Generator[float, H | None, Reply] | None = None
+        self._until_s = math.inf
+        self._out = bytearray()
+        self._events: deque[Event] = deque()
+
+    @property
+    def busy(self) -> bool:
+        """Tell whether a request is unanswered."""
+        return self._script is not None
+
+    # -- what a dialect says ------------------------------------------------------------------
+
+    @abstractmethod
+    def script(self, request: Request) -> Generator[float, H | None, Reply]:
+        """Return the script that carries out a request."""
+
+    @abstractmethod
+    def unasked(self, heard: H) -> None:
+        """Weigh what no script was waiting for: `tell` an `Oddity` or an `Alert`."""
+
+    def give_up(self) -> None:
+        """Have the codec forget what it waits for, and half a message."""
+
+    # -- what a script calls ------------------------------------------------------------------
+
+    def say(self, data: bytes, text: str = "") -> None:
+        """Put bytes on the wire; with a text for people where they are more than a poll."""
+        self._out += data
+        self.last_said = text or self.last_said
+
+    def tell(self, event: Event) -> None:
+        """Give an event to the engine."""
+        self._events.append(event)
+
+    def hear(
+        self, until_s: float, wanted: Callable[[H], bool]
+    ) -> Generator[float, H | None, H | None]:
+        """Wait for a message of a kind, stop or no stop; None when the time is over.
+
+        What has come is read to its end before the time is found to be over: this program may be
+        late, and the answer stand behind something else.
+        """
+        while True:
+            heard = yield until_s
+            if heard is None:
+                if self.now_s >= until_s:
+                    return None
+                continue
+            if wanted(heard):
+                self.overdue = self.now_s > until_s
+                return heard
+            self.unasked(heard)
+
+    def pause(self, until_s: float) -> Generator[float, H | None, None]:
+        """Let time pass until a moment, or until a stop is asked for."""
+        asked = self.stop_asked
+        while self.now_s < until_s and self.stop_asked == asked:
+            heard = yield until_s
+            if heard is not None:
+                self.unasked(heard)
+
+    def silence(self, since_s: float) -> Silence:
+        """Return the reply that says that nothing answered."""
+        return Silence(self.last_said, self.now_s - since_s, self.look_at)
+
+    # -- what the engine calls ----------------------------------------------------------------
+
+    def begin(self, request: Request, now_s: float) -> None:
+        """Take up a request; raises `ValueError` where the dialect cannot express it."""
+        if self._script is not None:
+            raise WrongState("a request is unanswered: wait for its answer, or forget it")
+        self.now_s = now_s
+        self.stop_asked = self.stop_hard = False
+        self._script = self.script(request)
+        try:
+            self._run(None)
+        except (ValueError, ArmError):
+            self._script = None
+            self._out.clear()
+            raise
+
+    def receive(self, data: bytes, now_s: float) -> None:
+        """Take bytes from the device."""
+        self.now_s = now_s
+        self._codec.receive_data(data)
+        while (heard := self._codec.next_event()) is not None:
+            if self._script is None:
+                self.unasked(heard)
+            else:
+                self._step(heard)
+
+    def advance(self, now_s: float) -> bytes:
+        """Do what is due by now, and return the bytes to be written."""
+        self.now_s = now_s
+        turns = 0
+        while self._script is not None and self._until_s <= now_s:
+            self._step(None)
+            turns += 1
+            if turns > MOST_TURNS:
+                self._script = None
+                self.tell(Denied(f"the script of `{self.last_said}` waits for what is over"))
+        data = bytes(self._out)
+        self._out.clear()
+        return data
+
+    def next_s(self) -> float:
+        """Tell when the script wants to go on even if nothing is heard."""
+        if self._out:
+            return self.now_s
+        return self._until_s if self._script is not None else math.inf
+
+    def next_event(self) -> Event | None:
+        """Return the next thing that the engine should know."""
+        return self._events.popleft() if self._events else None
+
+    def stop(self, *, hard: bool) -> None:
+        """Have the script know of a stop, at once."""
+        if self._script is None or (self.stop_asked and self.stop_hard >= hard):
+            return
+        self.stop_asked, self.stop_hard = True, hard
+        self._until_s = -math.inf
+
+    def forget(self) -> None:
+        """Give up on the unanswered request and on half a message that was received."""
+        if self._script is not None:
+            self._script.close()
+            self._script = None
+        self._out.clear()
+        self.give_up()
+
+    # -- what most dialects share -------------------------------------------------------------
+
+    def strays_steps(self, steps: Motors, rate_hz: float) -> tuple[float, ...]:  # noqa: ARG002
+        """Return zeros: a device that coordinates its motors keeps to the straight way."""
+        return (0.0,) * len(steps)
+
+    @abstractmethod
+    def stopping(self, burst_s: float, parts: Sequence[Part] = ()) -> Stopping:
+        """Bound how long motion goes on."""
+
+    def farewell(self) -> bytes:
+        """Return what the device should hear before its wire is given back: nothing, mostly."""
+        return b""
+
+    def unwrap(self, registers: Motors, near: Motors) -> Motors:
+        """Undo the wrap of registers of `abilities.register_bits`."""
+        span = 1 << self.abilities.register_bits
+        half = span // 2
+        return Motors(
+            there + (count - there + half) % span - half
+            for count, there in zip(registers, near, strict=True)
+        )
+
+    def _step(self, heard: H | None) -> None:
+        try:
+            self._run(heard)
+        except ValueError as error:  # in mid-script: a message that the dialect cannot express
+            self._script = None
+            self.tell(Denied(str(error)))
+
+    def _run(self, heard: H | None) -> None:
+        script = self._script
+        if script is None:
+            return
+        try:
+            self._until_s = script.send(heard)
+        except StopIteration as end:
+            self._script, self._until_s = None, math.inf
+            self.tell(end.value)

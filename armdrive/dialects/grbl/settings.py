@@ -1,0 +1,410 @@
+"""What an arm file says in `[grbl]`: how a GRBL board is wired to the arm and set up."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields, replace
+from datetime import date
+from typing import TYPE_CHECKING
+
+from armdrive.dialects.grbl.in_flight import Limits, Way
+from armdrive.errors import ArmFileError
+from armdrive.tasks import Difference
+from armdrive.text.toml import within
+from firmware_protocol.grbl import AXIS_LETTERS, Variant
+from firmware_protocol.grbl.words import write_number
+from kinematics.spaces import Motors
+
+if TYPE_CHECKING:
+    from armdrive.config.arm import ArmConfig
+
+UNITS = ("steps", "degrees")
+SERVOS = re.compile(r"M3|M6[78]E[0-9]{1,2}")
+OUTPUTS = re.compile(r"flood|mist|P[0-9]{1,2}")
+PINS = "PDHSRXYZABC"
+"""The letters of a report's pins, as input bits: probe, door, hold, start, reset, limits."""
+
+
+@dataclass(frozen=True, slots=True)
+class GrblSettings:
+    """A GRBL board as it is wired and set up.
+
+    `axes` gives the letter of each motor, in the arm's order; `unit` says what the board's "mm"
+    is: one motor step ($100=1), or one degree of what the motor's row calls a turn (one mm for a
+    gripper's motor). `rates` and `accelerations` are expected of the motors, in steps a second and
+    steps a second squared; left out, the joints' full speed within `ramp_s`. `travel` is in the
+    board's units. `junction_steps` is $11 in motor steps. `soft_limits`, `hard_limits` and
+    `homing` are what $20, $21 and $22 should be. `hard_limits_checked` is the day on which every
+    limit switch was seen to raise an alarm, 2026-11-23 say: `armdrive config limits` writes it.
+    `idle_key` is the setting that keeps the motors
+    on, `1` of GRBL where it is left out.
+
+    `outputs` names what each output bit switches: flood, mist, or P0, P1 ... The gripper's servo
+    is told `servo` with a number between `servo_closed` and `servo_open`; a gripper on an output
+    has it on bit `gripper_output`, which closes it when on, or opens it.
+
+    Times: a report is asked for every `poll_s` in motion, and a board that gives none for `mute_s`
+    is mute; an answer is waited for `answer_s`, a board that was reset by opening its port
+    `boot_s`, homing `homing_s`. `segments` is how many segments of motion
+    the board computes ahead; left out, as its firmware does (`grbl_segments`). A motor may be
+    `corridor_steps` off the path sent.
+    """
+
+    axes: str = "XYZABC"
+    unit: str = "steps"
+    ramp_s: float = 0.1
+    rates: tuple[float, ...] = ()
+    accelerations: tuple[float, ...] = ()
+    travel: tuple[float, ...] = ()
+    junction_steps: float = 1.0
+    soft_limits: bool = False
+    hard_limits: bool = False
+    hard_limits_checked: str = ""
+    homing: bool = False
+    idle_key: str = ""
+    outputs: tuple[str, ...] = ("flood",)
+    servo: str = "M3"
+    servo_closed: float = 0.0
+    servo_open: float = 1000.0
+    gripper_output: int = 0
+    gripper_closes: bool = True
+    corridor_steps: float = 2.0
+    max_segments: int = 15
+    poll_s: float = 0.05
+    mute_s: float = 1.0
+    answer_s: float = 1.0
+    boot_s: float = 4.0
+    homing_s: float = 120.0
+    segments: int | None = None
+
+    def __post_init__(self) -> None:
+        letters = self.axes
+        if not letters or set(letters) - set(AXIS_LETTERS) or len(set(letters)) != len(letters):
+            raise ArmFileError(
+                f"grbl.axes gives each motor a letter of its own out of {AXIS_LETTERS}, not "
+                f"{letters!r}"
+            )
+        if self.unit not in UNITS:
+            raise ArmFileError(f"grbl.unit is one of {', '.join(UNITS)}, not {self.unit!r}")
+        if not SERVOS.fullmatch(self.servo):
+            raise ArmFileError(f"grbl.servo is M3, or M67E0 and the like, not {self.servo!r}")
+        for word in self.outputs:
+            if not OUTPUTS.fullmatch(word):
+                raise ArmFileError(f"grbl.outputs names flood, mist, P0, P1 ..., not {word!r}")
+        if self.hard_limits_checked and not _is_day(self.hard_limits_checked):
+            raise ArmFileError(
+                "grbl.hard_limits_checked is a day, written 2026-11-23, not "
+                f"{self.hard_limits_checked!r}"
+            )
+        for each in fields(self):
+            if each.name in _BOUNDS and getattr(self, each.name) is not None:
+                within(f"grbl.{each.name}", getattr(self, each.name), *_BOUNDS[each.name])
+            elif each.name in _LISTS:
+                for value in getattr(self, each.name):
+                    within(f"grbl.{each.name}", value, *_LISTS[each.name])
+
+    @property
+    def limit_inputs(self) -> Mapping[str, int]:
+        """The input bit of each axis's limit switch, in the order of the motors."""
+        return {letter: PINS.index(letter) for letter in self.axes}
+
+
+def _is_day(word: str) -> bool:
+    try:
+        return date.fromisoformat(word).isoformat() == word
+    except ValueError:
+        return False
+
+
+_LISTS = {"rates": (0.1, 1e6), "accelerations": (0.1, 1e8), "travel": (0.1, 1e6)}
+_BOUNDS = {
+    "ramp_s": (0.005, 10.0),
+    "junction_steps": (0.001, 1000.0),
+    "servo_closed": (0.0, 100_000.0),
+    "servo_open": (0.0, 100_000.0),
+    "gripper_output": (0, 7),
+    "corridor_steps": (1.0, 1000.0),
+    "max_segments": (1, 1000),
+    "poll_s": (0.01, 0.2),
+    "mute_s": (0.5, 10.0),
+    "answer_s": (0.2, 30.0),
+    "boot_s": (0.5, 30.0),
+    "homing_s": (1.0, 290.0),
+    "segments": (1, 100),
+}
+
+
+# How an arm's motors are mapped to a board's axes: letters, units, and how fast they turn.
+#
+# A motion line is relative, in whole motor steps where the board's unit is one: see docs/grbl.md
+# for
+# why. Its feed stands before its axis words and every number has a sign, so that no lost byte
+# makes
+# one number out of two words; none but a lost minus makes a way longer.
+
+DECIMALS = 4
+"""The decimals of a distance in degrees; a motor step is never finer than that."""
+FINEST = 400.0
+"""Steps a unit: reports have three decimals, and a step has to show in them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Axes:
+    """The axes of an arm's motors, in the motors' order.
+
+    `most_hz` is how fast a motor turns when every joint that it moves is at full speed, and
+    `fastest_hz` how fast any motor turns for a single joint: no motion asks for more of a motor,
+    where the board grants no motor more.
+    """
+
+    letters: str
+    steps_per_unit: tuple[float, ...]
+    most_hz: tuple[float, ...]
+    fastest_hz: float
+
+    @classmethod
+    def of(cls, config: ArmConfig) -> Axes:
+        """Return those of an arm. Raises `ArmFileError`."""
+        settings: GrblSettings = config.device
+        transmission = config.model.transmission
+        if transmission is None:
+            raise ArmFileError("no motor steps are known of this arm: give steps_per_turn")
+        count = len(transmission.motors)
+        if len(settings.axes) < count:
+            raise ArmFileError(
+                f"grbl.axes names {len(settings.axes)} axes, but the arm has {count} motors"
+            )
+        for name in ("rates", "accelerations", "travel"):
+            if len(getattr(settings, name)) not in (0, count):
+                raise ArmFileError(f"grbl.{name} must have {count} entries, one for each motor")
+        per_unit = tuple(
+            1.0
+            if settings.unit == "steps"
+            else _per_degree(abs(motor.steps_per_unit), index, config)
+            for index, motor in enumerate(transmission.motors)
+        )
+        if max(per_unit) > FINEST:
+            raise ArmFileError(
+                f"grbl.unit: a degree has {max(per_unit):.0f} motor steps, which three decimals "
+                'cannot tell apart: use "steps"'
+            )
+        speeds = (*config.model.joint_speeds_rad_s, config.model.gripper_speed_mm_s)
+        turned = [
+            [abs(share * speed) for share, speed in zip(row, speeds, strict=False)]
+            for row in transmission.matrix
+        ]
+        return cls(
+            settings.axes[:count], per_unit, tuple(map(math.fsum, turned)), max(map(max, turned))
+        )
+
+    def expected(self, settings: GrblSettings) -> Limits:
+        """Return what the arm file expects of the board."""
+        rates_hz = settings.rates or tuple(min(most, self.fastest_hz) for most in self.most_hz)
+        slopes = settings.accelerations or tuple(rate / settings.ramp_s for rate in rates_hz)
+        return Limits(
+            self.steps_per_unit,
+            self._in_units(rates_hz),
+            self._in_units(slopes),
+            settings.junction_steps / max(self.steps_per_unit),
+        )
+
+    def _in_units(self, steps: tuple[float, ...]) -> tuple[float, ...]:
+        return tuple(count / per for count, per in zip(steps, self.steps_per_unit, strict=True))
+
+    def board(self) -> str:
+        """Return the letters of a board that has these axes and no others, in its own order."""
+        return "".join(letter for letter in AXIS_LETTERS if letter in self.letters)
+
+    def motors(self, position: tuple[float, ...], board: str) -> Motors:
+        """Return whole motor steps out of a board's machine position."""
+        placed: Mapping[str, float] = dict(zip(board, position, strict=True))
+        return Motors(
+            math.floor(placed[letter] * per + 0.5)
+            for letter, per in zip(self.letters, self.steps_per_unit, strict=True)
+        )
+
+    def words(self, start: Motors, end: Motors) -> str:
+        """Return the relative axis words from one absolute position to another.
+
+        They are differences of absolute numbers that were rounded once, so that nothing drifts.
+        """
+        return "".join(
+            f"{letter}{_written(there - here, per)}"
+            for letter, here, there, per in zip(
+                self.letters,
+                self._rounded(start),
+                self._rounded(end),
+                self.steps_per_unit,
+                strict=True,
+            )
+            if there != here
+        )
+
+    def _rounded(self, position: Motors) -> list[int]:
+        """Return an absolute position in the last decimal that is written."""
+        return [
+            count if per == 1.0 else round(count / per * 10**DECIMALS)
+            for count, per in zip(position, self.steps_per_unit, strict=True)
+        ]
+
+
+def _per_degree(per_unit: float, index: int, config: ArmConfig) -> float:
+    """Return steps a degree of a turning motor; of the gripper's, steps a mm."""
+    turning = index < len(config.model.arm.joint_names)
+    return math.radians(per_unit) if turning else per_unit
+
+
+def _written(amount: int, per: float) -> str:
+    if per == 1.0:
+        return f"{amount:+d}"
+    return f"{amount / 10**DECIMALS:+.{DECIMALS}f}".rstrip("0").rstrip(".")
+
+
+def feed(way: Way) -> str:
+    """Return a line's F word, never faster than its speed; without a point where it can be."""
+    per_minute = max(way.speed * 60.0, 10.0**-DECIMALS)
+    decimals = min(max(3 - math.floor(math.log10(per_minute)), 0), DECIMALS)
+    scaled = math.floor(per_minute * 10**decimals + 1e-6)
+    text = f"{max(scaled, 1) / 10**decimals:.{decimals}f}"
+    return f"F{text.rstrip('0').rstrip('.') if '.' in text else text}"
+
+
+# A board's settings against the arm file: what differs, what it does to motion, what mends it.
+
+Told = Mapping[int | str, str]
+"""A board's settings as it tells them, by key."""
+
+ALWAYS_ON = 255
+MPOS_AND_BUFFER = 3
+STEPS_PER_UNIT, RATES, ACCELERATIONS, TRAVEL = 100, 110, 120, 130
+REPORT, JUNCTION, INCHES, SOFT_LIMITS, HARD_LIMITS, HOMING = 10, 11, 13, 20, 21, 22
+SAME = 1e-3
+"""Settings are reported with three decimals."""
+BARELY = 0.02
+"""So much slower than expected goes unmentioned."""
+
+
+def idle_key(settings: GrblSettings, variant: Variant, told: Told) -> int | str:
+    """Return the key of the setting that keeps the motors on: FluidNC has a path for it."""
+    word = settings.idle_key
+    if not word:
+        return "/stepping/idle_ms" if variant is Variant.FLUIDNC and 1 not in told else 1
+    return int(word) if word.isdigit() else word
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """What is expected of one board: `board` is the order of its axes, as its settings count."""
+
+    settings: GrblSettings
+    axes: Axes
+    board: str
+    told: Told
+    idle: int | str = 1
+
+    def number(self, key: int) -> float | None:
+        """Return a setting as a number, None where the board tells none."""
+        try:
+            value = float(self.told.get(key, ""))
+        except ValueError:
+            return None
+        return value if math.isfinite(value) else None
+
+    def limits(self) -> Limits:
+        """Return what the board's axes can really do; what it does not tell is as expected."""
+        expected = self.axes.expected(self.settings)
+        return replace(
+            expected,
+            rates=tuple(
+                (self._of_axis(RATES, index) or rate * 60.0) / 60.0
+                for index, rate in enumerate(expected.rates)
+            ),
+            accelerations=tuple(
+                self._of_axis(ACCELERATIONS, index) or slope
+                for index, slope in enumerate(expected.accelerations)
+            ),
+            junction=self.number(JUNCTION) or expected.junction,
+        )
+
+    def differences(self) -> Iterator[Difference]:
+        """Give what differs from the arm file, with the line that mends it."""
+        yield from self._idle()
+        yield from self._reports()
+        yield from self._axes()
+        junction = self.axes.expected(self.settings).junction
+        found = self.number(JUNCTION)
+        if found is not None and abs(found - junction) > junction * SAME + SAME:
+            yield _difference(JUNCTION, found, junction, "the corner rounding", must=False)
+        yield from self._switches()
+
+    def _idle(self) -> Iterator[Difference]:
+        found = self.told.get(self.idle)
+        try:
+            on = found is not None and float(found) == ALWAYS_ON
+        except ValueError:
+            on = False
+        if not on:
+            yield Difference(
+                f"${self.idle} (motors on while standing)",
+                found or "not told",
+                str(ALWAYS_ON),
+                f"${self.idle}={ALWAYS_ON}",
+            )
+
+    def _reports(self) -> Iterator[Difference]:
+        mask = self.number(REPORT)
+        if mask is not None and int(mask) & MPOS_AND_BUFFER != MPOS_AND_BUFFER:
+            wanted = int(mask) | MPOS_AND_BUFFER
+            yield _difference(REPORT, mask, wanted, "what reports tell")
+        inches = self.number(INCHES)
+        if inches:
+            yield _difference(INCHES, inches, 0, "reports in inches")
+
+    def _axes(self) -> Iterator[Difference]:
+        expected = self.axes.expected(self.settings)
+        for index, letter in enumerate(self.axes.letters):
+            steps, wanted = self._of_axis(STEPS_PER_UNIT, index), expected.steps_per_unit[index]
+            if steps is not None and abs(steps - wanted) > SAME:
+                yield self._of(STEPS_PER_UNIT, index, steps, wanted, f"steps a unit of {letter}")
+            rate, wanted = self._of_axis(RATES, index), expected.rates[index] * 60.0
+            if rate is not None and rate < wanted * (1.0 - BARELY):
+                what = f"the fastest rate of {letter}: motion is slower than asked"
+                yield self._of(RATES, index, rate, wanted, what, must=False)
+            slope, wanted = self._of_axis(ACCELERATIONS, index), expected.accelerations[index]
+            if slope is not None and slope < wanted * (1.0 - BARELY):
+                what = f"the acceleration of {letter}: motion starts and stops more slowly"
+                yield self._of(ACCELERATIONS, index, slope, wanted, what, must=False)
+            if self.settings.travel and self.settings.soft_limits:
+                travel, wanted = self._of_axis(TRAVEL, index), self.settings.travel[index]
+                if travel is not None and abs(travel - wanted) > SAME:
+                    what = f"the travel of {letter}"
+                    yield self._of(TRAVEL, index, travel, wanted, what, must=False)
+
+    def _switches(self) -> Iterator[Difference]:
+        for key, wanted, what in (
+            (SOFT_LIMITS, self.settings.soft_limits, "soft limits"),
+            (HARD_LIMITS, self.settings.hard_limits, "hard limits"),
+            (HOMING, self.settings.homing, "homing"),
+        ):
+            found = self.number(key)
+            if found is not None and bool(found) != wanted:
+                yield _difference(key, found, int(wanted), what, must=False)
+
+    def _of_axis(self, group: int, index: int) -> float | None:
+        return self.number(group + self.board.index(self.axes.letters[index]))
+
+    def _of(
+        self, group: int, index: int, found: float, wanted: float, what: str, *, must: bool = True
+    ) -> Difference:
+        key = group + self.board.index(self.axes.letters[index])
+        return _difference(key, found, wanted, what, must=must)
+
+
+def _difference(
+    key: int, found: float, wanted: float, what: str, *, must: bool = True
+) -> Difference:
+    rounded = math.ceil(wanted * 1000.0 - 1e-6) / 1000.0
+    expected = write_number(rounded)
+    return Difference(f"${key} ({what})", write_number(found), expected, f"${key}={expected}", must)

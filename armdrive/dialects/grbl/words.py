@@ -1,0 +1,109 @@
+"""What a board of the GRBL family and its host say, in sentences; sent lines are read as G-code."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping
+from types import MappingProxyType
+from typing import Any
+
+from armdrive.dialects.words import plain
+from firmware_protocol.grbl.answers import Alarm, Banner, Error, Feedback, Ok, Setting
+from firmware_protocol.grbl.codes import alarm_code, error_code
+from firmware_protocol.grbl.info import Version
+from firmware_protocol.grbl.realtime import split_realtime
+from firmware_protocol.grbl.status import State, StatusReport
+
+_WORD = re.compile(r"([A-Za-z])([-+]?[0-9.]+)")
+
+_CODES: Mapping[str, str] = MappingProxyType(
+    {
+        "G0": "rapid", "G1": "straight", "G4": "wait", "G17": "", "G20": "inches", "G21": "",
+        "G53": "in machine coordinates", "G54": "", "G90": "absolute", "G91": "relative", "G94": "",
+        "M3": "output on", "M4": "output on", "M5": "output off", "M8": "coolant on",
+        "M9": "coolant off",
+        "M62": "output on behind the motion", "M63": "output off behind the motion",
+        "M64": "output on", "M65": "output off",
+    }
+)  # fmt: skip
+"""Words of G-code in words; those that say nothing new are empty."""
+
+_ARGUMENTS: Mapping[str, str] = MappingProxyType({"F": "feed", "S": "power", "P": "number"})
+"""Letters of G-code that are no axes."""
+
+_SYSTEM: Mapping[str, str] = MappingProxyType(
+    {
+        "$$": "read the settings", "$I": "ask for the version", "$G": "read the modes",
+        "$#": "read the parameters", "$X": "unlock", "$H": "home by the switches",
+        "$C": "check mode", "$SLP": "sleep, motors off", "$N": "read the start-up lines",
+    }
+)  # fmt: skip
+_JOG = "$J="
+
+
+def _report(message: StatusReport) -> str:
+    state = message.state.value if isinstance(message.state, State) else message.state
+    sub = "" if message.sub_state is None else f":{message.sub_state}"
+    place = message.machine_position or message.work_position or ()
+    at = f" at {' '.join(f'{each:g}' for each in place)}" if place else ""
+    feed = f", feed {message.feed:g}" if message.feed else ""
+    room = "" if message.free_blocks is None else f", room for {message.free_blocks} blocks"
+    pins = f", pins {message.pins}" if message.pins else ""
+    return f"{state}{sub}{at}{feed}{room}{pins}"
+
+
+def _banner(message: Banner) -> str:
+    return f"the board has started: {message.variant.value} {message.version}"
+
+
+SENTENCES: Mapping[type, Callable[[Any], str]] = MappingProxyType(
+    {
+        StatusReport: _report,
+        Ok: lambda _: "taken",
+        Error: lambda message: f"refused ({message.code}): {error_code(message.code).meaning}",
+        Alarm: lambda message: f"alarm {message.code}: {alarm_code(message.code).meaning}",
+        Banner: _banner,
+        Setting: lambda message: f"setting {message.key} is {message.value}",
+        Feedback: lambda message: f"says: {message.text}",
+        Version: lambda message: f"version {message.version}",
+    }
+)
+
+
+def lines(data: bytes) -> str:
+    """Return what a host writes, in words: real-time characters first, then line by line."""
+    urgent, rest = split_realtime(data)
+    return "; ".join((*map(plain, urgent), *_lines(rest.decode("latin-1"))))
+
+
+def _lines(text: str) -> Iterator[str]:
+    for line in text.split("\n"):
+        bare = line.strip()
+        if bare:
+            yield _SYSTEM.get(bare.upper()) or _block(bare)
+
+
+def _block(line: str) -> str:
+    jog = line.upper().startswith(_JOG)
+    if line.startswith("$") and not jog:
+        return f"set {line}"
+    found = _WORD.findall(line[len(_JOG) :] if jog else line)
+    if not found:
+        return "no G-code"
+    codes = [_code(letter.upper() + number) for letter, number in found if letter.upper() in "GM"]
+    axes = [f"{_name(letter)} {number}" for letter, number in found if letter.upper() not in "GM"]
+    told = [each for each in codes if each]
+    return (
+        ": ".join(part for part in (" ".join(["jog"] * jog + told), ", ".join(axes)) if part)
+        or "set the modes"
+    )
+
+
+def _name(letter: str) -> str:
+    return _ARGUMENTS.get(letter.upper(), letter.upper())
+
+
+def _code(word: str) -> str:
+    """Return a code in words: `G01` is `G1`."""
+    letter, number = word[0], word[1:].lstrip("0") or "0"
+    return _CODES.get(letter + number, word)

@@ -1,0 +1,146 @@
+"""How MKS drives are set up, compared with the arm file; and the lines that mend it.
+
+A line is a drive's id, a colon, and a setting's code and value in hexadecimal: `3: 82 05`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+from armdrive.dialects.mks.contact import MksContact
+from armdrive.dialects.mks.exchange import Script
+from armdrive.errors import Refused
+from armdrive.tasks import Denied, Difference, Done, Settings
+from firmware_protocol.errors import RemoteProtocolError
+from firmware_protocol.frames import Frame
+from firmware_protocol.mks import (
+    SETTING_CODES,
+    Ability,
+    Answered,
+    Code,
+    Event,
+    Mode,
+    ReadSetting,
+    ReplyMode,
+    SetCurrent,
+    SetMicrosteps,
+    SetMode,
+    SetReplies,
+    Setting,
+    SettingRead,
+    as_setting,
+    decode_request,
+    encode,
+)
+from firmware_protocol.mks import Done as Taken
+
+_LINE = re.compile(r"\s*([0-9]{1,4})\s*:\s*((?:[0-9A-Fa-f]{2}\s*){2,7})")
+_NOT_BY_LINE = (Code.NODE, Code.BITRATE, Code.GROUP)
+"""Settings after which the drive would be somewhere else: commissioning has a command for them."""
+
+
+class MksComparing(MksContact):
+    """Reads settings, compares and mends them."""
+
+    def compare(self) -> Script:
+        """Read what the arm depends on; what a firmware cannot tell is left to the first motion."""
+        if Ability.READ_SETTINGS not in self.able:
+            return Settings((), self.firmware)
+        began_s = self.now_s
+        differences: list[Difference] = []
+        for code, wanted, must in self._wanted():
+            found = yield from self.read(ReadSetting(code))
+            if missing := [node for node in self.nodes if node not in found]:
+                return self.absence(missing, began_s)
+            differences += self._differing(found, wanted, must)
+        return Settings(tuple(differences), self.firmware)
+
+    def _wanted(self) -> tuple[tuple[Code, Setting, bool], ...]:
+        """Return each setting that matters, and whether nothing moves without it."""
+        rows: list[tuple[Code, Setting, bool]] = [
+            (Code.MODE, SetMode(Mode.BUS_FOC), True),
+            (Code.MICROSTEPS, SetMicrosteps(self.settings.microsteps), True),
+            (Code.REPLIES, SetReplies(ReplyMode.FULL), False),
+        ]
+        if self.settings.current_ma:
+            rows.append((Code.CURRENT, SetCurrent(self.settings.current_ma), False))
+        return tuple(rows)
+
+    def _differing(
+        self, found: Mapping[int, Event], wanted: Setting, must: bool
+    ) -> list[Difference]:
+        differences = []
+        for node in self.nodes:
+            heard = found[node]
+            read = heard.answer if isinstance(heard, Answered) else None
+            if not isinstance(read, SettingRead) or read.value is None:
+                continue  # it is not told
+            is_set = _as_setting(read)
+            if is_set != wanted:
+                differences.append(
+                    Difference(
+                        f"{wanted.code.name.lower()} of {self.drive(node)}",
+                        _value(is_set) or read.value.hex(" "),
+                        _value(wanted),
+                        mending_line(node, wanted),
+                        must,
+                    )
+                )
+        return differences
+
+    def mend(self, line: str) -> Script:
+        """Write one setting."""
+        node, setting = parsed_line(line)
+        if node not in self.nodes:
+            raise Refused(f"`{line}`: no drive of this arm has the id {node}")
+        found = yield from self.ask({node: setting}, text=line)
+        heard = found.get(node)
+        if heard is None:
+            return Denied(self.absent_words((node,)), moved=False)
+        if not isinstance(heard, Taken):
+            return Denied(f"{self.drive(node)} refused `{line}`", moved=False)
+        return Done()
+
+
+def mending_line(node: int, setting: Setting) -> str:
+    """Return the line that sets something."""
+    return f"{node}: {encode(node, setting).data[:-1].hex(' ')}"
+
+
+def parsed_line(line: str) -> tuple[int, Setting]:
+    """Read a mending line. Raises `Refused` for one that sets nothing of a drive."""
+    found = _LINE.fullmatch(line)
+    if found is None:
+        raise Refused(f"`{line}` is no setting of a drive: write one as `3: 82 05`")
+    node, data = int(found[1]), bytes.fromhex(found[2])
+    code = data[0]
+    if code not in SETTING_CODES or code in _NOT_BY_LINE:
+        raise Refused(f"`{line}` sets nothing that can be mended so")
+    try:
+        frame_data = data + bytes(((node + sum(data)) & 0xFF,))
+        setting = decode_request(Frame(node, frame_data))
+    except (RemoteProtocolError, ValueError) as error:
+        raise Refused(f"`{line}` is no setting of a drive: {error}") from None
+    return node, setting  # type: ignore[return-value]
+
+
+def _as_setting(read: SettingRead) -> Setting | None:
+    try:
+        return as_setting(read)
+    except RemoteProtocolError:  # a value that no table has
+        return None
+
+
+def _value(setting: Setting | None) -> str:
+    """Return a setting's value for people."""
+    match setting:
+        case SetMode(mode):
+            return f"{int(mode)} ({mode.name})"
+        case SetMicrosteps(count):
+            return str(count)
+        case SetReplies(mode):
+            return mode.name.lower()
+        case SetCurrent(current_ma):
+            return f"{current_ma} mA"
+    return ""

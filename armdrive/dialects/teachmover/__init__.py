@@ -1,0 +1,1 @@
+"""teachmover."""

@@ -1,0 +1,314 @@
+"""The driver's end of the TeachMover dialect: neutral requests to lines, status lines to replies.
+
+A burst is one `@STEP`; nothing can end it early, and its answer comes when the motion has ended.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass
+
+from armdrive.abilities import Abilities
+from armdrive.dialects.controller import Part, Stopping
+from armdrive.dialects.exchange import BITS_A_BYTE, Scripted
+from armdrive.dialects.speed_table import SpeedMeter, SpeedTable
+from armdrive.errors import Refused
+from armdrive.tasks import (
+    ClearFault,
+    Denied,
+    Done,
+    DropCurrent,
+    Interrupted,
+    MoveBy,
+    Oddity,
+    Program,
+    ReadPosition,
+    ReadProgram,
+    ReadSettings,
+    Registers,
+    Reply,
+    Request,
+    SetOutputs,
+    Settings,
+    SwitchOn,
+    WriteRow,
+)
+from armdrive.text.toml import within
+from firmware_protocol.teachmover import (
+    MAX_ROWS,
+    SPEED_MAX,
+    Command,
+    Completed,
+    Garbled,
+    Host,
+    Key,
+    ProgramRow,
+    QDump,
+    QWrite,
+    Read,
+    Reset,
+    Status,
+    Step,
+    Stray,
+)
+from firmware_protocol.teachmover.host import Event as HostEvent
+from kinematics.spaces import Motors
+
+# The TeachMover's own program over the wire: a dump, whose end is a silence.
+#
+# Nothing marks the end of a dump, so it is over when no byte has come for longer than a row takes.
+
+LONGEST_ROW = len("-32768," * 8)
+"""Characters of a row at most, its CR for the last comma."""
+
+ENDLESS = 2.0
+"""A dump that takes so many times as long as the longest one does is not one."""
+
+
+class Dump:
+    """One dump being taken in: how long it is waited for, and what it came to.
+
+    `byte_s` is a character's time on the wire, and `margin_s` what a row may be late.
+    """
+
+    def __init__(self, host: Host, byte_s: float, margin_s: float) -> None:
+        self._host = host
+        self.data = host.send(QDump())
+        self._first_s = (len(self.data) + len("1\r")) * byte_s + margin_s
+        self._pause_s = LONGEST_ROW * byte_s + margin_s
+        self._longest_s = self._first_s + MAX_ROWS * LONGEST_ROW * byte_s * ENDLESS
+        self._bad = ""
+        self._ended: Completed | None = None
+
+    def heard(self, event: HostEvent | None) -> None:
+        """Take what the codec says: a row that cannot be read spoils the whole."""
+        if isinstance(event, Completed):
+            self._ended = event
+        elif isinstance(event, Garbled):
+            self._bad = self._bad or event.reason
+
+    def wait(
+        self, began_s: float, now_s: Callable[[], float], last_byte_s: Callable[[], float]
+    ) -> Generator[float, HostEvent | None, None]:
+        """Wait until the rows are over, or nothing has come that could be one."""
+        while self._ended is None:
+            until_s = began_s + self._first_s
+            if self._host.dumping:
+                until_s = min(last_byte_s() + self._pause_s, began_s + self._longest_s)
+            if now_s() >= until_s:
+                return
+            self.heard((yield until_s))
+
+    def reply(self) -> Reply | None:
+        """Return what was asked for, or why not; None where nothing answered."""
+        if self._host.dumping:
+            self._host.end_dump()
+            while self._ended is None:  # half a row first, where it broke off in one
+                self.heard(self._host.next_event())
+        if self._ended is None:
+            return None
+        if self._bad:
+            return Denied(f"its program cannot be read: {self._bad}", moved=False)
+        if self._ended.status is not Status.DONE:
+            return Denied("it does not tell its program", moved=False)
+        return Program(tuple(row.words for row in self._ended.rows))
+
+
+LONGEST_LINE = len("@STEP 245,-32768,-32768,-32768,-32768,-32768,-32768,255\r")
+ANSWER = len("1\r")
+LONGEST_REGISTERS = len("1\r-32768,-32768,-32768,-32768,-32768,-32768,65535\r")
+STILL = (0, 0, 0, 0, 0, 0)
+
+FIRST_LINE = b"@25sd,,,,,d\r"
+"""Makes an Armdroid harmless that somebody took for a TeachMover.
+
+An Armdroid reads letters, not lines, and the D of `@READ` would repeat the last motion of five of
+its motors. Here `25s` sets a slow speed and empties its accumulator, the first `d` empties its
+index, five commas write zeros where the numbers of that motion were, and the last `d` moves
+nothing by nothing. A TeachMover understands none of it and answers `0`.
+"""
+HOST_S = 0.03
+"""What an operating system and an adapter may add to a message's way."""
+CONTACT_S = 0.25
+"""How long the answer to the first line is waited for, beyond its time on the wire."""
+
+
+@dataclass(frozen=True, slots=True)
+class TeachMoverSettings:
+    """What was never published, or differs from arm to arm, as settings of the arm file.
+
+    `speed_table` pairs SP with half-steps a second; `speed_doubt` is how much slower the arm may
+    be until it has been measured; `grip_bit` is the input bit of the grip switch;
+    `answer_margin_s` is added to every deadline. With `careful_contact` the first line on a wire
+    is one that a TeachMover does not understand: see `FIRST_LINE`.
+    """
+
+    speed_table: tuple[tuple[int, float], ...] = (
+        (0, 30.0),
+        (140, 150.0),
+        (190, 250.0),
+        (240, 470.0),
+    )
+    speed_doubt: float = 2.0
+    grip_bit: int = 0
+    answer_margin_s: float = 0.5
+    careful_contact: bool = True
+
+    def __post_init__(self) -> None:
+        within("teachmover.speed_doubt", self.speed_doubt, 1.0, 20.0)
+        within("teachmover.grip_bit", self.grip_bit, 0, 7)
+        within("teachmover.answer_margin_s", self.answer_margin_s, 0.1, 10.0)
+        for setting, rate_hz in SpeedTable(self.speed_table).points:
+            within("teachmover.speed_table's setting", setting, 0, SPEED_MAX)
+            within("teachmover.speed_table's rate", rate_hz, 1.0, 20_000.0)
+
+
+class TeachMoverController(Scripted[HostEvent]):
+    """One TeachMover, seen from the driver."""
+
+    def __init__(self, abilities: Abilities, settings: TeachMoverSettings, baud: int) -> None:
+        self._host = Host()
+        super().__init__(abilities, self._host)
+        self._settings = settings
+        self._byte_s = BITS_A_BYTE / baud
+        self._table = SpeedTable(settings.speed_table)
+        self._meter = SpeedMeter(self._table, settings.speed_doubt)
+        self._outputs: int | None = None
+        self._heard_s = 0.0
+        self._met = not settings.careful_contact
+
+    def script(self, request: Request) -> Generator[float, HostEvent | None, Reply]:
+        """Send one line and wait for its answer, as long as such a motion may last."""
+        if isinstance(request, ClearFault | SwitchOn):  # the next motion switches its motors on
+            return Done()
+        if isinstance(request, ReadSettings):
+            return Settings()
+        command = None if isinstance(request, ReadProgram) else self._command(request)
+        if not self._met:
+            yield from self._meet()
+        if command is None:
+            return (yield from self._dump())
+        data = self._host.send(command)
+        began_s = self.now_s
+        self.say(data, data.decode("ascii").strip())
+        motion_s, patient_s = self._motion_s(command)
+        answer = LONGEST_REGISTERS if isinstance(command, Read) else len("1\r")
+        wire_s = (len(data) + answer) * self._byte_s
+        until_s = began_s + patient_s + wire_s + self._settings.answer_margin_s
+        heard = yield from self.hear(until_s, lambda event: isinstance(event, Completed))
+        if not isinstance(heard, Completed):
+            self.give_up()
+            return self.silence(began_s)
+        timely = self._measure(command, motion_s, self.now_s - began_s - wire_s)
+        return self._reply(heard, timely)
+
+    def receive(self, data: bytes, now_s: float) -> None:
+        """Take bytes from the arm, and note when: a silence is what ends a dump."""
+        if data:
+            self._heard_s = now_s
+        super().receive(data, now_s)
+
+    def _dump(self) -> Generator[float, HostEvent | None, Reply]:
+        """Ask for the program in the arm's memory, and wait until no more of it comes."""
+        dump = Dump(self._host, self._byte_s, self._settings.answer_margin_s)
+        began_s = self._heard_s = self.now_s
+        self.say(dump.data, dump.data.decode("ascii").strip())
+        yield from dump.wait(began_s, lambda: self.now_s, lambda: self._heard_s)
+        reply = dump.reply()
+        if reply is None:
+            self.give_up()
+            return self.silence(began_s)
+        return reply
+
+    def _meet(self) -> Generator[float, HostEvent | None, None]:
+        """Say the first line, and wait for whatever comes: a `0`, or nothing at all."""
+        self._met = True
+        self.say(FIRST_LINE, "a line that moves no arm")
+        until_s = self.now_s + (len(FIRST_LINE) + len("0\r")) * self._byte_s + CONTACT_S
+        heard = yield from self.hear(until_s, lambda event: isinstance(event, Stray))
+        if heard is not None:
+            yield from self.pause(self.now_s + 2.0 * self._byte_s)
+        self.give_up()
+
+    def unasked(self, heard: HostEvent) -> None:
+        """Tell of a line that answers nothing."""
+        self.tell(Oddity(str(heard)))
+
+    def give_up(self) -> None:
+        """Give up on the unanswered command."""
+        self._host.give_up()
+        self._host.discard()
+
+    def usable_rate_hz(self, rate_hz: float) -> float:
+        """Return the rate of the fastest setting that is no faster; the slowest one's otherwise."""
+        return self._table.rate_hz(self._table.setting(rate_hz))
+
+    def duration_s(self, steps: float, rate_hz: float) -> float:
+        """Return how long so many steps take on an arm that is as slow as it may be."""
+        setting = self._table.setting(rate_hz)
+        return steps / self._table.rate_hz(setting) * self._meter.doubt(setting)
+
+    def stopping(self, burst_s: float, parts: Sequence[Part] = ()) -> Stopping:
+        """Return a burst behind its line, whoever stops: nothing ends it early.
+
+        A burst may be a single step of any speed.
+        """
+        slowest_hz = min((part.rate_hz for part in parts), default=0.0)
+        motion_s = max(burst_s, self.duration_s(1.0, slowest_hz))
+        stands_s = HOST_S + LONGEST_LINE * self._byte_s + motion_s
+        confirmed_s = stands_s + ANSWER * self._byte_s + HOST_S
+        return Stopping(stands_s, motion_s, stands_s, motion_s, confirmed_s)
+
+    def _measure(self, command: Command, motion_s: float, moved_s: float) -> bool:
+        """Learn how fast the arm is; False where no such burst takes so long."""
+        if not isinstance(command, Step):
+            return True
+        if self.overdue:
+            return False
+        believable = self._meter.believable(command.speed, motion_s, moved_s)
+        self._meter.learn(command.speed, motion_s, moved_s)
+        return believable
+
+    def _command(self, request: Request) -> Command:
+        match request:
+            case MoveBy(steps, rate_hz):
+                return Step(self._table.setting(rate_hz), tuple(steps), self._outputs)
+            case ReadPosition():
+                return Read()
+            case SetOutputs(bits):
+                step = Step(self._table.points[0][0], STILL, bits)
+                self._outputs = bits
+                return step
+            case DropCurrent():
+                return Reset()
+            case WriteRow(words):
+                return QWrite(ProgramRow.from_words(words))
+            case _:
+                raise Refused(f"a TeachMover knows no {type(request).__name__}")
+
+    def _motion_s(self, command: Command) -> tuple[float, float]:
+        """Return how long the motion should take, and how long it may."""
+        if not isinstance(command, Step):
+            return 0.0, 0.0
+        busiest = max(abs(steps) for steps in command.steps)
+        motion_s = busiest / self._table.rate_hz(command.speed)
+        return motion_s, motion_s * max(self._meter.doubt(command.speed), 1.0) * SLOWEST_ANSWER
+
+    def _reply(self, event: Completed, timely: bool) -> Reply:
+        if event.status is Status.STOPPED:
+            return Interrupted()
+        if event.status is Status.FAILED:
+            return Denied()
+        registers = event.registers
+        if registers is None:
+            return Done(timely)
+        return Registers(
+            Motors(registers.positions),
+            registers.inputs,
+            gripping=bool(registers.inputs >> self._settings.grip_bit & 1),
+            key=registers.key.name if isinstance(registers.key, Key) else str(registers.key),
+        )
+
+
+SLOWEST_ANSWER = 2.0
+"""An answer this many times later than the doubtful arm's is no longer waited for."""

@@ -1,0 +1,303 @@
+"""The program in an arm's own memory as a value: rows of absolute registers, and what they mean.
+
+Registers count half-steps from wherever they were zeroed; `origin` is what they have to be added
+to, to be motor steps of the model, in the arm that the rows were read from. Rows that mean the same
+places under another origin are other rows.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from armdrive.dialects.speed_table import SpeedTable
+from armdrive.errors import BadRequest, DeviceFault, PendantFileError, Refused
+from armdrive.storage.points import Point, Step, StepList
+from firmware_protocol.errors import BadField, ProtocolError, RemoteProtocolError
+from firmware_protocol.teachmover import SPEED_MAX, ProgramRow
+from firmware_protocol.teachmover.program import MOVE_KIND
+from kinematics import Motors
+
+if TYPE_CHECKING:
+    from armdrive.config.arm import ArmConfig
+    from kinematics import Joints
+
+_SPAN = 1 << 16
+"""Registers wrap after so many steps."""
+
+
+def is_move(row: ProgramRow) -> bool:
+    """Tell whether a row is surely a move; what other kinds mean is unknown."""
+    return row.kind == MOVE_KIND and row.speed <= SPEED_MAX
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class PendantProgram:
+    """Rows of a program in their order; `origin` is None where nobody knows what they mean."""
+
+    rows: tuple[ProgramRow, ...] = ()
+    origin: tuple[int, ...] | None = None
+
+    @classmethod
+    def from_words(
+        cls, rows: Sequence[Sequence[int]], origin: tuple[int, ...] | None = None
+    ) -> PendantProgram:
+        """Read the rows from eight words each; raises `DeviceFault` for what is no row."""
+        try:
+            return cls(tuple(ProgramRow.from_words(row) for row in rows), origin)
+        except RemoteProtocolError as error:
+            raise DeviceFault(f"the program in the arm cannot be read: {error}") from None
+
+    def __repr__(self) -> str:  # in a recording of calls, where the rows pass as bytes anyway
+        return f"<PendantProgram of {len(self.rows)} rows, origin {self.origin}>"
+
+    @property
+    def words(self) -> tuple[tuple[int, ...], ...]:
+        """Every row in its eight words."""
+        return tuple(row.words for row in self.rows)
+
+    def require_fitting(self, most: int) -> None:
+        """Raise `BadRequest` for more rows than a memory has, or for a number twice."""
+        count = len(self.rows)
+        if count > most:
+            raise BadRequest(f"{count} rows are more than the arm's memory can hold: {most}")
+        self.require_once()
+
+    def require_once(self) -> None:
+        """Raise `BadRequest` for a number that two different rows have."""
+        seen: dict[int, ProgramRow] = {}
+        for row in self.rows:
+            if seen.setdefault(row.number, row) != row:
+                raise BadRequest(f"row {row.number} is there twice: the arm keeps one of a number")
+
+    def require_origin(self, origin: tuple[int, ...] | None) -> None:
+        """Raise `Refused` where the rows are known to mean other places under this origin."""
+        if self.origin is None or origin is None or not _shift(self.origin, origin):
+            return
+        raise Refused(
+            "the arm's registers count from elsewhere than when this program was read, so that its "
+            f"rows would lead to other places now: by {self.shift_to(origin)} half-steps. To "
+            "shift it, call `moved_to()`; if it is meant as it is, call `without_origin()`"
+        )
+
+    def shift_to(self, origin: tuple[int, ...]) -> tuple[int, ...]:
+        """Return by how much registers differ that mean the same places under another origin."""
+        return _shift(self.origin or origin, origin) or (0,) * len(origin)
+
+    def moved_to(self, origin: tuple[int, ...] | None) -> PendantProgram:
+        """Return the rows that mean the same places under another origin.
+
+        Raises `Refused` where either origin is unknown, a row is no move (nobody knows what its
+        numbers mean), or a register would leave its 16 bits.
+        """
+        if self.origin is None or origin is None:
+            whose = "the program was read" if self.origin is None else "the arm"
+            raise Refused(f"nobody knows what the registers counted from of {whose}: home it first")
+        by = self.shift_to(origin)
+        if not any(by):
+            return self
+        return PendantProgram(tuple(_shifted(row, by) for row in self.rows), origin)
+
+    def without_origin(self) -> PendantProgram:
+        """Return the same rows, meant as numbers alone."""
+        return replace(self, origin=None)
+
+
+def _shift(old: Sequence[int], new: Sequence[int]) -> tuple[int, ...]:
+    """Return what to add to registers; empty where nothing has to be."""
+    by = tuple((a - b + _SPAN // 2) % _SPAN - _SPAN // 2 for a, b in zip(old, new, strict=True))
+    return by if any(by) else ()
+
+
+def _shifted(row: ProgramRow, by: tuple[int, ...]) -> ProgramRow:
+    if not is_move(row):
+        raise Refused(f"row {row.number} is of an unknown kind: nobody knows how to shift it")
+    there = tuple(count + step for count, step in zip(row.positions, by, strict=True))
+    try:
+        return replace(row, positions=there)
+    except BadField as error:
+        raise Refused(f"row {row.number} cannot be shifted: {error}") from None
+
+
+# A pendant's program as a text that a person can read, compare and edit: one row a line.
+#
+# What a row means stands behind it as a comment, for reading alone. A row that is surely a move is
+# written as one; any other keeps the device's own words, so that every row comes back word for
+# word.
+
+FIRST_LINE = "armdrive pendant program 1"
+LARGEST_BYTES = 1_000_000
+"""A file of a program that is larger is none."""
+
+HEADING = """\
+# The program in the memory of {arm}, as it was read {when}.
+# `move`: row, the arm's own speed (0 to 245), six absolute registers in half-steps.
+# `raw`: row, and seven words as the arm tells them; what such a row does is not known.
+# `origin`: what the registers have to be added to, to be motor steps of the model.
+"""
+
+_NUMBER = re.compile(r"-?[0-9]{1,9}")
+_ROW_NUMBERS = 8
+_MOTORS = 6
+
+
+def pendant_text(
+    program: PendantProgram,
+    arm: str,
+    when: str,
+    motors: Sequence[str],
+    meanings: Sequence[str],
+) -> str:
+    """Return the text of a program; `meanings` stand behind the rows, one each, '' for none."""
+    head = ("#     row speed", *motors)
+    lines = [_columns(head)]
+    for row, meaning in zip(program.rows, meanings, strict=True):
+        line = _columns(_fields(row))
+        lines.append(f"{line}   # {meaning}" if meaning else line)
+    origin = [] if program.origin is None else [f"origin {' '.join(map(str, program.origin))}"]
+    heading = HEADING.format(arm=arm, when=when).rstrip("\n")
+    return "\n".join([FIRST_LINE, heading, *origin, "", *lines, ""])
+
+
+def parse_pendant(text: str) -> PendantProgram:
+    """Read the text of a program. Raises `PendantFileError` that names the line."""
+    lines = [
+        (number, words)
+        for number, line in enumerate(text.splitlines(), 1)
+        if (words := line.partition("#")[0].split())
+    ]
+    if not lines or lines[0][1] != FIRST_LINE.split():
+        raise PendantFileError(
+            f"it is no program of a pendant: its first line would be `{FIRST_LINE}`"
+        )
+    origin: tuple[int, ...] | None = None
+    rows: list[ProgramRow] = []
+    for number, words in lines[1:]:
+        if words[0] == "origin" and origin is None and not rows:
+            origin = _numbers(words, _MOTORS, number)
+        else:
+            rows.append(_row(words, number))
+    return PendantProgram(tuple(rows), origin)
+
+
+def _row(words: list[str], line: int) -> ProgramRow:
+    numbers = _numbers(words, _ROW_NUMBERS, line)
+    try:
+        if words[0] == "move":
+            return ProgramRow.move(numbers[0], numbers[1], numbers[2:])
+        if words[0] == "raw":
+            return ProgramRow.from_words(numbers)
+    except ProtocolError as error:
+        raise PendantFileError(f"line {line}: {error}") from None
+    raise PendantFileError(f"line {line}: a row begins with `move` or `raw`, not {words[0]!r}")
+
+
+def _numbers(words: list[str], wanted: int, line: int) -> tuple[int, ...]:
+    told = words[1:]
+    wrong = next((word for word in told if not _NUMBER.fullmatch(word)), None)
+    if wrong is not None:
+        raise PendantFileError(f"line {line}: {wrong!r} is no whole number of up to nine digits")
+    if len(told) != wanted:
+        raise PendantFileError(
+            f"line {line}: {wanted} numbers stand behind `{words[0]}`, not {len(told)}"
+        )
+    return tuple(int(word) for word in told)
+
+
+def _fields(row: ProgramRow) -> tuple[str, ...]:
+    if is_move(row):
+        return ("move", *map(str, (row.number, row.speed, *row.positions)))
+    return ("raw ", *map(str, row.words))
+
+
+def _columns(fields: Sequence[str]) -> str:
+    """Lay fields out so that rows stand below one another."""
+    first, *rest = fields
+    if first.startswith("#"):
+        return first + "".join(f"{name:>12.11}" for name in rest)
+    number, second, *positions = rest
+    return f"{first}{number:>5} {second:>5}" + "".join(f"{each:>12}" for each in positions)
+
+
+# What the rows of a pendant's program mean on one arm: joint angles, fingers, and how fast.
+#
+# Registers are added to the program's origin, which makes them motor steps of the arm's model.
+
+SLOWEST = 0.01
+"""No step of a sequence is slower: a share of the limits."""
+
+SAME_MM = 1.0
+"""Fingers that differ by less between two rows are left alone."""
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where a row leads: joint angles, the fingers' opening, the busiest motor's rate."""
+
+    joints: Joints
+    opening_mm: float
+    rate_hz: float
+    speed: float
+
+
+def rate_hz(config: ArmConfig, row: ProgramRow) -> float:
+    """Return half-steps a second of a row's busiest motor, by the arm file's table."""
+    return SpeedTable(config.device.speed_table).rate_hz(row.speed)
+
+
+def place_of(config: ArmConfig, program: PendantProgram, row: ProgramRow) -> Place | None:
+    """Return where a row leads; None of one that is no move, or where no origin is known."""
+    transmission = config.model.transmission
+    if not is_move(row) or program.origin is None or transmission is None:
+        return None
+    steps = (count + at for count, at in zip(row.positions, program.origin, strict=True))
+    joints, opening_mm = transmission.to_joints(Motors(steps))
+    rate = rate_hz(config, row)
+    fastest = SpeedTable(config.device.speed_table).points[-1][1]
+    return Place(joints, opening_mm, rate, min(max(round(rate / fastest, 2), SLOWEST), 1.0))
+
+
+def meaning(config: ArmConfig, program: PendantProgram, row: ProgramRow) -> str:
+    """Return what a row means, in words; what is not known of it is left out."""
+    if not is_move(row):
+        return "not a move that is known"
+    fast = f"{rate_hz(config, row):.0f} steps/s"
+    place = place_of(config, program, row)
+    return fast if place is None else f"{fast}; {place.joints}; fingers {place.opening_mm:.1f} mm"
+
+
+def taught_by(
+    config: ArmConfig, program: PendantProgram, name: str, note: str = ""
+) -> tuple[dict[str, Point], StepList]:
+    """Return points and a sequence over them that do what a pendant's program does.
+
+    Points are named after the sequence and their rows. Where a row moves nothing but the fingers,
+    it is a step of the fingers; where it moves both, the arm goes first. Raises `Refused` where
+    nobody knows what the rows mean.
+    """
+    if program.origin is None:
+        raise Refused(
+            "the rows say registers, and nobody knows what those counted from: read the program "
+            "again from an arm that has been homed"
+        )
+    if not program.rows:
+        raise Refused("the program has no rows: there is nothing to make points of")
+    program.require_once()
+    points: dict[str, Point] = {}
+    steps: list[Step] = []
+    last: Place | None = None
+    for row in program.rows:
+        place = place_of(config, program, row)
+        if place is None:
+            raise Refused(f"row {row.number} is of an unknown kind: take it out, or make it a move")
+        if last is None or place.joints != last.joints:
+            point = f"{name}-{row.number}"
+            points[point] = Point(place.joints, place.opening_mm, f"row {row.number}")
+            steps.append(Step(point, speed=place.speed))
+        if last is None or abs(place.opening_mm - last.opening_mm) >= SAME_MM:
+            opening = round(max(place.opening_mm, 0.0), 1)
+            steps.append(Step(gripper=opening, speed=place.speed))
+        last = place
+    return points, StepList(tuple(steps), note or "from the arm's own program")

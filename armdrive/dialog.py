@@ -1,0 +1,368 @@
+"""What a conversation with a person and with drives is made of, one act at a time.
+
+A talk is a generator: it yields an act and is sent what came of it. Nothing here touches a wire, a
+terminal or a clock, so that a test answers as it likes.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum, auto
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
+
+from armdrive.errors import BadRequest
+from firmware_protocol.mks import Event, Request
+from kinematics import Joints, Pose
+from kinematics.errors import suggestion
+
+if TYPE_CHECKING:
+    from armdrive.arm import Arm
+
+
+# Reading one typed answer: each reader takes a line and returns a value, or says what is wrong.
+#
+# A reader is a plain function from text to a value; those with bounds or choices are made by one.
+
+Reader = Callable[[str], Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """One question, ready to be asked. `default` is what an empty line stands for."""
+
+    key: str
+    words: str
+    why: str
+    read: Reader
+    default: str | None
+    choices: tuple[tuple[str, str], ...] = ()
+
+
+YES, NO = ("yes", "y", "true"), ("no", "n", "false")
+
+
+class WrongAnswer(BadRequest):
+    """An answer that cannot be used; the message says what is wrong with it."""
+
+
+def text(line: str) -> str:
+    """Return the line as it is."""
+    return line
+
+
+def yes_or_no(line: str) -> bool:
+    """Return whether the answer is yes."""
+    word = line.lower()
+    if word not in (*YES, *NO):
+        raise WrongAnswer(f"answer yes or no, not {line!r}")
+    return word in YES
+
+
+def choice(words: Sequence[str]) -> Reader:
+    """Return a reader of one of these words, or of its number in the list."""
+
+    def read(line: str) -> str:
+        if line in words:
+            return line
+        if line.isdecimal() and 1 <= int(line) <= len(words):
+            return words[int(line) - 1]
+        hint = suggestion(line, words)
+        raise WrongAnswer(f"answer one of {', '.join(words)}, not {line!r}{hint}")
+
+    return read
+
+
+def several(words: Sequence[str]) -> Reader:
+    """Return a reader of any of these words, separated by commas; "none" is none of them."""
+
+    def read(line: str) -> tuple[str, ...]:
+        parts = [part.strip() for part in line.split(",") if part.strip()]
+        if parts == ["none"]:
+            return ()
+        return tuple(choice(words)(part) for part in parts)
+
+    return read
+
+
+def number(low: float, high: float, unit: str = "") -> Reader:
+    """Return a reader of a number between these bounds, both included."""
+
+    def read(line: str) -> float:
+        value = plain_number(line.removesuffix(unit).strip() if unit else line)
+        if not low <= value <= high:
+            raise WrongAnswer(f"a number from {low:g} to {high:g} is needed, not {value:g}")
+        return value
+
+    return read
+
+
+def whole(low: int, high: int) -> Reader:
+    """Return a reader of a whole number between these bounds, both included."""
+
+    def read(line: str) -> int:
+        value = number(low, high)(line)
+        if value != int(value):
+            raise WrongAnswer(f"a whole number is needed, not {line}")
+        return int(value)
+
+    return read
+
+
+def numbers(names: Sequence[str]) -> Reader:
+    """Return a reader of as many numbers as there are names, in their order."""
+
+    def read(line: str) -> tuple[float, ...]:
+        words = line.replace(",", " ").split()
+        if len(words) != len(names):
+            raise WrongAnswer(
+                f"{len(names)} numbers are needed ({', '.join(names)}), not {len(words)}"
+            )
+        return tuple(map(plain_number, words))
+
+    return read
+
+
+def bounds(line: str) -> tuple[float, float]:
+    """Return two numbers, the first below the second."""
+    low, high = numbers(("lowest", "highest"))(line)
+    if low >= high:
+        raise WrongAnswer(f"the first number must be below the second, not {low:g} and {high:g}")
+    return low, high
+
+
+def groups(motors: int) -> Reader:
+    """Return a reader of motor numbers: "3; 2; 1 4 5" homes 3, then 2, then the others."""
+
+    def read(line: str) -> tuple[tuple[int, ...], ...]:
+        if line in ("", "own"):
+            return ()
+        parts = [part.replace(",", " ").split() for part in line.split(";")]
+        listed = tuple(tuple(whole(1, motors)(word) for word in part) for part in parts if part)
+        every = [motor for part in listed for motor in part]
+        if len(set(every)) != len(every):
+            raise WrongAnswer("a motor is listed twice")
+        return listed
+
+    return read
+
+
+def plain_number(line: str) -> float:
+    """Return a finite number."""
+    try:
+        value = float(line)
+    except ValueError:
+        raise WrongAnswer(f"a number is needed, not {line!r}") from None
+    if not math.isfinite(value):
+        raise WrongAnswer(f"a finite number is needed, not {line!r}")
+    return value
+
+
+T = TypeVar("T")
+
+ANSWER_S = 0.12
+"""An answer is waited for so long: a drive needs some ms, a busy computer more."""
+LINGER_S = 0.03
+"""A second drive of the same id answers within this time after the first."""
+
+
+class About(Enum):
+    """What a question is about, for whoever answers in the place of a person."""
+
+    AGREEMENT = auto()
+    CONNECT = auto()
+    FREE = auto()
+    MOUNTED = auto()
+    SEEN = auto()
+    WAY = auto()
+    ROLL = auto()
+    AMOUNT = auto()
+    NUMBER = auto()
+
+
+@dataclass(frozen=True, slots=True)
+class Say:
+    """Tell the person something."""
+
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Ask:
+    """Ask the person; `motor` is the index of the motor that it is about."""
+
+    question: Question
+    about: About = About.AGREEMENT
+    motor: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Put:
+    """Put a request to a drive. Ends with the first answer to it, or `linger_s` after it."""
+
+    node: int
+    request: Request
+    wait_s: float = ANSWER_S
+    linger_s: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Hear:
+    """Send nothing for a time, and hear what comes."""
+
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """Remember how the arm stands: something is going to move. For eyes that are no person's."""
+
+    motor: int
+
+
+@dataclass(frozen=True, slots=True)
+class Stands:
+    """A drive is known to stand: nothing has to be stopped any more."""
+
+    node: int
+
+
+@dataclass(frozen=True, slots=True)
+class Keep:
+    """Write down what is known so far."""
+
+    notes: Mapping[str, Any]
+
+
+Act: TypeAlias = Say | Ask | Put | Hear | Mark | Stands | Keep
+Talk: TypeAlias = Generator[Act, Any, T]
+
+
+def say(*lines: str) -> Talk[None]:
+    """Tell the person some lines."""
+    for line in lines:
+        yield Say(line)
+
+
+def put(node: int, request: Request, wait_s: float = ANSWER_S) -> Talk[tuple[Event, ...]]:
+    """Put a request to a drive; return what was heard until it was answered, or for the time."""
+    heard: tuple[Event, ...] = yield Put(node, request, wait_s)
+    return heard
+
+
+def ask(question: Question, about: About, motor: int = 0) -> Talk[Any]:
+    """Ask the person; return the value of the answer."""
+    answer = yield Ask(question, about, motor)
+    return answer
+
+
+def agreed(
+    words: str, why: str, about: About = About.AGREEMENT, motor: int = 0, default: str | None = None
+) -> Talk[bool]:
+    """Ask a question whose answer is yes or no. What moves or writes has no default."""
+    answer = yield from ask(Question("", words, why, _yes_or_no, default), about, motor)
+    return bool(answer == _YES)
+
+
+_YES, _NO = "yes", "no"
+
+
+def _yes_or_no(line: str) -> str:
+    if line.lower() in ("y", "n"):
+        return _YES if line.lower() == "y" else _NO
+    return str(choice((_YES, _NO))(line.lower()))
+
+
+def whole_or_empty(low: int, high: int, unit: str) -> Any:
+    """Return a reader of a whole number between bounds."""
+
+    def read(line: str) -> int:
+        word = line.removesuffix(unit).strip()
+        if not word.isdecimal() or not low <= int(word) <= high:
+            raise WrongAnswer(f"a whole number from {low} to {high} is needed, not {line!r}")
+        return int(word)
+
+    return read
+
+
+# One finding: how grave it is, what was found, and what mends it.
+
+
+class Grade(Enum):
+    """How grave a finding is."""
+
+    OK = "ok"
+    NOTE = "note"
+    PROBLEM = "problem"
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """What was found, as a sentence, and what mends it: a line to type, or a sentence."""
+
+    grade: Grade
+    what: str
+    mend: str = ""
+
+    def view(self) -> dict[str, str]:
+        """Return it as plain data."""
+        return {"grade": self.grade.value, "what": self.what, "mend": self.mend}
+
+
+def ok(what: str) -> Finding:
+    """Return a finding that is as it should be."""
+    return Finding(Grade.OK, what)
+
+
+def note(what: str, mend: str = "") -> Finding:
+    """Return a finding that is worth knowing."""
+    return Finding(Grade.NOTE, what, mend)
+
+
+def problem(what: str, mend: str) -> Finding:
+    """Return a finding that has to be mended."""
+    return Finding(Grade.PROBLEM, what, mend)
+
+
+def any_problem(findings: Iterable[Finding]) -> bool:
+    """Tell whether something has to be mended."""
+    return any(each.grade is Grade.PROBLEM for each in findings)
+
+
+# What `home` asks of whoever looks at the arm.
+
+
+class PostureRequest:
+    """What `home` asks of an operator: bring the arm to this posture, and say whether it is there.
+
+    While the operator is at work, `arm` may be jogged; nothing else is allowed.
+    """
+
+    def __init__(self, arm: Arm, pose: Pose, joints: Joints, opening_mm: float) -> None:
+        self.arm = arm
+        self.pose = pose
+        self.joints = joints
+        self.opening_mm = opening_mm
+
+    def __str__(self) -> str:
+        return (
+            f"Bring the arm to its reference posture: finger tips touching the table "
+            f"{self.pose.x_mm:.0f} mm in front of the base axis, hand straight down, wrist "
+            f"turnbuckles lined up, fingers just touching each other. ({self.pose})"
+        )
+
+
+class MarkRequest(PostureRequest):
+    """What `verify` asks: the same posture, brought about by small jogs, as exactly as can be."""
+
+    def __str__(self) -> str:
+        return (
+            f"Bring the finger tips onto the reference mark, {self.pose.x_mm:.0f} mm in front of "
+            f"the base axis, in small jogs: tips just touching the table, hand straight down, "
+            f"wrist turnbuckles lined up, fingers just touching each other. ({self.pose})"
+        )
+
+
+Operator = Callable[[PostureRequest], bool]
+"""Somebody who looks at the arm: returns True when it stands in the posture asked for."""

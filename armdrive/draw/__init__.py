@@ -1,1 +1,0 @@
-"""Drawing an arm with characters."""

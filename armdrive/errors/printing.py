@@ -1,0 +1,80 @@
+"""The catalogue as people read it: a list, one row in full, and the page docs/errors.md."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from armdrive.errors.actions import ACTIONS, PHRASES
+from armdrive.errors.table import ENTRIES, GROUPS, Entry
+
+_PAGE_BEGINS = """\
+# Every error
+
+What a message means, what it means for the arm, and what to do. The code stands in brackets before
+the sentence: `armdrive: [E203] planned motion needs ...`; in a program it is `error.code`, or
+`armdrive.errors.table(error)` for those of the kinematics. `armdrive errors CODE` prints one
+row, `armdrive errors --find lost,wire` those with both words, and `armdrive errors --markdown` this
+page. On the log of the desk (F7) `e` searches it.
+
+With `--json` a command that fails prints one object on its error output: `code`, `title`,
+`message`, `effect` and `remedy`. The status has `error_code`, `notice_code` and `trust_code`.
+
+Text from files, devices and the command line is never printed as it is. Whatever a terminal would
+act on, or not show, stands there as an escape: `\\x1b` for the escape character, `\\u202e` for one
+that turns the direction of writing. That holds for every output: sentences, tables, drawings, the
+shell, the desk and the log. A very long line loses its middle. `--json` escapes as JSON does.
+
+If armdrive itself has a fault, it says so in one sentence (E005), writes the traceback to
+`unexpected.txt` in the state folder, and ends with 70. `ARMDRIVE_TRACEBACK=1` in the environment
+prints the traceback instead.
+"""
+
+
+def listing() -> Iterator[str]:
+    """Return a line for each row."""
+    width = max(len(row.title) for row in ENTRIES)
+    for group, rows in GROUPS.items():
+        yield f"{group}:"
+        for row in rows:
+            yield f"  {row.code}  {row.title:<{width}}  {row.name}"
+
+
+def in_full(row: Entry) -> Iterator[str]:
+    """Return the lines of one row."""
+    yield f"{row.code}: {row.title} ({row.name})"
+    yield f"  cause   {_plain(row.cause)}"
+    yield f"  effect  {_plain(row.effect)}"
+    yield f"  remedy  {_plain(row.remedy)}"
+
+
+def page() -> str:
+    """Return docs/errors.md."""
+    parts = [_PAGE_BEGINS, *_actions()]
+    for group, rows in GROUPS.items():
+        parts.append(f"\n## {group}\n\n| code | error | cause | effect on the arm | what to do |\n")
+        parts.append("|---|---|---|---|---|\n")
+        parts += [
+            f"| {row.code} | **{row.title}** (`{row.name}`) | {row.cause} | {row.effect} | "
+            f"{row.remedy} |\n"
+            for row in rows
+        ]
+    return "".join(parts)
+
+
+def _actions() -> Iterator[str]:
+    yield (
+        "\n## What an error asks for\n\nThis page names actions as a Python program calls them. "
+        "The command line, the shell and the\ndesk show their own words instead:\n\n"
+        "| in Python | on the command line | in `armdrive shell` | at the desk, the key for |\n"
+        "|---|---|---|---|\n"
+    )
+    for row in ACTIONS:
+        yield f"| `{row.python}` | `{row.command_line}` | `{row.shell}` | {row.key} |\n"
+    for phrase in PHRASES:
+        key = re.sub(r"press \{([a-z-]+)\}", r"\1", phrase.desk)
+        yield f"| {phrase.python} | {phrase.command_line} | {phrase.shell} | {key} |\n"
+
+
+def _plain(text: str) -> str:
+    return text.replace("**", "")

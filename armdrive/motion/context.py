@@ -1,0 +1,206 @@
+"""One motion on the wire, and what each answer to it means for the arm."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from armdrive.errors import DeviceFault, LinkLost, PendantStop
+from armdrive.motion.deviation import pieces, strays_steps
+from armdrive.runtime.arm_state import Core
+from armdrive.runtime.persistence import leave_standstill
+from armdrive.runtime.position import Coordinates
+from armdrive.runtime.registers import Asking, take_difference
+from armdrive.runtime.stop_bounds import straying_mm
+from armdrive.runtime.trust import Evidence
+from armdrive.status import State
+from armdrive.tasks import Denied, Done, Flow, Halted, Interrupted, MoveAlong, MoveBy, never
+from kinematics import Motors
+
+if TYPE_CHECKING:
+    from armdrive.motion.streaming import Course
+    from armdrive.runtime.engine import Engine
+
+FRESH_S = 0.05
+"""A look at the registers this long ago still tells where a motion starts from."""
+
+TURNING_ROUND = "it stopped as it turned round, with the backlash taken up or not yet"
+
+BLIND_S = 2.0
+"""A motion is compared with the registers at least this often."""
+
+
+class Wire(Asking):
+    """What a flow needs of the engine: asking, and motion in bursts or queued segments."""
+
+    def __init__(self, engine: Engine, core: Core) -> None:
+        super().__init__(engine, core)
+        self.straying_mm = self.slow_s = self.total_s = 0.0
+
+    def look_before_motion(self) -> Flow[None]:
+        """Look, unless that was done a moment ago, while the mark of motion is being written.
+
+        A slow disk makes what was seen stale, so that the look comes after it once more.
+        """
+        self.core.memory.begin_mark()
+        if self.now_s > self.looked_s + FRESH_S:
+            yield from self.look()
+        marked = yield from leave_standstill(self)
+        if marked and self.now_s > self.looked_s + FRESH_S:
+            yield from self.look()
+
+    def move(
+        self,
+        target: Motors,
+        rate_hz: float,
+        there: Coordinates | None,
+        let_go: Callable[[], bool] = never,
+    ) -> Flow[None]:
+        """Send one burst to an absolute target and wait until it has ended.
+
+        A burst that has not begun to move when `let_go()` becomes true need not be made.
+        """
+        core = self.core
+        steps = target - core.acknowledged
+        if not steps.largest:
+            core.coordinates = there or core.coordinates
+            return
+        if not (yield from self._may_begin(let_go)):
+            return
+        core.stands()
+        *first, last = pieces(core, steps, rate_hz, core.burst_s, core.controller.duration_s)
+        for piece in first:  # these move nothing but motors
+            arrived = yield from self._burst(replace(piece, let_go=let_go), core.coordinates)
+            if not arrived or self.stopping or let_go():
+                return
+            if not (yield from self._may_begin(let_go)):
+                return
+        self.note_straying(strays_steps(core, steps, rate_hz))
+        yield from self._burst(replace(last, let_go=let_go), there)
+
+    def _burst(self, burst: MoveBy, there: Coordinates | None) -> Flow[bool]:
+        """Send one burst and wait until it has ended; False where a stop ended it early."""
+        core = self.core
+        core.sends(burst.steps)
+        try:
+            reply = yield from self.request(burst, Evidence.ANSWER_LOST)
+        except LinkLost:
+            core.lost_in_motion(self.now_s)
+            raise
+        if isinstance(reply, Halted | Interrupted):
+            beyond = reply.beyond if isinstance(reply, Halted) else 0
+            farthest = core.commanded + Motors(
+                (step > 0) * beyond - (step < 0) * beyond for step in burst.steps
+            )
+            yield from self._ended(reply, way_between(core.acknowledged, farthest))
+            return False
+        if isinstance(reply, Denied):
+            yield from self._refusal(reply)
+        core.arrived(there)
+        timely = isinstance(reply, Done) and reply.timely
+        if not timely or self.now_s > self.looked_s + BLIND_S:
+            yield from self.verify()
+        return True
+
+    def note_straying(self, steps: Sequence[float]) -> None:
+        """Note that each motor may stray from its way by so many steps."""
+        here, _ = self.core.transmission.to_joints(self.core.acknowledged)
+        self.straying_mm = max(self.straying_mm, straying_mm(self.core.config, here, steps))
+
+    def _may_begin(self, let_go: Callable[[], bool]) -> Flow[bool]:
+        """Tell whether a motion may be sent now; raises where what happened meanwhile forbids it.
+
+        False where it was stopped or let go while a slow disk was waited for.
+        """
+        core = self.core
+        core.require_settings()
+        marked = yield from leave_standstill(self, let_go)
+        if core.state is State.ERROR_STOP:  # the device has raised an alarm since the last burst
+            raise DeviceFault(core.error)
+        return marked
+
+    def stream(self, request: MoveAlong, course: Course) -> Flow[bool]:
+        """Have a device drive queued segments; True when all were driven, False when halted."""
+        core = self.core
+        if not (yield from self._may_begin(request.let_go)):
+            return False
+        core.stands()
+        try:
+            reply = yield from self.request(request, Evidence.ANSWER_LOST)
+        except LinkLost:
+            core.lost_in_motion(self.now_s)
+            raise
+        self.straying_mm = max(self.straying_mm, course.straying_mm)
+        self.slow_s, self.total_s = self.slow_s + course.slow_s, self.total_s + course.total_s
+        if isinstance(reply, Halted | Interrupted):
+            yield from self._ended(reply, course.passes)
+            return False
+        if isinstance(reply, Denied):
+            yield from self._refusal(reply)
+        course.give_back(reply.unsent if isinstance(reply, Done) else 0)
+        core.arrived(course.end)
+        return True
+
+    def _ended(self, reply: Halted | Interrupted, passes: Callable[[Motors], bool]) -> Flow[None]:
+        """Take up where a stop left the motors: the registers counted it. The operator's raises."""
+        yield from self.read()
+        core = self.core
+        if isinstance(reply, Halted) and not reply.kept:
+            core.learn(Evidence.STOPPED_DEAD, self.now_s)
+        elif core.fell:
+            core.learn(Evidence.CONTROLLER_RESTARTED, self.now_s)
+        elif core.read_back is None or not passes(core.read_back):
+            core.learn(Evidence.READ_BACK_DIFFERS, self.now_s)
+        elif core.slack.vague:
+            core.learn(Evidence.READ_BACK_DIFFERS, self.now_s, TURNING_ROUND)
+        core.believe_registers()
+        core.commanded = core.acknowledged  # also where nothing had moved yet
+        if isinstance(reply, Interrupted):
+            raise self.fault(
+                PendantStop(
+                    "the STOP key of the pendant was pressed: look at the arm, then call `reset()`"
+                )
+            )
+
+    def _refusal(self, reply: Denied) -> Flow[None]:
+        """Find out what a refused motion left behind: nothing, where the device is sure of it.
+
+        Where an alert has said already why the motion ended, its words are the error's.
+        """
+        core = self.core
+        told = core.error if core.state is State.ERROR_STOP else ""
+        difference = yield from self.read()
+        words = f": {reply.reason}" if reply.reason else ""
+        if not reply.moved and not difference.largest:
+            core.believe_registers()
+            core.commanded = core.acknowledged
+            raise self.fault(DeviceFault(told or f"the controller refused the motion{words}"))
+        core.learn(_evidence(reply), self.now_s, reply.reason)
+        take_difference(core)
+        raise self.fault(DeviceFault(told or _refused_words(reply)))
+
+
+def _evidence(reply: Denied) -> Evidence:
+    """Return what a motion that was not made says of the position."""
+    if reply.silent:
+        return Evidence.SILENT
+    return Evidence.BROKEN_OFF if reply.reason else Evidence.MOTION_REFUSED
+
+
+def _refused_words(reply: Denied) -> str:
+    """Say that a motion was not made: by the device's reason, or else it understood nothing."""
+    if reply.reason:
+        return f"the motion was broken off: {reply.reason}. Look at the arm, then call `reset()`"
+    return (
+        "the controller refused a motion that it should have understood; a byte may have been "
+        "garbled. Look at the arm, then call `reset()`"
+    )
+
+
+def way_between(start: Motors, end: Motors) -> Callable[[Motors], bool]:
+    """Return what tells whether every motor stands between where it started and was sent."""
+    spans = [(min(pair), max(pair)) for pair in zip(start, end, strict=True)]
+    return lambda at: all(
+        low <= count <= high for count, (low, high) in zip(at, spans, strict=True)
+    )

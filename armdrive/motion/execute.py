@@ -1,0 +1,253 @@
+"""Work that the engine carries out step by step: motion, jogging, gripping, referencing.
+
+A flow never sleeps and touches no wire: it yields what it waits for. See engine.py.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from armdrive.errors import WrongState
+from armdrive.motion.context import way_between
+from armdrive.motion.deviation import has_room, in_turn
+from armdrive.motion.segments import Leg
+from armdrive.motion.streaming import NOT_THERE, stream_legs, wait_out_pause
+from armdrive.runtime.states import Event
+from armdrive.status import State
+from armdrive.tasks import Flow, Until, never
+
+if TYPE_CHECKING:
+    from armdrive.motion.context import Wire
+    from armdrive.motion.plan import Plan
+    from armdrive.motion.segments import Speeds
+    from armdrive.runtime.arm_state import Core
+    from armdrive.runtime.position import Coordinates
+    from kinematics import Joints, Motors, Pose
+
+
+# Planned motion: a plan cut into bursts that are never longer than announced, then verified.
+
+MOST_BURSTS = 10_000_000
+"""No leg needs more of them, however short they are made."""
+
+
+@dataclass(frozen=True, slots=True)
+class Moved:
+    """What a motion did: where it ended, on whole steps, and what it cost.
+
+    `rounding_mm` is how far the tip is from the goal because motors stand on whole steps.
+    `straying_mm` bounds how far it left the planned way between bursts because the device does
+    not coordinate its motors, or a motor took up backlash meanwhile; 0 where neither is so.
+    """
+
+    joints: Joints
+    pose: Pose
+    rounding_mm: float
+    duration_s: float
+    bursts: int
+    straying_mm: float = 0.0
+    note: str = ""
+
+    def __str__(self) -> str:
+        took = f"{self.duration_s:.1f} s, {self.bursts} exchanges"
+        rounding = f"{self.rounding_mm:.2f} mm from the goal by rounding to steps"
+        straying = (
+            f"on the way at most {self.straying_mm:.1f} mm beside it, since its motors did not "
+            "turn in proportion"
+        )
+        parts = [f"tip {self.pose}", f"{took}, {rounding}"]
+        parts += [straying] * (self.straying_mm > 0.0) + [self.note] * bool(self.note)
+        return "; ".join(parts)
+
+
+def follow(wire: Wire, plan: Plan) -> Flow[Moved]:
+    """Carry out an audited plan. Raises `Stopped` where a stop ended it early."""
+    core = wire.core
+    began_s, bursts_before = wire.now_s, wire.engine.requests_sent
+    begin(wire)
+    try:
+        core.plans(plan.legs, core.config.motion.planned_burst_s)
+        yield from wire.look_before_motion()
+        core.require_reference()
+        if core.coordinates != plan.start:
+            raise WrongState("the arm is no longer where the motion was planned from: plan anew")
+        yield from drive_legs(wire, plan.legs, core.config.motion.planned_burst_s)
+        yield from wire.verify()
+    finally:
+        core.settle()
+        core.still_since_s = wire.now_s
+    if wire.stopping and core.coordinates != plan.end:
+        raise wire.stopped("the motion was stopped before its goal")
+    moved = report(wire, plan.end, began_s, bursts_before)
+    return replace(moved, note="; ".join(filter(None, (plan.note, moved.note))))
+
+
+def begin(wire: Wire) -> None:
+    """Enter the state of motion, unless a stop was asked for before it began."""
+    if wire.stopping:
+        raise wire.stopped("the motion was stopped before it began")
+    wire.core.happen(Event.MOVE)
+    wire.straying_mm = wire.slow_s = wire.total_s = 0.0
+
+
+def report(wire: Wire, goal: Coordinates, began_s: float, requests_before: int) -> Moved:
+    """Say where the arm is now, and how far that is from the goal."""
+    core, arm = wire.core, wire.core.config.model.arm
+    joints, _ = core.transmission.to_joints(core.acknowledged)
+    pose, wanted = arm.fk(joints), arm.fk(goal.joints)
+    return Moved(
+        joints,
+        pose,
+        math.dist((pose.x_mm, pose.y_mm, pose.z_mm), (wanted.x_mm, wanted.y_mm, wanted.z_mm)),
+        wire.now_s - began_s,
+        wire.engine.requests_sent - requests_before,
+        wire.straying_mm,
+        _slow_note(wire),
+    )
+
+
+def _slow_note(wire: Wire) -> str:
+    """Say so where most of a queued motion was too slow for a device to drive without pauses."""
+    if wire.slow_s <= wire.total_s / 2.0:
+        return ""
+    slowest_hz = wire.core.controller.usable_rate_hz(0.0)
+    return (
+        f"driven with pauses: this controller turns a motor no slower than {slowest_hz:.1f} steps/s"
+    )
+
+
+def drive_legs(
+    wire: Wire, legs: tuple[Leg, ...], burst_s: float, *, let_go: Callable[[], bool] | None = None
+) -> Flow[None]:
+    """Go along legs as the device best can, queued or in bursts, until a stop.
+
+    `let_go` makes it a jog, and tells when the rest of it is given up.
+    """
+    if not legs or wire.stopping:
+        return
+    if wire.core.controller.abilities.queued_segments:
+        yield from stream_legs(wire, legs, burst_s, let_go)
+        return
+    for leg in legs:
+        yield from follow_leg(wire, leg, burst_s, let_go)
+
+
+def follow_leg(
+    wire: Wire, leg: Leg, burst_s: float, let_go: Callable[[], bool] | None = None
+) -> Flow[None]:
+    """Go along a leg in bursts, each of which lasts `burst_s` at most, until a stop.
+
+    A pause is waited out between two of them; of a jog, it ends the rest.
+    """
+    core, done, tempo = wire.core, 0.0, wire.core.tempo
+    jog, released = let_go is not None, let_go or never
+
+    def given_up() -> bool:
+        return tempo.paused or released()
+
+    while done < 1.0 and not (wire.stopping or released()):
+        if tempo.paused:
+            if jog:
+                return
+            yield from wait_out_pause(wire)
+            continue
+        slowed = replace(leg, duration_s=tempo.slowed_s(leg.duration_s))
+        share = next_share(wire, slowed, burst_s, done)
+        tempo.note_slowed(leg.duration_s * share)
+        further = 1.0 if share >= 1.0 - done - 1e-9 else done + share
+        there = leg.start.towards(leg.end, further)
+        on_the_way, believed = way_between(core.acknowledged, _motors(core, there)), core.belief
+        yield from paced_move(wire, there, slowed.duration_s * share, given_up)
+        if core.coordinates == there:
+            done = further
+        elif not wire.stopping and not (core.belief is believed and on_the_way(core.acknowledged)):
+            raise WrongState(NOT_THERE.format(core.belief.reason))  # a pause came before it began
+
+
+def next_share(wire: Wire, leg: Leg, burst_s: float, done: float) -> float:
+    """Return the share of a leg that the next burst may cover, about all the left ones' equal.
+
+    Its whole steps are counted, so that neither rounding nor the coarseness of the device's
+    speeds makes a burst last longer than announced; only a single step may. Of a device that does
+    not coordinate its motors, no more than it has room to stray on.
+    """
+    left = 1.0 - done
+    count = max(math.ceil(_leg_takes_s(wire, leg) * left / burst_s - 1e-9), 1)
+    while count < MOST_BURSTS:
+        share = left / count
+        target = _motors(wire.core, leg.start.towards(leg.end, done + share))
+        steps = (target - wire.core.acknowledged).largest
+        duration_s = leg.duration_s * share
+        short = steps <= 1 or true_duration_s(wire, steps, duration_s) <= burst_s
+        if short and has_room(wire.core, target, _rate_hz(steps, duration_s)):
+            return share
+        count += 1 + count // (10 if short else 50)
+    raise WrongState(NOT_THERE.format("it is beside the way"))
+
+
+def _leg_takes_s(wire: Wire, leg: Leg) -> float:
+    before = wire.core.transmission.to_exact(leg.start.joints, leg.start.opening_mm)
+    behind = wire.core.transmission.to_exact(leg.end.joints, leg.end.opening_mm)
+    busiest = max(abs(b - a) for a, b in zip(before, behind, strict=True))
+    return true_duration_s(wire, busiest, leg.duration_s)
+
+
+def true_duration_s(wire: Wire, steps: float, duration_s: float) -> float:
+    """Return how long the device may take for steps that should take `duration_s` or longer."""
+    return wire.core.controller.duration_s(steps, _rate_hz(steps, duration_s))
+
+
+def paced_move(
+    wire: Wire, there: Coordinates, duration_s: float, let_go: Callable[[], bool] = never
+) -> Flow[None]:
+    """Send one burst that takes `duration_s` or longer, if nobody has let go before it begins.
+
+    Where the device's slowest setting is still faster than that, the rest of the time is waited.
+    """
+    target = _motors(wire.core, there)
+    steps = (target - wire.core.acknowledged).largest
+    rate_hz, until_s = _rate_hz(steps, duration_s), wire.now_s + duration_s
+    *first, last = in_turn(wire.core, target, rate_hz) or (target,)
+    for corner in first:
+        wire.note_straying(target - wire.core.acknowledged)
+        yield from wire.move(corner, rate_hz, None, let_go)
+        if wire.stopping or let_go():
+            return
+    yield from wire.move(last, rate_hz, there, let_go)
+    slowest_hz = wire.core.controller.usable_rate_hz(0.0)
+    if steps / slowest_hz < duration_s:
+        yield Until(until_s)
+
+
+def _rate_hz(steps: float, duration_s: float) -> float:
+    return steps / duration_s if duration_s > 0.0 else math.inf
+
+
+def _motors(core: Core, there: Coordinates) -> Motors:
+    return core.transmission.to_motors(there.joints, there.opening_mm)
+
+
+def bench_move(wire: Wire, speeds: Speeds, steps: Motors, fraction: float) -> Flow[Moved]:
+    """Move motors by raw steps, in bursts of jogging length. Knows no limit and no guard."""
+    core = wire.core
+    homing = core.state is State.HOMING
+    if not homing:
+        begin(wire)
+    began_s, before = wire.now_s, wire.engine.requests_sent
+    try:
+        yield from wire.look_before_motion()
+        start, goal = core.coordinates, core.coordinates_of(core.acknowledged + steps)
+        target = core.acknowledged + steps
+        leg = Leg(start, goal, speeds.duration_s(start, goal, fraction))
+        yield from drive_legs(wire, (leg,), core.config.motion.jog_burst_s)
+        yield from wire.verify()
+    finally:
+        if not homing:
+            core.settle()
+        core.still_since_s = wire.now_s
+    if wire.stopping and core.acknowledged != target:
+        raise wire.stopped("the motion was stopped before its goal")
+    return report(wire, goal, began_s, before)

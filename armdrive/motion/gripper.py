@@ -1,0 +1,185 @@
+"""Grasping by short closing bursts, with the grip switch read between them.
+
+The controller's own closing command cannot be aborted and takes seconds; short bursts can be
+stopped after each. The fingers close in coarse steps until the switch trips, open until it lets
+go, and close again in fine steps: the opening at which it trips tells the object's width. Behind
+the switch, a stated number of steps adds a stated force.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from armdrive.errors import BadRequest, DeviceFault, OutOfBounds, Refused
+from armdrive.motion.execute import Moved, begin, drive_legs, report
+from armdrive.motion.segments import Leg
+from armdrive.runtime.position import Coordinates
+from armdrive.tasks import Done, Flow, SetGripper, Until
+
+if TYPE_CHECKING:
+    from armdrive.motion.context import Wire
+    from armdrive.motion.segments import Speeds
+    from armdrive.runtime.arm_state import Core
+
+FINE_STEPS = 2
+
+SERVO, OUTPUT = "servo", "output"
+"""Kinds of grippers (armfile.py) that are commanded rather than stepped."""
+
+
+@dataclass(frozen=True, slots=True)
+class Grasped:
+    """What the fingers found: a width in mm, 0 where they met each other, and the force in N."""
+
+    width_mm: float
+    force_n: float
+
+    @property
+    def holding(self) -> bool:
+        """Whether there is something between the fingers."""
+        return self.width_mm > NOTHING_MM
+
+
+NOTHING_MM = 1.0
+"""An opening this small when the switch trips means that the fingers met each other."""
+
+
+def require_gripper(core: Core) -> None:
+    """Raise `Refused` for an arm whose gripper nothing moves."""
+    if not core.transmission.has_gripper and core.config.gripper.kind not in (SERVO, OUTPUT):
+        raise Refused(
+            f"the {core.config.title} has no motor for a gripper, so nothing opens or closes: add "
+            "a motor with steps_per_mm to its arm file if there is one, or say gripper.kind"
+        )
+
+
+def require_finger_motor(core: Core) -> None:
+    """Raise `Refused` for an arm whose fingers are not moved step by step."""
+    require_gripper(core)
+    if not core.transmission.has_gripper:
+        raise Refused(
+            f"the gripper of the {core.config.title} is no stepper and cannot be jogged: "
+            "call `gripper.open()` or `gripper.close()`"
+        )
+
+
+def set_gripper(wire: Wire, opening_mm: float) -> Flow[Moved]:
+    """Command a servo or an output, and wait for as long as the fingers take to get there."""
+    core = wire.core
+    low, high = core.config.model.gripper_range_mm
+    if not low <= opening_mm <= high:
+        raise OutOfBounds(
+            f"the gripper opens from {low:g} to {high:g} mm, not to {opening_mm:g}",
+            name="gripper",
+            value=opening_mm,
+            bound=low if opening_mm < low else high,
+        )
+    share = (opening_mm - low) / (high - low)
+    if core.config.gripper.kind == OUTPUT and share not in (0.0, 1.0):
+        raise BadRequest(
+            f"this gripper is switched by an output: it is open ({high:g} mm) or closed "
+            f"({low:g} mm), nothing between"
+        )
+    before = core.gripper_share
+    begin(wire)
+    began_s, requests = wire.now_s, wire.engine.requests_sent
+    try:
+        core.gripper_share = None  # until it is acknowledged, nobody knows
+        reply = yield from wire.request(SetGripper(share))
+        if not isinstance(reply, Done):
+            raise DeviceFault(f"the controller did not take the gripper's command: {reply}")
+        core.gripper_share = share
+        way = 1.0 if before is None else abs(share - before)
+        yield Until(wire.now_s + way * (high - low) / core.config.model.gripper_speed_mm_s)
+    finally:
+        core.settle()
+        core.still_since_s = wire.now_s
+    return report(wire, core.coordinates, began_s, requests)
+
+
+def grasp(wire: Wire, speeds: Speeds, force_n: float) -> Flow[Grasped]:
+    """Close on whatever is there and press with about `force_n`."""
+    core = wire.core
+    require_finger_motor(core)
+    settings = core.config.gripper
+    if not 0.0 <= force_n <= settings.max_force_n:
+        raise BadRequest(
+            f"the gripper presses with 0 to {settings.max_force_n:g} N, not {force_n:g}"
+        )
+    steps_per_n = core.config.model.grip_steps_per_n
+    if steps_per_n is None:
+        raise Refused("no grip force is known of this arm: call `gripper.close()` with a width")
+    depth_mm = settings.trip_force_n * steps_per_n / steps_per_mm(core)
+    begin(wire)
+    try:
+        yield from wire.look_before_motion()
+        core.require_reference()
+        yield from _close_until_grip(wire, speeds, settings.approach_steps, depth_mm)
+        yield from _open_until_free(wire, speeds, settings.max_force_n * steps_per_n)
+        yield from _close_until_grip(wire, speeds, FINE_STEPS, depth_mm)
+        width_mm = max(core.coordinates.opening_mm + depth_mm, 0.0)
+        core.touch_mm = width_mm = width_mm if width_mm > NOTHING_MM else 0.0
+        extra_n = max(force_n - settings.trip_force_n, 0.0)
+        yield from _slide(wire, speeds, -round(extra_n * steps_per_n))
+        yield from wire.verify()
+        _raise_if_stopped(wire)
+    finally:
+        core.settle()
+        core.still_since_s = wire.now_s
+    return Grasped(width_mm, core.grip_force_n)
+
+
+def _close_until_grip(wire: Wire, speeds: Speeds, steps: int, depth_mm: float) -> Flow[None]:
+    """Close in bursts of `steps` until the switch trips, `depth_mm` of cable behind the touch."""
+    core = wire.core
+    behind_mm = depth_mm + 2.0 * core.config.gripper.approach_steps / steps_per_mm(core)
+    while not core.gripping:
+        _raise_if_stopped(wire)
+        if core.coordinates.opening_mm < -behind_mm:
+            raise DeviceFault(
+                "the gripper is closed and its switch did not trip: check teachmover.grip_bit and "
+                "gripper.trip_force_n in the arm file"
+            )
+        yield from _slide(wire, speeds, -steps)
+        yield from wire.verify()
+
+
+def _open_until_free(wire: Wire, speeds: Speeds, deepest_steps: float) -> Flow[None]:
+    """Open in fine bursts until the switch lets go, further than any grip is deep at most."""
+    core = wire.core
+    deepest_mm = (deepest_steps + core.config.gripper.approach_steps) / steps_per_mm(core)
+    furthest_mm = core.coordinates.opening_mm + deepest_mm
+    while core.gripping:
+        _raise_if_stopped(wire)
+        if core.coordinates.opening_mm > furthest_mm:
+            raise DeviceFault(
+                "the gripper was opened and its switch did not let go: look at the switch, and "
+                "check teachmover.grip_bit in the arm file"
+            )
+        yield from _slide(wire, speeds, FINE_STEPS)
+        yield from wire.verify()
+
+
+def _slide(wire: Wire, speeds: Speeds, steps: int) -> Flow[None]:
+    """Move the fingers by motor steps; positive opens."""
+    if steps == 0:
+        return
+    core = wire.core
+    here = core.coordinates
+    there = Coordinates(here.joints, here.opening_mm + steps / steps_per_mm(core))
+    leg = Leg(here, there, speeds.duration_s(here, there, 1.0))
+    yield from drive_legs(wire, (leg,), core.config.motion.jog_burst_s)
+
+
+def _raise_if_stopped(wire: Wire) -> None:
+    if wire.stopping:
+        raise wire.stopped("the grasp was stopped; the fingers stay where they are")
+
+
+def steps_per_mm(core: Core) -> float:
+    """Return the gripper motor's steps for each mm of opening, without their sign."""
+    joints = core.coordinates.joints
+    closed = core.transmission.to_exact(joints, 0.0)
+    opened = core.transmission.to_exact(joints, 1.0)
+    return max(abs(b - a) for a, b in zip(closed, opened, strict=True))

@@ -1,0 +1,128 @@
+"""What is done while nobody asks for anything: look at the arm now and then, and remember it."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from armdrive.errors import BadRequest, DeviceFault
+from armdrive.motion.device import compare_settings
+from armdrive.motion.reference import poll
+from armdrive.runtime.diagnostics import RECONNECTED
+from armdrive.runtime.io_lines import OUTPUTS
+from armdrive.runtime.states import Event
+from armdrive.runtime.trust import Evidence
+from armdrive.status import Current, State, Trust
+from armdrive.tasks import Done, Flow, Registers, SetOutputs, Until
+
+if TYPE_CHECKING:
+    from armdrive.motion.context import Wire
+    from armdrive.runtime.arm_state import Core
+
+MOST_OUTPUTS = (1 << OUTPUTS) - 1
+
+INPUTS_POLL_S = 0.05
+"""While somebody waits for an input, a standing arm is looked at so often."""
+
+STILL_S = 2.0
+"""An arm that has stood this long is recorded as standing."""
+
+
+class Idling:
+    """Tells the engine what is due in quiet times."""
+
+    def __init__(self, wire: Wire) -> None:
+        self._wire = wire
+        self._polled_s = 0.0
+
+    def due(self, now_s: float) -> tuple[float, Flow[Any] | None]:
+        """Return when to ask again, and what to do now, if anything."""
+        core = self._wire.core
+        if core.state is State.STOPPING:  # nothing is at work: the arm stands
+            core.settle()
+        if core.state not in (State.STANDBY, State.HOMING):
+            return math.inf, None
+        core.hear_memory()
+        if core.memory.owing and now_s >= core.still_since_s + STILL_S:
+            core.mark_still()
+            core.still_since_s = now_s  # where it could not be written, try again later
+        mark_s = core.still_since_s + STILL_S if core.memory.owing else math.inf
+        every_s = core.config.motion.idle_poll_s
+        if core.awaiting:
+            every_s = min(every_s or INPUTS_POLL_S, INPUTS_POLL_S)
+        if every_s == 0.0:
+            return mark_s, None
+        poll_s = max(self._polled_s, core.still_since_s) + every_s
+        if now_s < poll_s:
+            return min(poll_s, mark_s), None
+        self._polled_s = now_s
+        return now_s + every_s, poll(self._wire)
+
+
+def set_outputs(wire: Wire, bits: int) -> Flow[None]:
+    """Write the output bits."""
+    if isinstance(bits, bool) or not isinstance(bits, int) or not 0 <= bits <= MOST_OUTPUTS:
+        raise BadRequest(f"outputs are a whole number from 0 to {MOST_OUTPUTS}, not {bits!r}")
+    reply = yield from wire.request(SetOutputs(bits))
+    if not isinstance(reply, Done):
+        raise DeviceFault(f"the controller did not take the output bits {bits}: look at the arm")
+    wire.core.outputs = bits
+
+
+# Taking an arm up again over a wire that was lost: believes little, and moves nothing.
+#
+# It ends in error-stop, or disabled where the arm was disabled before. An error that was latched
+# stays latched. The position is at best restored: while nobody could see it, the arm may have been
+# moved by hand.
+
+MEANWHILE = ". Meanwhile "
+BACK = "the wire was lost and is back{elsewhere}: look at the arm, then call `reset()`"
+
+
+def resume(wire: Wire, lost_s: float, lost_link: str) -> Flow[None]:
+    """Find the controller behind a wire that was lost at a time. Moves nothing.
+
+    `lost_link` describes that wire: it is said where the new one is another.
+    """
+    core = wire.core
+    stands_s = lost_s + core.stop_bound().silent_time_s
+    while wire.now_s < stands_s and not wire.stopping:  # what was sent before runs on for so long
+        yield Until(stands_s)
+    registers = yield from wire.ask_registers()
+    core.cut_off_s = 0.0
+    was = core.before_loss
+    if was is not State.DISABLED or core.current is not Current.OFF:
+        core.current = Current.UNKNOWN
+    _weigh(core, registers, wire.now_s)
+    core.outputs = None
+    core.happen(Event.OPENED_SWITCHED if was is State.DISABLED else Event.OPENED_HELD)
+    core.notice = ""
+    yield from compare_settings(wire)
+    link = wire.engine.link.description
+    _latch(core, was, BACK.format(elsewhere="" if link == lost_link else f", now {link}"))
+    core.mark_still()
+    core.still_since_s = wire.now_s
+
+
+def _weigh(core: Core, registers: Registers, now_s: float) -> None:
+    """Compare the registers with what was known when the wire was lost."""
+    if core.belief.trust is Trust.UNKNOWN:
+        core.found(registers)
+        return
+    core.sense(registers)
+    same = core.restore(core.present_record(), registers.positions)
+    if not same:
+        core.learn(Evidence.RECORD_DIFFERS, now_s)
+    else:
+        core.learn(Evidence.LINK_BACK, now_s)
+
+
+def _latch(core: Core, was: State, back: str) -> None:
+    earlier, code = core.latched
+    if earlier and code != RECONNECTED:
+        earlier = earlier.partition(MEANWHILE)[0]  # of a wire that is lost often, the last time
+        core.fault(f"{earlier}{MEANWHILE}{back}", code)
+    elif was is State.DISABLED:
+        core.error = ""
+    else:
+        core.fault(back, RECONNECTED)

@@ -1,0 +1,341 @@
+"""The course of a held jog: an operator's wish and the clock in, the next leg out. Moves nothing.
+
+A leg is as long as one burst or one queued segment. Its speed comes from a ramp (jog_pace.py),
+from what joints and motors can do there (jog_scale.py: the jog slows near a singularity), and
+from the way that is left to the next bound (jog_bounds.py), so that the arm could always stop
+before it. Where no step is left, the course has ended and says why.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from armdrive.motion.jog.bounds import (
+    Bounds,
+    Ended,
+    JointWay,
+    Span,
+    TipWay,
+    Way,
+    at_limits,
+    between,
+    furthest,
+    in_base,
+    on_limits,
+    spans_of,
+)
+from armdrive.motion.jog.rates import Goal, Kind, Paced, Pacer, Scale, axis_names
+from armdrive.motion.resolve import BASE, axes_of
+from armdrive.motion.segments import Leg
+from armdrive.moves import GRIPPER_AXIS, Jog, Space
+from armdrive.runtime.position import Coordinates
+from kinematics.five_axis.jog_rates import Rates, braked, shares_to_stop
+
+if TYPE_CHECKING:
+    from armdrive.config.arm import ArmConfig
+    from armdrive.motion.segments import Speeds
+
+LAST_STEPS = 2
+"""The last steps before a bound are made at once, lest the arm creep for ever."""
+
+TOUCHING = 1e-6
+"""An axis that can go on by no more of its speed than this (1 is all of it) stands at its end."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wish:
+    """What an operator wants now: `speed` is a share of the limits.
+
+    Where the position is not `known` there are no bounds.
+    """
+
+    jog: Jog
+    speed: float
+    known: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Terms:
+    """What a jog has to reckon with of a device.
+
+    `ramp_s` is how long the jog takes to full speed at most, `queued` whether speed carries on
+    from leg to leg, `run_on_s` how long the arm may run on when it is stopped.
+    """
+
+    ramp_s: float
+    queued: bool
+    run_on_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Proposal:
+    """A leg that may be driven, and the speed that comes with it.
+
+    `note` says which axes stay behind at their limits.
+    """
+
+    leg: Leg
+    paced: Paced
+    note: str = ""
+
+    def shortened(self, share: float) -> Proposal:
+        """Return a share of the leg, at its speed."""
+        if share >= 1.0:
+            return self
+        start, end = self.leg.start, self.leg.end
+        leg = Leg(start, start.towards(end, share), self.leg.duration_s * share)
+        return replace(self, leg=leg)
+
+
+class JogCourse:
+    """One jog, from rest to rest. `propose` changes nothing until its answer is `take`n.
+
+    `note` is what was last said of it, kept by whoever says it.
+    """
+
+    def __init__(self, config: ArmConfig, speeds: Speeds, terms: Terms) -> None:
+        self.note = ""
+        self._config = config
+        self._speeds = speeds
+        self._terms = terms
+        self._pacer = Pacer(terms.ramp_s, carries=terms.queued)
+        self._scale = Scale(config, speeds)
+        self._bounds = Bounds(config)
+
+    def propose(
+        self, wish: Wish, start: Coordinates, time_s: float, now_s: float
+    ) -> Proposal | Ended:
+        """Return the next leg, which lasts `time_s` or a little longer, or why there is none.
+
+        Raises `BadRequest` for a frame that nobody knows.
+        """
+        wished = wish.jog.space, wish.jog.frame
+        kind = self._pacer.kind(wished, now_s)
+        goal = self._goal(wish, start, time_s)
+        if kind != wished:  # the arm still moves in another space or frame: come to rest first
+            goal = Goal((0.0,) * len(axis_names(self._config, kind[0])), wish.speed)
+        paced = self._pacer.paced(kind, goal, time_s, now_s)
+        if not any(paced.mean) and not any(paced.end):
+            return Ended("")
+        if not wish.known:
+            return self._proposal(self._way(kind, start, paced.mean), start, paced, time_s, time_s)
+        return self._bounded(paced, start, time_s)
+
+    def take(self, proposal: Proposal, now_s: float) -> None:
+        """Hear that a leg is driven now, or behind the one before."""
+        leg = proposal.leg
+        self._pacer.taken(proposal.paced, leg.duration_s, now_s)
+        self._bounds.went(leg.start.joints, leg.end.joints)
+
+    def stand(self) -> None:
+        """Hear that the arm has come to rest, wherever."""
+        self._pacer.stand()
+
+    def _goal(self, wish: Wish, start: Coordinates, time_s: float) -> Goal:
+        """Return what can be had of a wish."""
+        jog, speed = wish.jog, wish.speed
+        kind = jog.space, jog.frame
+        shares = tuple(jog.amount(name) * speed for name in axis_names(self._config, jog.space))
+        if not any(shares):
+            return Goal(shares, speed)
+        guess = 1.0
+        if jog.space is Space.CARTESIAN:
+            guess = self._scale.first_guess(start, self._rates(kind, start, shares), speed)
+        way = self._way(kind, start, shares)
+        had = self._scale.share(way, start, time_s, speed, guess)
+        return Goal(tuple(each * had for each in shares), speed, had)
+
+    # -- bounds -------------------------------------------------------------------------------
+
+    def _bounded(self, paced: Paced, start: Coordinates, time_s: float) -> Proposal | Ended:
+        """Return a leg with which the arm could still stop before every bound."""
+        spans = spans_of(self._config, start)
+        shares = self._apart(paced, start, spans, time_s)
+        names = axis_names(self._config, paced.kind[0])
+        stopped = [
+            name
+            for name, mean, share in zip(names, paced.mean, shares, strict=True)
+            if mean and share <= TOUCHING
+        ]
+        note = at_limits(stopped) if stopped else ""
+        paced = paced.slowed(shares)
+        if stopped and not any(paced.mean):
+            return Ended(note)
+        way = self._way(paced.kind, start, paced.mean, spans)
+        look_s = time_s + max(paced.ramp_s / 2.0, self._terms.run_on_s)
+        free = self._bounds.free(way, start.joints, look_s)
+        if free.free_s >= look_s:
+            return self._proposal(way, start, paced, time_s, time_s, note)
+        bound = way.at(free.free_s)
+        left = 0 if bound is None else between(self._config, start, bound)
+        if not left:
+            return self._bounds.ended(way, start.joints, free.beyond_s)
+        share = self._share(free.reach_s, free.clear_s, time_s, paced.ramp_s)
+        if left <= LAST_STEPS and free.free_s <= time_s:
+            share = free.free_s / time_s
+        paced = paced.slowed((share,) * len(names))
+        return self._proposal(way, start, paced, time_s * share, time_s, note)
+
+    def _share(self, reach_s: float, clear_s: float, time_s: float, ramp_s: float) -> float:
+        """Return the share of its speed that a leg may have.
+
+        A device that is stopped ends at the latest where it was sent to, so that it never passes
+        the edge of its reach; only the guards are kept from what it is announced to run on.
+        """
+        share = min(braked(reach_s, time_s, ramp_s), braked(clear_s, time_s, ramp_s))
+        if clear_s < reach_s:
+            share = min(share, clear_s / (time_s + self._terms.run_on_s))
+        return share
+
+    def _apart(
+        self, paced: Paced, start: Coordinates, spans: tuple[Span, ...], time_s: float
+    ) -> tuple[float, ...]:
+        """Return by how much axes are slowed that end by themselves while the others go on."""
+        full = self._scale.full(paced.kind[0])
+        rates = [share * most for share, most in zip(paced.mean, full, strict=True)]
+        ramps_s = [abs(share) / paced.slope if paced.slope else 0.0 for share in paced.mean]
+        if paced.kind[0] is Space.JOINT:
+            places = (*start.joints, start.opening_mm)
+            return tuple(shares_to_stop(places, rates, spans, time_s, ramps_s))
+        fingers = shares_to_stop((start.opening_mm,), rates[-1:], spans[-1:], time_s, ramps_s[-1:])
+        return (*(1.0 for _ in rates[:-1]), *fingers)
+
+    # -- ways ---------------------------------------------------------------------------------
+
+    def _proposal(
+        self,
+        way: Way,
+        start: Coordinates,
+        paced: Paced,
+        at_s: float,
+        time_s: float,
+        note: str = "",
+    ) -> Proposal | Ended:
+        there = way.at(at_s)
+        if there is None:
+            return self._bounds.ended(way, start.joints, at_s)
+        lasts_s = max(time_s, self._speeds.duration_s(start, there, 1.0))
+        return Proposal(Leg(start, there, lasts_s), paced, note)
+
+    def _way(
+        self, kind: Kind, start: Coordinates, shares: Rates, spans: tuple[Span, ...] | None = None
+    ) -> Way:
+        rates = self._rates(kind, start, shares)
+        if kind[0] is Space.JOINT:
+            return JointWay(start, rates, spans)
+        config = self._config
+        return TipWay(config, on_limits(config, start), rates, spans_of(config, start)[-1])
+
+    def _rates(self, kind: Kind, start: Coordinates, shares: Rates) -> Rates:
+        space, frame = kind
+        full = self._scale.full(space)
+        rates = tuple(share * most for share, most in zip(shares, full, strict=True))
+        if frame == BASE:
+            return rates
+        return in_base(axes_of(self._config, start.joints, frame), rates)
+
+
+# An increment of a jog: legs as far as the bounds allow, and what bounds it.
+#
+# Joints turn in proportion. The tip keeps to its line: a long increment is cut into pieces.
+
+PIECE_MM = 10.0
+PIECE_RAD = math.radians(5.0)
+"""How long the pieces of a line are at most: the tip leaves it by some tenths of a mm at most."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stride:
+    """Legs end to end, and why they lead less far than asked, where they do."""
+
+    legs: tuple[Leg, ...]
+    ended: Ended
+
+
+def stride(
+    config: ArmConfig, speeds: Speeds, jog: Jog, speed: float, start: Coordinates, *, known: bool
+) -> Stride:
+    """Return how an increment is driven; without bounds where the position is not known.
+
+    Raises `BadRequest` for a frame that nobody knows.
+    """
+    way, pieces = _way(config, jog, start, known=known)
+    bounds = Bounds(config) if known else None
+    ended = Ended(at_limits(_clipped(config, jog, start)) if known else "")
+    whole_s = _least_s(config, speeds, jog) / speed
+    here, legs = start, []
+    for piece in range(pieces):
+        low = piece / pieces
+        last, beyond = _free(bounds, way, here, low, (piece + 1) / pieces)
+        there = way.at(last)
+        if there is not None and there != here:
+            lasts_s = max(speeds.duration_s(here, there, speed), (last - low) * whole_s)
+            legs.append(Leg(here, there, lasts_s))
+        if bounds is not None and math.isfinite(beyond):
+            ended = bounds.ended(way, here.joints, beyond)
+            break
+        here = there or here
+    return Stride(tuple(legs), ended)
+
+
+def _least_s(config: ArmConfig, speeds: Speeds, jog: Jog) -> float:
+    """Return how long an increment of the tip takes at least: no less than if it were held."""
+    if jog.space is Space.JOINT:
+        return 0.0
+    full = Scale(config, speeds).full(jog.space)
+    *tip, _ = zip(_amounts(config, jog), full, strict=True)
+    return max(abs(amount) / most for amount, most in tip)
+
+
+def _way(config: ArmConfig, jog: Jog, start: Coordinates, *, known: bool) -> tuple[Way, int]:
+    """Return the way of an increment, which lasts a second, and into how many pieces it is cut."""
+    amounts = _amounts(config, jog)
+    if jog.space is Space.JOINT:
+        return JointWay(start, amounts, spans_of(config, start) if known else None), 1
+    if jog.frame != BASE:
+        amounts = in_base(axes_of(config, start.joints, jog.frame), amounts)
+    *turns, _ = amounts[3:]
+    pieces = max(math.hypot(*amounts[:3]) / PIECE_MM, *(abs(turn) / PIECE_RAD for turn in turns))
+    way = TipWay(config, on_limits(config, start), amounts, spans_of(config, start)[-1])
+    return way, max(math.ceil(pieces), 1)
+
+
+def _amounts(config: ArmConfig, jog: Jog) -> tuple[float, ...]:
+    """Return an increment in mm and rad; people give degrees."""
+    lengths = ("x", "y", "z", GRIPPER_AXIS)
+    return tuple(
+        amount if name in lengths else math.radians(amount)
+        for name, amount in ((name, jog.amount(name)) for name in axis_names(config, jog.space))
+    )
+
+
+def _free(
+    bounds: Bounds | None, way: Way, here: Coordinates, low: float, high: float
+) -> tuple[float, float]:
+    """Return how far a piece of a way may be gone, and something beyond that is not free."""
+    if bounds is None:
+        return high, math.inf
+
+    def good(share: float) -> bool:
+        there = way.at(low + share)
+        return there is not None and bounds.holds(here.joints, there.joints)
+
+    free, beyond = furthest(good, high - low)
+    return low + free, low + beyond
+
+
+def _clipped(config: ArmConfig, jog: Jog, start: Coordinates) -> list[str]:
+    """Return the axes that end at their limits while the others go on."""
+    names = axis_names(config, jog.space)
+    spans = spans_of(config, start)
+    places = (*start.joints, start.opening_mm)
+    amounts = _amounts(config, jog)
+    if jog.space is Space.CARTESIAN:
+        names, spans, places, amounts = names[-1:], spans[-1:], places[-1:], amounts[-1:]
+    return [
+        name
+        for name, place, amount, (low, high) in zip(names, places, amounts, spans, strict=True)
+        if not low <= place + amount <= high
+    ]

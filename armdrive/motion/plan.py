@@ -1,0 +1,251 @@
+"""From a goal to a plan: corner points in joint space, their audit, and the legs between them.
+
+A plan is audited whole before its first byte is sent: every joint limit at every corner (a leg is
+straight in joint space, so its ends are its worst points) and every guard along the way
+(kinematics/guards/path.py). A start that is itself beyond a bound is not held against the plan as
+long as the plan never goes further beyond it: there must be a way out.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from armdrive.abilities import ramp_piece_s
+from armdrive.errors import BadRequest, OutOfBounds
+from armdrive.motion.segments import Leg, Speeds, fewer, legs_along
+from armdrive.registry import dialect
+from armdrive.runtime.position import Coordinates
+from kinematics import (
+    GuardViolation,
+    Joints,
+    LimitViolation,
+    Pose,
+    Unreachable,
+    first_violation,
+    line_path,
+    nearest_allowed,
+)
+from kinematics.errors import finite
+from kinematics.paths.parts import LineMove, Move, PoseMove
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from armdrive.config.arm import ArmConfig
+    from kinematics.guards.guards import Violation
+    from kinematics.paths.routes import PathSection
+
+
+NEARLY = 0.999
+"""A blend may be so much smaller than asked for without a word."""
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """Legs end to end. Nothing in it has been rounded yet."""
+
+    start: Coordinates
+    legs: tuple[Leg, ...]
+    note: str = ""
+
+    @property
+    def end(self) -> Coordinates:
+        """Where the plan leads."""
+        return self.legs[-1].end if self.legs else self.start
+
+    @property
+    def duration_s(self) -> float:
+        """How long it takes, without the time that the wire needs between bursts."""
+        return math.fsum(leg.duration_s for leg in self.legs)
+
+
+def speed_fraction(speed: float) -> float:
+    """Check the `speed=` of a public call: a fraction of the limits, above 0 and up to 1."""
+    fraction = finite("speed", speed)
+    if not 0.0 < fraction <= 1.0:
+        raise BadRequest(f"speed is a fraction of the limits, above 0 and up to 1, not {speed!r}")
+    return fraction
+
+
+def named_joints(start: Joints, named_deg: Mapping[str, float]) -> Joints:
+    """Return `start` with the joints that the caller named, as `shoulder_deg=40`, replaced."""
+    known = {f"{name}_deg": name for name in start.names}
+    changed = {}
+    for word, value in named_deg.items():
+        if word not in known:
+            raise BadRequest(f"no joint is called {word!r}; known are {', '.join(known)}")
+        changed[known[word]] = math.radians(finite(word, value))
+    return start.replace(**changed)
+
+
+def plan_joints(
+    config: ArmConfig, speeds: Speeds, start: Coordinates, end: Coordinates, fraction: float
+) -> Plan:
+    """Plan a motion straight in joint space, and audit it."""
+    return _plan(config, speeds, start, [[start, end]], fraction)
+
+
+def plan_line(
+    config: ArmConfig, speeds: Speeds, start: Coordinates, goal: Pose, fraction: float
+) -> Plan:
+    """Plan a motion straight in x, y, z, pitch and roll, in one posture, and audit it.
+
+    Between corners the tip leaves the line by at most `motion.line_tolerance_mm`.
+    """
+    posture_for(config, goal, start.joints)
+    joints = line_path(
+        config.model.arm, start.joints, goal, tolerance_mm=config.motion.line_tolerance_mm
+    )
+    corners = [start, *(Coordinates(each, start.opening_mm) for each in joints[1:])]
+    return _plan(config, speeds, start, [corners], fraction)
+
+
+def plan_route(
+    config: ArmConfig, speeds: Speeds, start: Coordinates, moves: Sequence[Move], fraction: float
+) -> Plan:
+    """Plan joint motions, lines and arcs one after another, with their blends, and audit it all."""
+    from kinematics.paths.routes import Route, route_sections  # few programs lay routes
+
+    for move in moves:
+        if isinstance(move, LineMove | PoseMove):
+            posture_for(config, move.goal, start.joints)
+    route = Route(start.joints, tuple(moves))
+    sections = route_sections(config.model.arm, route, tolerance_mm=config.motion.line_tolerance_mm)
+    ways = [
+        [Coordinates(each, start.opening_mm) for each in section.corners] for section in sections
+    ]
+    made = _plan(config, speeds, start, ways, fraction)
+    return replace(made, note=_smaller_blends(moves, sections))
+
+
+def _smaller_blends(moves: Sequence[Move], sections: Sequence[PathSection]) -> str:
+    """Say which blends are smaller than asked for; at the end of the last part there is none."""
+    found = {
+        part: radius_mm
+        for section in sections
+        for part, radius_mm in zip(section.parts, section.blends_mm, strict=True)
+    }
+    said = [
+        f"the blend behind part {part} has {found.get(part, 0.0):.1f} mm instead of "
+        f"{move.blend_mm:.1f}, since a neighbouring part is too short for more"
+        for part, move in enumerate(moves[:-1], 1)
+        if found.get(part, 0.0) < move.blend_mm * NEARLY
+    ]
+    return "; ".join(said)
+
+
+def _plan(
+    config: ArmConfig,
+    speeds: Speeds,
+    start: Coordinates,
+    ways: list[list[Coordinates]],
+    fraction: float,
+) -> Plan:
+    """Audit the corners of ways that end at rest, and time them."""
+    audit(config, [start.joints, *(corner.joints for way in ways for corner in way)])
+    _audit_opening(config, start.opening_mm, ways[-1][-1].opening_mm if ways else start.opening_mm)
+    motion, wire = config.motion, config.connection
+    able = dialect(wire.dialect).abilities
+    longest_s = joined_s = motion.planned_burst_s
+    if able.queued_segments:
+        joined_s = able.traffic.shortest_segment_s(wire.baud)
+        longest_s = ramp_piece_s(longest_s, joined_s)
+    legs: list[Leg] = []
+    for way in ways:
+        moving = [a for a, b in pairwise(way) if a != b]
+        made = legs_along(speeds, [*moving, way[-1]], fraction, longest_s) if moving else ()
+        legs += fewer(config.model.arm, made, joined_s, motion.line_tolerance_mm)
+    return Plan(start, tuple(legs))
+
+
+def audit(config: ArmConfig, corners: list[Joints], further: float = 0.0) -> None:
+    """Raise `OutOfBounds` for the first limit or guard that a joint path would pass.
+
+    `further` is the share of the last way by which the arm might run on while it stops: guards
+    are kept there as well.
+    """
+    arm = config.model.arm
+    excused = {each.joint: each.excess_rad for each in arm.violations(corners[0])}
+    for corner in corners[1:]:
+        for violation in arm.violations(corner):
+            if violation.excess_rad > excused.get(violation.joint, 0.0) + SLACK_RAD:
+                raise limit_error(violation)
+    if further > 0.0 and len(corners) > 1:
+        corners = [*corners, _running_on(corners[-2], corners[-1], further)]
+    _audit_guards(config, corners)
+
+
+def _running_on(start: Joints, end: Joints, further: float) -> Joints:
+    """Return where the joints come to that go on as from start to end by a share of that way."""
+    angles = (b + (b - a) * further for a, b in zip(start, end, strict=True))
+    return Joints(tuple(angles), end.names)
+
+
+def _audit_guards(config: ArmConfig, corners: list[Joints]) -> None:
+    found = first_violation(config.model.arm, config.model.guards, corners, way_out=True)
+    if found is not None:
+        raise guard_error(found[1], found[0])
+
+
+def posture_for(config: ArmConfig, goal: Pose, seed: Joints) -> Joints:
+    """Return the allowed posture for a pose that is nearest to the seed.
+
+    Raises `Unreachable` or `OutOfBounds`; both name the nearest pose that is in reach and
+    outside every guard.
+    """
+    arm, guards = config.model.arm, config.model.guards
+    try:
+        joints = arm.ik(goal, seed)
+    except Unreachable as refusal:
+        allowed = nearest_allowed(arm, guards, goal, seed)
+        raise refusal.instead(allowed) if allowed is not None else refusal from None
+    broken = guards.violation(arm, joints)
+    if broken is None or guards.violations(arm, seed):
+        return joints  # a start beyond a guard may have a way out: the audit looks at all of it
+    raise guard_error(broken, 1.0, nearest_allowed(arm, guards, goal, seed))
+
+
+def limit_error(violation: LimitViolation) -> OutOfBounds:
+    """Put a joint limit into words."""
+    value, bound = math.degrees(violation.value_rad), math.degrees(violation.bound_rad)
+    return OutOfBounds(
+        f"the {violation.joint} would turn to {value:.1f}°, {abs(value - bound):.1f}° beyond its "
+        f"limit of {bound:.1f}°; nothing was moved",
+        name=violation.joint,
+        value=value,
+        bound=bound,
+    )
+
+
+def guard_error(guard: Violation, share: float, nearest: Pose | None = None) -> OutOfBounds:
+    """Put a guard into words; value and bound are in mm, or in degrees for a sum of angles."""
+    where = "at the goal" if share >= 1.0 else f"{share:.0%} of the way to the goal"
+    instead = f"; nearest pose that is allowed: {nearest}" if nearest is not None else ""
+    if isinstance(guard, GuardViolation):
+        value, bound = guard.value_mm, guard.bound_mm
+    else:
+        value, bound = math.degrees(guard.value_rad), math.degrees(guard.bound_rad)
+    return OutOfBounds(
+        f"{guard.sentence}, {where}; nothing was moved{instead}",
+        name=guard.guard,
+        value=value,
+        bound=bound,
+        nearest=nearest,
+    )
+
+
+SLACK_RAD = 1e-9
+
+
+def _audit_opening(config: ArmConfig, start_mm: float, end_mm: float) -> None:
+    low, high = config.model.gripper_range_mm
+    if end_mm != start_mm and not low <= end_mm <= high:
+        raise OutOfBounds(
+            f"the gripper opens from {low:g} to {high:g} mm, not to {end_mm:.1f} mm",
+            name="gripper",
+            value=end_mm,
+            bound=high if end_mm > high else low,
+        )

@@ -1,0 +1,423 @@
+"""A motion as it would be, before anything is sent: ways to hold the hand, duration, margins.
+
+What is shown is the plan that `move_j`, `move_to` or `move_l` would carry out, made by the same
+code (goals.py). Units: mm, rad, s.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from armdrive.errors import ArmError, BadRequest
+from armdrive.motion.resolve import Goal, Ground, JointGoal, LineGoal, PoseGoal, PostureGoal
+from armdrive.registry import dialect
+from armdrive.runtime.stop_bounds import run_on, stretches
+from armdrive.status import violation_text
+from kinematics.errors import KinematicsError
+from kinematics.five_axis.arm import Posture, postures
+from kinematics.guards.path import Clearance, least_clearances
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from armdrive.config.arm import ArmConfig
+    from armdrive.dialects.controller import Controller
+    from armdrive.motion.plan import Plan
+    from armdrive.motion.segments import Leg
+    from kinematics import ArmGeometry, ArmModel, Joints, Pose
+    from kinematics.geometry import Point
+
+
+# What can be foreseen of a plan: the postures on its way, joint margins, and how long it takes.
+#
+# Units: mm, rad, s.
+
+STEP_MM = 2.0
+"""No point of the arm travels further than this between two postures, on all but long ways."""
+
+MOST_POSTURES = 500
+"""A way that would need more of them is looked at so often, evenly."""
+
+
+@dataclass(frozen=True, slots=True)
+class Margin:
+    """How near a joint, or a guarded sum of joints, comes to a bound: below 0 beyond it.
+
+    `index` is that of the posture in which it does.
+    """
+
+    joint: str
+    margin_rad: float
+    value_rad: float
+    bound_rad: float
+    index: int
+
+
+def postures_along(arm: ArmGeometry, plan: Plan) -> tuple[Joints, ...]:
+    """Return postures along a plan, its start and every corner among them."""
+    travels = [_travel_mm(arm, leg) for leg in plan.legs]
+    step_mm = max(STEP_MM, math.fsum(travels) / MOST_POSTURES)
+    found = [plan.start.joints]
+    for leg, travel in zip(plan.legs, travels, strict=True):
+        count = max(math.ceil(travel / step_mm), 1)
+        found += [leg.start.towards(leg.end, part / count).joints for part in range(1, count + 1)]
+    return tuple(found)
+
+
+def _travel_mm(arm: ArmGeometry, leg: Leg) -> float:
+    ends = zip(leg.start.joints, leg.end.joints, strict=True)
+    return arm.travel_bound_mm(tuple(b - a for a, b in ends))
+
+
+def least_margins(model: ArmModel, postures: Sequence[Joints]) -> tuple[Margin, ...]:
+    """Return each joint's least distance from its limits, the smallest first, and each sum's.
+
+    A leg is straight in joint space, so that its ends are its worst points: nothing lies between.
+    """
+    found = []
+    for name, bounds in zip(model.arm.joint_names, model.arm.limits, strict=True):
+        values = [joints[name] for joints in postures]
+        found.append(_least(name, values, bounds.low_rad, bounds.high_rad))
+    for one in model.guards.sums:
+        sums = [math.fsum(share * each[joint] for joint, share in one.shares) for each in postures]
+        found.append(_least(one.name, sums, one.low_rad, one.high_rad))
+    return tuple(sorted(found, key=lambda one: one.margin_rad))
+
+
+def _least(name: str, values: Sequence[float], low: float, high: float) -> Margin:
+    def margin(index: int) -> float:
+        return min(values[index] - low, high - values[index])
+
+    index = min(range(len(values)), key=margin)
+    value = values[index]
+    bound = low if value - low <= high - value else high
+    return Margin(name, margin(index), value, bound, index)
+
+
+def foreseen_s(config: ArmConfig, controller: Controller, plan: Plan) -> float:
+    """Return about how long a plan takes on the wire, with a device that is as slow as it may be.
+
+    A queue is driven on without a break; bursts wait for one another's exchange. What a device
+    that does not coordinate its motors needs besides, to stay near the way, is not foreseen.
+    """
+    wire = config.connection
+    able = dialect(wire.dialect).abilities
+    if able.queued_segments:
+        return plan.duration_s
+    exchange_s, burst_s = able.traffic.exchange_s(wire.baud), config.motion.planned_burst_s
+    return math.fsum(_bursts_s(config, controller, leg, burst_s, exchange_s) for leg in plan.legs)
+
+
+def _bursts_s(
+    config: ArmConfig, controller: Controller, leg: Leg, burst_s: float, exchange_s: float
+) -> float:
+    transmission = config.model.transmission
+    if transmission is None or leg.duration_s <= 0.0:
+        return leg.duration_s
+    begin, end = (transmission.to_exact(one.joints, one.opening_mm) for one in (leg.start, leg.end))
+    steps = max(abs(b - a) for a, b in zip(begin, end, strict=True))
+    rate_hz = steps / leg.duration_s
+    count = max(math.ceil(controller.duration_s(steps, rate_hz) / burst_s - 1e-9), 1)
+    one_s = max(leg.duration_s / count, controller.duration_s(steps / count, rate_hz))
+    return count * (one_s + exchange_s)
+
+
+# Where the arm could go instead of a goal that is refused: near it, or as far as the way is free.
+#
+# Units: mm, rad.
+
+HALVINGS = 10
+"""A way is halved so often: its end is then known to a thousandth of it."""
+
+LEAST_TURN_RAD = math.radians(0.05)
+"""What turns no joint by this much leads nowhere."""
+
+
+LEAST_SHARE = 0.05
+"""Less of the way than this is no help to anybody who wants to go it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Furthest:
+    """A pose, and the posture in it, that the arm can be moved to, as a plan has shown.
+
+    `share` is how much of the way that was asked for leads there; 1 for the goal's neighbour.
+    """
+
+    pose: Pose
+    joints: Joints
+    share: float = 1.0
+
+
+def instead_of(
+    ground: Ground, goal: Goal, refusal: ArmError | KinematicsError | None, fraction: float
+) -> Furthest | None:
+    """Return where a motion could lead instead; None where every way is barred.
+
+    The nearest pose that the refusal names, if it can be gone to, else as far along the way that
+    was asked for as limits and guards leave it free.
+    """
+    near = getattr(refusal, "nearest", None)
+    if near is not None:
+        same_way = LineGoal(near) if isinstance(goal, LineGoal) else PoseGoal(near)
+        for each in (same_way, PoseGoal(near)):
+            plan = _plan(ground, each, fraction)
+            if plan is not None:
+                return _furthest(ground, plan.end.joints, 1.0)
+    part = _parts(ground, goal, near)
+    return None if part is None else _furthest_along(ground, part, fraction)
+
+
+def _parts(ground: Ground, goal: Goal, near: Pose | None) -> Callable[[float], Goal] | None:
+    """Return what leads to a share of the way that was asked for."""
+    arm, here = ground.config.model.arm, ground.here
+    if isinstance(goal, LineGoal):
+        try:
+            line = arm.line(here.joints, goal.pose(ground))
+        except KinematicsError:
+            return None
+        return lambda share: LineGoal(line.pose(share))
+    end = goal.joints(ground) if isinstance(goal, JointGoal | PostureGoal) else None
+    if end is None:
+        pose = near or goal.pose(ground)
+        end = None if pose is None else arm.solve(pose, here.joints)
+    if end is None:
+        return None
+    return lambda share: PostureGoal(_between(here.joints, end, share))
+
+
+def _furthest_along(
+    ground: Ground, part: Callable[[float], Goal], fraction: float
+) -> Furthest | None:
+    low, high, best = 0.0, 1.0, None
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2.0
+        plan = _plan(ground, part(middle), fraction)
+        if plan is None:
+            high = middle
+        else:
+            low, best = middle, plan
+    if best is None or low < LEAST_SHARE:
+        return None
+    found = _furthest(ground, best.end.joints, low)
+    moved = zip(found.joints, ground.here.joints, strict=True)
+    return found if max(abs(b - a) for a, b in moved) >= LEAST_TURN_RAD else None
+
+
+def _plan(ground: Ground, goal: Goal, fraction: float) -> Plan | None:
+    try:
+        return goal.plan(ground, fraction)
+    except (ArmError, KinematicsError):
+        return None
+
+
+def _furthest(ground: Ground, joints: Joints, share: float) -> Furthest:
+    return Furthest(ground.config.model.arm.fk(joints), joints, share)
+
+
+def _between(start: Joints, end: Joints, share: float) -> Joints:
+    return start.replace(
+        **{name: start[name] + (end[name] - start[name]) * share for name in start.names}
+    )
+
+
+# The ways to hold the hand at a goal: which posture a motion takes, and why the others fall out.
+#
+# Units: rad.
+
+SAME_RAD = 1e-4
+"""Postures whose joints differ by less are the same one, but for the last digits of a path."""
+
+
+@dataclass(frozen=True, slots=True)
+class Way:
+    """One posture at the goal; `against` says why it is not the one that would be taken.
+
+    `allowed` tells whether the arm may stand like this: its joints are then a goal by themselves.
+    """
+
+    name: str
+    joints: Joints
+    taken: bool
+    allowed: bool = True
+    against: str = ""
+
+
+def ways_of(ground: Ground, goal: Goal, pose: Pose | None, end: Joints | None) -> tuple[Way, ...]:
+    """Return every posture for a pose, the taken one first; none where joints were asked for.
+
+    `end` is the posture that the plan leads to, None where there is none.
+    """
+    if pose is None or (pose.yaw_rad is not None and not ground.config.model.arm.has_yaw):
+        return ()
+    found = postures(ground.config.model.arm, pose, ground.here.joints)
+    line = isinstance(goal, LineGoal)
+    ways = [_way(ground, each, end, line) for each in _different(found)]
+    if end is not None and not any(way.taken for way in ways):
+        ways.append(Way("", end, taken=True))  # of a way that turned a joint all the way round
+    return tuple(sorted(ways, key=lambda way: not way.taken))
+
+
+def _different(found: Sequence[Posture]) -> Iterator[Posture]:
+    """Yield each posture once: the elbow of an arm that is stretched out is neither up nor down."""
+    seen: list[Posture] = []
+    for posture in found:
+        if not any(_same(posture.joints, each.joints) for each in seen):
+            seen.append(posture)
+            yield posture
+
+
+def _way(ground: Ground, posture: Posture, end: Joints | None, line: bool) -> Way:
+    taken = end is not None and _same(posture.joints, end)
+    if taken:
+        return Way(posture.name, posture.joints, taken=True)
+    forbidden = _forbidden(ground, posture)
+    against = forbidden or _second_choice(ground, posture, end, line)
+    return Way(posture.name, posture.joints, taken, not forbidden, against)
+
+
+def _forbidden(ground: Ground, posture: Posture) -> str:
+    """Say which limits or which guard keep the arm from standing like this."""
+    if posture.violations:
+        return "; ".join(map(violation_text, posture.violations))
+    broken = ground.config.model.guards.violation(ground.config.model.arm, posture.joints)
+    return "" if broken is None else broken.sentence
+
+
+def _second_choice(ground: Ground, posture: Posture, end: Joints | None, line: bool) -> str:
+    """Say why another posture is taken than one that is allowed."""
+    if end is None:
+        return "allowed at the goal, but not reached on this way"
+    if line:
+        return "allowed, but a straight line keeps the posture that it begins in"
+    turn, least = (_turn_deg(ground.here.joints, one) for one in (posture.joints, end))
+    return f"allowed, but further: its joints turn by {turn:.0f}° instead of {least:.0f}°"
+
+
+def _same(a: Joints, b: Joints) -> bool:
+    return all(abs(x - y) <= SAME_RAD for x, y in zip(a, b, strict=True))
+
+
+def _turn_deg(a: Joints, b: Joints) -> float:
+    """Return the measure by which the nearest posture is chosen, as an angle."""
+    return math.degrees(math.dist(a.angles_rad, b.angles_rad))
+
+
+Refusal = ArmError | KinematicsError
+
+STOPS_LOOKED_AT = 32
+"""At so many postures of a way the stopping distance is computed, which changes little between."""
+
+
+@dataclass(frozen=True, slots=True)
+class Preview:
+    """What a motion would be, or why it is refused.
+
+    `ways` are the postures that hold the hand at the goal, `path` the tip's points along the way,
+    the start first, and `postures` the arm at each of them, no point of it further than about
+    2 mm from the last. `duration_s` is the plan's, `slowest_s` about what it is on the wire with
+    an arm that is as slow as it may be: nobody knows better before it has moved. `margins` are
+    each joint's least distance from its limits and `clearances` each guard's, the smallest first.
+    The tip would run on by at most `stop_distance_mm` after a stop. `hindrance` is why the arm
+    would go nowhere now, as while it is disabled or not referenced, which leaves the plan in
+    place; `problem` is what is wrong with the goal or the way, and `nearest` where the arm could
+    go instead.
+    """
+
+    start: Joints | None
+    hindrance: Refusal | None = None
+    problem: Refusal | None = None
+    ways: tuple[Way, ...] = ()
+    plan: Plan | None = field(default=None, repr=False)
+    postures: tuple[Joints, ...] = field(default=(), repr=False)
+    path: tuple[Point, ...] = field(default=(), repr=False)
+    duration_s: float = 0.0
+    slowest_s: float = 0.0
+    margins: tuple[Margin, ...] = ()
+    clearances: tuple[Clearance, ...] = ()
+    stop_time_s: float = 0.0
+    stop_distance_mm: float = 0.0
+    nearest: Furthest | None = None
+    goal: Pose | None = None
+
+    @property
+    def refusal(self) -> Refusal | None:
+        """What would be raised if the motion were asked for now."""
+        return self.hindrance or self.problem
+
+    @property
+    def possible(self) -> bool:
+        """Whether the motion would be carried out if it were asked for now."""
+        return self.refusal is None
+
+    @property
+    def end(self) -> Joints | None:
+        """The posture that the way leads to, None without a plan."""
+        return None if self.plan is None else self.plan.end.joints
+
+    @property
+    def margin(self) -> Margin | None:
+        """The joint that comes nearest to a limit of its own."""
+        return self.margins[0] if self.margins else None
+
+    @property
+    def clearance(self) -> Clearance | None:
+        """The guard that the arm comes nearest to."""
+        return self.clearances[0] if self.clearances else None
+
+    def __str__(self) -> str:
+        from armdrive.motion.preview_text import preview_lines  # only people need the words
+
+        return "\n".join(preview_lines(self))
+
+
+def preview_goal(
+    ground: Ground, controller: Controller, goal: Goal, fraction: float, hindrance: Refusal | None
+) -> Preview:
+    """Plan a motion from where the arm stands, and measure it. Nothing is sent.
+
+    `hindrance` is why the arm would not move anywhere now. Raises `BadRequest` for a goal that is
+    none: a joint or a frame that nobody knows.
+    """
+    asked = goal.pose(ground)
+    plan, problem = _planned(ground, goal, fraction)
+    here = ground.here.joints
+    if plan is None:
+        ways = ways_of(ground, goal, asked, None)
+        instead = instead_of(ground, goal, problem, fraction)
+        return Preview(here, hindrance, problem, ways, nearest=instead, goal=asked)
+    model = ground.config.model
+    postures = postures_along(model.arm, plan)
+    burst_s = ground.config.motion.planned_burst_s
+    looks = (*postures[:: max(len(postures) // STOPS_LOOKED_AT, 1)], postures[-1])
+    parts = stretches(model.transmission, plan.legs)
+    runs_on = run_on(ground.config, controller, burst_s, parts)
+    bounds = [runs_on.bound(ground.config, each) for each in looks]
+    return Preview(
+        here,
+        hindrance,
+        None,
+        ways_of(ground, goal, asked, plan.end.joints),
+        plan,
+        postures,
+        tuple(model.arm.points(each)[-1] for each in postures),
+        plan.duration_s,
+        foreseen_s(ground.config, controller, plan),
+        least_margins(model, postures),
+        least_clearances(model.guards.over(model.arm), postures),
+        bounds[0].time_s,
+        max(bound.distance_mm for bound in bounds),
+        goal=asked,
+    )
+
+
+def _planned(ground: Ground, goal: Goal, fraction: float) -> tuple[Plan | None, Refusal | None]:
+    try:
+        return goal.plan(ground, fraction), None
+    except BadRequest:
+        raise
+    except (ArmError, KinematicsError) as refusal:
+        return None, refusal

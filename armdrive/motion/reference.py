@@ -1,0 +1,286 @@
+"""How an arm gets its position: from its record, or from its own switches; and its current.
+
+A posture that somebody vouches for is taken in flows/vouching.py. A reference is the controller's
+registers plus an offset that is kept here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from armdrive.abilities import Switching
+from armdrive.errors import DeviceFault, LinkLost, NoAnswer, NotReferenced, StateFileError
+from armdrive.motion.device import compare_again, compare_settings
+from armdrive.runtime.persistence import be_remembered, leave_standstill
+from armdrive.runtime.position import Coordinates
+from armdrive.runtime.registers import weigh_difference, without_reset
+from armdrive.runtime.states import Event, after
+from armdrive.runtime.trust import Belief, Evidence
+from armdrive.status import Current, State, Trust
+from armdrive.tasks import (
+    ClearFault,
+    Done,
+    DropCurrent,
+    Flow,
+    Halted,
+    HomeDevice,
+    Registers,
+    SwitchOn,
+)
+
+if TYPE_CHECKING:
+    from armdrive.config.sections import HomingSettings
+    from armdrive.motion.context import Wire
+    from armdrive.runtime.arm_state import Core
+    from kinematics import Motors
+
+
+def connect(wire: Wire) -> Flow[None]:
+    """Find the controller, take up its record, and end in stand-still. Moves nothing."""
+    try:
+        yield from _connect(wire)
+    except NoAnswer as error:  # there is no arm yet that could be reset
+        raise NoAnswer(f"{without_reset(error)}, then connect again") from None
+
+
+def _connect(wire: Wire) -> Flow[None]:
+    core = wire.core
+    registers = yield from wire.ask_registers()
+    switched = core.controller.abilities.current is Switching.BOTH
+    core.happen(Event.OPENED_SWITCHED if switched else Event.OPENED_HELD)
+    _take_up_record(wire, registers)
+    _heed_what_came_before(wire)
+    yield from compare_settings(wire)
+    core.memory.taken_up()  # from here on: a connection that failed leaves the record as it was
+    if core.belief.trust is Trust.SUSPECT:
+        core.remember()  # else registers that come back by chance would be believed once more
+    core.still_since_s = wire.now_s
+
+
+def _take_up_record(wire: Wire, registers: Registers) -> None:
+    core = wire.core
+    core.found(registers)
+    try:
+        record = core.memory.load(
+            core.config.name, core.config.calibration, len(registers.positions)
+        )
+    except StateFileError as error:
+        core.learn(Evidence.RECORD_UNUSABLE, wire.now_s, str(error))
+        return
+    if record is None or record.trust == Trust.UNKNOWN.value:
+        core.learn(Evidence.NO_RECORD, wire.now_s)
+    else:
+        same = core.restore(record, registers.positions)
+        core.learn(Evidence.RECORD_MATCHES, wire.now_s)
+        if record.trust == Trust.SUSPECT.value:
+            core.belief = Belief(Trust.SUSPECT, record.reason, wire.now_s)
+        if not same:
+            core.learn(Evidence.RECORD_DIFFERS, wire.now_s)
+        elif record.in_motion:
+            core.learn(Evidence.ENDED_IN_MOTION, wire.now_s)
+
+
+def _heed_what_came_before(wire: Wire) -> None:
+    """Weigh an alert that came before there was a record to be doubted: it speaks against it."""
+    core = wire.core
+    if core.told_early is not None:
+        evidence, words = core.told_early
+        core.learn(evidence, wire.now_s, words)
+        core.error = ""  # nothing is latched by connecting
+        core.notify(f"{evidence.value} ({words})", evidence)
+
+
+def begin_home(wire: Wire) -> Flow[None]:
+    """Enter the state in which an operator brings the arm to its posture."""
+    wire.core.happen(Event.HOME)
+    yield from ()
+
+
+def home_device(
+    wire: Wire, homing: HomingSettings, told: Callable[[int], None] = lambda _: None
+) -> Flow[None]:
+    """Have the device find its switches, in the arm file's order; it stands at them afterwards.
+
+    `told` hears of each group of the arm file, by its index, when it has been homed.
+    """
+    core = wire.core
+    core.require_settings()
+    if not (yield from leave_standstill(wire)):
+        raise wire.stopped("homing was stopped before it began")
+    core.happen(Event.HOME)
+    core.current = Current.HELD
+    groups = tuple(tuple(motor - 1 for motor in group) for group in homing.groups)
+    try:
+        for index, group in enumerate(groups):
+            yield from _home_group(wire, HomeDevice((group,)))
+            told(index)
+        if not groups:
+            yield from _home_group(wire, HomeDevice())
+    except LinkLost:
+        core.learn(Evidence.LOST_IN_MOTION, wire.now_s)
+        raise
+    registers = yield from wire.ask_registers()
+    core.slack.doubt()  # the device does not tell which way it came off its switches
+    core.refer(registers.positions, Coordinates(homing.joints, homing.opening_mm))
+    core.learn(Evidence.HOMED_BY_SWITCHES, wire.now_s)
+    core.clear_remarks()
+    core.settle()
+    core.mark_still()
+    core.still_since_s = wire.now_s
+    yield from be_remembered(wire)
+
+
+def _home_group(wire: Wire, request: HomeDevice) -> Flow[None]:
+    """Have some of the motors homed; whatever ends it early leaves nothing referenced."""
+    core, began_s = wire.core, wire.now_s
+    reply = yield from wire.request(request, Evidence.ANSWER_LOST)
+    if isinstance(reply, Done) and not wire.stopping:
+        return
+    core.learn(Evidence.HOMING_FAILED, wire.now_s)
+    if wire.stopping:
+        raise wire.stopped("homing was stopped: nothing was referenced")
+    late = f"it had not ended after {wire.now_s - began_s:.0f} s, {wire.engine.received}"
+    why = late if isinstance(reply, Halted) else reply  # nobody stopped it: its time was over
+    core.fault(f"homing failed: {why}. Look at the switches and the arm, then call `reset()`")
+    raise DeviceFault(core.error)
+
+
+def confirm_record(wire: Wire) -> Flow[None]:
+    """Let a restored position count as referenced: the operator compared it with the arm."""
+    core = wire.core
+    yield from wire.look()
+    if core.belief.trust is not Trust.RESTORED:
+        raise NotReferenced(
+            f"there is no restored position to confirm, this one is {core.belief.trust.value}: "
+            f"{core.belief.reason}. To mend it, call `home()`"
+        )
+    core.learn(Evidence.CONFIRMED, wire.now_s)
+    core.mark_still()
+    yield from be_remembered(wire)
+
+
+def disable(wire: Wire) -> Flow[None]:
+    """Drop the motor current: the arm can sag, so its position is suspect from then on."""
+    core = wire.core
+    after(core.state, Event.DISABLE)
+    core.learn(Evidence.CURRENT_DROPPED, wire.now_s)  # whatever the answer will be
+    yield from be_remembered(wire)  # no mark: a full disk does not keep the motors on
+    core.happen(Event.DISABLE)
+    core.current = Current.UNKNOWN
+    reply = yield from wire.request(DropCurrent())
+    if not isinstance(reply, Done):
+        core.fault("the controller did not say that it switched the motor current off: look at it")
+        raise DeviceFault(core.error)
+    core.current = Current.OFF
+    registers = yield from wire.ask_registers()
+    core.count_anew(registers.positions)  # they may have been zeroed, which moves nothing
+    core.sense(registers)
+    core.mark_still()
+    yield from be_remembered(wire)
+
+
+def enable(wire: Wire) -> Flow[None]:
+    """Switch the motor current on where that can be done, and allow motion. Moves nothing."""
+    core = wire.core
+    after(core.state, Event.ENABLE)
+    able = core.controller.abilities.current
+    if able is Switching.BOTH or (able is Switching.DROPS and core.current is Current.OFF):
+        reply = yield from wire.request(SwitchOn())
+        if not isinstance(reply, Done):
+            core.fault(f"the controller did not switch the motors on: {reply}")
+            raise DeviceFault(core.error)
+        if core.state is State.ERROR_STOP:  # it has let the arm sag before it understood
+            raise DeviceFault(core.error)
+        if able is Switching.BOTH:
+            core.current = Current.HELD
+    yield from compare_again(wire)
+    core.happen(Event.ENABLE)
+
+
+def reset(wire: Wire) -> Flow[None]:
+    """Leave error-stop: listen until the line is quiet, and take up what the registers say.
+
+    A device that may have switched its motors off is disabled then: `enable` is a call of its own.
+    """
+    core = wire.core
+    yield from wire.quiet()
+    reply = yield from wire.request(ClearFault())
+    if not isinstance(reply, Done):
+        raise DeviceFault(f"the controller stays in its fault: {reply}")
+    registers = yield from wire.ask_registers()
+    if wire.stopping:
+        raise wire.stopped("a stop came during the reset: call `reset()` again")
+    core.error = core.notice = ""
+    weigh_difference(wire, core.compare(registers))
+    yield from compare_again(wire)
+    switched = core.controller.abilities.current is Switching.BOTH
+    off = switched and core.current is not Current.HELD
+    core.happen(Event.RESET_SWITCHED if off else Event.RESET)
+    core.still_since_s = wire.now_s
+
+
+def poll(wire: Wire) -> Flow[None]:
+    """Look at a standing arm: inputs, and whether its registers are still what they were."""
+    yield from wire.look()
+
+
+# Taking a reference from somebody who looks at the arm, unless it has changed since he looked.
+#
+# A reference is the controller's registers plus an offset that is kept here. Nothing in this file
+# moves the arm, and nothing asks the controller to zero its registers, which would drop its motor
+# current.
+
+PROMPT_S = 0.3
+"""Registers that are read this soon show the arm as it was vouched for."""
+
+
+@dataclass(frozen=True, slots=True)
+class Vouched:
+    """A posture that somebody vouches for, and what was known of the arm when he did."""
+
+    there: Coordinates
+    evidence: Evidence
+    belief: Belief
+    registers: Motors
+    at_s: float
+
+
+def vouched(core: Core, there: Coordinates, evidence: Evidence, now_s: float) -> Vouched:
+    """Note that somebody vouches for a posture now."""
+    return Vouched(there, evidence, core.belief, core.expected, now_s)
+
+
+def take_reference(wire: Wire, word: Vouched) -> Flow[None]:
+    """Let the present registers mean a posture that somebody vouches for.
+
+    Raises `DeviceFault` where the arm may have changed since: there is worse news of it, or the
+    registers have fallen to zero (the controller was restarted, and the arm may have sagged), or
+    they have changed and could not be read at once. Registers that were read at once may have
+    changed before he looked: somebody has just brought the arm there.
+    """
+    core = wire.core
+    difference = yield from wire.read()
+    if wire.stopping or core.state not in (State.STANDBY, State.HOMING):
+        raise wire.stopped("a stop came between: nothing was referenced")
+    registers = core.counts
+    changed = registers != word.registers
+    late = wire.now_s > word.at_s + PROMPT_S
+    doubted = core.belief is not word.belief and core.belief.trust is Trust.SUSPECT
+    if doubted or (changed and (late or not registers.largest)):
+        weigh_difference(wire, difference)
+        why = core.belief.reason if doubted or not registers.largest else _MOVED
+        raise DeviceFault(
+            f"nothing was referenced, because of what was seen a moment ago: {why}. Look at the "
+            "arm, and vouch for its posture again"
+        )
+    core.refer(registers, word.there)
+    core.learn(word.evidence, wire.now_s)
+    core.clear_remarks()
+    core.settle()
+    core.mark_still()
+    yield from be_remembered(wire)
+
+
+_MOVED = "the wire was disturbed, and the registers have changed meanwhile"

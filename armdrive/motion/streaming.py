@@ -1,0 +1,233 @@
+"""Motion on a device that queues segments: a plan or a held jog, cut into segments as they go.
+
+A segment is decided at the last moment: the controller draws it when it has room for it within
+the announced time. What was drawn is remembered, so that a halt can be told from a lost position.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from itertools import chain
+from typing import TYPE_CHECKING
+
+from armdrive.abilities import segment_s
+from armdrive.errors import DeviceFault, WrongState
+from armdrive.motion.deviation import lags, pieces
+from armdrive.runtime.overrides import LONGEST_PAUSE_S, given_up
+from armdrive.runtime.stop_bounds import straying_mm
+from armdrive.status import State
+from armdrive.tasks import Flow, MoveAlong, MoveBy, Until, never
+from kinematics import Motors
+
+if TYPE_CHECKING:
+    from armdrive.motion.context import Wire
+    from armdrive.motion.segments import Leg
+    from armdrive.runtime.arm_state import Core
+    from armdrive.runtime.overrides import Tempo
+    from armdrive.runtime.position import Coordinates
+
+
+# Waiting in a pause: the arm stands, is looked at now and then, and goes on where it stopped.
+
+LOOK_S = 0.05
+"""How often a paused motion asks whether it may go on."""
+NOT_THERE = "the arm is no longer where it was paused ({}): the motion does not go on, plan anew"
+
+
+def wait_out_pause(wire: Wire) -> Flow[None]:
+    """Wait until somebody resumes the arm, or stops it; returns at once where nobody has paused.
+
+    The arm is remembered as standing meanwhile. Raises where that takes too long, and where
+    the arm is no longer as it was: a motion that goes on from elsewhere has never been audited.
+    """
+    tempo, core = wire.core.tempo, wire.core
+    if not tempo.paused or wire.stopping:
+        return
+    yield from wire.verify()
+    core.mark_still()
+    stood, believed, poll_s = core.acknowledged, core.belief, core.config.motion.idle_poll_s
+    began_s = looked_s = wire.now_s
+    tempo.waits, tempo.given_up = True, False
+    try:
+        while tempo.paused and not wire.stopping:
+            before_s = wire.now_s
+            yield Until(before_s + LOOK_S)
+            _require_no_fault(wire)
+            waited_s = wire.now_s - began_s
+            if tempo.given_up or waited_s >= LONGEST_PAUSE_S:
+                raise given_up(waited_s)
+            if poll_s and wire.now_s >= looked_s + poll_s:
+                yield from wire.look()
+                looked_s = wire.now_s
+            tempo.note_waited(wire.now_s - before_s)
+    finally:
+        tempo.waits = False
+    if wire.stopping:
+        return
+    yield from wire.look()  # however fresh the last one is: somebody may be about at the arm
+    _require_no_fault(wire)
+    if core.acknowledged != stood or core.belief is not believed:
+        raise WrongState(NOT_THERE.format(core.belief.reason))
+
+
+def _require_no_fault(wire: Wire) -> None:
+    if wire.core.state is State.ERROR_STOP:
+        raise DeviceFault(wire.core.error)
+
+
+Way = tuple["Coordinates", float]
+"""An unrounded point, and how long the way there takes or longer."""
+
+
+class Course:
+    """The segments of one motion: absolute targets, rounded once, and what was drawn of them.
+
+    `left` is the rest of a way that was begun and, for a pause, not sent to its end. Of `total_s`
+    of motion, `slow_s` is slower than the device can turn its motors without pauses.
+    """
+
+    def __init__(self, core: Core, ways: Iterator[Way]) -> None:
+        self.end: Coordinates | None = core.coordinates
+        self.left: Way | None = None
+        self.straying_mm = 0.0
+        self.slow_s = self.total_s = 0.0
+        self._core = core
+        self._slowest_hz = core.controller.usable_rate_hz(0.0)
+        self._ways = ways
+        self._low = self._high = self._at = core.acknowledged
+        self._before = core.commanded
+        self._pending: Sequence[MoveBy] = ()
+
+    def segments(self) -> Iterator[MoveBy]:
+        """Give one segment after the other; its target is the commanded position from then on.
+
+        Ways in which no motor makes a step lend their time to the next: a slow motion stays slow.
+        """
+        waited_s = 0.0
+        for there, duration_s in self._ways:
+            target = self._core.transmission.to_motors(there.joints, there.opening_mm)
+            steps, self.end = target - self._at, there
+            if not steps.largest:
+                waited_s += duration_s
+                continue
+            duration_s, waited_s = duration_s + waited_s, 0.0
+            self._at = target
+            self._low = Motors(map(min, self._low, target))
+            self._high = Motors(map(max, self._high, target))
+            yield from self._drawn(steps, steps.largest / duration_s)
+
+    def _drawn(self, steps: Motors, rate_hz: float) -> Iterator[MoveBy]:
+        """Give the segment of some steps, with the backlash of motors that reverse in it."""
+        core = self._core
+        longest_s = segment_s(core.burst_s)
+        found = pieces(core, steps, rate_hz, longest_s, lambda count, rate: count / rate)
+        if len(found) == 1:
+            here, _ = core.transmission.to_joints(core.commanded)
+            beside_mm = straying_mm(core.config, here, lags(steps, found[0].steps))
+            self.straying_mm = max(self.straying_mm, beside_mm)
+        for index, piece in enumerate(found):
+            self.total_s += piece.duration_s
+            self.slow_s += piece.duration_s if piece.rate_hz < self._slowest_hz else 0.0
+            self._before, self._pending = core.commanded, found[index:]
+            core.sends(piece.steps)
+            yield piece
+
+    def give_back(self, unsent: int) -> None:
+        """Take in that so many segments that were drawn last were not sent, one at most."""
+        pending = self._pending if unsent else self._pending[1:]
+        if not pending or self.end is None:
+            return
+        if unsent:
+            self._core.takes_back(self._before)
+        self.left = self.end, math.fsum(piece.duration_s for piece in pending)
+        self.end = None
+
+    def passes(self, position: Motors) -> bool:
+        """Tell whether a position is within what has been drawn so far."""
+        return all(
+            low <= at <= high for low, at, high in zip(self._low, position, self._high, strict=True)
+        )
+
+
+def stream_legs(
+    wire: Wire, legs: tuple[Leg, ...], ahead_s: float, let_go: Callable[[], bool] | None
+) -> Flow[bool]:
+    """Drive audited legs; True when all of it was driven, False when something ended it early.
+
+    `let_go` makes it a jog, and tells when what is queued of it is given up.
+    """
+    jog = let_go is not None
+    ways, tempo = _slices(wire, legs, segment_s(ahead_s)), wire.core.tempo
+    while True:
+        stretch = _Stretch(ways, tempo)
+        course = Course(wire.core, stretch.ways())
+        segments = course.segments()
+        request = MoveAlong(segments, ahead_s, jog, let_go or never, held_back=_HeldBack(wire))
+        driven = yield from wire.stream(request, course)
+        if course.left is not None:
+            ways = chain((course.left,), ways)
+        elif stretch.exhausted:
+            return driven
+        if jog or not driven:
+            return driven
+        yield from wait_out_pause(wire)
+        if wire.stopping:
+            return False
+
+
+class _Stretch:
+    """What is driven of a motion until it is paused: no segment is drawn from then on."""
+
+    def __init__(self, ways: Iterator[Way], tempo: Tempo) -> None:
+        self.exhausted = False
+        self._ways = ways
+        self._tempo = tempo
+
+    def ways(self) -> Iterator[Way]:
+        """Give points for as long as nobody pauses the arm."""
+        while not self._tempo.paused:
+            way = next(self._ways, None)
+            if way is None:
+                self.exhausted = True
+                return
+            yield way
+
+
+class _HeldBack:
+    """Tells a device whether somebody has paused the arm; how long it waits for that is noted."""
+
+    def __init__(self, wire: Wire) -> None:
+        self._wire = wire
+        self._since_s = math.inf
+
+    def __call__(self) -> bool:
+        """Tell whether nothing more is to be sent for now."""
+        tempo, now_s = self._wire.core.tempo, self._wire.now_s
+        tempo.note_waited(max(now_s - self._since_s, 0.0))
+        self._since_s = now_s if tempo.paused else math.inf
+        return tempo.paused
+
+
+def stream_held(
+    wire: Wire, ways: Iterator[Way], ahead_s: float, let_go: Callable[[], bool]
+) -> Flow[bool]:
+    """Drive a jog for as long as `ways` gives something to drive and nobody lets go."""
+    course = Course(wire.core, ways)
+    request = MoveAlong(course.segments(), ahead_s, jog=True, let_go=let_go)
+    return (yield from wire.stream(request, course))
+
+
+def _slices(wire: Wire, legs: tuple[Leg, ...], longest_s: float) -> Iterator[Way]:
+    """Cut legs into about equal parts that last `longest_s` at most; none after a stop."""
+    tempo = wire.core.tempo
+    for leg in legs:
+        done = 0.0
+        while done < 1.0:
+            if wire.stopping:
+                return
+            left_s = tempo.slowed_s(leg.duration_s) * (1.0 - done)
+            count = max(1, math.ceil(left_s / longest_s - 1e-9))
+            tempo.note_slowed(leg.duration_s * (1.0 - done) / count)
+            done = 1.0 if count == 1 else done + (1.0 - done) / count
+            yield leg.start.towards(leg.end, done), left_s / count

@@ -1,0 +1,514 @@
+"""Checking a program as a whole before any of it runs: all that is wrong, at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from math import isfinite
+from types import MappingProxyType
+
+from armdrive.programs.acts import Mark
+from armdrive.programs.language.compiling import Code, Instruction, Op, compiled
+from armdrive.programs.language.lines import unknown_word
+from armdrive.programs.language.syntax import (
+    Assign,
+    Binary,
+    Call,
+    Define,
+    Do,
+    Expression,
+    FieldOf,
+    Goto,
+    If,
+    JointsOf,
+    Label,
+    Name,
+    Number,
+    Repeat,
+    Statement,
+    Text,
+    Tree,
+    Truth,
+    Unary,
+    Use,
+    While,
+    bodies,
+    every,
+    own_names,
+    scoped,
+    set_by,
+    subprograms,
+    variables,
+)
+from armdrive.programs.language.values import fewest, out_of_bounds, slot_of
+from armdrive.programs.language.words import (
+    FIELDS,
+    FUNCTIONS,
+    HERE,
+    RESERVED,
+    SHAPES,
+    WORDS,
+    Kind,
+    Slot,
+)
+from armdrive.programs.problems import Problem
+from kinematics.errors import suggestion
+
+# Of which kind every name of a program is: found out from the lines that give it a value.
+
+ARITHMETIC = ("+", "-", "*", "/")
+"""What gives a number of two numbers; all else that stands between two values gives on or off."""
+
+
+class Kinds:
+    """The kinds of a program's names. A name has one kind, which its first value decides."""
+
+    def __init__(self, tree: Tree, known: Mapping[str, Kind] = MappingProxyType({})) -> None:
+        self.variables = variables(tree) | known.keys()
+        self.subprograms = subprograms(tree)
+        self._kinds = {("", name): kind for name, kind in known.items()}
+        lines = list(scoped(tree))
+        while True:
+            found = len(self._kinds)
+            for define, line in lines:
+                self._learn(define, line)
+            if len(self._kinds) == found:
+                return
+
+    def _learn(self, define: Define | None, line: object) -> None:
+        if isinstance(line, Call):
+            self._learn_call(define, line)
+            return
+        for name, _, kind in set_by(line):  # type: ignore[arg-type]
+            if kind is None and isinstance(line, Assign):
+                kind = Kind.PLACE if line.point else self.of(line.value, define)
+            if kind is not None:
+                self._kinds.setdefault(_scope(name, define), kind)
+
+    def _learn_call(self, define: Define | None, line: Call) -> None:
+        called = self.subprograms.get(line.name.lower())
+        if called is None:
+            return
+        for name, value in zip(called.parameters, line.arguments, strict=False):
+            kind = self.of(value, define)
+            if kind is not None:
+                self._kinds.setdefault(_scope(name.lower(), called), kind)
+
+    def of_name(self, name: str, define: Define | None) -> Kind | None:
+        """Return the kind of a name; None where nothing tells."""
+        low = name.lower()
+        if self.nowhere(name, define) or low == HERE:
+            return Kind.PLACE
+        return self._kinds.get(_scope(low, define))
+
+    def nowhere(self, name: str, define: Define | None) -> bool:
+        """Say whether the program itself sets a name nowhere: then it is a point of the book."""
+        low = name.lower()
+        return low != HERE and low not in own_names(define) and low not in self.variables
+
+    def of(self, value: Expression, define: Define | None) -> Kind | None:
+        """Return the kind of a value; None where nothing tells."""
+        match value:
+            case Number() | FieldOf():
+                return Kind.NUMBER
+            case Truth():
+                return Kind.TRUTH
+            case Text():
+                return Kind.TEXT
+            case JointsOf():
+                return Kind.PLACE
+            case Name():
+                return self.of_name(value.name, define)
+            case Unary():
+                return Kind.NUMBER if value.sign == "-" else Kind.TRUTH
+            case Binary():
+                return Kind.NUMBER if value.sign in ARITHMETIC else Kind.TRUTH
+            case Use():
+                row = FUNCTIONS.get(value.name)
+                return None if row is None else row.gives
+
+
+def _scope(name: str, define: Define | None) -> tuple[str, str]:
+    """Parameters belong to their subprogram, all other names to the program."""
+    own = define is not None and name in own_names(define)
+    return (define.name.lower() if own and define is not None else "", name)
+
+
+# Whether values fit what takes them: how many there are, of which kind, in which bounds.
+
+_COUNT = Slot("how often", least=0.0, whole=True)
+_CONDITION = Slot("condition", Kind.TRUTH)
+
+
+class Fitting:
+    """Looks at the lines of one subprogram, or of the program itself."""
+
+    def __init__(self, kinds: Kinds, define: Define | None) -> None:
+        self._kinds = kinds
+        self._define = define
+
+    def line(self, line: Statement) -> Iterator[Problem]:
+        """Yield what does not fit in a line, without the lines within it."""
+        match line:
+            case Do():
+                yield from self._do(line)
+            case Assign():
+                yield from self._assign(line)
+            case Call():
+                yield from self._call(line)
+            case While():
+                yield from self._value(line.condition, _CONDITION)
+            case Repeat() if line.count is not None:
+                yield from self._value(line.count, _COUNT)
+            case If():
+                for branch in line.branches:
+                    if branch.condition is not None:
+                        yield from self._value(branch.condition, _CONDITION)
+        yield from self._set(line)
+
+    def _set(self, line: Statement) -> Iterator[Problem]:
+        for name, mark, kind in set_by(line):
+            if isinstance(line, Assign):
+                kind = Kind.PLACE if line.point else self._kinds.of(line.value, self._define)
+            known = self._kinds.of_name(name, self._define)
+            if kind is not None and known is not None and kind is not known:
+                text = f"{name!r} is {known.value} elsewhere, and cannot become {kind.value}"
+                yield Problem(mark, text)
+
+    # -- lines -------------------------------------------------------------------------------
+
+    def _do(self, line: Do) -> Iterator[Problem]:
+        word = WORDS[line.word]
+        example = f": `{word.example}`"
+        yield from self._many(line.arguments, word.slots, line.word, line.mark, example)
+        known = dict(word.links)
+        said = [link for link, _ in line.links]
+        for link, values in line.links:
+            if link not in known or said.count(link) > 1:
+                yield Problem(line.mark, f"`{link}` does not belong to `{line.word}` so{example}")
+            else:
+                yield from self._many(values, known[link], link, line.mark, example)
+        for link in word.needs:
+            if link not in said:
+                yield Problem(line.mark, f"`{line.word}` needs `{link}`{example}")
+
+    def _assign(self, line: Assign) -> Iterator[Problem]:
+        wanted = Kind.PLACE if line.point else Kind.ANY
+        kind = self._kinds.of(line.value, self._define)
+        if line.point:
+            yield from self._value(line.value, Slot("place", wanted))
+        elif isinstance(line.value, Name) and self._kinds.nowhere(line.value.name, self._define):
+            yield self._nowhere(line.value)
+        elif kind is Kind.PLACE:
+            text = f"a place is given a name so: `point {line.name} = ...`"
+            yield Problem(line.mark, text)
+            yield from self._value(line.value, Slot("value", Kind.ANY))
+        elif kind is Kind.TEXT:
+            yield Problem(line.value.mark, "a text cannot be given a name")
+        else:
+            yield from self._value(line.value, Slot("value", Kind.ANY))
+
+    def _call(self, line: Call) -> Iterator[Problem]:
+        called = self._kinds.subprograms.get(line.name.lower())
+        if called is None:
+            return
+        for name, value in zip(called.parameters, line.arguments, strict=False):
+            kind = self._kinds.of_name(name, called)
+            if isinstance(value, Text):
+                yield Problem(value.mark, "a subprogram takes no text")
+            else:
+                yield from self._value(value, Slot(name, kind or Kind.ANY))
+        if len(called.parameters) != len(line.arguments):
+            takes = ", ".join(called.parameters) or "nothing"
+            text = f"`{called.name}` takes {takes}: {len(called.parameters)} values, "
+            yield Problem(line.mark, f"{text}not {len(line.arguments)}")
+
+    # -- values ------------------------------------------------------------------------------
+
+    def _many(
+        self, values: Sequence[Expression], slots: Sequence[Slot], what: str, mark: Mark, hint: str
+    ) -> Iterator[Problem]:
+        if len(values) < fewest(slots):
+            missing = slots[len(values)].title
+            yield Problem(mark, f"`{what}` needs the {missing}{hint}")
+        for index, value in enumerate(values):
+            slot = slot_of(slots, index)
+            if slot is None:
+                count = f"{len(slots)} value{'s' * (len(slots) != 1)}" if slots else "nothing"
+                yield Problem(value.mark, f"`{what}` takes {count}, this is too many{hint}")
+                return
+            if not slot.sets:
+                yield from self._value(value, slot)
+            elif not isinstance(value, Name):
+                yield Problem(value.mark, f"`{what}` needs a name here{hint}")
+
+    def _value(self, value: Expression, slot: Slot) -> Iterator[Problem]:
+        found = list(self._inside(value))
+        yield from found
+        kind = self._kinds.of(value, self._define)
+        computed = slot.kind in (Kind.NUMBER, Kind.TRUTH)
+        if isinstance(value, Name) and computed and self._kinds.nowhere(value.name, self._define):
+            yield self._nowhere(value)
+        elif kind is not None and slot.kind not in (kind, Kind.ANY):
+            yield Problem(value.mark, f"{slot.kind.value} is needed here, not {kind.value}")
+        elif isinstance(value, Number) and isfinite(value.value):
+            wrong = out_of_bounds(slot, value.value)
+            if wrong is not None:
+                yield Problem(value.mark, wrong)
+
+    def _nowhere(self, value: Name) -> Problem:
+        known = self._kinds.variables
+        text = f"{value.name!r} is set nowhere{suggestion(value.name.lower(), known)}"
+        return Problem(value.mark, text)
+
+    def _inside(self, value: Expression) -> Iterator[Problem]:
+        match value:
+            case Number() if not isfinite(value.value):
+                yield Problem(value.mark, "this number is too large")
+            case Unary():
+                wanted = Kind.NUMBER if value.sign == "-" else Kind.TRUTH
+                yield from self._value(value.value, Slot("value", wanted))
+            case Binary():
+                yield from self._binary(value)
+            case FieldOf():
+                yield from self._value(value.value, Slot("place", Kind.PLACE))
+                if value.name not in FIELDS:
+                    text = f"a place has {', '.join(FIELDS)}, no {value.name}"
+                    yield Problem(value.mark, text)
+            case JointsOf():
+                yield from self._joints(value)
+            case Use():
+                yield from self._use(value)
+
+    def _binary(self, value: Binary) -> Iterator[Problem]:
+        if value.sign not in ("==", "!="):
+            number = value.sign in ARITHMETIC or value.sign in ("<", "<=", ">", ">=")
+            slot = Slot("value", Kind.NUMBER if number else Kind.TRUTH)
+            yield from self._value(value.left, slot)
+            yield from self._value(value.right, slot)
+            return
+        sides = [self._kinds.of(side, self._define) for side in (value.left, value.right)]
+        kind = next((each for each in sides if each in (Kind.NUMBER, Kind.TRUTH)), None)
+        if kind is None and Kind.PLACE in sides:
+            yield Problem(value.mark, "places are not compared: compare their x, y and z")
+        for side in (value.left, value.right):
+            yield from self._value(side, Slot("value", kind or Kind.ANY))
+        if kind is None and Kind.TEXT in sides:
+            yield Problem(value.mark, "texts are not compared")
+
+    def _joints(self, value: JointsOf) -> Iterator[Problem]:
+        names = [name for name, _ in value.angles]
+        for name, angle in value.angles:
+            yield from self._value(angle, Slot(name))
+        for name in sorted({name for name in names if names.count(name) > 1}):
+            yield Problem(value.mark, f"{name} has two angles")
+
+    def _use(self, value: Use) -> Iterator[Problem]:
+        row = FUNCTIONS.get(value.name)
+        if row is None:
+            near = suggestion(value.name, FUNCTIONS)
+            yield Problem(value.mark, f"there is no function {value.name!r}{near}")
+            return
+        hint = f": `{row.example}`"
+        yield from self._many(value.arguments, row.slots, value.name, value.mark, hint)
+
+
+# Whether a program holds together: names that clash, calls and labels that lead nowhere.
+
+
+def shape_problems(tree: Tree, known: frozenset[str] = frozenset()) -> Iterator[Problem]:
+    """Yield what keeps a program from being compiled; `known` have a value already."""
+    yield from _names(tree)
+    yield from _defines(tree, variables(tree) | known)
+    yield from _calls(tree)
+    for define in (None, *(line for line in tree.body if isinstance(line, Define))):
+        body = _own_body(tree, define)
+        yield from _twice(
+            [(line.name, line.mark) for line in every(body) if isinstance(line, Label)],
+            "there is a label {!r} already",
+        )
+        yield from _jumps(body, define is not None, looped=False, labels=frozenset())
+
+
+def _own_body(tree: Tree, define: Define | None) -> tuple[Statement, ...]:
+    if define is not None:
+        return define.body
+    return tuple(line for line in tree.body if not isinstance(line, Define))
+
+
+def _twice(named: list[tuple[str, Mark]], text: str) -> Iterator[Problem]:
+    seen: set[str] = set()
+    for name, mark in named:
+        if name.lower() in seen:
+            yield Problem(mark, text.format(name))
+        seen.add(name.lower())
+
+
+def _names(tree: Tree) -> Iterator[Problem]:
+    named = [(name, mark) for _, line in scoped(tree) for name, mark, _ in set_by(line)]
+    for line in tree.body:
+        if isinstance(line, Define):
+            named += [(name, line.mark) for name in (line.name, *line.parameters)]
+    for name, mark in named:
+        if name.lower() in RESERVED:
+            yield Problem(mark, f"`{name.lower()}` is a word of the language: take another name")
+
+
+def _defines(tree: Tree, own: frozenset[str]) -> Iterator[Problem]:
+    defines = [line for line in tree.body if isinstance(line, Define)]
+    text = "there is a subprogram {!r} already"
+    yield from _twice([(line.name, line.mark) for line in defines], text)
+    for line in defines:
+        yield from _twice(
+            [(name, line.mark) for name in line.parameters], "two parameters are called {!r}"
+        )
+        if line.name.lower() in own | own_names(line):
+            yield Problem(line.mark, f"{line.name!r} is the name of a value too: take another")
+
+
+def _calls(tree: Tree) -> Iterator[Problem]:
+    known = subprograms(tree)
+    for _, line in scoped(tree):
+        if isinstance(line, Call) and line.name.lower() not in known:
+            names = (*(define.name for define in known.values()), *WORDS, *SHAPES)
+            text = f"there is no word and no subprogram {line.name!r}"
+            yield Problem(line.mark, unknown_word(line.name, names) or text)
+
+
+def _jumps(
+    body: tuple[Statement, ...], within: bool, *, looped: bool, labels: frozenset[str]
+) -> Iterator[Problem]:
+    labels |= {line.name.lower() for line in body if isinstance(line, Label)}
+    for line in body:
+        if isinstance(line, Goto) and line.name.lower() not in labels:
+            yield Problem(line.mark, _no_label(line.name, labels))
+        if isinstance(line, Do):
+            yield from _leaves(line, within, looped)
+        for block in bodies(line):
+            inner = looped or isinstance(line, While | Repeat)
+            yield from _jumps(block, within, looped=inner, labels=labels)
+
+
+def _no_label(name: str, labels: frozenset[str]) -> str:
+    low = name.lower()
+    if low in RESERVED:
+        return f"`{low}` is no label: what an `if` does stands on lines of its own, up to `end`"
+    near = suggestion(low, labels)
+    return f"no label {name!r} stands in this block or in one around it{near}"
+
+
+def _leaves(line: Do, within: bool, looped: bool) -> Iterator[Problem]:
+    if line.word == "return" and not within:
+        yield Problem(line.mark, "`return` stands in a subprogram; `stop` ends the program")
+    if line.word in ("break", "continue") and not looped:
+        yield Problem(line.mark, f"`{line.word}` stands in a loop")
+
+
+# Whether every name surely has a value where it is used, whichever way the program took there.
+#
+# The analysis of definite assignment over the flat code: forward, what is set on all ways that
+# lead
+# to an instruction. Of each subprogram is found what it surely sets, and what it needs to be set
+# when it is called (Aho, Lam, Sethi and Ullman, Compilers, section 9.2.5, with summaries for
+# calls).
+
+_BOTH = (Op.JUMP_UNLESS, Op.JUMP_IF, Op.KEEP_OFF, Op.KEEP_ON, Op.ROUND)
+_LAST = (Op.RETURN, Op.END, Op.FAIL)
+_Needs = dict[tuple[str, Mark], int | None]
+
+
+class _Settled:
+    def __init__(self, code: Code, known: frozenset[str]) -> None:
+        self._known = known
+        self._rows = code.instructions
+        self._all = frozenset(row.name for row in self._rows if row.op is Op.STORE)
+        starts = (0, *code.entries.values())
+        self._sets: dict[int, frozenset[str]] = dict.fromkeys(starts, self._all)
+        self._needs: dict[int, _Needs] = {start: {} for start in starts}
+        self._repeat(self._learn_sets)
+        self._repeat(self._learn_needs)
+
+    def problems(self) -> Iterator[Problem]:
+        for (name, mark), line in self._needs[0].items():
+            called = "" if line is None else f" when this is called in line {line}"
+            yield Problem(mark, f"{name!r} may have no value yet here{called}: set it before")
+
+    def _repeat(self, learn: Callable[[int], bool]) -> None:
+        changed = True
+        while changed:
+            changed = False
+            for start in self._sets:
+                changed |= learn(start)
+
+    def _learn_sets(self, start: int) -> bool:
+        ways = self._ways(start)
+        ends = [known for at, known in ways.items() if self._rows[at].op is Op.RETURN]
+        found = frozenset.intersection(*ends) if ends else self._all
+        changed = found != self._sets[start]
+        self._sets[start] = found
+        return changed
+
+    def _learn_needs(self, start: int) -> bool:
+        needs = self._needs[start]
+        before = len(needs)
+        for at, known in self._ways(start).items():
+            row = self._rows[at]
+            if row.op is Op.LOAD and row.name not in known:
+                needs.setdefault((row.name, row.mark), None)
+            if row.op is Op.CALL:
+                for (name, mark), _ in list(self._needs[row.target].items()):
+                    if name not in known:
+                        needs.setdefault((name, mark), row.mark.line)
+        return len(needs) != before
+
+    def _ways(self, start: int) -> dict[int, frozenset[str]]:
+        """Return what is surely set before each instruction that can be reached."""
+        first = frozenset() if start else self._known
+        known: dict[int, frozenset[str]] = {start: first}
+        waiting = [start]
+        while waiting:
+            at = waiting.pop()
+            row = self._rows[at]
+            after = known[at] | self._adds(row)
+            for following in _following(at, row):
+                before = known.get(following)
+                met = after if before is None else before & after
+                if met != before:
+                    known[following] = met
+                    waiting.append(following)
+        return known
+
+    def _adds(self, row: Instruction) -> frozenset[str]:
+        if row.op is Op.STORE:
+            return frozenset((row.name,))
+        return self._sets[row.target] if row.op is Op.CALL else frozenset()
+
+
+def _following(at: int, row: Instruction) -> tuple[int, ...]:
+    if row.op in _LAST:
+        return ()
+    if row.op is Op.JUMP:
+        return (row.target,)
+    return (at + 1, row.target) if row.op in _BOTH else (at + 1,)
+
+
+def unsettled(code: Code, known: frozenset[str] = frozenset()) -> list[Problem]:
+    """Return the names that may have no value where they are used; `known` have one already."""
+    return list(_Settled(code, known).problems())
+
+
+def checked(
+    tree: Tree, known: Mapping[str, Kind] = MappingProxyType({})
+) -> tuple[Code | None, list[Problem]]:
+    """Return a program's code, and everything that is wrong with it.
+
+    `known` are the kinds of the names that have a value already. There is no code where it does
+    not hold together, nor where a value does not fit.
+    """
+    problems = list(shape_problems(tree, frozenset(known)))
+    kinds = Kinds(tree, known)
+    for define, line in scoped(tree):
+        problems += Fitting(kinds, define).line(line)
+    if problems:
+        return None, problems
+    code = compiled(tree, frozenset(known))
+    return code, unsettled(code, frozenset(known))

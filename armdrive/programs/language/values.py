@@ -1,0 +1,266 @@
+"""What a program computes with: numbers, truth, texts and places; and how they are written down."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import TypeAlias
+
+from armdrive.programs.language.words import FIELDS, Slot
+from kinematics import Pose
+
+ForwardKinematics: TypeAlias = Callable[[Mapping[str, float]], Pose]
+"""Joint angles of all joints (deg, by name) to the pose that the arm has there."""
+
+
+class Trouble(Exception):
+    """What a line cannot be carried out for; the machine adds where it stands."""
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A place: joint angles (deg, by name), a pose, or both of the same place.
+
+    Where both are known, the arm goes to the joint angles: they say which elbow was meant.
+    """
+
+    pose: Pose | None = None
+    joints_deg: Mapping[str, float] | None = None
+    opening_mm: float | None = None
+
+    @property
+    def goal(self) -> Pose | Mapping[str, float]:
+        """What an act goes to."""
+        found = self.pose if self.joints_deg is None else self.joints_deg
+        if found is None:
+            raise Trouble("this place is nowhere")
+        return found
+
+    def __str__(self) -> str:
+        if self.pose is not None:
+            return str(self.pose)
+        return ", ".join(
+            f"{name} {said(angle)}°" for name, angle in (self.joints_deg or {}).items()
+        )
+
+
+Value: TypeAlias = float | bool | str | Place
+
+
+def pose_of(place: Place, fk: ForwardKinematics | None) -> Pose:
+    """Return the pose of a place. Raises `Trouble` where nobody can say it."""
+    if place.pose is not None:
+        return place.pose
+    if fk is None or place.joints_deg is None:
+        raise Trouble("a place in joint angles has no x, y and z without an arm")
+    return fk(place.joints_deg)
+
+
+def said(value: Value) -> str:
+    """Return a value as people are told it: numbers to three decimals at most."""
+    if isinstance(value, bool):
+        return "on" if value else "off"
+    if isinstance(value, float):
+        return f"{round(value, 3) + 0.0:.3f}".rstrip("0").rstrip(".")
+    return str(value)
+
+
+def number(value: object) -> float:
+    """Return a number; `Trouble` for what is none, or too large for one."""
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise Trouble(f"a number is needed, not {value}")
+    if not math.isfinite(value):
+        raise Trouble("this comes to no number: it is too large")
+    return float(value)
+
+
+def truth(value: object) -> bool:
+    """Return on or off; `Trouble` for anything else."""
+    if not isinstance(value, bool):
+        raise Trouble(f"on or off is needed, not {value}")
+    return value
+
+
+def place(value: object) -> Place:
+    """Return a place; `Trouble` for anything else."""
+    if not isinstance(value, Place):
+        raise Trouble(f"a place is needed, not {value}")
+    return value
+
+
+def to_json(value: Value) -> object:
+    """Return a value as plain JSON data."""
+    if not isinstance(value, Place):
+        return value
+    pose = value.pose
+    return {
+        "pose": None
+        if pose is None
+        else [pose.x_mm, pose.y_mm, pose.z_mm, pose.pitch_rad, pose.roll_rad, pose.yaw_rad],
+        "joints_deg": None if value.joints_deg is None else dict(value.joints_deg),
+        "opening_mm": value.opening_mm,
+    }
+
+
+def from_json(data: object) -> Value:
+    """Return a value from plain JSON data; raises `ValueError`, `TypeError` or `KeyError`."""
+    if isinstance(data, bool | str):
+        return data
+    if isinstance(data, int | float):
+        return float(data)
+    if not isinstance(data, dict):
+        raise TypeError(f"{data!r} is no value of a program")
+    pose, joints, opening = data["pose"], data["joints_deg"], data["opening_mm"]
+    return Place(
+        None if pose is None else Pose(*pose),
+        None if joints is None else {str(name): float(angle) for name, angle in joints.items()},
+        None if opening is None else float(opening),
+    )
+
+
+# What the functions of a program compute, angles in deg.
+
+
+def _tan(angle_deg: float) -> float:
+    if angle_deg % 180.0 == 90.0:
+        raise Trouble("there is no tangent of a right angle")
+    return math.tan(math.radians(angle_deg))
+
+
+def _sqrt(value: float) -> float:
+    if value < 0.0:
+        raise Trouble("there is no square root of a negative number")
+    return math.sqrt(value)
+
+
+def _mod(value: float, divisor: float) -> float:
+    if divisor == 0.0:
+        raise Trouble("this divides by zero")
+    return value % divisor
+
+
+def _over(value: float, divisor: float) -> float:
+    if divisor == 0.0:
+        raise Trouble("this divides by zero")
+    return value / divisor
+
+
+NUMERIC: Mapping[str, Callable[..., float]] = MappingProxyType({
+    "abs": abs,
+    "min": lambda *values: min(values),
+    "max": lambda *values: max(values),
+    "mod": _mod,
+    "sqrt": _sqrt,
+    "sin": lambda angle_deg: math.sin(math.radians(angle_deg)),
+    "cos": lambda angle_deg: math.cos(math.radians(angle_deg)),
+    "tan": _tan,
+    "atan2": lambda y, x: math.degrees(math.atan2(y, x)),
+    "floor": lambda value: float(math.floor(value)),
+    "round": lambda value: float(math.floor(value + 0.5)),
+})  # fmt: skip
+"""The functions of numbers alone."""
+
+SUMS: Mapping[str, Callable[[float, float], float | bool]] = MappingProxyType({
+    "+": lambda a, b: a + b,
+    "-": lambda a, b: a - b,
+    "*": lambda a, b: a * b,
+    "/": _over,
+    "<": lambda a, b: a < b,
+    "<=": lambda a, b: a <= b,
+    ">": lambda a, b: a > b,
+    ">=": lambda a, b: a >= b,
+})  # fmt: skip
+"""What stands between two numbers; what compares for equality takes any two values alike."""
+
+
+def moved(found: Pose, x_mm: float, y_mm: float, z_mm: float) -> Pose:
+    """Return a pose moved along the axes of the base; the hand keeps pitch, roll and yaw."""
+    return replace(found, x_mm=found.x_mm + x_mm, y_mm=found.y_mm + y_mm, z_mm=found.z_mm + z_mm)
+
+
+def backed(found: Pose, distance_mm: float) -> Pose:
+    """Return a pose so far back along the direction in which its hand points.
+
+    The hand of an arm without a yaw lies in the vertical plane through the base axis and the tip,
+    so that there is no pose of that direction beyond the axis: `Trouble`.
+    """
+    turned = found.yaw_rad
+    heading = math.atan2(found.y_mm, found.x_mm) if turned is None else turned
+    level = math.cos(found.pitch_rad) * distance_mm
+    if turned is None and level > math.hypot(found.x_mm, found.y_mm) + 1e-6:
+        raise Trouble(f"{distance_mm:g} mm back from there lies behind the axis of the base")
+    return moved(
+        found,
+        -level * math.cos(heading),
+        -level * math.sin(heading),
+        -math.sin(found.pitch_rad) * distance_mm,
+    )
+
+
+def _at(values: Sequence[Value], _: ForwardKinematics | None) -> Place:
+    x, y, z, pitch, *rest = (number(value) for value in values)
+    roll = rest[0] if rest else 0.0
+    yaw = rest[1] if len(rest) > 1 else None
+    return Place(Pose.of(x_mm=x, y_mm=y, z_mm=z, pitch_deg=pitch, roll_deg=roll, yaw_deg=yaw))
+
+
+def _shifted(values: Sequence[Value], fk: ForwardKinematics | None) -> Place:
+    x, y, z = (number(value) for value in values[1:])
+    return Place(moved(pose_of(place(values[0]), fk), x, y, z))
+
+
+def _above(values: Sequence[Value], fk: ForwardKinematics | None) -> Place:
+    return _shifted((values[0], 0.0, 0.0, values[1]), fk)
+
+
+PLACING: Mapping[str, Callable[[Sequence[Value], ForwardKinematics | None], Place]] = (
+    MappingProxyType({"at": _at, "shifted": _shifted, "above": _above})
+)
+"""The functions that give places."""
+
+
+def part_of(found: Place, name: str, fk: ForwardKinematics | None) -> float:
+    """Return a part of a place by its name of `FIELDS`: mm or deg."""
+    value = getattr(pose_of(found, fk), FIELDS[name])
+    if value is None:
+        raise Trouble("this arm has no yaw")
+    return float(value)
+
+
+# Whether a number is in the bounds of what takes it.
+#
+# Constants are looked at before a program runs, everything else when it has been computed.
+
+
+def slot_of(slots: Sequence[Slot], index: int) -> Slot | None:
+    """Return the slot of the value at an index; None where there are too many values."""
+    if index < len(slots):
+        return slots[index]
+    return slots[-1] if slots and slots[-1].many else None
+
+
+def fewest(slots: Sequence[Slot]) -> int:
+    """Return how many values there have to be."""
+    return sum(not slot.optional for slot in slots)
+
+
+def out_of_bounds(slot: Slot, value: float) -> str | None:
+    """Return why a slot does not take a number, None where it does."""
+    shown = said(value)
+    if slot.whole and value != int(value):
+        return f"{slot.title} has to be a whole number, not {shown}"
+    if slot.not_zero and value == 0.0:
+        return f"{slot.title} counts from 1, 0 is none"
+    if slot.above is not None and value <= slot.above:
+        return f"{slot.title} has to be above {said(slot.above)}, not {shown}"
+    if slot.least is not None and value < slot.least:
+        return f"{slot.title} is at least {said(slot.least)}, not {shown}"
+    if slot.most is not None and value > slot.most:
+        return f"{slot.title} is at most {said(slot.most)}, not {shown}{_meant(slot, value)}"
+    return None
+
+
+def _meant(slot: Slot, value: float) -> str:
+    return f"; was {said(value)}% meant?" if slot.most == 1.0 and 1.0 < value <= 100.0 else ""

@@ -1,0 +1,317 @@
+"""The words of a program: one table, from which reading, checking, help and the docs are made."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from types import MappingProxyType
+
+
+class Kind(Enum):
+    """What a value is."""
+
+    NUMBER = "a number"
+    TRUTH = "on or off"
+    PLACE = "a place"
+    TEXT = "a text"
+    ANY = "a value"
+
+
+LONGEST_TIME_S = 1e6
+"""More than eleven days. Timers of the system take 292 years at most, and 1e300 is a slip."""
+
+
+@dataclass(frozen=True, slots=True)
+class Slot:
+    """One value that a word or a function takes, and in which bounds it has to be.
+
+    `sets` is a name that the word gives a value to. `above` is a bound that is itself too small.
+    """
+
+    title: str
+    kind: Kind = Kind.NUMBER
+    sets: bool = False
+    optional: bool = False
+    many: bool = False
+    least: float | None = None
+    above: float | None = None
+    most: float | None = None
+    whole: bool = False
+    not_zero: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Word:
+    """A word that something is done by: how it is written, and what it means."""
+
+    name: str
+    slots: tuple[Slot, ...]
+    says: str
+    example: str
+    old: tuple[str, ...] = ()
+    links: tuple[tuple[str, tuple[Slot, ...]], ...] = ()
+    needs: tuple[str, ...] = ()
+    """Which of the links there has to be."""
+
+
+PLACE = Slot("place", Kind.PLACE)
+DISTANCE = Slot("distance in mm")
+WIDTH = Slot("opening in mm", least=0.0)
+MAYBE_WIDTH = Slot("opening in mm", least=0.0, optional=True)
+ALONG = (Slot("x in mm"), Slot("y in mm"), Slot("z in mm"))
+ANYTHING = Slot("text or value", Kind.ANY, many=True, optional=True)
+NEW_PLACE = Slot("name", Kind.PLACE, sets=True)
+LINES = Slot("number, negative for off", many=True, whole=True, not_zero=True)
+
+
+def _into(kind: Kind) -> tuple[str, tuple[Slot, ...]]:
+    return ("into", (Slot("name", kind, sets=True),))
+
+
+MOVING = (
+    Word("move", (PLACE,), "Go to a place by a joint motion.", "move pick"),
+    Word("move_line", (PLACE,), "Go to a place along a straight line.", "move_line pick",
+         ("moves",)),
+    Word("move_with", (PLACE, WIDTH), "Bring the fingers to an opening, then go to a place.",
+         "move_with pick, 40", ("movet",)),
+    Word("move_line_with", (PLACE, WIDTH),
+         "Bring the fingers to an opening, then go along a straight line.",
+         "move_line_with pick, 40", ("movest",)),
+    Word("approach", (PLACE, DISTANCE),
+         "Go to where the hand, in the direction in which it points, is so far before a place.",
+         "approach pick, 60", ("appro",)),
+    Word("approach_line", (PLACE, DISTANCE), "The same along a straight line.",
+         "approach_line pick, 60", ("appros",)),
+    Word("depart", (DISTANCE,), "Go back so far from where the hand points.", "depart 60"),
+    Word("depart_line", (DISTANCE,), "The same along a straight line.", "depart_line 60",
+         ("departs",)),
+    Word("draw", ALONG, "Go so far along x, y and z of the base, on a straight line.",
+         "draw 10, 0, -5"),
+    Word("ready", (), "Go to the park posture of the arm file.", "ready"),
+    Word("home", (), "Reference the arm, where its position is not yet trusted.", "home"),
+    Word("speed", (Slot("fraction of the limits, as 0.5 or 50%", above=0.0, most=1.0),),
+         "The speed of all that comes after it.", "speed 50%"),
+)  # fmt: skip
+
+FINGERS = (
+    Word("open", (MAYBE_WIDTH,), "Open the fingers, all the way or so far, with the next move.",
+         "open"),
+    Word("close", (), "Close the fingers with the next move.", "close"),
+    Word("open_now", (MAYBE_WIDTH,), "Open the fingers at once.", "open_now 40", ("openi",)),
+    Word("close_now", (), "Close the fingers at once.", "close_now", ("closei",)),
+    Word("grasp", (), "Close the fingers on what is there; its width in mm is 0 for nothing.",
+         "grasp into width", links=(_into(Kind.NUMBER),)),
+)  # fmt: skip
+
+PLACES = (
+    Word("here", (NEW_PLACE,), "Give the place where the arm stands a name.", "here corner"),
+    Word("shift", (NEW_PLACE,), "Move a point of the program along x, y and z of the base.",
+         "shift corner by 10, 0, 0", links=(("by", ALONG),), needs=("by",)),
+    Word("remember", (NEW_PLACE,),
+         "Like `here`, and write it into the arm's own book of points, over one of that name.",
+         "remember corner"),
+)  # fmt: skip
+
+TIME = Slot("time in s", least=0.0, most=LONGEST_TIME_S)
+
+WAITING = (
+    Word("delay", (TIME,), "Let time pass.", "delay 1.5"),
+    Word("signal", (LINES,), "Switch outputs on, and those with a minus off.", "signal 3, -4"),
+    Word("wait", (LINES,),
+         "Wait until inputs are on, and those with a minus off. If that takes longer than `within` "
+         "says, in s, the program ends with an error, or goes on with `off` in the name that "
+         "stands behind `into`.",
+         "wait 1, -2 within 5",
+         links=(("within", (TIME,)), _into(Kind.TRUTH))),
+    Word("hold", (ANYTHING,), "Wait until a person lets the program go on.",
+         'hold "turn the part"', ("pause",)),
+    Word("type", (ANYTHING,), "Say something to the person.", 'type "width", width'),
+)  # fmt: skip
+
+GOING_ON = (
+    Word("expect", (Slot("condition", Kind.TRUTH), ANYTHING),
+         "End the program with an error unless the condition holds.",
+         'expect width > 20, "no block"'),
+    Word("stop", (ANYTHING,), "End the program here, and say why.", 'stop "that was all"'),
+    Word("return", (), "Leave the subprogram.", "return"),
+    Word("break", (), "Leave the innermost loop.", "break"),
+    Word("continue", (), "Begin the next round of the innermost loop.", "continue"),
+)  # fmt: skip
+
+GROUPS: Mapping[str, tuple[Word, ...]] = MappingProxyType({
+    "Moving": MOVING,
+    "Fingers": FINGERS,
+    "Places": PLACES,
+    "Waiting, inputs and outputs": WAITING,
+    "Going on": GOING_ON,
+})  # fmt: skip
+"""The words by what they are about."""
+
+WORDS: Mapping[str, Word] = MappingProxyType(
+    {word.name: word for words in GROUPS.values() for word in words}
+)
+"""Every word that something is done by, as it is spelt today."""
+
+SPELLINGS: Mapping[str, str] = MappingProxyType(
+    {spelt: word.name for word in WORDS.values() for spelt in (word.name, *word.old)}
+)
+"""Today's spelling of every spelling."""
+
+LINKS = ("into", "by", "within")
+"""What stands between a word's values."""
+
+
+@dataclass(frozen=True, slots=True)
+class Form:
+    """A line that gives a program its shape."""
+
+    name: str
+    pattern: str
+    says: str
+
+
+FORMS = (
+    Form("point", "point NAME = PLACE", "Give a place a name."),
+    Form("=", "NAME = VALUE", "Give a value a name."),
+    Form("if", "if CONDITION", "Do the lines up to `end` if the condition holds; `else if "
+         "CONDITION` and `else` stand between. `IF X > 3 THEN GOTO 10` is the old form."),
+    Form("while", "while CONDITION", "Do the lines up to `end` as long as the condition holds."),
+    Form("repeat", "repeat COUNT as NAME",
+         "Do the lines up to `end` so many times; without a count for ever. The name counts 1, 2, "
+         "3 and may be left out."),
+    Form("define", "define NAME(PARAMETER, ...)",
+         "A subprogram of the lines up to `end`; it is called by its name."),
+    Form("end", "end", "The end of what `if`, `while`, `repeat` or `define` began."),
+    Form("goto", "goto NAME", "Go on at the label `NAME:` (or a number) of the same block, or of "
+         "one around it. The old way; loops read better."),
+    Form("#", "# anything", "A comment, up to the end of the line."),
+)  # fmt: skip
+"""The lines that are no `Word`."""
+
+SHAPES = ("point", "if", "while", "repeat", "define", "end", "else", "goto")
+"""The words that these lines begin with."""
+
+
+@dataclass(frozen=True, slots=True)
+class Function:
+    """A function of values: what it takes and what it gives."""
+
+    name: str
+    slots: tuple[Slot, ...]
+    gives: Kind
+    says: str
+    example: str
+
+
+_ONE = (Slot("number"),)
+_TWO = (Slot("number"), Slot("number"))
+_SOME = (Slot("number", many=True),)
+
+FUNCTIONS: Mapping[str, Function] = MappingProxyType({row.name: row for row in (
+    Function("at", (*ALONG, Slot("pitch in deg"), Slot("roll in deg", optional=True),
+                    Slot("yaw in deg, for arms of six joints", optional=True)),
+             Kind.PLACE, "The place with these coordinates; -90 of pitch points at the table.",
+             "at(250, 0, 60, -90)"),
+    Function("taught", (Slot("name", Kind.TEXT),), Kind.PLACE,
+             "A point of the arm's own book whose name is no word of a program.",
+             'taught("pick-2")'),
+    Function("shifted", (PLACE, *ALONG), Kind.PLACE, "A place so far along x, y and z from one.",
+             "shifted(pick, 0, 40, 0)"),
+    Function("above", (PLACE, DISTANCE), Kind.PLACE, "A place so far above one.",
+             "above(pick, 30)"),
+    Function("input", (Slot("number", least=1.0, whole=True),), Kind.TRUTH,
+             "Whether an input is on; they count from 1.", "input(3)"),
+    Function("abs", _ONE, Kind.NUMBER, "Without its sign.", "abs(-3)"),
+    Function("min", _SOME, Kind.NUMBER, "The smallest of some.", "min(2, 3)"),
+    Function("max", _SOME, Kind.NUMBER, "The largest of some.", "max(2, 3)"),
+    Function("mod", _TWO, Kind.NUMBER, "What is left when one is divided by the other.",
+             "mod(7, 3)"),
+    Function("sqrt", _ONE, Kind.NUMBER, "The square root.", "sqrt(2)"),
+    Function("sin", _ONE, Kind.NUMBER, "The sine of an angle in deg.", "sin(30)"),
+    Function("cos", _ONE, Kind.NUMBER, "The cosine of an angle in deg.", "cos(60)"),
+    Function("tan", _ONE, Kind.NUMBER, "The tangent of an angle in deg.", "tan(45)"),
+    Function("atan2", _TWO, Kind.NUMBER, "The angle, in deg, of a direction by its y and x.",
+             "atan2(1, 1)"),
+    Function("floor", _ONE, Kind.NUMBER, "The next whole number below.", "floor(2.7)"),
+    Function("round", _ONE, Kind.NUMBER, "The nearest whole number; halves go up.",
+             "round(2.5)"),
+)})  # fmt: skip
+"""Every function. `joints(base 0, ...)` has a form of its own."""
+
+FIELDS: Mapping[str, str] = MappingProxyType(
+    {"x": "x_mm", "y": "y_mm", "z": "z_mm", "pitch": "pitch_deg", "roll": "roll_deg",
+     "yaw": "yaw_deg"}
+)  # fmt: skip
+"""The parts of a place, and what a pose calls them."""
+
+HERE = "here"
+"""The name, in a value, of the place where the arm stands."""
+
+RESERVED = frozenset({
+    "and", "or", "not", "is", "true", "false", "on", "off", HERE, "joints", "then", "as", "elseif",
+    "eq", "ne", "lt", "le", "gt", "ge", *SHAPES, *LINKS, *SPELLINGS, *FUNCTIONS,
+})  # fmt: skip
+"""What nothing of a program's own may be called."""
+
+
+# The tables of words for people, made from the vocabulary: docs/programs.md has them.
+
+
+def tables() -> str:
+    """Return every word, form of a line and function as tables in Markdown."""
+    parts = [_section(title, _words(words)) for title, words in GROUPS.items()]
+    forms = [f"| `{row.pattern}` | {row.says} |" for row in FORMS]
+    parts.append(
+        _section(
+            "Lines that give a program its shape", ["| line | what it does |", "|---|---|", *forms]
+        )
+    )
+    parts.append(_section("Values", _functions()))
+    return "\n".join(parts)
+
+
+def usage(word: Word) -> str:
+    """Return how a word is written: `wait NUMBER, ... [within TIME] [into NAME]`."""
+    links = "".join(
+        f" {link} {_slots(slots)}" if link in word.needs else f" [{link} {_slots(slots)}]"
+        for link, slots in word.links
+    )
+    return f"{word.name} {_slots(word.slots)}".rstrip() + links
+
+
+def _section(title: str, rows: Sequence[str]) -> str:
+    return "\n".join((f"### {title}", "", *rows, ""))
+
+
+def _words(words: Sequence[Word]) -> list[str]:
+    rows = ["| word | what it does | example | old spelling |", "|---|---|---|---|"]
+    for word in words:
+        old = ", ".join(f"`{each.upper()}`" for each in word.old)
+        rows.append(f"| `{usage(word)}` | {word.says} | `{word.example}` | {old} |")
+    return rows
+
+
+def _functions() -> list[str]:
+    rows = ["| value | what it is | example |", "|---|---|---|"]
+    rows += [
+        f"| `{row.name}({_slots(row.slots)})` | {row.says} | `{row.example}` |"
+        for row in FUNCTIONS.values()
+    ]
+    rows.append(
+        "| `joints(NAME ANGLE, ...)` | The place with these joint angles, deg; every joint of the "
+        "arm is named. | `joints(base 0, shoulder 40, elbow -60, wrist_pitch -70, wrist_roll 0)` |"
+    )
+    rows.append("| `here` | The place where the arm stands. | `above(here, 20)` |")
+    parts = ", ".join(f"`.{name}`" for name in FIELDS)
+    rows.append(f"| {parts} | The parts of a place, mm and deg. | `pick.z` |")
+    return rows
+
+
+def _slots(slots: Sequence[Slot]) -> str:
+    shown = []
+    for slot in slots:
+        name = slot.title.split(",")[0].split(" in ")[0].upper()
+        text = f"{name}, ..." if slot.many else name
+        shown.append(f"[{text}]" if slot.optional else text)
+    return ", ".join(shown)

@@ -1,0 +1,153 @@
+"""Recording what an arm does as a sequence: a step wherever it comes to rest, and for its fingers.
+
+A recorder is told what is seen of the arm and when; it has no clock and no arm. A place where the
+arm stood only for a moment, between two jogs say, is none. Units: deg, mm, s.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from armdrive.errors import NotReferenced
+from armdrive.storage.points import Point, Step, StepList
+from kinematics import Joints
+
+REST_S = 0.8
+"""An arm that stood for less was on its way."""
+
+SAME_DEG = 0.05
+"""Joints that all stand so near are where they were: less than a step of any of these arms."""
+
+SAME_MM = 1.0
+"""Fingers that differ by less were not moved."""
+
+RESTING = "standby"
+TRUSTED = ("referenced", "restored")
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """What a status says that matters here; `joints` is None where the arm does not rest."""
+
+    joints: Joints | None
+    opening_mm: float | None = None
+    gripping: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Choices:
+    """What a person wants of a recording.
+
+    `how` and `speed` are those of every way to a point; `waits` keeps how long the arm stood.
+    """
+
+    how: str = "joint"
+    speed: float = 1.0
+    waits: bool = False
+    rest_s: float = REST_S
+
+
+def seen_in(view: Mapping[str, Any], names: tuple[str, ...]) -> Seen:
+    """Read a status as `armdrive watch` prints it. Raises `NotReferenced` without a position."""
+    joints = view.get("joints")
+    trust = str(view.get("trust"))
+    if trust not in TRUSTED or joints is None:
+        raise NotReferenced(
+            f"nobody knows where the arm stands: its position is {trust} "
+            f"({view.get('trust_reason', '')}). Home it, then record"
+        )
+    if view.get("state") != RESTING or view.get("paused"):
+        return Seen(None)
+    angles = (float(joints[f"{name}_deg"]) for name in names)
+    opening = view.get("gripper_mm")
+    return Seen(
+        Joints.of(*angles, names=names),
+        None if opening is None else float(opening),
+        bool(view.get("gripping")),
+    )
+
+
+class Recorder:
+    """Makes a sequence of what is seen; `points` are named after it, `NAME-1` and so on."""
+
+    def __init__(self, name: str, choices: Choices) -> None:
+        self.name = name
+        self.points: dict[str, Point] = {}
+        self.steps: list[Step] = []
+        self._choices = choices
+        self._standing: Seen | None = None
+        self._since_s = 0.0
+        self._kept: Seen | None = None
+
+    def see(self, seen: Seen, now_s: float) -> tuple[Step, ...]:
+        """Take what is seen now; return the steps that are certain by that."""
+        before = self._standing
+        if before is not None and seen.joints is not None and _same(before, seen):
+            return ()
+        made = () if before is None else self._rested(before, now_s)
+        self._standing = None if seen.joints is None else seen
+        self._since_s = now_s
+        return made
+
+    def end(self, now_s: float) -> tuple[Step, ...]:
+        """Keep the place where the arm stands at the end, however short it has stood there."""
+        before, self._standing = self._standing, None
+        return () if before is None else self._rested(before, now_s, enough=True)
+
+    @property
+    def sequence(self) -> StepList:
+        """What has been recorded."""
+        return StepList(tuple(self.steps), "recorded")
+
+    def _rested(self, at: Seen, now_s: float, *, enough: bool = False) -> tuple[Step, ...]:
+        rested_s = now_s - self._since_s
+        if rested_s < self._choices.rest_s and not enough:
+            return ()
+        made = [*self._way(at), *self._fingers(at)]
+        if made and self._choices.waits and not enough:
+            made.append(Step(wait_s=round(rested_s, 1)))
+        if made:
+            self._kept = at
+        self.steps += made
+        return tuple(made)
+
+    def _way(self, at: Seen) -> tuple[Step, ...]:
+        """Return the step to a place: none to the one before, by its old name to an earlier one."""
+        if at.joints is None or (self._kept is not None and _there(self._kept, at)):
+            return ()
+        name = next((n for n, each in self.points.items() if _near(each.joints, at.joints)), "")
+        if not name:
+            name = f"{self.name}-{len(self.points) + 1}"
+            self.points[name] = Point(at.joints, at.opening_mm)
+        return (Step(name, self._choices.how, self._choices.speed),)
+
+    def _fingers(self, at: Seen) -> tuple[Step, ...]:
+        kept = self._kept
+        if at.opening_mm is None or (kept is not None and _held_alike(kept, at)):
+            return ()
+        if at.gripping:
+            return (Step(gripper="grasp"),)
+        return (Step(gripper=round(at.opening_mm, 1)),)
+
+
+def _same(a: Seen, b: Seen) -> bool:
+    return _there(a, b) and _held_alike(a, b)
+
+
+def _there(a: Seen, b: Seen) -> bool:
+    return a.joints is not None and b.joints is not None and _near(a.joints, b.joints)
+
+
+def _near(a: Joints, b: Joints) -> bool:
+    pairs = zip(a.deg.values(), b.deg.values(), strict=True)
+    return all(abs(one - other) <= SAME_DEG for one, other in pairs)
+
+
+def _held_alike(a: Seen, b: Seen) -> bool:
+    if a.gripping and b.gripping:  # what is gripped does not let go, however the fingers press
+        return True
+    if a.opening_mm is None or b.opening_mm is None:
+        return a.opening_mm is b.opening_mm
+    return a.gripping == b.gripping and abs(a.opening_mm - b.opening_mm) < SAME_MM

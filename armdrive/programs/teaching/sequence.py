@@ -1,0 +1,207 @@
+"""Stepping through a taught sequence, forwards and backwards, on the calls of an arm.
+
+Each call carries out one step and waits for its end; `run` carries out the rest. Nothing of it
+moves by itself: a step that was stopped is the next one again, and stays so until it is asked for.
+Holding it up between bursts is the arm's own `pause`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Protocol
+
+from armdrive.errors import BadRequest, Refused, Stopped
+from armdrive.storage.points import Point, Step, StepList
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from armdrive.arm.handle import Handle
+    from armdrive.motion.execute import Moved
+
+SLICE_S = 0.05
+"""A wait is cut into slices of this length, so that a stop ends it."""
+
+
+class Fingers(Protocol):
+    """What a sequence needs of an arm's fingers."""
+
+    def open(self, opening_mm: float | None = None, *, speed: float = 1.0) -> object:
+        """Open them, all the way without a width."""
+
+    def close(self, opening_mm: float = 0.0, *, speed: float = 1.0) -> object:
+        """Close them."""
+
+    def move(self, opening_mm: float, *, speed: float = 1.0) -> object:
+        """Bring them to a width."""
+
+    def grasp(self) -> float:
+        """Close them on whatever is between them."""
+        ...
+
+
+class SequenceArm(Protocol):
+    """What a sequence needs of an arm: `armdrive.Arm` has it."""
+
+    @property
+    def stops(self) -> int:
+        """How often a stop was asked for."""
+        ...
+
+    @property
+    def gripper(self) -> Fingers:
+        """The fingers."""
+        ...
+
+    def go(self, place: Point, *, how: str, speed: float) -> Handle[Moved]:
+        """Begin to move to a point, by a joint motion or along a line."""
+        ...
+
+    def sleep(self, time_s: float) -> None:
+        """Let time pass on the arm's own clock."""
+        ...
+
+
+class Stepper:
+    """One sequence under way: `at` counts the steps done, so that `steps[at]` is the next one."""
+
+    def __init__(self, arm: SequenceArm, steps: StepList, points: Mapping[str, Point]) -> None:
+        """Begin before the first step. Raises `BadRequest` for an empty sequence."""
+        if not steps.steps:
+            raise BadRequest("the sequence has no steps")
+        self._arm = arm
+        self.points = points
+        self.steps = steps.steps
+        self.at = 0
+        self.running = False
+        self._halted = False
+        self._under_way: Step | None = None
+
+    @property
+    def next(self) -> Step | None:
+        """The step that `forward` would carry out, None at the end."""
+        at = self.at  # read once: another thread may be carrying out a step
+        return self.steps[at] if at < len(self.steps) else None
+
+    @property
+    def before(self) -> tuple[Step, str] | None:
+        """What `backward` would do: the step it takes back, and the point it goes to.
+
+        Of an arm that was stopped on its way to a point, that is the one it came from.
+        """
+        found = self._back()
+        return None if found is None else (found[0], self.steps[found[1]].point)
+
+    def _back(self) -> tuple[Step, int] | None:
+        """Return the step to be taken back, and the number of the one whose point is before."""
+        moves, under_way = self._moves_done(), self._under_way
+        ago = 2 if under_way is None else 1
+        return (under_way or self.steps[moves[-1]], moves[-ago]) if len(moves) >= ago else None
+
+    def forward(self, since: int | None = None) -> Step:
+        """Carry out the next step. Raises `Refused` at the end, and what the motion raises.
+
+        `since` is the arm's `stops` when that was decided on: a later one lets it not begin.
+        """
+        step = self.next
+        if step is None:
+            raise Refused("the sequence is at its end: step back, or begin again")
+        self._done(step, self._arm.stops if since is None else since)
+        return step
+
+    def backward(self, since: int | None = None) -> str:
+        """Go back to the point before, in the way that led from it; return its name.
+
+        What the fingers did and waits on that way are not taken back: a block stays gripped.
+        """
+        found = self._back()
+        if found is None:
+            raise Refused("there is no point before in the sequence")
+        step, target = found
+        point = self.steps[target].point
+        stops = self._arm.stops if since is None else since
+        self._require_no_stop(stops)
+        self._go(point, step, stops)
+        self.at = target + 1
+        return point
+
+    def run(self, shown: Callable[[Step], object] | None = None, since: int | None = None) -> int:
+        """Carry out all that is left, or until `halt`; return how many steps that was.
+
+        `shown` hears of each step before it begins. A stop that is asked for at any time, also
+        between two steps, ends it with `Stopped`.
+        """
+        stops, began = self._arm.stops if since is None else since, self.at
+        self._halted, self.running = False, True
+        try:
+            while (step := self.next) is not None and not self._halted:
+                if shown is not None:
+                    shown(step)
+                self._done(step, stops)
+        finally:
+            self.running = False
+        return self.at - began
+
+    def halt(self) -> None:
+        """Have `run` end behind the step under way; from any thread."""
+        self._halted = True
+
+    def rewind(self) -> None:
+        """Begin anew with the first step. Moves nothing."""
+        self.at, self._under_way = 0, None
+
+    # -- one step -----------------------------------------------------------------------------
+
+    def _done(self, step: Step, stops: int) -> None:
+        self._require_no_stop(stops)
+        if step.point:
+            self._go(step.point, step, stops)
+        elif step.gripper is not None:
+            self._grip(step)
+        else:
+            self._wait(step.wait_s or 0.0, stops)
+        self.at += 1
+
+    def _go(self, point: str, step: Step, stops: int) -> None:
+        handle = self._arm.go(self.points[point], how=step.how, speed=step.speed)
+        self._under_way = step if self._moves_done() else None
+        if self._arm.stops != stops:  # it came before there was anything to stop
+            handle.cancel()
+        handle.wait()
+        self._under_way = None
+        self._require_no_stop(stops)
+
+    def _grip(self, step: Step) -> None:
+        gripper = self._arm.gripper
+        if step.gripper == "grasp":
+            gripper.grasp()
+        elif step.gripper == "open":
+            gripper.open(speed=step.speed)
+        elif step.gripper == "close":
+            gripper.close(speed=step.speed)
+        else:
+            gripper.move(self._opening_mm(step), speed=step.speed)
+
+    def _opening_mm(self, step: Step) -> float:
+        """Return the opening in mm, or that of the point which the sequence was at last."""
+        if isinstance(step.gripper, float):
+            return step.gripper
+        moves = self._moves_done()
+        point = self.points[self.steps[moves[-1]].point] if moves else None
+        if point is None or point.opening_mm is None:
+            raise Refused("the point before this step says no opening of the fingers")
+        return point.opening_mm
+
+    def _wait(self, time_s: float, stops: int) -> None:
+        left_s = time_s
+        while left_s > 0.0:
+            self._arm.sleep(min(left_s, SLICE_S))
+            left_s -= SLICE_S
+            self._require_no_stop(stops)
+
+    def _require_no_stop(self, stops: int) -> None:
+        if self._arm.stops != stops:
+            raise Stopped(f"the sequence was stopped at step {self.at + 1}")
+
+    def _moves_done(self) -> list[int]:
+        return [index for index, step in enumerate(self.steps[: self.at]) if step.point]

@@ -1,1 +1,0 @@
-"""The flight recorder: what passed between an arm and this program, kept, written and replayed."""

@@ -1,0 +1,219 @@
+"""Where an arm is looked at from, and where each of its points then lies on a canvas.
+
+The camera is orthographic: lengths across the line of sight are true, so a picture can be measured.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from types import MappingProxyType
+
+from kinematics.frames.rotations import Matrix3, transpose
+from kinematics.frames.vectors import Vector
+from kinematics.geometry import Point
+
+ZOOM = 1.25
+"""One step of zooming in."""
+
+LEAST_ZOOM, MOST_ZOOM = -4, 14
+"""Steps of zoom either way: from 0.4 to 23 times."""
+
+LOWEST_DEG, HIGHEST_DEG = -90, 90
+FULL_TURN_DEG = 360
+
+_ROOM = 1.04  # a little air around the reach
+_BELOW_TABLE_MM = 25.0
+
+
+@dataclass(frozen=True, slots=True)
+class Camera:
+    """Where the watcher stands: round the arm from its front, and above the table.
+
+    In whole degrees, so that going round once leads back to the very same picture. `zoom` counts
+    steps; `centre_mm` is what stays in the middle, None for the middle of the arm's reach.
+    """
+
+    azimuth_deg: int
+    elevation_deg: int
+    zoom: int = 0
+    centre_mm: Point | None = None
+
+    @property
+    def rotation(self) -> Matrix3:
+        """The table's frame as the watcher sees it: rows for right, up and towards the watcher."""
+        azimuth, elevation = math.radians(self.azimuth_deg), math.radians(self.elevation_deg)
+        ca, sa, ce, se = _cosine(azimuth), _sine(azimuth), _cosine(elevation), _sine(elevation)
+        return (-sa, ca, 0.0), (-se * ca, -se * sa, ce), (ce * ca, ce * sa, se)
+
+    @property
+    def name(self) -> str:
+        """The view's name where it has one, else its angles."""
+        for name, view in VIEWS.items():
+            if (view.azimuth_deg, view.elevation_deg) == (self.azimuth_deg, self.elevation_deg):
+                return name
+        return f"azimuth {self.azimuth_deg}, elevation {self.elevation_deg}"
+
+    def orbited(self, azimuth_deg: int, elevation_deg: int = 0) -> Camera:
+        """Go round the arm and up; straight above and straight below it is at an end."""
+        turned = (self.azimuth_deg + azimuth_deg) % FULL_TURN_DEG
+        up = min(max(self.elevation_deg + elevation_deg, LOWEST_DEG), HIGHEST_DEG)
+        return replace(self, azimuth_deg=turned, elevation_deg=up)
+
+    def zoomed(self, steps: int, about: Point | None, dome: Dome) -> Camera:
+        """Come nearer or go away; a point stays where it is on the screen while coming nearer."""
+        zoom = min(max(self.zoom + steps, LEAST_ZOOM), MOST_ZOOM)
+        if zoom <= 0:
+            return replace(self, zoom=zoom, centre_mm=None)
+        if about is None:
+            return replace(self, zoom=zoom)
+        share = ZOOM ** (self.zoom - zoom)
+        x, y, z = (p + (c - p) * share for p, c in zip(about, _middle(self, dome), strict=True))
+        return replace(self, zoom=zoom, centre_mm=(x, y, z))
+
+    def fitted(self) -> Camera:
+        """Show all of the arm's reach again, from the same direction."""
+        return replace(self, zoom=0, centre_mm=None)
+
+
+VIEWS: Mapping[str, Camera] = MappingProxyType(
+    {
+        "iso": Camera(225, 35),
+        "side": Camera(270, 0),
+        "top": Camera(180, 90),
+        "front": Camera(0, 0),
+    }
+)
+"""Views by name, in the order in which a person goes through them.
+
+From the side x runs to the right. From above, and in iso, the watcher stands behind the base, so
+that turning the base to the left turns the picture of the arm to the left.
+"""
+
+
+def next_view(camera: Camera, steps: int = 1) -> Camera:
+    """Return the next of the named views; from a direction without a name, the first."""
+    names = list(VIEWS)
+    place = names.index(camera.name) + steps if camera.name in names else 0
+    return VIEWS[names[place % len(names)]]
+
+
+@dataclass(frozen=True, slots=True)
+class Dome:
+    """What an arm can fill: a ball about the end of its base, above the table. In mm.
+
+    It fixes the scale, so that a picture jumps neither between postures nor while going round.
+    """
+
+    centre: Point
+    reach_mm: float
+
+
+@dataclass(frozen=True, slots=True)
+class Projection:
+    """From mm to dots of a canvas: x to the right, y down."""
+
+    right: tuple[float, float, float, float]
+    down: tuple[float, float, float, float]
+
+    def dots(self, point: Point) -> tuple[float, float]:
+        """Return where a point lies, in dots from the middle of the upper left one."""
+        x, y, z = point
+        a, b, c, d = self.right
+        e, f, g, h = self.down
+        return a * x + b * y + c * z + d, e * x + f * y + g * z + h
+
+
+def projection(
+    camera: Camera, dome: Dome, width_dots: int, height_dots: int, dot_aspect: float = 1.0
+) -> Projection:
+    """Return what brings a camera's picture onto a canvas, the dome filling it at zoom 0.
+
+    `dot_aspect` is how much taller than wide a dot is.
+    """
+    wide, high = max(width_dots - 1, 0), max(height_dots - 1, 0)
+    above, below = _extent(camera, dome)
+    across = 2.0 * dome.reach_mm * _ROOM
+    scale = min(wide / across, high * dot_aspect / ((above + below) * _ROOM)) * ZOOM**camera.zoom
+    tall = scale / dot_aspect
+    right, up, _ = camera.rotation
+    middle = _middle(camera, dome)
+    return Projection(
+        (
+            right[0] * scale,
+            right[1] * scale,
+            right[2] * scale,
+            wide / 2 - scale * _dot(right, middle),
+        ),
+        (-up[0] * tall, -up[1] * tall, -up[2] * tall, high / 2 + tall * _dot(up, middle)),
+    )
+
+
+def _extent(camera: Camera, dome: Dome) -> tuple[float, float]:
+    """Return how far the dome and the table beneath it extend up and down from its centre."""
+    _, up, towards = camera.rotation
+    below = dome.reach_mm * abs(towards[2]) + (dome.centre[2] + _BELOW_TABLE_MM) * up[2]
+    return dome.reach_mm, max(below, 0.0)
+
+
+def _middle(camera: Camera, dome: Dome) -> Point:
+    """Return the point in the middle of the canvas."""
+    if camera.centre_mm is not None:
+        return camera.centre_mm
+    above, below = _extent(camera, dome)
+    x, y, z = transpose(camera.rotation)
+    lift = (above - below) / 2.0
+    cx, cy, cz = dome.centre
+    return cx + x[1] * lift, cy + y[1] * lift, cz + z[1] * lift
+
+
+def _dot(a: Vector, b: Vector) -> float:
+    return float(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
+
+
+def _cosine(angle_rad: float) -> float:
+    """Return a cosine that is exactly 0 of a right angle, so that no view is a hair askew."""
+    return round(math.cos(angle_rad), 12) + 0.0
+
+
+def _sine(angle_rad: float) -> float:
+    return round(math.sin(angle_rad), 12) + 0.0
+
+
+# What a watcher can ask of a camera, by name: go round, come nearer, take a named view.
+
+ORBIT_DEG = 10
+"""One step round the arm or up; 36 of them lead back."""
+
+Look = Callable[[Camera, Point | None, Dome], Camera]
+"""From where the camera is, where the tip is, and what the arm can fill, to the next camera."""
+
+
+def _orbit(azimuth: int, elevation: int, camera: Camera, _tip: Point | None, _of: Dome) -> Camera:
+    return camera.orbited(azimuth * ORBIT_DEG, elevation * ORBIT_DEG)
+
+
+def _zoom(steps: int, camera: Camera, tip: Point | None, dome: Dome) -> Camera:
+    return camera.zoomed(steps, tip, dome)
+
+
+def _take(view: Camera, _camera: Camera, _tip: Point | None, _of: Dome) -> Camera:
+    return view
+
+
+LOOKS: Mapping[str, Look] = MappingProxyType(
+    {
+        "left": partial(_orbit, -1, 0),
+        "right": partial(_orbit, 1, 0),
+        "up": partial(_orbit, 0, 1),
+        "down": partial(_orbit, 0, -1),
+        "nearer": partial(_zoom, 1),
+        "farther": partial(_zoom, -1),
+        "fit": lambda camera, _tip, _of: camera.fitted(),
+        "next": lambda camera, _tip, _of: next_view(camera),
+        **{name: partial(_take, view) for name, view in VIEWS.items()},
+    }
+)
+"""Every look; coming nearer goes towards the tip."""

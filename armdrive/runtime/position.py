@@ -1,0 +1,222 @@
+"""Where one arm is: commanded, acknowledged and read back, in motor steps and in joint angles.
+
+Positions are motor steps of the model: registers plus the reference offset, less what is taken up
+of each motor's backlash (backlash.py). A reference is that offset: nothing here ever asks the
+controller to zero its registers.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from armdrive.errors import Refused
+from armdrive.runtime.backlash import Slack
+from armdrive.status import Current
+from kinematics import Joints, Motors, Transmission
+
+if TYPE_CHECKING:
+    from armdrive.config.arm import ArmConfig
+    from armdrive.dialects.controller import Controller
+    from armdrive.storage.record import Record
+    from armdrive.tasks import Registers
+
+
+@dataclass(frozen=True, slots=True)
+class Coordinates:
+    """Where the arm is meant to be, before rounding to steps: joints and gripper opening."""
+
+    joints: Joints
+    opening_mm: float
+
+    def towards(self, other: Coordinates, fraction: float) -> Coordinates:
+        """Return the point at a fraction of the straight way in joint space."""
+        if fraction >= 1.0:
+            return other
+        angles = (a + (b - a) * fraction for a, b in zip(self.joints, other.joints, strict=True))
+        opening_mm = self.opening_mm + (other.opening_mm - self.opening_mm) * fraction
+        return Coordinates(Joints(tuple(angles), self.joints.names), opening_mm)
+
+
+class Whereabouts:
+    """The position of one arm. Raises `Refused` for one whose motors do not fit its controller."""
+
+    def __init__(self, config: ArmConfig, controller: Controller) -> None:
+        if config.model.transmission is None:
+            raise Refused(
+                f"no motor steps are known of the {config.model.title}: give steps_per_turn in "
+                "an arm file of a model that has motors"
+            )
+        motors = len(config.model.transmission.motors)
+        if motors != controller.abilities.motors:
+            raise Refused(
+                f"the {config.title} has {motors} motors, but its controller drives "
+                f"{controller.abilities.motors}: list every motor of the controller in the arm "
+                "file, or correct gripper.kind"
+            )
+        self.config = config
+        self.controller = controller
+        self.transmission: Transmission = config.model.transmission
+        self.current = Current.UNKNOWN
+        still = Motors([0] * motors)
+        self.slack = Slack(config.backlash_steps or still)
+        self.offset = still
+        self.counts = still
+        self.commanded = still
+        self.acknowledged = still
+        self.read_back: Motors | None = None
+        self.fell = False
+        """Whether registers fell to zero in the present motion, which does not lead there."""
+        self.coordinates = self.coordinates_of(still)
+        self.inputs: int | None = None
+        self.sensed = 0
+        """How often the inputs have been read."""
+        self.awaiting = 0
+        """How many calls wait for inputs: a standing arm is looked at more often then."""
+        self.outputs: int | None = None
+        self.gripping: bool | None = None
+        self.touch_mm: float | None = None
+        self.gripper_share: float | None = None
+
+    @property
+    def shift(self) -> Motors:
+        """What the registers of the acknowledged position have to be added to."""
+        return self.offset - self.slack.taken
+
+    @property
+    def expected(self) -> Motors:
+        """The registers at the acknowledged position."""
+        return self.acknowledged - self.shift
+
+    def stands(self) -> None:
+        """Note that nothing is under way: what is sent next begins at the acknowledged position."""
+        self.slack.stand()
+        self.commanded = self.acknowledged
+        self.fell = False
+
+    def sends(self, steps: Motors) -> None:
+        """Note what motors are about to be sent, backlash included."""
+        self.commanded = self.commanded + self.slack.sends(steps)
+        self.current = Current.HELD
+
+    def takes_back(self, commanded: Motors) -> None:
+        """Note that what was to be sent last was not: so far it is commanded, as it was before."""
+        self.commanded = commanded
+        self.slack.takes_back()
+
+    def arrived(self, coordinates: Coordinates | None) -> None:
+        """Note that the motion was acknowledged, and which unrounded point it stands for."""
+        self.acknowledged = self.commanded
+        self.slack.arrive()
+        self.coordinates = coordinates or self.coordinates_of(self.acknowledged)
+        if self.touch_mm is not None and self.coordinates.opening_mm >= self.touch_mm:
+            self.touch_mm = None  # the fingers have let go
+
+    @property
+    def grip_force_n(self) -> float:
+        """The force with which the fingers press, from the cable pulled in behind the touch."""
+        steps_per_n = self.config.model.grip_steps_per_n
+        if self.touch_mm is None or steps_per_n is None:
+            return 0.0
+        steps_per_mm = abs(self.transmission.motors[-1].steps_per_unit)
+        return (self.touch_mm - self.coordinates.opening_mm) * steps_per_mm / steps_per_n
+
+    def found(self, registers: Registers) -> None:
+        """Take the registers for the position of an arm of which nothing else is known."""
+        self.sense(registers)
+        self.counts = registers.positions
+        self.commanded = self.acknowledged = self.read_back = registers.positions
+        self.slack.doubt()
+        self.offset = self.slack.taken
+        self.coordinates = self.coordinates_of(registers.positions)
+
+    def sense(self, registers: Registers) -> None:
+        """Take the inputs and the current; without a grip switch nothing tells whether it grips."""
+        if registers.held is not None:
+            self.current = Current.HELD if registers.held else Current.OFF
+        self.inputs = registers.inputs
+        self.sensed += 1
+        if self.controller.abilities.grip_switch:
+            self.gripping = registers.gripping
+
+    def compare(self, registers: Registers) -> Motors:
+        """Take a read-back; return its difference from the acknowledged registers, in steps."""
+        self.sense(registers)
+        expected = self.expected
+        self._see(self.controller.unwrap(registers.positions, expected))
+        return self.counts - expected
+
+    def progress(self, registers: Registers) -> None:
+        """Note where the motors are while they move."""
+        there = self.commanded - self.offset + self.slack.ahead
+        self._see(self.controller.unwrap(registers.positions, there))
+
+    def _see(self, counts: Motors) -> None:
+        before = self.read_back if self.counts.largest and not counts.largest else None
+        self.counts = counts
+        self.read_back = self.acknowledged + self.slack.see(counts - self.expected)
+        if before is not None:  # a motion only goes on
+            ways = zip(before, self.read_back, self.commanded, strict=True)
+            self.fell |= any(not min(a, c) <= b <= max(a, c) for a, b, c in ways)
+
+    def believe_registers(self) -> None:
+        """Take the read-back for the position: the motors are there, whatever was commanded."""
+        if self.read_back is not None and self.read_back != self.acknowledged:
+            self.commanded = self.acknowledged = self.read_back
+            self.coordinates = self.coordinates_of(self.acknowledged)
+        self.slack.believe()
+
+    def count_anew(self, registers: Motors) -> None:
+        """Keep the position, and let it be what these registers mean from now on."""
+        self.slack.doubt()
+        self.offset = self.acknowledged - registers + self.slack.taken
+        self.counts = registers
+        self.commanded = self.read_back = self.acknowledged
+
+    def refer(self, registers: Motors, there: Coordinates) -> None:
+        """Make the present registers mean a known posture."""
+        position = self.transmission.to_motors(there.joints, there.opening_mm)
+        self.slack.refer()
+        self.offset = position - registers + self.slack.taken
+        self.counts = registers
+        self.commanded = self.acknowledged = self.read_back = position
+        self.coordinates = there
+
+    def restore(self, record: Record, registers: Motors) -> bool:
+        """Take up a recorded reference; False where the registers no longer agree with it."""
+        self.offset = Motors(record.offset)
+        recorded = Motors(record.registers)
+        fits = self.slack.restore(record.taken, record.unsure)
+        counts = self.counts = self.controller.unwrap(registers, recorded)
+        self.commanded = self.acknowledged = self.read_back = recorded + self.shift
+        self.coordinates = self._recorded_point(record) or self.coordinates_of(self.acknowledged)
+        if counts != recorded and not registers.largest:  # the counters lost the power, not the arm
+            self.count_anew(registers)
+        elif counts != recorded:
+            self._see(counts)
+            self.believe_registers()
+        return counts == recorded and fits
+
+    def _recorded_point(self, record: Record) -> Coordinates | None:
+        """Return the unrounded point of a record, if it stands for the same whole steps."""
+        names = self.coordinates.joints.names
+        if len(record.coordinates) != len(names) + 1:
+            return None
+        *angles, opening_mm = record.coordinates
+        there = Coordinates(Joints(tuple(angles), names), opening_mm)
+        same = self.transmission.to_motors(there.joints, opening_mm) == self.acknowledged
+        return there if same else None
+
+    def opening_seen_mm(self, pulled_mm: float) -> float | None:
+        """Return how far apart the fingers are, from where their motor or servo has them."""
+        if self.transmission.has_gripper:
+            return max(pulled_mm, self.touch_mm or 0.0)
+        if self.gripper_share is None:
+            return None
+        low, high = self.config.model.gripper_range_mm
+        return low + self.gripper_share * (high - low)
+
+    def coordinates_of(self, position: Motors) -> Coordinates:
+        """Return the point that whole motor steps stand for."""
+        joints, opening_mm = self.transmission.to_joints(position)
+        return Coordinates(joints, opening_mm)

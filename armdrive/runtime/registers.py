@@ -1,0 +1,232 @@
+"""One request and its reply, and the registers: read twice where they differ, and weighed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+from armdrive.errors import ArmError, DeviceFault, NoAnswer, PendantStop, PositionMismatch, Stopped
+from armdrive.runtime.arm_state import Core
+from armdrive.runtime.diagnostics import ALARM_VOUCHED, code_of
+from armdrive.runtime.trust import Evidence
+from armdrive.status import Current, Trust
+from armdrive.tasks import (
+    Alert,
+    AlertKind,
+    Ask,
+    Denied,
+    Flow,
+    ReadPosition,
+    Registers,
+    Reply,
+    Request,
+    Until,
+)
+
+if TYPE_CHECKING:
+    from armdrive.runtime.engine import Engine
+    from kinematics import Motors
+
+QUIET_S = 0.3
+"""A silence this long ends whatever a disturbed controller had still to say."""
+
+TRIES = 3
+"""How often the registers are asked for: reading moves nothing, so it may be repeated."""
+
+
+class Asking:
+    """What a flow needs that moves nothing: the time, whether to stop, requests, registers."""
+
+    def __init__(self, engine: Engine, core: Core) -> None:
+        self.engine = engine
+        self.core = core
+        self.looked_s = -math.inf
+        """When the registers were read last."""
+
+    @property
+    def now_s(self) -> float:
+        """The arm's time."""
+        return self.engine.now_s
+
+    @property
+    def stopping(self) -> bool:
+        """Whether a stop has been asked for."""
+        return self.engine.stop_asked
+
+    def stopped(self, words: str) -> Stopped:
+        """Return the error of a motion that a stop ended, with the reason where one is known."""
+        return Stopped(words + self.engine.stop_why)
+
+    def request(self, request: Request, silence: Evidence = Evidence.SILENT) -> Flow[Reply]:
+        """Send one request and return its reply; silence is a fault of the arm."""
+        try:
+            reply: Reply = yield Ask(request)
+        except NoAnswer as error:
+            self.core.learn(silence, self.now_s)
+            self.core.fault(error)
+            raise
+        return reply
+
+    def ask_registers(self) -> Flow[Registers]:
+        """Read the registers, again where an exchange was disturbed. Raises `DeviceFault`.
+
+        It ends within the limit of a call, also in the middle of a motion.
+        """
+        with self.engine.limited():
+            return (yield from self._ask_registers())
+
+    def _ask_registers(self) -> Flow[Registers]:
+        """Ask until one answer is sure.
+
+        After a disturbance an answer counts only if the line falls silent behind it: else it
+        may be the late one of the try before, and the next answer would be taken for another's.
+        After a silence, counts of zero may be those of a controller that has begun anew; an answer
+        that came, and that nobody could read, is none.
+        """
+        silence: NoAnswer | None = None
+        mute = False
+        for attempt in range(TRIES):
+            if attempt:
+                yield from self.quiet()
+            asked_s = self.now_s
+            try:
+                reply: Reply = yield Ask(ReadPosition())
+            except NoAnswer as error:
+                silence, mute = error, mute or self.engine.heard_s < asked_s
+                continue
+            if isinstance(reply, Denied) and reply.reason:  # it is there, and says why not
+                raise DeviceFault(reply.reason)
+            heard_s = self.engine.heard_s
+            if attempt and isinstance(reply, Registers):
+                yield from self.quiet()
+            alone = heard_s == self.engine.heard_s or self._beats
+            if isinstance(reply, Registers) and alone:
+                self.looked_s = self.now_s
+                if mute and not reply.positions.largest:
+                    self.core.learn(Evidence.SILENT, self.now_s)  # it may have begun anew
+                return reply
+        raise silence or DeviceFault(
+            f"whatever is on {self.engine.link.description} does not answer as this arm does: "
+            "check the cable, the port and the dialect"
+        )
+
+    def quiet(self) -> Flow[None]:
+        """Wait until nothing has been heard for a while, and forget what was.
+
+        Of a device whose line is never quiet, as long as late answers take.
+        """
+        since_s = self.now_s
+        while self.now_s < (end_s := self._quiet_from_s(since_s) + QUIET_S):
+            if self.stopping:
+                break
+            yield Until(end_s)
+        self.engine.controller.forget()
+
+    def _quiet_from_s(self, since_s: float) -> float:
+        return since_s if self._beats else max(since_s, self.engine.heard_s)
+
+    @property
+    def _beats(self) -> bool:
+        return self.core.controller.abilities.beats
+
+    def read(self) -> Flow[Motors]:
+        """Read the registers; return how far they are from the acknowledged ones.
+
+        A difference is believed when it is read twice: the line has no check bytes.
+        """
+        difference = yield from self._read_once()
+        seen = None
+        while difference.largest and difference != seen:
+            seen = difference
+            difference = yield from self._read_once()
+        return difference
+
+    def _read_once(self) -> Flow[Motors]:
+        try:
+            registers = yield from self.ask_registers()
+        except DeviceFault as fault:
+            self.core.learn(Evidence.SILENT, self.now_s)
+            self.core.fault(fault)
+            raise
+        return self.core.compare(registers)
+
+    def look(self) -> Flow[None]:
+        """Weigh what the registers show of an arm that stands: somebody else may move it."""
+        weigh_difference(self, (yield from self.read()))
+
+    def verify(self) -> Flow[None]:
+        """Compare the registers with what was acknowledged; a difference is a fault."""
+        difference = yield from self.read()
+        if not difference.largest:
+            return
+        core = self.core
+        core.learn(Evidence.READ_BACK_DIFFERS, self.now_s, f"by {tuple(difference)} steps")
+        take_difference(core)
+        raise self.fault(
+            PositionMismatch(
+                f"the registers differ by {tuple(difference)} steps from where the motion should "
+                "have ended: a byte was lost, or the controller lost its power. Look at the arm, "
+                "reset, then home"
+            )
+        )
+
+    def fault(self, error: DeviceFault | PendantStop) -> DeviceFault | PendantStop:
+        """Latch error-stop, and return the error, to be raised."""
+        self.core.fault(error)
+        return error
+
+
+def without_reset(error: ArmError) -> str:
+    """Return what an error says, without the reset that there is no arm for yet."""
+    return str(error).rstrip(".").removesuffix(", then call `reset()`")
+
+
+def weigh_difference(wire: Asking, difference: Motors) -> None:
+    """Say what registers mean that changed while nothing was moved from here."""
+    core = wire.core
+    if not difference.largest:
+        return
+    zeroed = take_difference(core)
+    evidence = Evidence.CONTROLLER_RESTARTED if zeroed else Evidence.MOVED_BY_OTHERS
+    core.learn(evidence, wire.now_s)
+    core.notify(core.belief.reason, evidence)
+
+
+def take_difference(core: Core) -> bool:
+    """Take the registers for where the arm is; True where they were zeroed, which moves nothing."""
+    registers = core.counts
+    zeroed = not registers.largest
+    if zeroed and core.belief.trust is not Trust.UNKNOWN:
+        core.count_anew(registers)
+        core.current = Current.UNKNOWN
+    else:
+        core.believe_registers()
+    return zeroed
+
+
+# What a device says unasked, and what that does to trust and state: one table.
+
+EVIDENCE: Mapping[AlertKind, Evidence | None] = MappingProxyType(
+    {
+        AlertKind.RESTARTED: Evidence.RESTARTED,
+        AlertKind.ALARM: None,
+        AlertKind.ALARM_LOST: Evidence.ALARM,
+        AlertKind.SWITCHED_OFF: Evidence.SWITCHED_OFF,
+        AlertKind.ASTRAY: Evidence.OFF_THE_PATH,
+    }
+)
+"""What each alert says about the position; None where the device vouches for it."""
+
+
+def alerted(core: Core, alert: Alert, now_s: float) -> None:
+    """Latch error-stop with the device's words, and weigh what they mean for the position."""
+    evidence = EVIDENCE[alert.kind]
+    if evidence is not None:
+        core.learn(evidence, now_s, alert.text)
+        core.told_early = core.told_early or (evidence, alert.text)
+    if alert.kind in (AlertKind.RESTARTED, AlertKind.SWITCHED_OFF):
+        core.current = Current.UNKNOWN
+    code = ALARM_VOUCHED if evidence is None else code_of(evidence)
+    core.fault(f"{alert.text}. Look at the arm, then call `reset()`", code)

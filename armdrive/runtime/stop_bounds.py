@@ -1,0 +1,316 @@
+"""How long and how far the finger tips go on: after a stop, and after the host has fallen silent.
+
+The controller bounds the time, and how much of its way the motion makes in that time. Each joint
+turns by that much of its speed: by its speed in the planned motion that is under way, else by its
+limit, or by the motors where those are slower. Where a device does not coordinate its motors, it is
+the motors that turn by that much, each by itself. Each motor may be a step further by rounding.
+
+The tip's way is bounded twice, and the smaller number is announced:
+
+- Each joint turns the tip about its axis, at the tip's distance from it. That distance grows by at
+  most the way that the joints beyond it make, and never beyond the arm's reach.
+- In the posture at hand, each turn moves the tip in a direction of its own. The furthest corner of
+  all these directions is how far it gets as long as they stay the same. As the arm turns, they
+  change, no faster than by the levers: half of what that adds up to is added.
+
+Without a known posture the first holds for the arm stretched out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from armdrive.dialects.controller import Part, Stopping
+from kinematics import Joints
+
+if TYPE_CHECKING:
+    from armdrive.config.arm import ArmConfig
+    from armdrive.dialects.controller import Controller
+    from armdrive.motion.segments import Leg
+    from kinematics import ArmGeometry, Transmission
+
+ROUNDING_STEPS = 1.0
+"""A motor stands on whole steps, before and after: it turns by so much more than its share."""
+PROBE_RAD = 1e-6
+"""Each joint is turned by this much to see where it moves the tip."""
+LEAST_S = 1e-9
+"""No part of a motion is taken for shorter."""
+
+LEAST_HZ = 1e-6
+"""No motor is taken for slower."""
+
+Vector = tuple[float, float, float]
+Turn = tuple[float, ...]
+"""What a joint or a motor turns by itself, in rad of each joint."""
+
+
+@dataclass(frozen=True, slots=True)
+class StopBound:
+    """The worst case at this moment: of a stop that is asked for, and of a host that dies.
+
+    A pause is to the arm what that death is: what the device was handed runs out, no more comes.
+    """
+
+    time_s: float
+    distance_mm: float
+    silent_time_s: float
+    silent_distance_mm: float
+
+
+@dataclass(frozen=True, slots=True)
+class Stretch:
+    """A part of a planned motion: how fast each joint and each motor turns in it, at most."""
+
+    part: Part
+    joints_rad_s: tuple[float, ...]
+    motors_hz: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Turns:
+    """What may turn: each of `each` by itself, either way, and besides each motor by `beside`."""
+
+    each: tuple[Turn, ...]
+    beside: tuple[Turn, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class RunOn:
+    """How long an arm goes on, and what turns meanwhile, whatever its posture is."""
+
+    time_s: float
+    turns: Turns
+    silent_time_s: float
+    silent_turns: Turns
+
+    def bound(self, config: ArmConfig, joints: Joints | None) -> StopBound:
+        """Return how far that takes the tip at a posture, or at most without a known one."""
+        arm = config.model.arm
+        moves = None if joints is None else _tip_moves(arm, joints)
+        ways_mm = (_way_mm(arm, joints, moves, turns) for turns in (self.turns, self.silent_turns))
+        asked_mm, silent_mm = ways_mm
+        return StopBound(self.time_s, asked_mm, self.silent_time_s, silent_mm)
+
+
+def stop_bound(
+    config: ArmConfig, controller: Controller, joints: Joints | None, burst_s: float
+) -> StopBound:
+    """Return the bound for whatever may be commanded next; without a known posture, anywhere."""
+    return run_on(config, controller, burst_s).bound(config, joints)
+
+
+def stretches(transmission: Transmission | None, legs: Iterable[Leg]) -> tuple[Stretch, ...]:
+    """Return the parts of a planned motion in which motors turn."""
+    if transmission is None:
+        return ()
+    found = []
+    for leg in legs:
+        duration_s = max(leg.duration_s, LEAST_S)
+        before, behind = (
+            transmission.to_exact(place.joints, place.opening_mm) for place in (leg.start, leg.end)
+        )
+        motors_hz = tuple(abs(b - a) / duration_s for a, b in zip(before, behind, strict=True))
+        turned = zip(leg.start.joints, leg.end.joints, strict=True)
+        joints_rad_s = tuple(abs(b - a) / duration_s for a, b in turned)
+        if max(motors_hz) > 0.0:
+            found.append(Stretch(Part(duration_s, max(motors_hz)), joints_rad_s, motors_hz))
+    return tuple(found)
+
+
+def run_on(
+    config: ArmConfig, controller: Controller, burst_s: float, planned: Sequence[Stretch] = ()
+) -> RunOn:
+    """Return how an arm goes on: in a planned motion, or in whatever may be commanded next."""
+    whole = controller.stopping(burst_s, [stretch.part for stretch in planned])
+    ways: list[tuple[Stretch, Stopping]]
+    if planned or not controller.abilities.coordinated:
+        alone = planned or _single_motors(config, controller)
+        ways = [(each, controller.stopping(burst_s, (each.part,))) for each in alone]
+    else:
+        ways = [(_at_limits(config, controller), whole)]
+    free = not controller.abilities.coordinated
+    asked = [
+        _turned(config, one, found.asked_motion_s, found.asked_extra_steps, free=free)
+        for one, found in ways
+    ]
+    silent = [
+        _turned(config, one, found.silent_motion_s, found.silent_extra_steps, free=free)
+        for one, found in ways
+    ]
+    return RunOn(whole.asked_s, _widest(asked), whole.silent_s, _widest(silent))
+
+
+# -- what turns ---------------------------------------------------------------------------------
+
+
+def _at_limits(config: ArmConfig, controller: Controller) -> Stretch:
+    """Return the motion of all joints, each as fast as its limit and its motors let it."""
+    limits = config.model.joint_speeds_rad_s
+    fastest_hz = controller.usable_rate_hz(math.inf)
+    rows = _inverse(config)
+    if not rows:
+        return Stretch(Part(math.inf, fastest_hz), limits, ())
+    turns = (fastest_hz * math.fsum(map(abs, row)) for row in rows)
+    speeds = tuple(min(limit, turn) for limit, turn in zip(limits, turns, strict=False))
+    return Stretch(Part(math.inf, fastest_hz), speeds, (fastest_hz,) * len(rows[0]))
+
+
+def _single_motors(config: ArmConfig, controller: Controller) -> list[Stretch]:
+    """Return a motion of each motor alone, as fast as it and its joints may turn."""
+    transmission = config.model.transmission
+    if transmission is None:
+        return [_at_limits(config, controller)]
+    speeds = (*config.model.joint_speeds_rad_s, config.model.gripper_speed_mm_s)
+    found = []
+    for motor, row in enumerate(transmission.matrix):
+        wanted_hz = math.fsum(abs(one * speed) for one, speed in zip(row, speeds, strict=False))
+        rate_hz = max(min(wanted_hz, controller.usable_rate_hz(math.inf)), LEAST_HZ)
+        rates_hz = tuple(rate_hz if index == motor else 0.0 for index in range(len(row)))
+        found.append(Stretch(Part(math.inf, rate_hz), config.model.joint_speeds_rad_s, rates_hz))
+    return found
+
+
+def _turned(
+    config: ArmConfig, stretch: Stretch, motion_s: float, extra_steps: float, *, free: bool
+) -> Turns:
+    """Return what turns in so much of a motion; of a device whose motors are `free`, each motor."""
+    rows = _inverse(config)
+    motors = range(len(rows[0])) if rows else range(0)
+    columns = [tuple(row[motor] for row in rows) for motor in motors]
+    rates = list(zip(columns, stretch.motors_hz, strict=True)) if rows else []
+    if free and rows:
+        each = tuple(_times(column, rate_hz * motion_s) for column, rate_hz in rates)
+    else:
+        count = len(stretch.joints_rad_s)
+        each = tuple(
+            tuple(speed * motion_s if index == joint else 0.0 for index in range(count))
+            for joint, speed in enumerate(stretch.joints_rad_s)
+        )
+    beside = tuple(
+        _times(column, ROUNDING_STEPS + extra_steps if rate_hz else ROUNDING_STEPS)
+        for column, rate_hz in rates
+    )
+    return Turns(each, beside)
+
+
+def _inverse(config: ArmConfig) -> tuple[tuple[float, ...], ...]:
+    """Return what each motor's step turns, a row for each joint; nothing of unknown motors."""
+    transmission = config.model.transmission
+    if transmission is None:
+        return ()
+    return tuple(map(tuple, transmission.inverse[: len(transmission.joint_names)]))
+
+
+def _times(turn: Turn, factor: float) -> Turn:
+    return tuple(one * factor for one in turn)
+
+
+def _widest(found: Sequence[Turns]) -> Turns:
+    """Return turns that none of some exceeds: they are of the same joints or motors, in order."""
+    return Turns(
+        tuple(
+            max(alike, key=_size) for alike in zip(*(turns.each for turns in found), strict=True)
+        ),
+        tuple(
+            max(alike, key=_size) for alike in zip(*(turns.beside for turns in found), strict=True)
+        ),
+    )
+
+
+def _size(turn: Turn) -> float:
+    return max(map(abs, turn), default=0.0)
+
+
+# -- how far that takes the tip -----------------------------------------------------------------
+
+
+def _tip_moves(arm: ArmGeometry, joints: Joints) -> tuple[Vector, ...]:
+    """Return how the tip moves for each rad that a joint turns, in mm."""
+    here = _tip(arm, joints)
+    moves = []
+    for index, name in enumerate(joints.names):
+        there = _tip(arm, joints.replace(**{name: joints[index] + PROBE_RAD}))
+        x, y, z = ((b - a) / PROBE_RAD for a, b in zip(here, there, strict=True))
+        moves.append((x, y, z))
+    return tuple(moves)
+
+
+def _tip(arm: ArmGeometry, joints: Joints) -> Vector:
+    pose = arm.fk(joints)
+    return pose.x_mm, pose.y_mm, pose.z_mm
+
+
+def _way_mm(
+    arm: ArmGeometry, joints: Joints | None, moves: tuple[Vector, ...] | None, turns: Turns
+) -> float:
+    """Return the smaller of both bounds of the tip's way."""
+    each_rad = [
+        math.fsum(abs(turn[joint]) for turn in (*turns.each, *turns.beside))
+        for joint in range(len(arm.joint_names))
+    ]
+    longest_mm = arm.levers_mm(None)
+    by_levers_mm = _by_levers_mm(each_rad, arm.levers_mm(joints), longest_mm)
+    if moves is None:
+        return by_levers_mm
+    straight_mm = _furthest_mm([_moved(moves, turn) for turn in turns.each])
+    straight_mm += math.fsum(math.hypot(*_moved(moves, turn)) for turn in turns.beside)
+    return min(by_levers_mm, straight_mm + _bent_mm(each_rad, longest_mm))
+
+
+def _by_levers_mm(
+    each_rad: Sequence[float], levers_mm: Sequence[float], longest_mm: Sequence[float]
+) -> float:
+    way_mm = 0.0
+    for turn_rad, lever_mm, most_mm in reversed(
+        list(zip(each_rad, levers_mm, longest_mm, strict=True))
+    ):
+        if lever_mm > 0.0:
+            way_mm += turn_rad * min(lever_mm + way_mm, most_mm)
+    return way_mm
+
+
+def _moved(moves: Sequence[Vector], turn: Turn) -> Vector:
+    """Return where a turn moves the tip while the directions stay as they are."""
+    x, y, z = (
+        math.fsum(move[axis] * angle for move, angle in zip(moves, turn, strict=True))
+        for axis in range(3)
+    )
+    return x, y, z
+
+
+def _furthest_mm(ways: Sequence[Vector]) -> float:
+    """Return how far some ways lead together, each gone one way or the other."""
+    corners = [(0.0, 0.0, 0.0)]
+    for x, y, z in ways:
+        if x or y or z:
+            corners += [(a - 2.0 * x, b - 2.0 * y, c - 2.0 * z) for a, b, c in corners]
+            corners = [(a + x, b + y, c + z) for a, b, c in corners]
+    return max(math.hypot(*corner) for corner in corners)
+
+
+def _bent_mm(each_rad: Sequence[float], longest_mm: Sequence[float]) -> float:
+    """Bound what the turning of the directions adds: half of their second derivatives' sum.
+
+    That of two joints is no longer than the lever of the one farther out.
+    """
+    total_mm, inner_rad = 0.0, 0.0
+    for turn_rad, lever_mm in zip(each_rad, longest_mm, strict=True):
+        total_mm += turn_rad * lever_mm * (turn_rad / 2.0 + inner_rad)
+        inner_rad += turn_rad
+    return total_mm
+
+
+def straying_mm(config: ArmConfig, joints: Joints, steps: Sequence[float]) -> float:
+    """Bound how far the tip leaves its way when each motor may stray from it by so many steps."""
+    transmission = config.model.transmission
+    if transmission is None or not any(steps):
+        return 0.0
+    turns_rad = (
+        math.fsum(abs(share) * one for share, one in zip(row, steps, strict=True))
+        for row in transmission.inverse
+    )
+    levers_mm = config.model.arm.levers_mm(joints)
+    return math.fsum(turn * lever for turn, lever in zip(turns_rad, levers_mm, strict=False))

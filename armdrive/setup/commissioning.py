@@ -1,0 +1,239 @@
+"""The whole walk-through: every drive of an arm, one after the other, left and taken up at will."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from armdrive.dialects.mks.commissioning import ONE_AT_A_TIME, all_there, arrive, calibrate, settle
+from armdrive.dialects.mks.survey import Known, listen
+from armdrive.dialog import About, Ask, Keep, Put, Talk, agreed, say
+from armdrive.setup.directions import NOTHING, OTHER, Sight, sight
+from armdrive.setup.plan import MM, Notes, Plan, Planned
+from armdrive.setup.trial import AS_SAID, MORE, NUDGE, amount, try_out, try_watchdog
+from armdrive.sim.bus.drives import DrivesOnBus
+from armdrive.sim.simulated_arm import Twin
+from firmware_protocol.mks import COUNTS_PER_TURN, TARGET_MAX, Ability, Done, Event, Mode, SetZero
+
+FAR = TARGET_MAX // 4
+"""A motor that counts beyond this is offered a new zero: at four times of it, none can be sent."""
+
+STEPS = (
+    "its id, and whether it is alone with it",
+    "its settings: mode 5 (SR_vFOC), replies, microsteps, current, watchdog",
+    "its encoder's calibration, if it has none: with a free shaft",
+    "in the arm: direction and gear by a small motion, and the watchdog by another",
+)
+"""What is done with each drive, in this order."""
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What came of it: notes by motor, the motors that were left out, and who is missing at last.
+
+    `finished` says whether every drive has been met and settled.
+    """
+
+    notes: Mapping[str, Notes]
+    left_out: tuple[str, ...]
+    missing: tuple[str, ...] = ()
+
+    @property
+    def finished(self) -> bool:
+        """Whether nothing is left to be done."""
+        return not self.left_out and not self.missing
+
+
+def walk(plan: Plan, notes: dict[str, Notes], *, again: bool = False) -> Talk[Outcome]:
+    """Commission every drive of an arm; what was noted before is not asked again, unless `again`.
+
+    Ended at any question, it goes on there with the notes that were kept by then.
+    """
+    yield from _introduce(plan, notes, again=again)
+    if (yield from _others_command()):
+        return Outcome(notes, tuple(each.name for each in plan.drives))
+    left_out = []
+    for drive in plan.order:
+        yield from say("", f"--- {drive.title}")
+        if not (yield from one(plan, drive, notes, again=again)):
+            left_out.append(drive.name)
+    missing = yield from together(plan)
+    return Outcome(notes, tuple(left_out), missing)
+
+
+def _introduce(plan: Plan, notes: Mapping[str, Notes], *, again: bool) -> Talk[None]:
+    listed = ", ".join(f"{each.node} {each.name}" for each in plan.drives)
+    yield from say(
+        f"Commissioning the {len(plan.drives)} drives of {plan.name}: {listed}.",
+        "For each of them:",
+        *(f"  {number}  {step}" for number, step in enumerate(STEPS, 1)),
+        "Nothing is written and nothing turns without your yes, and each question says what will "
+        "happen. Ctrl-C leaves at any time: what is done stays done, and the same command goes on "
+        "there.",
+        ONE_AT_A_TIME,
+    )
+    done = [each.name for each in plan.drives if notes.get(each.name, Notes()).done]
+    if done and not again:
+        yield from say(f"Done in an earlier run: {', '.join(done)}; --again does them once more.")
+
+
+def _others_command() -> Talk[bool]:
+    """Tell whether another program is heard to command drives: two would set and move the same."""
+    heard = yield from listen()
+    if heard.commands:
+        yield from say(
+            "Another program commands drives on this bus: end it first, then begin again. "
+            "`armdrive can monitor` shows what it says. Nothing was asked or set."
+        )
+    return bool(heard.commands)
+
+
+def one(plan: Plan, drive: Planned, notes: dict[str, Notes], *, again: bool) -> Talk[bool]:
+    """Take one drive through its steps, keeping notes after each; return whether it is ready."""
+    found = yield from arrive(plan, drive)
+    if found is None:
+        return False
+    noted = notes.setdefault(drive.name, Notes())
+    noted.firmware = ".".join(map(str, found.firmware)) if found.told else noted.firmware
+    if noted.done and not again and _still_right(found):
+        yield from say("It has its id and its settings: nothing is to be done.")
+        return True
+    noted.current_ma = yield from settle(plan, drive, found)
+    yield Keep(notes)
+    noted.calibrated = yield from calibrate(drive, found)
+    yield from _zero(drive, found)
+    tried = bool(noted.way or noted.done) and not again
+    tried = tried or (yield from try_out(plan, drive, noted))
+    yield Keep(notes)
+    if tried and noted.gear and (again or noted.watchdog is None):
+        noted.watchdog = yield from try_watchdog(plan, drive, found, noted.gear)
+    noted.done = tried and bool(noted.current_ma)
+    yield Keep(notes)
+    return noted.done
+
+
+def _still_right(found: Known) -> bool:
+    """Tell whether a drive that was done has not lost its mode since."""
+    return found.mode is None or found.mode.mode is Mode.BUS_FOC
+
+
+def _zero(drive: Planned, found: Known) -> Talk[None]:
+    """Offer a new zero to a drive that counts far from it."""
+    if found.counts is None or abs(found.counts) < FAR or Ability.ZERO not in found.able:
+        return
+    turns = abs(found.counts) / COUNTS_PER_TURN
+    if not (
+        yield from agreed(
+            f"It stands {turns:.0f} turns from its zero, and can be sent 512 at most. Call where "
+            "it stands now zero? Nothing turns; the arm has to be referenced afterwards.",
+            "92. A drive counts from where it was switched on, or from where it was homed.",
+            motor=drive.motor,
+        )
+    ):
+        return
+    heard: tuple[Event, ...] = yield Put(drive.node, SetZero())
+    taken = any(isinstance(each, Done) for each in heard)
+    yield from say("It counts from here." if taken else "The drive did not take the zero.")
+
+
+def together(plan: Plan) -> Talk[tuple[str, ...]]:
+    """Ask all drives, once all are plugged in; return who does not answer alone."""
+    yield from say("", "--- all together")
+    while True:
+        if not (
+            yield from agreed(
+                f"Are all {len(plan.drives)} drives plugged in, to be asked together? Nothing "
+                "turns.",
+                "no ends here: the arm file can be written all the same.",
+            )
+        ):
+            return tuple(each.name for each in plan.drives)
+        wrong = yield from all_there(plan)
+        if not wrong:
+            yield from say(f"All {len(plan.drives)} answer, each alone.")
+            return ()
+        named = ", ".join(each.title for each in wrong)
+        yield from say(
+            f"Not there, or two of one id: {named}. With all of them on it the bus needs its "
+            "resistors of 120 ohm at the two ends, and nowhere else."
+        )
+
+
+# Commissioning practised on a simulated arm: hands that plug in, eyes that see.
+
+MUCH = 2.5
+"""So many times as far as announced is "more"."""
+_SEEN = frozenset({About.SEEN, About.WAY, About.ROLL, About.AMOUNT})
+
+
+class Practice:
+    """A person beside a simulated arm, who does and sees what one would beside a real one.
+
+    Without `ask` he answers everything himself; with it a person does, and is told what was seen.
+    """
+
+    def __init__(
+        self,
+        twin: Twin,
+        plan: Plan,
+        tell: Callable[[str], None],
+        ask: Callable[[Ask], Any] | None = None,
+    ) -> None:
+        """Begin with every drive's CAN cable pulled."""
+        self.tell = tell
+        self._ask = ask
+        self._twin = twin
+        self._plan = plan
+        self._before = (twin.world.joints, twin.world.opening_mm)
+        for motor in range(len(plan.drives)):
+            self._plug(motor, on=False)
+
+    def watch(self, motor: int) -> None:  # noqa: ARG002 - the eyes are on the whole arm
+        """Look how the arm stands."""
+        self._before = (self._twin.world.joints, self._twin.world.opening_mm)
+
+    def answer(self, asked: Ask) -> Any:
+        """Do what a question is about, then answer it or have it answered."""
+        if asked.about is About.CONNECT:
+            self._plug(asked.motor, on=True)
+        seen = self._seen(asked) if asked.about in _SEEN else ""
+        if self._ask is None:
+            word = seen or asked.question.default or "yes"
+            self.tell(f"{asked.question.words} {word}")
+            return asked.question.read(word)
+        if seen:
+            self.tell(f"  (seen on the simulated arm: {seen})")
+            asked = replace(asked, question=replace(asked.question, default=seen))
+        return self._ask(asked)
+
+    def _plug(self, motor: int, *, on: bool) -> None:
+        device: Any = self._twin.device
+        if isinstance(device, DrivesOnBus):
+            device.plug_drive(motor, on)
+
+    def _seen(self, asked: Ask) -> str:
+        drive = self._plan.drives[asked.motor]
+        if asked.about is About.AMOUNT:
+            return f"{self._moved(drive):.3g}"
+        if asked.about is About.SEEN:
+            return MORE if self._moved(drive) > MUCH * amount(drive) / NUDGE else AS_SAID
+        seen = self._sight()
+        if asked.about is About.ROLL:
+            return seen.word("roll") if "roll" in seen.visible() else NOTHING
+        ways = [way for way in seen.visible() if way in drive.trial.ways]
+        if ways:
+            return seen.word(ways[0])
+        return OTHER if seen.visible() else NOTHING
+
+    def _sight(self) -> Sight:
+        world, (joints, opening_mm) = self._twin.world, self._before
+        return sight(world.body.arm, joints, world.joints, world.opening_mm - opening_mm)
+
+    def _moved(self, drive: Planned) -> float:
+        world, (joints, opening_mm) = self._twin.world, self._before
+        if drive.unit == MM:
+            return abs(world.opening_mm - opening_mm)
+        at = joints.names.index(drive.moves.replace(" ", "_"))
+        return abs(math.degrees(world.joints[at] - joints[at]))

@@ -1,0 +1,156 @@
+"""Carries out a talk: requests on a link, questions to a person. Stops what it has moved."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections.abc import Callable, Mapping
+from typing import Any, Protocol, TypeVar
+
+from armdrive.dialog import Act, Ask, Hear, Keep, Mark, Put, Say, Stands, Talk
+from armdrive.errors import LinkError
+from armdrive.setup.prober import Clock
+from armdrive.transports.link import Link
+from firmware_protocol.mks import (
+    Answered,
+    Done,
+    EmergencyStop,
+    Event,
+    Failed,
+    Host,
+    Motion,
+    Request,
+    Started,
+    Stop,
+    StoredForStart,
+)
+
+T = TypeVar("T")
+
+STOPS = 3
+"""A stop is said so often: a frame can be lost."""
+BETWEEN_S = 0.01
+
+
+class Person(Protocol):
+    """Who is told, is asked, and looks at the arm."""
+
+    def tell(self, text: str) -> None:
+        """Hear a line."""
+
+    def answer(self, asked: Ask) -> Any:
+        """Answer a question, by its reader's value."""
+
+    def watch(self, motor: int) -> None:
+        """Look how the arm stands, before a motor turns."""
+
+
+class SimulatedClock:
+    """Time on a simulated bus: it passes when somebody waits."""
+
+    def __init__(self) -> None:
+        self._now_s = 0.0
+
+    def now_s(self) -> float:
+        """Return the time."""
+        return self._now_s
+
+    def sleep(self, link: Link, until_s: float) -> None:
+        """Jump to when something may have come, or to a moment."""
+        self._now_s = min(max(link.next_s(), self._now_s), until_s)
+
+
+class Carrier:
+    """One link, one clock, one person."""
+
+    def __init__(
+        self,
+        link: Link,
+        clock: Clock,
+        person: Person,
+        keep: Callable[[Mapping[str, Any]], None] = lambda _notes: None,
+    ) -> None:
+        self._link = link
+        self._clock = clock
+        self._person = person
+        self._keep = keep
+        self._host = Host(())
+        self._moving: dict[int, Request] = {}
+
+    def run(self, talk: Talk[T]) -> T:
+        """Carry out a talk to its end; whatever ends it early stops what it has set in motion."""
+        result: Any = None
+        try:
+            while True:
+                result = self._do(talk.send(result))
+        except StopIteration as end:
+            found: T = end.value
+            return found
+        except BaseException:
+            self.stop()
+            raise
+
+    def stop(self) -> None:
+        """Stop every drive that may be in motion, by both words that there are for it."""
+        with contextlib.suppress(LinkError):
+            for _ in range(STOPS if self._moving else 0):
+                for node, request in self._moving.items():
+                    self._send(node, EmergencyStop())  # from firmware 1.0.4 on
+                    if not isinstance(request, Stop) and hasattr(request, "counts"):
+                        self._send(node, Stop(request.code, 0))
+                self._listen(BETWEEN_S)
+        self._moving.clear()
+
+    def _do(self, act: Act) -> Any:
+        match act:
+            case Say(text):
+                self._person.tell(text)
+            case Ask():
+                return self._person.answer(act)
+            case Mark(motor):
+                self._person.watch(motor)
+            case Keep(notes):
+                self._keep(notes)
+            case Stands(node):
+                self._moving.pop(node, None)
+                self._host.settle(node)
+            case Hear(seconds):
+                return self._listen(seconds)
+            case Put():
+                return self._put(act)
+        return None
+
+    def _put(self, act: Put) -> tuple[Event, ...]:
+        self._listen(0.0)  # what came before answers nothing of this
+        if isinstance(act.request, Motion):
+            self._moving[act.node] = act.request
+        self._send(act.node, act.request)
+        return self._listen(act.wait_s, act.linger_s, act.request)
+
+    def _send(self, node: int, request: Request) -> None:
+        self._host.add(node)
+        for before in self._host.unanswered(node):
+            if not isinstance(before, Motion):  # of which the end is still to come
+                self._host.forget(node, before)
+        self._link.write(self._host.send(node, request), self._clock.now_s())
+
+    def _listen(
+        self, seconds: float, linger_s: float = 0.0, awaited: Request | None = None
+    ) -> tuple[Event, ...]:
+        """Return what is heard in so long a time, or a while after the first answer."""
+        heard: list[Event] = []
+        end_s = self._clock.now_s() + seconds
+        while True:
+            self._host.receive_data(self._link.read(self._clock.now_s()))
+            while (event := self._host.next_event()) is not None:
+                heard.append(event)
+                if awaited is not None and _answers(event, awaited):
+                    end_s, awaited = min(end_s, self._clock.now_s() + linger_s), None
+            if self._clock.now_s() >= end_s or not math.isfinite(end_s):
+                return tuple(heard)
+            self._clock.sleep(self._link, end_s)
+
+
+def _answers(event: Event, request: Request) -> bool:
+    kinds = Answered | Done | Failed | Started | StoredForStart
+    return isinstance(event, kinds) and event.request == request

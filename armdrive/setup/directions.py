@@ -1,0 +1,523 @@
+"""What a person sees of a small motion: the finger tips go left, up or out, the hand turns.
+
+Everything is in mm at the tip, so that one direction can be compared with another; turning of the
+hand about its own axis counts as `ROLL_LEVER_MM` a radian. Directions are seen from behind the
+arm: left is counter-clockwise about the base axis from above, and clockwise is seen along the hand.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+from armdrive.dialog import WrongAnswer
+from armdrive.errors import BadRequest, Refused
+from kinematics import Joints, Transmission
+from kinematics.geometry import ArmGeometry
+
+if TYPE_CHECKING:
+    from armdrive.config.arm import ArmConfig
+
+ROLL_LEVER_MM = 40.0
+SEEN_SHARE = 0.15
+"""A direction with less than this share of the strongest one escapes the eye."""
+LEAST_MM = 0.05
+
+WAYS: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        "turn": ("left", "right"),
+        "height": ("up", "down"),
+        "reach": ("out", "in"),
+        "roll": ("clockwise", "counter-clockwise"),
+        "fingers": ("open", "close"),
+    }
+)
+"""The words of each direction, the positive one first."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sight:
+    """A motion as it is seen: mm in each direction of `WAYS`, signed."""
+
+    way_mm: Mapping[str, float]
+
+    @property
+    def strongest_mm(self) -> float:
+        """The most that is seen in any direction."""
+        return max(map(abs, self.way_mm.values()))
+
+    def visible(self) -> tuple[str, ...]:
+        """Return the directions that catch the eye, the strongest first."""
+        least = max(SEEN_SHARE * self.strongest_mm, LEAST_MM)
+        seen = [way for way, mm in self.way_mm.items() if abs(mm) >= least]
+        return tuple(sorted(seen, key=lambda way: -abs(self.way_mm[way])))
+
+    def word(self, way: str) -> str:
+        """Return the word for what happens in one direction."""
+        positive, negative = WAYS[way]
+        return positive if self.way_mm[way] > 0.0 else negative
+
+    def __str__(self) -> str:
+        seen = [f"{self.word(way)} {abs(self.way_mm[way]):.1f} mm" for way in self.visible()]
+        return ", ".join(seen) or "nothing"
+
+
+def sight(arm: ArmGeometry, before: Joints, after: Joints, opened_mm: float = 0.0) -> Sight:
+    """Return what is seen when an arm goes from one posture to another."""
+    (x0, y0, z0), (x1, y1, z1) = arm.points(before)[-1], arm.points(after)[-1]
+    radius = math.hypot(x0, y0)
+    turned = _wrapped(math.atan2(y1, x1) - math.atan2(y0, x0)) if radius > LEAST_MM else 0.0
+    rolled = _wrapped(arm.fk(after).roll_rad - arm.fk(before).roll_rad)
+    return Sight(
+        {
+            "turn": turned * radius,
+            "height": z1 - z0,
+            "reach": math.hypot(x1, y1) - radius,
+            "roll": rolled * ROLL_LEVER_MM,
+            "fingers": opened_mm,
+        }
+    )
+
+
+def _wrapped(angle_rad: float) -> float:
+    return math.remainder(angle_rad, math.tau)
+
+
+# Directions of motors and joints from what a person saw: trials, answers, and their conclusion.
+#
+# Each motor is turned alone, since the cables of a Mini-mover make one motor move several joints.
+# What ought to be seen follows from the model; where the other way was seen, the motor counts the
+# other way. The hand's turning tells of the two wrist motors together: where both turn it the
+# other
+# way than their pitch says, it is the roll joint that is reversed.
+
+TRIAL_MM = 10.0
+TRIAL_RAD = math.radians(5.0)
+TRIAL_OPENING_MM = 3.0
+"""A trial is the shorter of these: what is seen at the tip, any joint's turn, the fingers' way."""
+
+TRIAL_SPEED = 0.1
+"""The share of the motors' speed at which they are tried."""
+
+NOTHING, OTHER, AGAIN = "nothing", "other", "again"
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """One motor turned alone by some steps, and what ought to be seen of it."""
+
+    motor: int
+    name: str
+    steps: int
+    expected: Sight
+
+    @property
+    def ways(self) -> tuple[str, ...]:
+        """The directions to ask for; the hand's turning only where nothing else is seen."""
+        seen = self.expected.visible()
+        return tuple(way for way in seen if way != "roll") or seen
+
+    @property
+    def turns_hand(self) -> bool:
+        """Whether the hand's turning has to be asked for beside another direction."""
+        return "roll" in self.expected.visible() and self.ways != ("roll",)
+
+    def words(self) -> tuple[str, ...]:
+        """Return the words that an answer may be."""
+        return tuple(word for way in self.ways for word in WAYS[way])
+
+
+@dataclass(frozen=True, slots=True)
+class Seen:
+    """What somebody saw of a trial: a word, and which way the hand turned where that was asked."""
+
+    trial: Trial
+    word: str
+    roll: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Signs:
+    """What is reversed, and what could not be told."""
+
+    motors: tuple[str, ...] = ()
+    joints: tuple[str, ...] = ()
+    unclear: tuple[str, ...] = ()
+
+
+def trials(arm: ArmGeometry, transmission: Transmission, posture: Joints) -> tuple[Trial, ...]:
+    """Return a trial of each motor, the gripper's first: it makes room for the fingers."""
+    order = list(range(len(transmission.motors)))
+    if transmission.has_gripper:
+        order = [order[-1], *order[:-1]]
+    return tuple(_trial(arm, transmission, posture, motor) for motor in order)
+
+
+def _trial(arm: ArmGeometry, transmission: Transmission, posture: Joints, motor: int) -> Trial:
+    column = [row[motor] for row in transmission.inverse]
+    count = len(transmission.joint_names)
+    turning = column[:count]
+    pulling = column[count] if transmission.has_gripper else 0.0
+    probe = 1e-3 / max(*map(abs, turning), abs(pulling) * 1e-2)
+    one = _seen(arm, posture, turning, pulling, probe)
+    steps = min(
+        TRIAL_MM * probe / max(one.strongest_mm, 1e-9),
+        TRIAL_RAD / max(*map(abs, turning), 1e-12),
+        TRIAL_OPENING_MM / abs(pulling) if pulling else math.inf,
+    )
+    whole = max(round(steps), 1)
+    expected = _seen(arm, posture, turning, _own_pull(turning, pulling), whole)
+    return Trial(motor, transmission.motors[motor].name, whole, expected)
+
+
+def _own_pull(turning: list[float], pulling: float) -> float:
+    """Return the fingers' way of the gripper's own motor: what follows another one is not asked."""
+    return pulling if max(map(abs, turning)) == 0.0 else 0.0
+
+
+def _seen(
+    arm: ArmGeometry, posture: Joints, turning: list[float], pulling: float, steps: float
+) -> Sight:
+    angles = tuple(angle + steps * one for angle, one in zip(posture, turning, strict=True))
+    return sight(arm, posture, Joints(angles, posture.names), pulling * steps)
+
+
+def check_word(trial: Trial, word: str) -> None:
+    """Raise `WrongAnswer` for a direction in which this motor does not move anything."""
+    if word not in trial.words():
+        raise WrongAnswer(
+            f"the {trial.name} motor should move the arm {' or '.join(trial.words())}; if "
+            f"something else moved, answer {OTHER}"
+        )
+
+
+def conclude(seen: Iterable[Seen], roll_joint: str) -> Signs:
+    """Return what is reversed; `roll_joint` is the one that two wrist motors turn together."""
+    motors, unclear, rolls = [], [], []
+    for each in seen:
+        if each.word in (NOTHING, OTHER):
+            unclear.append(each.trial.name)
+            continue
+        check_word(each.trial, each.word)
+        sign = _agreement(each.trial, each.word)
+        if sign < 0:
+            motors.append(each.trial.name)
+        if each.trial.turns_hand and each.roll in WAYS["roll"]:
+            rolls.append(sign * _agreement(each.trial, each.roll))
+    if len(set(rolls)) > 1:
+        unclear.append(roll_joint)
+    joints = (roll_joint,) if rolls and set(rolls) == {-1} else ()
+    return Signs(tuple(motors), joints, tuple(unclear))
+
+
+def _agreement(trial: Trial, word: str) -> int:
+    way = next(way for way, words in WAYS.items() if word in words)
+    return 1 if trial.expected.word(way) == word else -1
+
+
+def roll_joint(arm: ArmGeometry, posture: Joints) -> str:
+    """Return the joint whose turning is seen as the hand's turning alone, the last such one."""
+    found = posture.names[-1]
+    for index, name in enumerate(posture.names):
+        angles = [angle + (0.01 if at == index else 0.0) for at, angle in enumerate(posture)]
+        seen = sight(arm, posture, Joints(tuple(angles), posture.names))
+        if seen.visible() == ("roll",):
+            found = name
+    return found
+
+
+# From what a person saw of each motor to what its arm file ought to say instead.
+#
+# Four things are told apart: a motor counts the other way, its steps per turn are wrong, another
+# motor is behind its number, or nothing moves. The first three are keys of the arm file.
+
+DIGITS = 9
+
+
+class Saw(Enum):
+    """What was seen of one motor, beside what ought to be seen."""
+
+    AS_SHOWN = "it moved as shown"
+    OTHER_WAY = "it moved the other way"
+    NOT_AT_ALL = "nothing moved"
+    ANOTHER = "another motor's part moved"
+    TWICE = "about twice as far"
+    HALF = "about half as far"
+
+
+FARTHER: Mapping[Saw, float] = {Saw.TWICE: 2.0, Saw.HALF: 0.5}
+"""How far it went, as a share of what the arm file says."""
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """What was seen of one trial; `instead` names the motor whose part moved, `hand` how it turned.
+
+    `hand` is a word of `WAYS["roll"]`, empty where it was not asked for.
+    """
+
+    trial: Trial
+    saw: Saw
+    instead: str = ""
+    hand: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """What all looks together say. `farther` is by motor; `order` the motor seen, by the one meant.
+
+    Both leave out those that are right.
+    """
+
+    signs: Signs = field(default_factory=Signs)
+    farther: Mapping[str, float] = field(default_factory=dict)
+    order: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def right(self) -> bool:
+        """Whether nothing at all has to be changed or looked at."""
+        return not (self.farther or self.order or any((self.signs.motors, self.signs.joints)))
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """One key of an arm file, its new value, and why: `motors` are reached by their index."""
+
+    path: tuple[str | int, ...]
+    value: Any
+    why: str
+
+    @property
+    def name(self) -> str:
+        """The key as people write it."""
+        return ".".join(map(str, self.path))
+
+
+def judge(looks: Iterable[Look], roll_joint: str) -> Verdict:
+    """Return what the looks say; a motor that was another one's tells nothing of directions."""
+    looks = tuple(looks)
+    order = {each.trial.name: each.instead for each in looks if each.saw is Saw.ANOTHER}
+    farther = {each.trial.name: FARTHER[each.saw] for each in looks if each.saw in FARTHER}
+    signs = conclude(map(_seen_of_look, looks), roll_joint)
+    unclear = tuple(name for name in signs.unclear if name not in order)
+    signs = Signs(signs.motors, signs.joints, unclear)
+    return Verdict(signs, farther, order)
+
+
+def _seen_of_look(look: Look) -> Seen:
+    way = look.trial.ways[0]
+    word = look.trial.expected.word(way)
+    if look.saw is Saw.OTHER_WAY:
+        word = next(each for each in WAYS[way] if each != word)
+    gone = {Saw.NOT_AT_ALL: NOTHING, Saw.ANOTHER: OTHER}
+    return Seen(look.trial, gone.get(look.saw, word), look.hand)
+
+
+def swapped(verdict: Verdict) -> bool:
+    """Tell whether those that changed places are the same as those in whose place they are."""
+    return bool(verdict.order) and set(verdict.order) == set(verdict.order.values())
+
+
+def changes(
+    table: Mapping[str, Any], transmission: Transmission, verdict: Verdict
+) -> tuple[Change, ...]:
+    """Return the keys of an arm file's table that have to say something else, but for the order."""
+    if "motors" in table:
+        return tuple(_of_motors(table["motors"], verdict))
+    return tuple(_of_preset(table, transmission, verdict))
+
+
+def _of_preset(
+    table: Mapping[str, Any], transmission: Transmission, verdict: Verdict
+) -> Iterator[Change]:
+    for section, names in (
+        ("motor_signs", verdict.signs.motors),
+        ("joint_signs", verdict.signs.joints),
+    ):
+        for name in names:
+            known = table.get(section, {}).get(name, 1)
+            yield Change((section, name), -known, Saw.OTHER_WAY.value)
+    turning = len(transmission.joint_names)
+    for index, motor in enumerate(transmission.motors):
+        share = verdict.farther.get(motor.name)
+        if share is None:
+            continue
+        if index >= turning:
+            known = table.get("steps_per_mm", abs(motor.steps_per_unit))
+            yield Change(("steps_per_mm",), _short(known / share), _far(share))
+        else:
+            own = abs(motor.steps_per_unit) * math.tau
+            known = table.get("steps_per_turn", {}).get(motor.name, own)
+            yield Change(("steps_per_turn", motor.name), _short(known / share), _far(share))
+
+
+def _of_motors(motors: list[Mapping[str, Any]], verdict: Verdict) -> Iterator[Change]:
+    """Give the changes of a list of motors: what follows a motor follows its direction as well."""
+    turned = dict.fromkeys(verdict.signs.motors, -1)
+    joints = dict.fromkeys(verdict.signs.joints, -1)
+    for index, motor in enumerate(motors):
+        name = str(motor.get("name"))
+        own = turned.get(name, 1)
+        sees = {key: one * own * joints.get(key, 1) for key, one in motor.get("sees", {}).items()}
+        if "sees" not in motor and own < 0:
+            sees = {"opening": -1}  # what a motor of fingers sees that says nothing
+        if sees and sees != motor.get("sees"):
+            yield Change(("motors", index, "sees"), sees, Saw.OTHER_WAY.value)
+        share = verdict.farther.get(name)
+        if share is not None:
+            key = "steps_per_mm" if "steps_per_mm" in motor else "steps_per_turn"
+            yield Change(("motors", index, key), _short(motor[key] / share), _far(share))
+        yield from _follows(index, motor, own, turned, verdict.farther)
+
+
+def _follows(
+    index: int,
+    motor: Mapping[str, Any],
+    own: int,
+    turned: Mapping[str, int],
+    farther: Mapping[str, float],
+) -> Iterator[Change]:
+    """Give the steps that are added for another motor's: whole numbers, so only if they stay so."""
+    known = motor.get("follows", {})
+    mine = farther.get(str(motor.get("name")), 1.0)
+    exact = {
+        other: ratio * own * turned.get(other, 1) * farther.get(other, 1.0) / mine
+        for other, ratio in known.items()
+    }
+    if all(one == int(one) for one in exact.values()):
+        now = {other: int(one) for other, one in exact.items()}
+    else:
+        now = {other: ratio * own * turned.get(other, 1) for other, ratio in known.items()}
+    if now != known:
+        yield Change(("motors", index, "follows"), now, "its motors were corrected")
+
+
+def _far(share: float) -> str:
+    return f"it went {share:g} times as far as this said before"
+
+
+def _short(steps: float) -> float:
+    """Return the number without digits that no arm has."""
+    return float(f"{steps:.{DIGITS}g}")
+
+
+# Going through the motors of an arm, one after the other: turn it, say what was seen, go on.
+#
+# It moves nothing by itself: `steps` says what the next turn would be, and `turned` that it was
+# made. A motor is brought back before the next one's turn.
+
+
+class Check:
+    """Which motor's turn it is, and what was seen so far."""
+
+    def __init__(self, arm: ArmGeometry, transmission: Transmission, posture: Joints) -> None:
+        self.posture = posture
+        self.transmission = transmission
+        self.trials = trials(arm, transmission, posture)
+        self.looks: tuple[Look, ...] = ()
+        self.away = False
+        """Whether the motor stands where it was turned to, and not yet where it was."""
+        self.shown = False
+        """Whether the motor was turned at all since its turn came."""
+        self._roll = roll_joint(arm, posture)
+        self._half: Saw | None = None
+
+    @property
+    def trial(self) -> Trial | None:
+        """The motor whose turn it is, None at the end."""
+        at = len(self.looks)
+        if self.away and self.answered:
+            at -= 1
+        return self.trials[at] if at < len(self.trials) else None
+
+    @property
+    def answered(self) -> bool:
+        """Whether a motor that is still away has been answered for: it only has to come back."""
+        return self.away and not self.shown
+
+    @property
+    def asks_hand(self) -> bool:
+        """Whether it is asked which way the hand turned about its own axis."""
+        return self._half is not None
+
+    @property
+    def after(self) -> Joints | None:
+        """The posture that the motor's turn would lead to, as the arm file has it."""
+        trial = self.trial
+        if trial is None:
+            return None
+        column = [row[trial.motor] for row in self.transmission.inverse]
+        names = self.posture.names
+        turning = zip(self.posture, column[: len(names)], strict=True)
+        return Joints(tuple(angle + trial.steps * one for angle, one in turning), names)
+
+    def steps(self, motors: int) -> tuple[int, ...]:
+        """Return the steps of all motors of the next turn: there, or back."""
+        trial = self.trial
+        counts = [0] * motors
+        if trial is not None:
+            counts[trial.motor] = -trial.steps if self.away else trial.steps
+        return tuple(counts)
+
+    def turned(self) -> None:
+        """Note that the turn was made."""
+        if self.away:
+            self.away = False
+        else:
+            self.away = self.shown = True
+
+    def saw(self, what: Saw, instead: str = "") -> None:
+        """Take what was seen. Raises `BadRequest` where nothing was turned yet."""
+        trial = self.trial
+        if trial is None:
+            raise BadRequest("every motor has been answered for")
+        if self.answered:
+            raise BadRequest("it was answered already: bring it back first")
+        if not self.shown and what is not Saw.NOT_AT_ALL:
+            raise BadRequest("turn it first: nothing has been seen of it yet")
+        told = what in (Saw.AS_SHOWN, Saw.OTHER_WAY)
+        if told and trial.turns_hand and self._half is None:
+            self._half = what
+            return
+        self._note(Look(trial, what, instead))
+
+    def hand(self, word: str) -> None:
+        """Take which way the hand turned about its own axis: a word, or "" for not seen."""
+        trial = self.trial
+        if self._half is None or trial is None:
+            raise BadRequest("the hand's turning is not asked for now")
+        half, self._half = self._half, None
+        self._note(Look(trial, half, hand=word))
+
+    def _note(self, look: Look) -> None:
+        self.looks = (*self.looks, look)
+        self.shown, self._half = False, None
+
+    def others(self) -> tuple[str, ...]:
+        """Return the names of the other motors, any of which may be behind this one's number."""
+        now = self.trial
+        return tuple(m.name for m in self.transmission.motors if now is None or m.name != now.name)
+
+    def verdict(self) -> Verdict:
+        """Return what all the looks so far say together."""
+        return judge(self.looks, self._roll)
+
+
+def check_of(config: ArmConfig, joints: Joints | None) -> Check:
+    """Return the check of an arm that stands so, or, with None, as it is asked to be put.
+
+    Raises `Refused` where nothing is known of its motors.
+    """
+    from armdrive.sim.world.body import found_posture
+
+    transmission = config.model.transmission
+    if transmission is None:
+        raise Refused(
+            "no motor steps are known of this arm: give steps_per_mm and [steps_per_turn] first"
+        )
+    arm = config.model.arm
+    return Check(arm, transmission, joints or found_posture(arm))

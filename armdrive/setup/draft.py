@@ -1,0 +1,311 @@
+"""The answers so far, and what follows from them: the arm that an interview is about to describe.
+
+`Surroundings` holds what the interview may know of the computer; it reads nothing by itself.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields
+from fractions import Fraction
+from types import MappingProxyType
+from typing import Any
+
+from armdrive.dialog import WrongAnswer, plain_number
+from armdrive.registry import DIALECTS, Dialect
+from armdrive.setup.templates import COUPLED, NOTHING, OUTPUT, OWN_MOTOR, SERVO, TEMPLATES, Template
+from kinematics import PRESETS, ArmPreset
+from kinematics.chains.chain import Chain
+
+# From a motor to its joint: full steps, microsteps and a gear or belt, as a sum for people.
+
+MOST = 100_000.0
+"""No gear of an arm turns its motor as often for one turn of the joint."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ratio:
+    """Turns of the motor for one turn of its joint; `written` as somebody typed it."""
+
+    turns: float
+    written: str
+
+    def __str__(self) -> str:
+        return self.written
+
+
+def ratio(line: str) -> Ratio:
+    """Read "20:1", teeth "60/16" (joint over motor), "60/16 * 3", or a plain number.
+
+    Raises `WrongAnswer`.
+    """
+    turns = 1.0
+    for part in line.replace("x", "*").split("*"):
+        turns *= _part(part.strip(), line)
+    if not 1.0 / MOST <= turns <= MOST:
+        raise WrongAnswer(f"a ratio of {turns:g} is none that an arm has: write it like 20:1")
+    return Ratio(turns, " ".join(line.split()))
+
+
+def _part(part: str, line: str) -> float:
+    for sign in (":", "/"):
+        over, found, under = part.partition(sign)
+        if found:
+            top, bottom = plain_number(over), plain_number(under)
+            if top <= 0.0 or bottom <= 0.0:
+                raise WrongAnswer(f"both numbers of {part!r} must be above 0")
+            return float(Fraction(top) / Fraction(bottom))
+    if not part:
+        raise WrongAnswer(f"write a ratio like 20:1 or 60/16, not {line!r}")
+    value = plain_number(part)
+    if value <= 0.0:
+        raise WrongAnswer(f"a ratio must be above 0, not {value:g}")
+    return value
+
+
+@dataclass(frozen=True, slots=True)
+class Gearing:
+    """How a motor turns a joint, or (`per` in mm) pulls the fingers."""
+
+    full_steps: int
+    microsteps: int
+    ratio: Ratio
+
+    @property
+    def steps_per_turn(self) -> float:
+        """Motor steps as the controller counts them, for one turn of the joint."""
+        return self.full_steps * self.microsteps * self.ratio.turns
+
+    def __str__(self) -> str:
+        if self.microsteps == 1:
+            return f"{self.full_steps} counts a turn x {self.ratio} = {self.steps_per_turn:.6g}"
+        return (
+            f"{self.full_steps} full steps x {self.microsteps} microsteps x {self.ratio} "
+            f"= {self.steps_per_turn:.6g}"
+        )
+
+
+def steps_per_mm(full_steps: int, microsteps: int, mm_per_turn: float) -> float:
+    """Return the steps of a gripper's motor for each mm that the fingers open."""
+    return full_steps * microsteps / mm_per_turn
+
+
+CABLE_MOTORS = ("base", "shoulder", "elbow", "right wrist", "left wrist")
+GRIPPER_MOTOR = "gripper"
+HALF_STEP = 2
+ENCODERS: Mapping[str, int] = MappingProxyType({"rest_counts": 16384, "rest_window": 10_000})
+"""Keys of a section whose drives count by an encoder, and how many counts a turn usually has."""
+
+
+@dataclass(frozen=True, slots=True)
+class LinkFile:
+    """A model file that was named: its text, and the chain that it describes."""
+
+    path: str
+    text: str
+    chain: Chain
+
+
+def _no_file(path: str) -> LinkFile:
+    raise FileNotFoundError(path)
+
+
+@dataclass(frozen=True, slots=True)
+class Surroundings:
+    """What is around an interview: the arms that exist, the ports, and how a file is read."""
+
+    arms: tuple[str, ...] = ()
+    ports: tuple[str, ...] = ()
+    read_links: Callable[[str], LinkFile] = _no_file
+    given: frozenset[str] = field(default_factory=frozenset)
+    """Keys that are answered beforehand."""
+    buses: tuple[str, ...] = ()
+    """The CAN adapters that are there, each as the port that opens it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Draft:
+    """Answers by key, in the order in which they were given."""
+
+    answers: Mapping[str, Any]
+    around: Surroundings
+
+    def get(self, key: str, otherwise: Any = None) -> Any:
+        """Return an answer, or something else where it was not asked for."""
+        return self.answers.get(key, otherwise)
+
+    @property
+    def name(self) -> str:
+        """What the arm is called."""
+        return str(self.answers["name"])
+
+    @property
+    def template(self) -> Template:
+        """The row that was chosen."""
+        return TEMPLATES[self.answers["template"]]
+
+    @property
+    def dialect(self) -> Dialect:
+        """What the arm speaks."""
+        return DIALECTS[self.get("dialect", self.template.dialect)]
+
+    @property
+    def preset(self) -> ArmPreset | None:
+        """The preset, of an arm of the Mini-mover's build."""
+        return PRESETS[self.template.preset] if self.template.preset else None
+
+    @property
+    def measured(self) -> bool:
+        """Whether the arm's numbers may be used: published, or measured by its owner."""
+        return self.preset is None or self.preset.verified or bool(self.get("measured"))
+
+    @property
+    def device_fields(self) -> dict[str, Any]:
+        """What the dialect's own section may say, with the values that stand where it does not.
+
+        A dialect whose section names its axes drives as many motors as are named there.
+        """
+        return {each.name: each.default for each in fields(self.dialect.settings())}
+
+    @property
+    def encoder_counts(self) -> int | None:
+        """The usual counts a turn, where a motor step is a count of its drive's encoder."""
+        known = self.device_fields
+        return next((counts for key, counts in ENCODERS.items() if key in known), None)
+
+    @property
+    def by_encoder(self) -> bool:
+        """Whether a motor step is a count of its drive's encoder, whatever the microsteps."""
+        return self.encoder_counts is not None
+
+    # -- joints ------------------------------------------------------------------------------
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """The joints from the table to the hand; none before they are known."""
+        if self.preset is not None:
+            return self.preset.arm.joint_names
+        if self.template.links is not None:
+            return tuple(joint.name for joint in self.template.links.joints)
+        if "links.file" in self.answers:
+            return tuple(self.answers["links.file"].chain.joint_names)
+        return tuple(self.get("links.joints", ()))
+
+    def limits_deg(self, joint: str) -> tuple[float, float] | None:
+        """Return a joint's range as far as it is known before anybody is asked."""
+        index = self.joints.index(joint)
+        if self.preset is not None:
+            known = self.preset.arm.limits[index]
+            return math.degrees(known.low_rad), math.degrees(known.high_rad)
+        if self.template.links is not None:
+            return self.template.links.joints[index].limits_deg
+        if "links.file" in self.answers:
+            link = self.answers["links.file"].chain.links[index]
+            if math.isfinite(link.high - link.low):
+                return math.degrees(link.low), math.degrees(link.high)
+        return None
+
+    def speed_deg_s(self, joint: str) -> float | None:
+        """Return a joint's speed as far as it is known before anybody is asked."""
+        index = self.joints.index(joint)
+        if self.preset is not None:
+            return math.degrees(self.preset.joint_speeds_rad_s[index])
+        links = self.template.links
+        return None if links is None else links.joints[index].speed_deg_s
+
+    def direction(self, motor: str) -> int:
+        """Return 1 or -1: which way a motor of a link table counts before anybody has looked."""
+        links = self.template.links
+        return 1 if links is None else links.joints[self.joints.index(motor)].sees
+
+    def range_of(self, joint: str) -> tuple[float, float]:
+        """Return a joint's range, as answered or as known."""
+        found = self.get(f"limits.{joint}") or self.limits_deg(joint)
+        return found or (-180.0, 180.0)
+
+    # -- motors ------------------------------------------------------------------------------
+
+    @property
+    def motors(self) -> tuple[str, ...]:
+        """The motors that turn joints, in the controller's order."""
+        if self.preset is None:
+            return self.joints
+        known = self.preset.transmission
+        return CABLE_MOTORS if known is None else tuple(motor.name for motor in known.motors[:-1])
+
+    @property
+    def gripper(self) -> str:
+        """The kind of the gripper."""
+        return str(self.get("gripper.kind", self.grippers[0] if self.grippers else "none"))
+
+    @property
+    def grippers(self) -> tuple[str, ...]:
+        """The kinds of grippers that this controller can move beside the arm's own motors."""
+        known = self.device_fields
+        spare = self.dialect.abilities.motors - len(self.motors)
+        others = spare == 0 or "axes" in known
+        fits = {
+            COUPLED: spare > 0,
+            OWN_MOTOR: spare > 0,
+            SERVO: others and "servo" in known,
+            OUTPUT: others and "gripper_output" in known,
+            NOTHING: others,
+        }
+        return tuple(kind for kind in self.template.grippers if fits[kind])
+
+    @property
+    def stepped(self) -> bool:
+        """Whether a motor of the arm's own drives the gripper."""
+        return self.gripper in (COUPLED, OWN_MOTOR)
+
+    @property
+    def published_motors(self) -> bool:
+        """Whether the motors are the preset's own."""
+        return str(self.get("motors", "own")) == "published"
+
+    def gearing(self, motor: str) -> Gearing:
+        """Return how a motor turns its joint, from the answers."""
+        answers = self.answers
+        return Gearing(answers["full_steps"], self.get("microsteps", 1), answers[f"gear.{motor}"])
+
+    def published_steps(self, motor: str) -> float:
+        """Return a motor's published steps per turn (gripper: per mm), as the controller counts."""
+        assert self.preset is not None  # noqa: S101 - asked of presets alone
+        assert self.preset.transmission is not None  # noqa: S101
+        motors = {each.name: each for each in self.preset.transmission.motors}
+        per_unit = abs(motors[motor].steps_per_unit)
+        scale = self.get("microsteps", HALF_STEP) / HALF_STEP if self.template.half_steps else 1.0
+        return scale * per_unit * (1.0 if motor == GRIPPER_MOTOR else math.tau)
+
+    @property
+    def gripper_steps_per_mm(self) -> float:
+        """The steps of the gripper's own motor for each mm of opening."""
+        answers = self.answers
+        return steps_per_mm(
+            answers["full_steps"], self.get("microsteps", 1), answers["fingers.mm_per_turn"]
+        )
+
+
+# Answers that are given beforehand: a TOML table, flattened to the keys of the questions.
+
+
+def flattened(table: Mapping[str, Any], before: str = "") -> dict[str, str]:
+    """Return every answer by its key, `[gear] base = "20:1"` as gear.base, as one would type it."""
+    found: dict[str, str] = {}
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            found |= flattened(value, f"{before}{key}.")
+        else:
+            found[before + key] = _typed(value)
+    return found
+
+
+def _typed(value: Any) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, list):
+        if any(isinstance(one, list) for one in value):
+            return "; ".join(_typed(one) for one in value)
+        return ", ".join(map(str, value)) or "none"
+    return str(value)

@@ -1,0 +1,189 @@
+"""The interview as it is held on a screen: what is typed, which choice is marked, a way back.
+
+It opens nothing and writes nothing. What was found before (a port, a dialect) is not asked again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from armdrive.dialog import Question, WrongAnswer
+from armdrive.setup.arm_text import Files, files_of
+from armdrive.setup.draft import Draft, Surroundings
+from armdrive.setup.filing import checked
+from armdrive.setup.finding import surroundings
+from armdrive.setup.questions import arm as rows_arm
+from armdrive.setup.questions import device as rows_device
+from armdrive.setup.questions import use as rows_use
+from armdrive.setup.questions import wire as rows_wire
+from armdrive.setup.templates import TEMPLATES
+from armdrive.storage import files as places
+
+# An interview under way: the next question, an answer, a step back. It prints and reads nothing.
+#
+# `question` is the next one or None at the end; `answer` takes a line for it, and raises
+# `WrongAnswer` without having changed anything.
+
+ROWS = (*rows_wire.ROWS, *rows_arm.ROWS, *rows_use.ROWS, *rows_device.ROWS)
+
+
+class Interview:
+    """Questions of the table, in its order, as earlier answers open them."""
+
+    def __init__(self, around: Surroundings) -> None:
+        self._around = around
+        self._answers: dict[str, Any] = {}
+
+    @property
+    def draft(self) -> Draft:
+        """The answers so far."""
+        return Draft(dict(self._answers), self._around)
+
+    @property
+    def question(self) -> Question | None:
+        """The next question, None when all have been answered."""
+        return next((each for each in self._all() if each.key not in self._answers), None)
+
+    def answer(self, line: str) -> None:
+        """Take a line as the answer to the next question; an empty one is its default."""
+        question = self.question
+        if question is None:
+            raise WrongAnswer("there is nothing left to answer")
+        typed = line.strip()
+        if not typed:
+            if question.default is None:
+                raise WrongAnswer("this question has no default: an answer is needed")
+            typed = question.default
+        self._answers[question.key] = question.read(typed)
+
+    def back(self) -> str | None:
+        """Take the last answer back and return its key; None where there is none."""
+        return self._answers.popitem()[0] if self._answers else None
+
+    def settle(self, found: Mapping[str, Any]) -> Draft:
+        """Return the draft with answers that were found rather than asked for."""
+        return Draft({**self._answers, **found}, self._around)
+
+    def _all(self) -> Iterator[Question]:
+        for row in ROWS:
+            yield from row.questions(self.draft)
+            if any(question.key not in self._answers for question in row.questions(self.draft)):
+                return  # what follows may depend on what is open
+
+
+LATER: Mapping[str, str] = {"signs": "skip"}
+"""Directions are found on the arm itself, once it is connected."""
+
+
+ANY = "own"
+"""The template of any arm and any dialect."""
+
+
+class Describing:
+    """One question at a time, with what is typed for it."""
+
+    def __init__(self, found: Mapping[str, str]) -> None:
+        self._given = {**found, **LATER}
+        self._interview = Interview(surroundings(dict(found)))
+        self.typed = ""
+        self.marked = 0
+        self._begin()
+
+    @property
+    def question(self) -> Question | None:
+        """The question that is open, None when all have been answered."""
+        return self._interview.question
+
+    @property
+    def answered(self) -> int:
+        """How many questions have been answered."""
+        return len(self._interview.draft.answers)
+
+    @property
+    def name(self) -> str:
+        """What the arm is called."""
+        return self._interview.draft.name
+
+    def type(self, character: str) -> None:
+        """Type a character."""
+        self.typed += character
+
+    def erase(self) -> None:
+        """Take the last character away."""
+        self.typed = self.typed[:-1]
+
+    def mark(self, by: int) -> None:
+        """Mark another of the choices."""
+        question = self.question
+        if question is not None and question.choices:
+            self.typed = ""
+            self.marked = (self.marked + by) % len(question.choices)
+
+    @property
+    def line(self) -> str:
+        """What would be answered: what is typed, the marked choice, or else the default."""
+        question = self.question
+        if question is None or self.typed:
+            return self.typed
+        if question.choices and question.key not in _SEVERAL:
+            return question.choices[self.marked][0]
+        return question.default or ""
+
+    def enter(self) -> None:
+        """Answer the question. Raises `WrongAnswer` without having changed anything."""
+        question = self.question
+        line = self.line
+        if question is not None and question.key == "name" and path_of(line).exists():
+            raise WrongAnswer(f"an arm file of this name exists, and is not overwritten: {line}")
+        self._interview.answer(line)
+        self._begin()
+
+    def back(self) -> bool:
+        """Go back to the question before; tell whether there was one."""
+        while (key := self._interview.back()) is not None:
+            if key not in self._given:
+                self._mark_default()
+                return True
+        self._begin()
+        return False
+
+    def files(self) -> Files:
+        """Return the texts that the answers make, read back. Raises `ArmFileError`."""
+        files = files_of(self._interview.draft)
+        checked(files, self.name)
+        return files
+
+    def _begin(self) -> None:
+        """Answer what is known already, as far as it fits, and mark what is offered."""
+        while (question := self.question) is not None and question.key in self._given:
+            try:
+                self._interview.answer(self._given[question.key])
+            except WrongAnswer:
+                del self._given[question.key]  # it is asked for after all
+        self._mark_default()
+
+    def _mark_default(self) -> None:
+        self.typed, self.marked = "", 0
+        question = self.question
+        if question is None:
+            return
+        words = [word for word, _ in question.choices]
+        if question.key == "template":
+            dialect = self._given.get("dialect")
+            fits = [word for word in words if TEMPLATES[word].dialect == dialect]
+            self.marked = words.index(fits[0] if fits else ANY if dialect else words[0])
+        elif question.default in words:
+            self.marked = words.index(question.default)
+        elif words and question.default is not None:
+            self.typed = question.default
+
+
+_SEVERAL = ("reversed.motors", "reversed.joints")
+"""Asked for names with commas, so that none of them is marked."""
+
+
+def path_of(name: str) -> Path:
+    """Return where the file of an arm of this name belongs."""
+    return places.arm_files() / f"{name}.toml"

@@ -1,0 +1,177 @@
+"""Which drives an arm has, what each should do, and in which order they are met."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, fields, replace
+from pathlib import Path
+from typing import Any
+
+from armdrive.config.arm import ArmConfig
+from armdrive.dialects.mks.settings import MksSettings
+from armdrive.errors import BadRequest, StateFileError
+from armdrive.setup.directions import Trial, roll_joint, trials
+from armdrive.sim.world.body import found_posture
+from armdrive.storage import files as places
+from armdrive.storage.files import replace_file
+from armdrive.text.reading import is_there, read_json
+from firmware_protocol.mks import COUNTS_PER_TURN, NODE_DEFAULT
+
+DEGREES, MM = "°", "mm"
+
+
+@dataclass(frozen=True, slots=True)
+class Planned:
+    """One motor and its drive.
+
+    `trial` is a small motion of it and what ought to be seen; `moves` names the joint (or the
+    fingers) that it moves most, by `per_turn` degrees (or mm) a turn of the motor alone. `gear` is
+    the arm file's: turns of the motor for a turn of what its gear drives, or for a mm.
+    """
+
+    motor: int
+    name: str
+    node: int
+    trial: Trial
+    moves: str
+    per_turn: float
+    unit: str
+    gear: float
+
+    @property
+    def gear_words(self) -> str:
+        """What the gear counts."""
+        return "a mm of the fingers" if self.unit == MM else "one turn of what its gear drives"
+
+    def shown(self, amount: float) -> str:
+        """Return degrees or mm for people."""
+        return f"{amount:.2g}{'' if self.unit == DEGREES else ' '}{self.unit}"
+
+    @property
+    def title(self) -> str:
+        """Name it for people."""
+        return f"{self.name} (drive {self.node})"
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """The arm as its file, or its preset, says."""
+
+    name: str
+    drives: tuple[Planned, ...]
+    device: MksSettings
+    roll_joint: str
+
+    @property
+    def order(self) -> tuple[Planned, ...]:
+        """The drives as they are met: the one that keeps the id of a new drive comes last.
+
+        So each new one can be plugged in beside those that have their ids already.
+        """
+        return tuple(sorted(self.drives, key=lambda each: each.node == NODE_DEFAULT))
+
+
+def plan_of(config: ArmConfig) -> Plan:
+    """Return the plan for an arm. Raises `BadRequest` for one without drives on a CAN bus."""
+    transmission, device = config.model.transmission, config.device
+    if transmission is None or not isinstance(device, MksSettings):
+        raise BadRequest(
+            f"{config.name} has no MKS drives: `armdrive can setup` is for arm files that say "
+            'dialect = "mks" under [connection]'
+        )
+    if len(device.ids) < len(transmission.motors):
+        raise BadRequest(
+            f"mks.ids names {len(device.ids)} drives, and the arm has {len(transmission.motors)} "
+            "motors: give each its own"
+        )
+    arm = config.model.arm
+    posture = found_posture(arm)
+    by_motor = {each.motor: each for each in trials(arm, transmission, posture)}
+    drives = []
+    for motor, node in enumerate(device.ids[: len(transmission.motors)]):
+        column = [row[motor] for row in transmission.inverse]
+        turning = column[: len(transmission.joint_names)]
+        most = max(range(len(turning)), key=lambda at: abs(turning[at]))
+        if turning[most]:
+            moves, unit = transmission.joint_names[most].replace("_", " "), DEGREES
+            per_turn = math.degrees(turning[most]) * COUNTS_PER_TURN
+        else:
+            moves, unit, per_turn = "fingers", MM, column[-1] * COUNTS_PER_TURN
+        spec = transmission.motors[motor]
+        gear = abs(spec.steps_per_unit) * (1.0 if unit == MM else math.tau) / COUNTS_PER_TURN
+        drives.append(Planned(motor, spec.name, node, by_motor[motor], moves, per_turn, unit, gear))
+    return Plan(config.name, tuple(drives), device, roll_joint(arm, posture))
+
+
+# What has been found out of an arm's drives so far, kept between programs.
+#
+# The drives keep their ids and settings themselves; directions, gears and what was tried stand
+# here.
+
+ENDING = "can-setup.json"
+
+
+@dataclass(slots=True)
+class Notes:
+    """Of one motor. `way` and `roll` are the words for what was seen; gears are turns of the motor.
+
+    `watchdog` is whether it was seen to stop the motor; None where that was not tried.
+    """
+
+    firmware: str = ""
+    current_ma: int = 0
+    calibrated: bool = False
+    watchdog: bool | None = None
+    way: str = ""
+    roll: str = ""
+    gear: float = 0.0
+    done: bool = False
+
+
+def path_of(arm: str) -> Path:
+    """Return the file of an arm's notes."""
+    return places.states() / f"{places.file_name(arm)}.{ENDING}"
+
+
+def read(arm: str, calibration: str) -> dict[str, Notes]:
+    """Return the notes of an arm by its motors' names, empty where there are none.
+
+    What was seen of motions counts only where the arm file gives steps the same meaning still.
+    Raises `StateFileError`.
+    """
+    path = path_of(arm)
+    try:
+        if not is_there(path):
+            return {}
+        known: Any = read_json(path, "the file", StateFileError, own=True)
+        found = {name: _one(given) for name, given in known["motors"].items()}
+        same = known["calibration"] == calibration
+    except (StateFileError, ValueError, TypeError, KeyError, AttributeError) as error:
+        raise StateFileError(
+            f"{path} cannot be read ({error}): delete it; ids and settings are in the drives, and "
+            "only directions and gears have to be found once more"
+        ) from None
+    return found if same else {name: absorbed(each) for name, each in found.items()}
+
+
+def absorbed(notes: Notes) -> Notes:
+    """Return notes without what was seen of motions: the arm file has that, or means another."""
+    return replace(notes, way="", roll="", gear=0.0)
+
+
+def write(arm: str, calibration: str, notes: Mapping[str, Notes]) -> None:
+    """Keep the notes of an arm, whose file has that calibration."""
+    path = path_of(arm)
+    motors = {name: asdict(each) for name, each in notes.items()}
+    replace_file(path, json.dumps({"calibration": calibration, "motors": motors}, indent=1))
+
+
+def _one(given: Mapping[str, Any]) -> Notes:
+    kinds = {each.name: type(each.default) for each in fields(Notes)}
+    for name, value in given.items():
+        kind = kinds[name]
+        if not isinstance(value, bool | None if kind is type(None) else kind):
+            raise TypeError(f"{name} cannot be {value!r}")
+    return Notes(**given)

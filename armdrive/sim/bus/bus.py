@@ -1,0 +1,334 @@
+"""A CAN bus on simulated time: one frame at a time, the lowest id first, at the bit rate.
+
+Times are in seconds on whatever clock the caller keeps; python-can has no part in it.
+"""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+import math
+from collections import defaultdict, deque
+from dataclasses import dataclass
+from enum import Enum
+
+from armdrive.errors import LinkLost
+from armdrive.sim.device import WireDevice
+from armdrive.sim.wire import PacedDevice
+from armdrive.transports.can_health import frame_bits
+from armdrive.transports.in_process import MemoryLink
+from firmware_protocol.frames import Frame, Unpacker, pack
+
+
+class Side(Enum):
+    """Who has sent a frame."""
+
+    HOST = "host"
+    DEVICE = "device"
+
+
+@dataclass(frozen=True, slots=True)
+class Arrival:
+    """A frame that everybody on the bus has heard, and when."""
+
+    frame: Frame
+    sender: Side
+    time_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Waiting:
+    frame: Frame
+    sender: Side
+    ready_s: float
+
+
+class FrameWire:
+    """The bus: whoever sends waits until it is free, and for those with lower ids.
+
+    Frames of one node with one id keep their order. Those of a host leave one after the other,
+    as from the queue of its adapter; nodes have a queue each, told apart by the id they send with.
+    """
+
+    def __init__(self, bitrate: int) -> None:
+        self.bit_s = 1.0 / bitrate
+        self.busy_s = 0.0
+        """For how long the bus has carried frames altogether."""
+        self._queues: dict[tuple[Side, int], deque[_Waiting]] = {}
+        self._now: tuple[_Waiting, float] | None = None
+        self._free_s = -math.inf
+        self._arrived: list[Arrival] = []
+
+    def push(self, frame: Frame, sender: Side, now_s: float) -> None:
+        """Hand a frame to its sender's controller, which sends it as soon as it may."""
+        self._run(now_s)
+        lane = (sender, -1 if sender is Side.HOST else frame.can_id)
+        self._queues.setdefault(lane, deque()).append(_Waiting(frame, sender, now_s))
+        self._begin()
+
+    def pull(self, now_s: float) -> list[Arrival]:
+        """Take the frames that have passed whole by now, in their order."""
+        self._run(now_s)
+        arrived, self._arrived = self._arrived, []
+        return arrived
+
+    def next_s(self) -> float:
+        """Tell when the next frame has passed; infinity while the bus is silent."""
+        if self._arrived:
+            return self._arrived[0].time_s
+        return self._now[1] if self._now else math.inf
+
+    @property
+    def waiting(self) -> int:
+        """How many frames are under way or wait to be sent."""
+        return sum(map(len, self._queues.values())) + (self._now is not None)
+
+    def waiting_of(self, sender: Side) -> int:
+        """Return how many of one side's are."""
+        queued = sum(len(queue) for (side, _), queue in self._queues.items() if side is sender)
+        return queued + (self._now is not None and self._now[0].sender is sender)
+
+    def clear(self, sender: Side | None = None) -> None:
+        """Lose what waits, of one side or of both; what is on the bus is cut off."""
+        for lane in [each for each in self._queues if sender in (None, each[0])]:
+            del self._queues[lane]
+        if self._now and sender in (None, self._now[0].sender):
+            self._now = None
+
+    def _run(self, now_s: float) -> None:
+        while self._now is not None and self._now[1] <= now_s:
+            sent, end_s = self._now
+            self._arrived.append(Arrival(sent.frame, sent.sender, end_s))
+            self._now, self._free_s = None, end_s
+            self._begin()
+
+    def _begin(self) -> None:
+        """Let the frame with the lowest id of those that wait have the bus, if it is free."""
+        if self._now is not None or not self._queues:
+            return
+        heads = [queue[0] for queue in self._queues.values()]
+        won = heads[0]
+        start_s = max(self._free_s, won.ready_s)
+        if len(heads) > 1:
+            start_s = max(self._free_s, min([each.ready_s for each in heads]))
+            able = [each for each in heads if each.ready_s <= start_s]
+            won = able[0] if len(able) == 1 else min(able, key=lambda each: _priority(each.frame))
+        lane = (won.sender, -1 if won.sender is Side.HOST else won.frame.can_id)
+        self._queues[lane].popleft()
+        if not self._queues[lane]:
+            del self._queues[lane]
+        length_s = frame_bits(won.frame) * self.bit_s
+        self.busy_s += length_s
+        self._now = won, start_s + length_s
+
+
+def _priority(frame: Frame) -> tuple[int, int, int, int]:
+    """Return what arbitration goes by: a dominant bit wins, so the lower the earlier."""
+    base = frame.can_id >> 18 if frame.extended else frame.can_id
+    rest = frame.can_id & 0x3FFFF if frame.extended else 0
+    return base, int(frame.extended), rest, int(frame.remote)
+
+
+# A CAN bus within the process: one end is the engine's, on the other hang simulated drives.
+#
+# Packed frames take the place of bytes, so that engine, recorder and faults are those of every
+# wire.
+
+BITRATE = 500_000
+
+
+class BusLine(PacedDevice):
+    """A simulated device (all the drives of an arm) behind a bus, in place of a serial line.
+
+    The device is handed packed frames, each at the moment when it has passed, and returns packed
+    frames. A message of the fault lanes is one frame; one that they spoil is lost, as by its CRC.
+    """
+
+    def __init__(self, device: WireDevice, bitrate: int = BITRATE) -> None:
+        super().__init__(device, None)
+        self.bus = FrameWire(bitrate)
+        self.bus_off = False
+        """Whether the host's controller has left the bus: it neither sends nor hears."""
+        self._of_host = Unpacker()
+        self._heard: list[tuple[float, bytes]] = []
+
+    @property
+    def backlog(self) -> int:
+        """How many frames of the host have not passed yet."""
+        return self.bus.waiting_of(Side.HOST)
+
+    def send(self, data: bytes, now_s: float) -> None:
+        """Hand the host's frames to its adapter; half a frame waits for its other half."""
+        self.advance(now_s)
+        for frame in self._of_host.feed(data):
+            if self._on_bus:
+                self._pass(frame, Side.HOST, now_s)
+
+    def receive(self, now_s: float) -> bytes:
+        """Take the frames that the host has heard by now."""
+        self.advance(now_s)
+        taken, self._heard = self._heard, []
+        return b"".join(data for _, data in taken)
+
+    def next_s(self) -> float:
+        """Tell when something next happens on either side; infinity while all is quiet."""
+        return self._heard[0][0] if self._heard else self._due_s()
+
+    def unplug(self) -> None:
+        """Pull the adapter out: what it had to say is lost; the drives live on."""
+        super().unplug()
+        self._of_host = Unpacker()
+        self._heard.clear()
+        self.bus.clear(Side.HOST)
+
+    def say(self, data: bytes, now_s: float) -> None:
+        """Have the host hear bytes that no drive has sent, as noise within its adapter."""
+        if self._on_bus:
+            self._heard.append((now_s, data))
+
+    def leave_bus(self, off: bool = True) -> None:
+        """Have the host's controller go bus-off, or come back; what it had to say is lost."""
+        self.bus_off = off
+        if off:
+            self.bus.clear(Side.HOST)
+            self._heard.clear()
+
+    @property
+    def _on_bus(self) -> bool:
+        return self._plugged and not self.bus_off
+
+    def _pass(self, frame: Frame, sender: Side, now_s: float) -> None:
+        """Put a frame on the bus, as far as the faults of its lane let it."""
+        lane = self.faults.host if sender is Side.HOST else self.faults.device
+        if lane.clear:
+            self.bus.push(frame, sender, now_s)
+            return
+        for piece in lane.passed(pack(frame), now_s):
+            self._put(piece, sender, now_s)
+
+    def _put(self, piece: bytes, sender: Side, now_s: float) -> None:
+        for frame in Unpacker().feed(piece):
+            self.bus.push(frame, sender, now_s)
+
+    def _due_s(self) -> float:
+        return min(self.bus.next_s(), self.device.next_s(), self.faults.next_s)
+
+    def _exchange(self, now_s: float) -> None:
+        for late in self.faults.host.due(now_s):
+            self._put(late, Side.HOST, now_s)
+        for arrival in self.bus.pull(now_s):
+            if arrival.sender is Side.HOST:
+                self.device.receive(pack(arrival.frame), now_s)
+            elif self._on_bus:
+                self._heard.append((now_s, pack(arrival.frame)))
+        said = self.device.transmit(now_s)
+        for frame in Unpacker().feed(said) if said else ():
+            self._pass(frame, Side.DEVICE, now_s)
+        for late in self.faults.device.due(now_s):
+            self._put(late, Side.DEVICE, now_s)
+
+
+class CanMemoryLink(MemoryLink):
+    """A `Link` to simulated drives over a bus in this process. Only one thread may use it."""
+
+    def __init__(
+        self, device: WireDevice, bitrate: int = BITRATE, name: str = "simulated arm"
+    ) -> None:
+        super().__init__(device, None, name)
+        self._bus_line = BusLine(device, bitrate)
+        self._line = self._bus_line
+        self._bitrate = bitrate
+
+    @property
+    def line(self) -> BusLine:
+        """The bus; its faults are the wire's."""
+        return self._bus_line
+
+    @property
+    def description(self) -> str:
+        """Name the bus for people."""
+        return f"{self._name} on a CAN bus at {self._bitrate // 1000} kbit/s"
+
+    def reopen(self) -> CanMemoryLink:
+        """Take the adapter up again, which brings its controller back to the bus."""
+        super().reopen()
+        self._bus_line.leave_bus(off=False)
+        return self
+
+    def _check(self, now_s: float) -> None:
+        super()._check(now_s)
+        if self._bus_line.bus_off:
+            self._line.advance(now_s)  # the drives live on
+            raise LinkLost(
+                f"the adapter of the {self._name} is bus-off: it saw too many errors and left the "
+                "bus. Check the cable, its two terminating resistors and the bit rate, then "
+                "connect again"
+            )
+
+
+# What simulated drives say on its way to their bus, and what happens to twins of an id.
+#
+# Several drives of one id answer in the same moment. Frames that are alike lie on each other bit
+# by
+# bit, and the host hears one; others destroy each other until one drive's controller has counted
+# so many errors that it yields, so that both come, late and one after the other.
+
+COLLISION_S = 0.004
+"""Sixteen tries of a frame at 500 kbit/s, which make a controller error-passive (ISO 11898-1)."""
+
+
+class Outbox:
+    """Frames by the time at which their drive has them ready."""
+
+    def __init__(self) -> None:
+        self._frames: list[tuple[float, int, int, bytes]] = []
+        self._number = itertools.count()
+
+    @property
+    def next_s(self) -> float:
+        """When the next frame is ready; infinity while there is none."""
+        return self._frames[0][0] if self._frames else math.inf
+
+    def put(self, ready_s: float, drive: int, data: bytes) -> None:
+        """Have a drive say a frame at a time."""
+        heapq.heappush(self._frames, (ready_s, next(self._number), drive, data))
+
+    def take(self, now_s: float) -> bytes:
+        """Return what comes to the bus by now."""
+        said = b""
+        while self.next_s <= now_s:
+            together = self._together()
+            if len(together) == 1:
+                said += together[0][1]
+            else:
+                said += self._sorted_out(together, now_s)
+        return said
+
+    def clear(self) -> None:
+        """Lose everything."""
+        self._frames.clear()
+
+    def _together(self) -> list[tuple[int, bytes]]:
+        """Take all that are ready at the same moment as the next one."""
+        ready_s, found = self.next_s, []
+        while self.next_s == ready_s:
+            _, _, drive, data = heapq.heappop(self._frames)
+            found.append((drive, data))
+        return found
+
+    def _sorted_out(self, together: list[tuple[int, bytes]], now_s: float) -> bytes:
+        """Return what passes of frames that are ready at once."""
+        by_id: defaultdict[int, dict[int, list[bytes]]] = defaultdict(dict)
+        for drive, data in together:
+            (frame,) = Unpacker().feed(data)
+            by_id[frame.can_id].setdefault(drive, []).append(data)
+        said = b""
+        for drives in by_id.values():
+            first, *others = (b"".join(frames) for frames in drives.values())
+            if all(other == first for other in others):
+                said += first
+                continue
+            for number, (drive, frames) in enumerate(drives.items(), 1):
+                for data in frames:
+                    self.put(now_s + number * COLLISION_S, drive, data)
+        return said

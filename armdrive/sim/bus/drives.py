@@ -1,0 +1,652 @@
+"""What a simulated device has that is several drives on a CAN bus, for its wire and its faults."""
+
+from __future__ import annotations
+
+import abc
+import math
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, runtime_checkable
+
+from armdrive.errors import BadRequest
+from armdrive.sim.bus.bus import Outbox
+from armdrive.sim.device import SimBase, SwitchState
+from armdrive.sim.mechanics.motors import Drive
+from armdrive.sim.mechanics.profiles import Piece, Profile, nearest, standing, to_goal, to_speed
+from armdrive.sim.world.body import sagged
+from armdrive.sim.world.saved import Json
+from armdrive.sim.world.world import World
+from firmware_protocol.frames import Frame, Unpacker
+from kinematics.spaces import Motors
+
+if TYPE_CHECKING:
+    from armdrive.config.arm import ArmConfig
+
+
+@runtime_checkable
+class DrivesOnBus(Protocol):
+    """A device that says and hears packed frames; its drives are counted from 0, as the motors."""
+
+    def bits_s(self) -> int:
+        """Return the speed of its bus."""
+
+    def mute_drive(self, drive: int, mute: bool) -> None:
+        """Have a drive say nothing, while it hears and obeys; or speak again."""
+
+    def plug_drive(self, drive: int, on: bool) -> None:
+        """Plug a drive's CAN cable in, or pull it: it neither hears nor says anything then."""
+
+    def power_drive(self, drive: int, on: bool) -> None:
+        """Take a drive's supply away, and what it holds comes down; or give it back."""
+
+    def reset_drive(self, drive: int) -> None:
+        """Have a drive's firmware begin anew, in motion or not."""
+
+    def set_drive_id(self, drive: int, node: int) -> int:
+        """Give a drive an id, another one's perhaps; return the old. Raises `BadRequest`."""
+
+    def set_drive_mode(self, drive: int, mode: int) -> int:
+        """Give a drive a mode, as at its own keys; return the old. Raises `BadRequest`."""
+
+    def withhold_done(self, drive: int, withheld: bool) -> None:
+        """Have a drive not say that a motion is done, or say it again."""
+
+
+@runtime_checkable
+class SaysEmergencies(Protocol):
+    """Drives that say error codes by themselves, counted from 0."""
+
+    def ail_drive(self, drive: int, code: int) -> None:
+        """Have something be wrong with a drive: it fails, until it is mended and reset."""
+
+    def mend_drive(self, drive: int, code: int) -> None:
+        """Have what was wrong with a drive be right again; its fault is to be reset yet."""
+
+    def warn_drive(self, drive: int, code: int) -> None:
+        """Have a drive say an error code, and go on."""
+
+
+# The set-point of one closed-loop shaft: where it is to be at any moment, without ticking.
+#
+# Counts of the shaft's own, whatever zero was set; seconds; counts a second.
+
+_HALVINGS = 60
+
+
+class ShaftPoint:
+    """It stands, or is under way on a profile from whatever it did before."""
+
+    def __init__(self, at: int) -> None:
+        self._profile = standing(at)
+        self._end_s = -math.inf
+
+    @property
+    def end_s(self) -> float:
+        """When it comes to a stand; infinity while it runs without an end."""
+        return self._end_s
+
+    @property
+    def end(self) -> int:
+        """Where it comes to a stand; meaningless while it runs without an end."""
+        return nearest(self._profile.end)
+
+    def moving(self, now_s: float) -> bool:
+        """Tell whether it is under way."""
+        return now_s < self._end_s
+
+    def at(self, now_s: float) -> int:
+        """Return where it is, in whole counts."""
+        profile = self._profile
+        return nearest(profile.end if now_s >= profile.end_s else profile.at(now_s))
+
+    def rate(self, now_s: float) -> float:
+        """Return how fast it goes, in counts a second."""
+        return self._profile.speed_at(now_s)
+
+    def hold(self, at: int) -> None:
+        """Stand dead at a count."""
+        self._profile, self._end_s = standing(at), -math.inf
+
+    def go_to(
+        self, goal: int, rate: float, slope: float, now_s: float, *, braking: float | None = None
+    ) -> None:
+        """Go to a count, from whatever is under way; an infinite slope is no ramp.
+
+        `braking` is the slope of slowing down, where that is another.
+        """
+        position, speed = self._state(now_s)
+        if math.isinf(slope):
+            self._begin(dead(position, goal, rate, now_s), now_s)
+        else:
+            self._begin(to_goal(position, speed, goal, rate, slope, now_s, braking), now_s)
+
+    def go_at(self, rate: float, slope: float, now_s: float) -> None:
+        """Run until told otherwise; a rate of 0 ends it."""
+        position, speed = self._state(now_s)
+        self._begin(at_rate(position, speed, rate, slope, now_s), now_s)
+
+    def passes_s(self, count: int, way: int, now_s: float) -> float:
+        """Return when it comes to a count or beyond, seen in a direction; infinity for never.
+
+        For what comes there and goes on: a search, or a motion towards a switch.
+        """
+        if (self.at(now_s) - count) * way >= 0:
+            return now_s
+        late_s = self._end_s
+        if math.isinf(late_s):
+            speed = abs(self._profile.pieces[-1].speed) if self._profile.pieces else 0.0
+            if not speed:
+                return math.inf
+            late_s = self._profile.pieces[-1].start_s
+            late_s += (abs(self.at(late_s) - count) + 1) / speed
+        if late_s <= now_s or (self.at(late_s) - count) * way < 0:
+            return math.inf
+        return self._between(count, way, now_s, late_s)
+
+    def _between(self, count: int, way: int, early_s: float, late_s: float) -> float:
+        for _ in range(_HALVINGS):
+            half_s = (early_s + late_s) / 2
+            if (self.at(half_s) - count) * way >= 0:
+                late_s = half_s
+            else:
+                early_s = half_s
+        return late_s
+
+    def _state(self, now_s: float) -> tuple[float, float]:
+        """Return position and speed; one that stands does so on a whole count."""
+        if not self.moving(now_s):
+            return float(self.end), 0.0
+        return self._profile.at(now_s), self._profile.speed_at(now_s)
+
+    def _begin(self, profile: Profile, now_s: float) -> None:
+        self._profile, self._end_s = profile, max(profile.end_s, now_s)
+
+
+def dead(position: float, goal: float, rate: float, now_s: float) -> Profile:
+    """Go to a goal at once at full speed, and stop there dead."""
+    way = goal - position
+    piece = Piece(now_s, position, math.copysign(rate, way), 0.0, abs(way) / rate)
+    return Profile((piece,), goal)
+
+
+def at_rate(position: float, speed: float, wanted: float, slope: float, now_s: float) -> Profile:
+    """Run at a speed for ever, or stand; an infinite slope is no ramp."""
+    if not math.isinf(slope):
+        return to_speed(position, speed, wanted, slope, now_s)
+    if not wanted:
+        return standing(position)
+    return Profile((Piece(now_s, position, wanted, 0.0, math.inf),), position)
+
+
+# The shafts of a simulated arm's closed-loop drives: set-points, and the arm that follows them.
+#
+# A motor that is held in a closed loop makes up for what it has lost, as far as the arm lets it.
+# Counts are those of the world's motors, and of their shafts where there is play behind them.
+
+P = TypeVar("P", bound=ShaftPoint)
+
+LOOK_S = 0.05
+"""So often an arm in motion is looked at, and its shafts are made to follow."""
+SLACK_S = 0.001
+"""So old may be what nobody has asked for."""
+WATCH_S = 0.01
+"""So often while a shaft is not where it should be."""
+
+
+class ShaftPoints(Generic[P]):
+    """The set-points of all drives, as a rack of motors."""
+
+    def __init__(self, each: Sequence[P]) -> None:
+        self.each = tuple(each)
+        self.now_s = 0.0
+
+    @property
+    def moving(self) -> bool:
+        """Whether a motion is under way."""
+        return any(point.moving(self.now_s) for point in self.each)
+
+    @property
+    def done_s(self) -> float:
+        """When the last motion under way ends; infinity while there is none."""
+        ends = [point.end_s for point in self.each if point.moving(self.now_s)]
+        return max(ends, default=math.inf)
+
+    def positions(self, now_s: float) -> tuple[int, ...]:
+        """Return where all are."""
+        return tuple([point.at(now_s) for point in self.each])
+
+    def bends(self, start_s: float, end_s: float) -> tuple[float, ...]:  # noqa: ARG002
+        """Return nothing: the device looks at its arm often enough by itself."""
+        return ()
+
+    def settle(self, now_s: float) -> None:
+        """Do nothing: what has ended stands."""
+
+    def stop(self, now_s: float) -> None:
+        """End all motion dead where it is now."""
+        for point in self.each:
+            point.hold(point.at(now_s))
+
+    def count(self, deltas: Sequence[int]) -> None:
+        """Shift those that stand."""
+        for point, delta in zip(self.each, deltas, strict=True):
+            point.hold(point.end + delta)
+
+    def zero(self) -> None:
+        """Do nothing: a zero is a matter of what a drive says, and no shaft turns for it."""
+
+
+class ShaftDrive(Drive[ShaftPoints[P]]):
+    """Six loops and one arm. `holding` says which drives have current: the others turn freely.
+
+    `makes_up` is how many counts a second a drive makes up for, beyond what its set-point goes.
+    `slack_s` is how old may be what nobody has asked for; who asks has it `look`.
+    """
+
+    def __init__(
+        self, world: World, points: Sequence[P], makes_up: float, slack_s: float = SLACK_S
+    ) -> None:
+        super().__init__(world, ShaftPoints(points))
+        self._makes_up, self._slack_s = makes_up, slack_s
+        self.holding = [False] * len(world.motors)
+        world.energised = False  # found at rest: whatever came down has done so long ago
+        self._last = self.rack.positions(0.0)
+        self.astray = False
+        """Whether a shaft is not where it should be, as of the last look."""
+        self._seen: Motors | None = None
+        self.hold_shafts()
+
+    @property
+    def shafts(self) -> Motors:
+        """Where the shafts are, physically: ahead of what they drive by the play that is taken."""
+        if not self.world.play.any:
+            return self.world.motors
+        return self.world.motors + Motors(self.world.play.ahead)
+
+    def errors(self, now_s: float) -> tuple[int, ...]:
+        """Return how far each shaft is from where it should be; 0 where nothing holds it."""
+        return self._errors(self.rack.positions(now_s))
+
+    def _errors(self, positions: Sequence[int]) -> tuple[int, ...]:
+        points = zip(positions, self.shafts, self.holding, strict=True)
+        return tuple([wanted - shaft if held else 0 for wanted, shaft, held in points])
+
+    def hold_shafts(self) -> None:
+        """Have every set-point be where its shaft is."""
+        for point, shaft in zip(self.rack.each, self.shafts, strict=True):
+            point.hold(shaft)
+        self._last = tuple(self.shafts)
+
+    @property
+    def look_s(self) -> float:
+        """When the arm has to be looked at next; infinity while all stand where they should."""
+        if self.astray:
+            return self._looked_s + WATCH_S
+        return self._looked_s + LOOK_S if self.rack.moving else math.inf
+
+    def follow(self, now_s: float) -> None:
+        """Go on to now; frames come so close together that not all of them are worth a look."""
+        self.rack.now_s = now_s
+        if self.astray or now_s - self._looked_s >= self._slack_s:
+            self.look(now_s)
+
+    def look(self, now_s: float) -> None:
+        """Have the shafts be where their set-points are by now, as far as they follow."""
+        since_s = now_s - self._looked_s
+        if not since_s or self._stands():
+            self._looked_s = self.rack.now_s = now_s
+            return
+        self._looked_s = self.rack.now_s = now_s
+        wanted = self.rack.positions(now_s)
+        errors = self._errors(wanted)
+        if any(errors):
+            most = math.ceil(self._makes_up * since_s)
+            steps = [
+                _clipped(error, abs(there - before) + most)
+                for error, there, before in zip(errors, wanted, self._last, strict=True)
+            ]
+            if any(steps):
+                self.world.drive(steps, now_s)
+                errors = self._errors(wanted)
+        self.astray = any(errors)
+        self._last = wanted
+        self._free(now_s)
+        self._seen = self.world.motors
+
+    def _stands(self) -> bool:
+        """Tell whether nothing has turned since the last look, and nothing shall."""
+        if self.astray or self.world.motors is not self._seen:
+            return False
+        return all(point.end_s <= self._looked_s for point in self.rack.each)
+
+    def turn(self, steps: Sequence[int], now_s: float) -> None:
+        """Turn shafts by hand, and have the drives hold them there."""
+        self.look(now_s)
+        self.world.drive(steps, now_s)
+        self.hold_shafts()
+
+    def set_counts(self, counts: Sequence[int], now_s: float) -> None:  # noqa: ARG002
+        """Stand where the shafts are: what is counted there is not a motor's business."""
+        self.look(now_s)
+        self.hold_shafts()
+
+    def release(self, motors: Sequence[int], now_s: float) -> None:
+        """Take the current of some motors: what they have held comes down."""
+        self.look(now_s)
+        freed = [motor for motor in motors if self.holding[motor]]
+        if not freed:
+            return
+        if all(self.holding) and len(freed) == len(self.holding):
+            self.world.cut_current(now_s)
+        else:
+            self.world.give_way(self._sag(freed), now_s)
+        for motor in freed:
+            self.holding[motor] = False
+        self.world.energised = False
+        self._free(now_s)
+
+    def hold(self, motor: int, now_s: float) -> None:
+        """Give a motor its current, where it is."""
+        self.look(now_s)
+        self.rack.each[motor].hold(self.shafts[motor])
+        self._last = self.rack.positions(now_s)
+        self.holding[motor] = True
+        self.world.energised = all(self.holding)
+
+    def _sag(self, freed: Sequence[int]) -> list[int]:
+        """Return the steps by which motors give way on an arm that the others still hold."""
+        body, world = self.world.body, self.world
+        rest = sagged(body.arm, world.joints)
+        away = body.transmission.to_motors(rest, world.opening_mm) - world.motors
+        return [step if motor in freed else 0 for motor, step in enumerate(away)]
+
+    def _free(self, now_s: float) -> None:
+        if not all(self.holding):
+            for point, shaft, held in zip(self.rack.each, self.shafts, self.holding, strict=True):
+                if not held:
+                    point.hold(shaft)
+            self._last = self.rack.positions(now_s)
+
+
+def _clipped(step: int, most: int) -> int:
+    return min(max(step, -most), most)
+
+
+# The limit switch at the input of a simulated drive: pressed from a physical place on.
+
+
+class LimitSwitch:
+    """A switch on the shaft of one motor, at a count and beyond in a direction."""
+
+    def __init__(self, drive: ShaftDrive[Any], motor: int, at: int, way: int) -> None:
+        self.at = at
+        self.way = way
+        self.state = SwitchState.FREE
+        self.held = False
+        """Whether somebody presses it."""
+        self._drive = drive
+        self._motor = motor
+
+    @property
+    def pressed(self) -> bool:
+        """Whether the drive sees it pressed."""
+        if self.state is not SwitchState.FREE:
+            return self.state is SwitchState.CLOSED
+        return self.held or (self._drive.shafts[self._motor] - self.at) * self.way >= 0
+
+
+def switches(config: ArmConfig, drive: ShaftDrive[Any], *, behind: int = 0) -> list[LimitSwitch]:
+    """Return the limit switches: so many counts behind where homing ends by the arm file.
+
+    Where the file tells no such posture, they are at the upper end of each motor's travel.
+    """
+    turning = drive.world.body.transmission
+    if config.homing is not None:
+        homed = config.homing
+        places = [*turning.to_motors(homed.joints, homed.opening_mm)]
+    else:
+        places = [_highest(config, row) for row in turning.matrix]
+        places = [
+            place + math.ceil(motor.offset_steps)
+            for place, motor in zip(places, turning.motors, strict=True)
+        ]
+    return [LimitSwitch(drive, motor, at + behind, 1) for motor, at in enumerate(places)]
+
+
+def _highest(config: ArmConfig, row: tuple[float, ...]) -> int:
+    bounds = [(one.low_rad, one.high_rad) for one in config.model.arm.limits]
+    bounds.append(config.model.gripper_range_mm)
+    ends = (max(share * low, share * high) for share, (low, high) in zip(row, bounds, strict=False))
+    return math.ceil(sum(ends))
+
+
+# What simulated drives on one bus do alike, whatever they speak: power, cables, time, switches.
+#
+# What goes in and comes out are packed frames. A drive does not hear what the others say: only
+# where
+# two have one id, or a group has the id of a drive, would it matter.
+
+COUNT_MOST = 1 << 40
+
+
+class BusNode(Protocol):
+    """One drive, as its box knows it."""
+
+    index: int
+    powered: bool
+    mute: bool
+    plugged: bool
+    zero: int
+    said: list[bytes]
+    switch: LimitSwitch
+
+    @property
+    def answer_s(self) -> float:
+        """How long it takes to have a frame ready."""
+
+    @property
+    def shaft(self) -> int:
+        """Where its shaft is."""
+
+    @property
+    def counts(self) -> int:
+        """Where it says that its shaft is."""
+
+    def fall_silent(self, now_s: float) -> None:
+        """Lose power: the shaft is free, and all that was under way is forgotten."""
+
+    def begin(self, now_s: float) -> None:
+        """Begin, the power having come."""
+
+    def restart(self, now_s: float) -> None:
+        """Begin anew, after a while in which nothing holds the shaft and nobody answers."""
+
+
+N = TypeVar("N", bound=BusNode)
+
+
+class DrivesBox(SimBase, Generic[N]):
+    """The drives, the arm, and the person beside them. Input bit n is the switch of drive n."""
+
+    def __init__(
+        self, world: World, drive: ShaftDrive[Any], nodes: Sequence[N], bits_s: int
+    ) -> None:
+        super().__init__(world, drive, None)
+        self.nodes = tuple(nodes)
+        self._shafts = drive
+        self._bits_s = bits_s
+        self._unpacker = Unpacker()
+        self._outbox = Outbox()
+        self._look_s = self._nodes_due_s = math.inf
+        self._dues = [math.inf for _ in self.nodes]
+        self._found()
+
+    # What a dialect's drives fill in.
+
+    @abc.abstractmethod
+    def _listens(self, node: N, frame: Frame) -> bool:
+        """Tell whether a drive takes a frame from the bus: it is there, and minds it."""
+
+    @abc.abstractmethod
+    def _bring(self, node: N, frame: Frame) -> None:
+        """Let a drive hear a frame, if it is awake and listens at the bus's speed."""
+
+    @abc.abstractmethod
+    def _next_of(self, node: N) -> float:
+        """Tell when a drive next does something by itself, apart from looking at its shaft."""
+
+    @abc.abstractmethod
+    def _live_through(self, node: N) -> None:
+        """Have a drive do whatever is due by now."""
+
+    @abc.abstractmethod
+    def _seen(self, node: N, error: int) -> dict[str, Json]:
+        """Return what a drive would tell of itself, so many counts from its set-point."""
+
+    def _found(self) -> None:
+        """Have the drives stand as they are found: by default, just begun."""
+        self._boot()
+
+    # What can be seen.
+
+    @property
+    def registers(self) -> Motors:
+        """Where the drives say that their shafts are."""
+        return Motors(node.counts for node in self.nodes)
+
+    @property
+    def inputs(self) -> int:
+        """A bit for each drive's limit switch."""
+        return sum(node.switch.pressed << node.index for node in self.nodes)
+
+    def details(self) -> dict[str, Json]:
+        """Return the drives one by one, as they would tell it."""
+        errors = self._shafts.errors(self.now_s)
+        drives: list[Json] = [self._seen(each, errors[each.index]) for each in self.nodes]
+        return {"bits_s": self._bits_s, "drives": drives}
+
+    # What a person can do.
+
+    def count_from(self, registers: Sequence[int]) -> None:
+        """Have the drives say that they stand there; nothing turns."""
+        for node, count in zip(self.nodes, registers, strict=True):
+            node.zero = node.shaft - count
+
+    def set_input(self, bit: int, on: bool) -> None:
+        """Press the limit switch of a drive, or let it go."""
+        if not 0 <= bit < len(self.nodes):
+            raise BadRequest(f"input bits are 0 to {len(self.nodes) - 1}, not {bit}")
+        super().set_input(bit, on)
+        self.nodes[bit].switch.held = on
+        self._live()
+
+    def set_switch(self, axis: int, state: SwitchState) -> None:
+        """Have the limit switch of a motor (counted from 0) stick, or free it."""
+        self._node(axis).switch.state = state
+        self._live()
+
+    def push(self, steps: Sequence[int]) -> None:
+        """Turn motors by force, against their drives: those that hold turn them back at once."""
+        super().push(steps)
+        self._live()
+
+    def power_off(self) -> None:
+        """Switch off: the arm sags, and the drives forget where they are."""
+        self._shafts.release(range(len(self.nodes)), self.now_s)
+        for node in self.nodes:
+            node.fall_silent(self.now_s)
+            node.powered = False
+        super().power_off()
+
+    def reset(self) -> None:
+        """Have every drive begin anew, and for that time let its shaft go."""
+        if self.powered:
+            self._shafts.release(range(len(self.nodes)), self.now_s)
+            for node in self.nodes:
+                self.reset_drive(node.index)
+
+    # The drives one by one.
+
+    def bits_s(self) -> int:
+        """Return the speed of the bus."""
+        return self._bits_s
+
+    def mute_drive(self, drive: int, mute: bool) -> None:
+        """Have a drive say nothing, while it hears and obeys; or speak again."""
+        self._node(drive).mute = mute
+
+    def plug_drive(self, drive: int, on: bool) -> None:
+        """Plug a drive's CAN cable in, or pull it: it neither hears nor says anything then."""
+        self._node(drive).plugged = on
+
+    def power_drive(self, drive: int, on: bool) -> None:
+        """Take a drive's supply away, and what it holds comes down; or give it back."""
+        node = self._node(drive)
+        if not on:
+            node.fall_silent(self.now_s)
+            node.powered = False
+        elif self.powered and not node.powered:
+            node.powered = True
+            node.begin(self.now_s)
+        self._collect()
+
+    def reset_drive(self, drive: int) -> None:
+        """Have a drive's firmware begin anew, in motion or not."""
+        if self._node(drive).powered:
+            self._node(drive).restart(self.now_s)
+            self._collect()
+
+    def _node(self, drive: int) -> N:
+        if not 0 <= drive < len(self.nodes):
+            raise BadRequest(f"drives are numbered 0 to {len(self.nodes) - 1}, not {drive}")
+        return self.nodes[drive]
+
+    # The box.
+
+    def _hear(self, data: bytes) -> None:
+        for frame in self._unpacker.feed(data):
+            ears = [node for node in self.nodes if self._listens(node, frame)]
+            for node in ears:
+                self._bring(node, frame)
+            self._collect(ears)
+
+    def _due_s(self) -> float:
+        return min(self._nodes_due_s, self._outbox.next_s, self._look_s)
+
+    def _happen(self) -> None:
+        self._live()
+        self.said += self._outbox.take(self.now_s)
+
+    def _live(self) -> None:
+        """Let every drive do what is due."""
+        if self.powered:
+            self._shafts.look(self.now_s)
+            for node in self.nodes:
+                self._live_through(node)
+            self._collect()
+
+    def _collect(self, nodes: Iterable[N] | None = None) -> None:
+        """Take what drives have to say, and see when they have something to do again."""
+        self._look_s = self._shafts.look_s
+        for node in self.nodes if nodes is None else nodes:
+            self._dues[node.index] = self._next_of(node)
+            if node.said:
+                for data in node.said:
+                    self._outbox.put(self.now_s + node.answer_s, node.index, data)
+                node.said.clear()
+        self._nodes_due_s = min(self._dues)
+
+    def _motion_ended(self) -> None:
+        """Do nothing: each drive ends its own."""
+
+    def _boot(self) -> None:
+        for node in self.nodes:
+            node.powered = True
+            node.begin(self.now_s)
+        self._collect()
+
+    def _forget(self) -> None:
+        self._outbox.clear()
+        self._unpacker = Unpacker()
+
+    def _register_range(self) -> tuple[int, int]:
+        return -COUNT_MOST, COUNT_MOST

@@ -1,0 +1,155 @@
+"""What a fault of a simulated arm is: the row of the table, and what it can befall."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from armdrive.errors import BadRequest
+from armdrive.sim.device import SimDevice
+from armdrive.sim.wire import PacedDevice
+
+# A fault as somebody asks for it: on a command line, at the console, or from a program.
+#
+# On a command line `NAME[:ARGUMENT,..][@SECONDS]`, at the console the same words with spaces;
+# named
+# arguments are written `from=host` or `--from host`.
+
+SIDES = ("host", "device", "both")
+_NAMED = ("from", "seed", "for")
+
+
+@dataclass(frozen=True, slots=True)
+class FaultRequest:
+    """What is to go wrong: `side` is who speaks, the times are in seconds from now.
+
+    `for_s` is how long it lasts, None for until it is ended. Raises `BadRequest`.
+    """
+
+    name: str
+    words: tuple[str, ...] = ()
+    side: str = "both"
+    seed: int = 0
+    after_s: float = 0.0
+    for_s: float | None = None
+    text: str = field(default="", compare=False)
+
+    def __post_init__(self) -> None:
+        if self.side not in SIDES:
+            raise BadRequest(f"bytes come from {', '.join(SIDES)}, not from {self.side!r}")
+        for seconds in (self.after_s, self.for_s or 0.0):
+            if not (math.isfinite(seconds) and seconds >= 0.0):
+                raise BadRequest(f"a time must be 0 or more seconds, not {seconds}")
+        if not self.text:
+            object.__setattr__(self, "text", " ".join((self.name, *self.words)))
+
+
+def parse_option(text: str) -> FaultRequest:
+    """Read what follows `--fault`."""
+    head, at, seconds = text.rpartition("@")
+    if not at:
+        head = text
+    name, _, arguments = head.partition(":")
+    words = [word for word in arguments.split(",") if word]
+    return parse_words([name, *words, *([f"@{seconds}"] if at else [])])
+
+
+def parse_words(words: Sequence[str]) -> FaultRequest:
+    """Read the words of a console command."""
+    after_s, named, plain = 0.0, {}, []
+    rest = list(words)
+    while rest:
+        word = rest.pop(0)
+        name, equals, value = word.removeprefix("--").partition("=")
+        if word.startswith("@"):
+            after_s = number(word[1:])
+        elif name in _NAMED and (equals or word.startswith("--")):
+            if not equals and not rest:
+                raise BadRequest(f"{word} needs a value")
+            named[name] = value if equals else rest.pop(0)
+        elif word.startswith("--"):
+            raise BadRequest(f"there is no {word}; there are --{', --'.join(_NAMED)} and @SECONDS")
+        else:
+            plain.append(word)
+    if not plain:
+        raise BadRequest("name a fault")
+    return FaultRequest(
+        plain[0].lower(),
+        tuple(plain[1:]),
+        side=named.get("from", "both"),
+        seed=whole(named.get("seed", "0")),
+        after_s=after_s,
+        for_s=number(named["for"]) if "for" in named else None,
+        text=" ".join(words),
+    )
+
+
+def number(word: str) -> float:
+    """Read a number. Raises `BadRequest`."""
+    try:
+        return float(word)
+    except ValueError:
+        raise BadRequest(f"{word!r} is no number") from None
+
+
+def whole(word: str) -> int:
+    """Read a whole number. Raises `BadRequest`."""
+    try:
+        return int(word)
+    except ValueError:
+        raise BadRequest(f"{word!r} is no whole number") from None
+
+
+class Cable(Protocol):
+    """What can be pulled out and put back."""
+
+    def unplug(self) -> None:
+        """Pull it."""
+
+    def replug(self, name: str | None = None) -> None:
+        """Put it back, where it may be found under another name."""
+
+
+@dataclass(frozen=True, slots=True)
+class Bench:
+    """All that a fault can befall."""
+
+    device: SimDevice
+    line: PacedDevice
+    cable: Cable
+
+
+@dataclass(frozen=True, slots=True)
+class Running:
+    """A fault that goes on: how to end it, and whether it still does something."""
+
+    end: Callable[[], None]
+    alive: Callable[[], bool] = lambda: True
+
+
+Begin = Callable[[], Running | None]
+Prepare = Callable[[Bench, FaultRequest], Begin]
+
+
+@dataclass(frozen=True, slots=True)
+class FaultKind:
+    """One row; `needs` is what a device must be able to do, and `lasts_s` how long unless told."""
+
+    name: str
+    arguments: str
+    summary: str
+    prepare: Prepare
+    counts: tuple[int, int] = (0, 0)
+    needs: type | None = None
+    lasts_s: float | None = None
+
+    @property
+    def usage(self) -> str:
+        """How it is written."""
+        return f"{self.name} {self.arguments}".strip()
+
+    def befalls(self, device: type[SimDevice]) -> bool:
+        """Tell whether this kind of device can have it."""
+        return self.needs is None or issubclass(device, self.needs)

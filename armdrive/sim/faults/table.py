@@ -1,0 +1,487 @@
+"""The faults of the controller and of the arm: power, resets, motors, limit switches."""
+
+from __future__ import annotations
+
+import random
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from types import MappingProxyType
+from typing import Any
+
+from armdrive.errors import BadRequest
+from armdrive.sim.bus.drives import DrivesOnBus, SaysEmergencies
+from armdrive.sim.device import HasSwitches, Resettable, SimDevice, SwitchState, lacks
+from armdrive.sim.faults.request import (
+    Begin,
+    Bench,
+    FaultKind,
+    FaultRequest,
+    Prepare,
+    Running,
+    number,
+    whole,
+)
+from armdrive.sim.wire import (
+    Amount,
+    Effect,
+    Lane,
+    Next,
+    Nth,
+    Rule,
+    Share,
+    changed,
+    frame_lost,
+    late,
+    lost,
+    overtaken,
+    repeated,
+)
+from kinematics.errors import did_you_mean
+
+BROWN_OUT_S = 0.5
+
+
+def brown_out(bench: Bench, _: FaultRequest) -> Begin:
+    """Have the power fail, and come back."""
+
+    def end() -> None:
+        if not bench.device.powered:
+            bench.device.power_on()
+
+    def begin() -> Running:
+        if bench.device.powered:
+            bench.device.power_off()
+        return Running(end)
+
+    return begin
+
+
+def reset(bench: Bench, _: FaultRequest) -> Begin:
+    """Have the board reset, its power on."""
+    device = bench.device
+    if not isinstance(device, Resettable):
+        raise lacks(device, "reset apart from its power")
+    return device.reset
+
+
+def lose_steps(bench: Bench, request: FaultRequest) -> Begin:
+    """Have a motor lose steps."""
+    motor, count = motor_of(bench, request.words[0]), whole(request.words[1])
+    if count < 1:
+        raise BadRequest(f"1 step or more can be lost, not {count}")
+    return lambda: bench.device.world.lose(motor, count)
+
+
+def stall(bench: Bench, request: FaultRequest) -> Begin:
+    """Have a motor no longer follow."""
+    motor, stalled = motor_of(bench, request.words[0]), bench.device.world.stalled
+
+    def begin() -> Running:
+        stalled.add(motor)
+        return Running(lambda: stalled.discard(motor), lambda: motor in stalled)
+
+    return begin
+
+
+def switch(bench: Bench, request: FaultRequest) -> Begin:
+    """Have a limit switch stick, or free it."""
+    device = bench.device
+    if not isinstance(device, HasSwitches):
+        raise lacks(device, "limit switches")
+    axis, state = motor_of(bench, request.words[0]), request.words[1].lower()
+    states = {each.value: each for each in SwitchState}
+    if state not in states:
+        raise BadRequest(f"a switch is {', '.join(states)}, not {request.words[1]!r}")
+
+    def begin() -> Running | None:
+        device.set_switch(axis, states[state])
+        if states[state] is SwitchState.FREE:
+            return None
+        return Running(lambda: device.set_switch(axis, SwitchState.FREE))
+
+    return begin
+
+
+def motor_of(bench: Bench, word: str) -> int:
+    """Return a motor's index, given as its number from 1 or as its name."""
+    names = [motor.name for motor in bench.device.world.body.transmission.motors]
+    if word in names:
+        return names.index(word)
+    if word.isascii() and word.isdecimal() and 1 <= int(word) <= len(names):
+        return int(word) - 1
+    raise BadRequest(f"motors are 1 to {len(names)} or {', '.join(names)}, not {word!r}")
+
+
+# The faults of the wire: bytes lost, changed, repeated, late, made up; the cable pulled.
+
+NOISE_BYTES = 8
+NOISE_MOST = 4096
+
+
+def on_wire(effect: Callable[[FaultRequest], Effect], first: int = 0, default: str = "") -> Prepare:
+    """Return a row's `prepare` that puts an effect on the lanes of the sides that speak."""
+    return ruling(lambda request, amount: Rule(effect(request), amount), first, default)
+
+
+def ruling(
+    make: Callable[[FaultRequest, Amount], Rule], first: int = 0, default: str = ""
+) -> Prepare:
+    """Return a row's `prepare` that puts a rule on the lanes of the sides that speak."""
+
+    def prepare(bench: Bench, request: FaultRequest) -> Begin:
+        words = request.words[first:] or ((default,) if default else ())
+        rules = [
+            (lane, make(request, _amount(words[0] if words else "", request, lane_number)))
+            for lane_number, lane in enumerate(_lanes(bench, request.side))
+        ]
+
+        def begin() -> Running:
+            for lane, rule in rules:
+                lane.rules.append(rule)
+            return Running(
+                lambda: _withdraw(rules), lambda: any(rule in lane.rules for lane, rule in rules)
+            )
+
+        return begin
+
+    return prepare
+
+
+def _withdraw(rules: list[tuple[Lane, Rule]]) -> None:
+    for lane, rule in rules:
+        lane.rules = [one for one in lane.rules if one is not rule]
+
+
+def _lanes(bench: Bench, side: str) -> list[Lane]:
+    lanes = {"host": bench.line.faults.host, "device": bench.line.faults.device}
+    return [lane for name, lane in lanes.items() if side in (name, "both")]
+
+
+def _amount(word: str, request: FaultRequest, salt: int) -> Amount:
+    if word == "next":
+        return Next()
+    if word.startswith("#"):
+        count = whole(word[1:])
+        if count < 1:
+            raise BadRequest("bytes are counted from #1")
+        return Nth(count)
+    share = number(word)
+    if not 0.0 <= share <= 1.0:
+        raise BadRequest(f"a probability is from 0 to 1, not {word}; the n-th byte is #n")
+    return Share(share, draw(request, salt))
+
+
+def draw(request: FaultRequest, salt: int = 0) -> random.Random:
+    """Return the generator of a fault's chances, the same for the same seed."""
+    return random.Random(f"{request.name} {request.seed} {salt}")  # noqa: S311 - to be repeatable
+
+
+def delaying(request: FaultRequest) -> Effect:
+    """Return the effect of the delay that the first word gives."""
+    seconds = number(request.words[0])
+    if not 0.0 < seconds < float("inf"):
+        raise BadRequest(f"a delay must be above 0 seconds, not {request.words[0]}")
+    return late(seconds)
+
+
+def mute(bench: Bench, _: FaultRequest) -> Begin:
+    """Have the device say nothing."""
+    return silencing(bench, "device")
+
+
+def silencing(bench: Bench, side: str) -> Callable[[], Running]:
+    """Return what has nothing pass that a side says, or both."""
+    every = Share(1.1, random.Random(0))  # noqa: S311 - every byte, nothing is drawn
+    rules = [(lane, Rule(lost, every)) for lane in _lanes(bench, side)]
+
+    def begin() -> Running:
+        for lane, rule in rules:
+            lane.rules.append(rule)
+        return Running(lambda: _withdraw(rules))
+
+    return begin
+
+
+def garbage(bench: Bench, request: FaultRequest) -> Begin:
+    """Have noise come from the device's end of the wire."""
+    count = whole(request.words[0]) if request.words else NOISE_BYTES
+    if not 1 <= count <= NOISE_MOST:
+        raise BadRequest(f"noise has 1 to {NOISE_MOST} bytes, not {count}")
+    noise = draw(request).randbytes(count)
+    return lambda: bench.line.say(noise, bench.device.now_s)
+
+
+def unplug(bench: Bench, _: FaultRequest) -> Begin:
+    """Pull the cable."""
+
+    def begin() -> Running:
+        bench.cable.unplug()
+        return Running(bench.cable.replug)
+
+    return begin
+
+
+def replug(bench: Bench, request: FaultRequest) -> Begin:
+    """Put the cable back, under another name perhaps."""
+    words = [word for word in request.words if word != "as"]
+    return lambda: bench.cable.replug(words[0] if words else None)
+
+
+# The faults of a CAN bus and of the drives on it: frames lost or overtaken, drives mute or reset.
+#
+# They need no more than a device that is `DrivesOnBus`; some, one that `SaysEmergencies`.
+
+_CODE = re.compile(r"[0-9A-Fa-f]{4}")
+FIRST_ERROR = 0x100
+"""Of an EMCY: what is below says that no error is left."""
+
+
+def frame_doubled(frame: bytes, amount: Amount) -> tuple[bytes, float]:
+    """Say a frame twice."""
+    return frame * (2 if amount.strikes(len(frame)) else 1), 0.0
+
+
+def bus_off(bench: Bench, _: FaultRequest) -> Begin:
+    """Have the host's adapter leave the bus."""
+    _drives(bench)
+    line: Any = bench.line
+
+    def begin() -> Running:
+        if not hasattr(line, "leave_bus"):
+            raise BadRequest("this wire is no CAN bus, so no adapter can leave it")
+        line.leave_bus()
+        return Running(lambda: line.leave_bus(off=False), lambda: bool(line.bus_off))
+
+    return begin
+
+
+def alone(bench: Bench, _: FaultRequest) -> Begin:
+    """Have nobody acknowledge what the adapter sends: it stands alone on its bus."""
+    _drives(bench)
+    adapter = getattr(bench.line, "adapter", None)
+    silence = silencing(bench, "both")
+
+    def set_alone(on: bool) -> None:
+        if adapter is not None:
+            adapter.faults.alone = on
+
+    def begin() -> Running:
+        set_alone(True)
+        silent = silence()
+
+        def end() -> None:
+            set_alone(False)
+            silent.end()
+
+        return Running(end)
+
+    return begin
+
+
+def mute_drive(bench: Bench, request: FaultRequest) -> Begin:
+    """Have a drive say nothing, while it hears and obeys."""
+    return _lasting(bench, request, lambda drives, at, on: drives.mute_drive(at, on))
+
+
+def dead_drive(bench: Bench, request: FaultRequest) -> Begin:
+    """Take a drive's supply away."""
+    return _lasting(bench, request, lambda drives, at, on: drives.power_drive(at, not on))
+
+
+def without_done(bench: Bench, request: FaultRequest) -> Begin:
+    """Have a drive not say that a motion is done."""
+    return _lasting(bench, request, lambda drives, at, on: drives.withhold_done(at, on))
+
+
+def reset_drive(bench: Bench, request: FaultRequest) -> Begin:
+    """Have a drive's firmware begin anew."""
+    drives, at = _drives(bench), motor_of(bench, request.words[0])
+    return lambda: drives.reset_drive(at)
+
+
+def other_mode(bench: Bench, request: FaultRequest) -> Begin:
+    """Give a drive another mode, as somebody does at its keys."""
+    return _changed(bench, request, lambda drives, at, mode: drives.set_drive_mode(at, mode))
+
+
+def other_id(bench: Bench, request: FaultRequest) -> Begin:
+    """Give a drive another id, one that another has perhaps."""
+    return _changed(bench, request, lambda drives, at, node: drives.set_drive_id(at, node))
+
+
+def ailing_drive(bench: Bench, request: FaultRequest) -> Begin:
+    """Have a drive fail by itself, for as long as this lasts; it is to be reset then."""
+    drives, at = _emergencies(bench), motor_of(bench, request.words[0])
+    code = _code(request.words[1])
+
+    def begin() -> Running:
+        drives.ail_drive(at, code)
+        return Running(lambda: drives.mend_drive(at, code))
+
+    return begin
+
+
+def warning_drive(bench: Bench, request: FaultRequest) -> Begin:
+    """Have a drive say an EMCY, and go on."""
+    drives, at = _emergencies(bench), motor_of(bench, request.words[0])
+    code = _code(request.words[1])
+    return lambda: drives.warn_drive(at, code)
+
+
+def _emergencies(bench: Bench) -> SaysEmergencies:
+    if not isinstance(bench.device, SaysEmergencies):
+        raise lacks(bench.device, "error codes of its own")
+    return bench.device
+
+
+def _code(word: str) -> int:
+    if not _CODE.fullmatch(word) or int(word, 16) < FIRST_ERROR:
+        raise BadRequest(f"an error code is four hex digits from 0100 on, 4310 say, not {word!r}")
+    return int(word, 16)
+
+
+def _drives(bench: Bench) -> DrivesOnBus:
+    device = bench.device
+    if not isinstance(device, DrivesOnBus):
+        raise BadRequest(f"the simulated {device.title} has no drives on a bus")
+    return device
+
+
+def _lasting(
+    bench: Bench, request: FaultRequest, switch: Callable[[DrivesOnBus, int, bool], None]
+) -> Begin:
+    drives, at = _drives(bench), motor_of(bench, request.words[0])
+
+    def begin() -> Running:
+        switch(drives, at, True)
+        return Running(lambda: switch(drives, at, False))
+
+    return begin
+
+
+def _changed(
+    bench: Bench, request: FaultRequest, change: Callable[[DrivesOnBus, int, int], int]
+) -> Begin:
+    drives, at = _drives(bench), motor_of(bench, request.words[0])
+    value = whole(request.words[1])
+
+    def begin() -> Running:
+        before = change(drives, at, value)
+        return Running(lambda: _discard(change(drives, at, before)))
+
+    return begin
+
+
+def _discard(_: int) -> None:
+    """Take no interest in what was before."""
+
+
+# The table of faults that a simulated arm can be given: name, arguments, what goes wrong.
+#
+# Each row checks its arguments when the fault is asked for, and gives back what begins it.
+
+_FRAMES = "P|#N|next"
+"""How many: each frame with a probability, the one with the n-th byte from now, or the next."""
+AMOUNT = "P|#N|next"
+"""How much: each byte with a probability, the n-th byte from now, or all of the next message."""
+_ON_BUS = tuple(
+    replace(kind, needs=DrivesOnBus)
+    for kind in (
+        FaultKind("lose-frame", _FRAMES, "frames are lost", on_wire(lambda _: frame_lost), (1, 1)),
+        FaultKind(
+            "double-frame", _FRAMES, "frames come twice", on_wire(lambda _: frame_doubled), (1, 1)
+        ),
+        FaultKind(
+            "overtake",
+            _FRAMES,
+            "frames come after the next one",
+            ruling(lambda _, amount: overtaken(amount)),
+            (1, 1),
+        ),
+        FaultKind("bus-off", "", "the host's adapter leaves the bus", bus_off),
+        FaultKind("alone", "", "nobody acknowledges what the adapter sends", alone),
+        FaultKind("drive-mute", "MOTOR", "a drive says nothing, but obeys", mute_drive, (1, 1)),
+        FaultKind("drive-dead", "MOTOR", "a drive has no supply", dead_drive, (1, 1)),
+        FaultKind("drive-reset", "MOTOR", "a drive begins anew", reset_drive, (1, 1)),
+        FaultKind("drive-mode", "MOTOR MODE", "a drive has another mode", other_mode, (2, 2)),
+        FaultKind("drive-id", "MOTOR ID", "a drive has another id", other_id, (2, 2)),
+        FaultKind("no-done", "MOTOR", "a drive says no motion done", without_done, (1, 1)),
+    )
+)
+"""What befalls drives on a CAN bus alone."""
+_OF_DRIVES = tuple(
+    replace(kind, needs=SaysEmergencies)
+    for kind in (
+        FaultKind("drive-fault", "MOTOR CODE", "a drive fails, 4310 say", ailing_drive, (2, 2)),
+        FaultKind("drive-emcy", "MOTOR CODE", "a drive says an EMCY alone", warning_drive, (2, 2)),
+    )
+)
+"""What befalls drives that have error codes."""
+FAULTS: Mapping[str, FaultKind] = MappingProxyType(
+    {
+        kind.name: kind
+        for kind in (
+            FaultKind("drop", AMOUNT, "bytes are lost", on_wire(lambda _: lost), (1, 1)),
+            FaultKind(
+                "corrupt",
+                AMOUNT,
+                "bytes have a bit flipped",
+                on_wire(lambda request: changed(draw(request, 2))),
+                (1, 1),
+            ),
+            FaultKind("duplicate", AMOUNT, "bytes come twice", on_wire(lambda _: repeated), (1, 1)),
+            FaultKind(
+                "delay",
+                f"SECONDS [{AMOUNT}]",
+                "messages are late",
+                on_wire(delaying, 1, "1"),
+                (1, 2),
+            ),
+            FaultKind("mute", "", "the device says nothing", mute),
+            FaultKind("garbage", "[COUNT]", "the device says noise, 8 bytes", garbage, (0, 1)),
+            FaultKind("unplug", "", "the cable is pulled", unplug),
+            FaultKind("replug", "[as NAME]", "the cable is put back", replug, (0, 2)),
+            FaultKind(
+                "brown-out",
+                "",
+                "power fails for half a second: registers are lost, the arm sags",
+                brown_out,
+                lasts_s=BROWN_OUT_S,
+            ),
+            FaultKind(
+                "reset",
+                "",
+                "the board resets, its power on",
+                reset,
+                needs=Resettable,
+            ),
+            FaultKind("lose-steps", "MOTOR N", "the next N steps are lost", lose_steps, (2, 2)),
+            FaultKind("stall", "MOTOR", "a motor no longer follows", stall, (1, 1)),
+            FaultKind(
+                "switch",
+                "MOTOR open|closed|free",
+                "a limit switch sticks",
+                switch,
+                (2, 2),
+                needs=HasSwitches,
+            ),
+            *_ON_BUS,
+            *_OF_DRIVES,
+        )
+    }
+)
+"""Every fault by its name; parsing, help and lists are made from it."""
+
+
+def faults_of(device: type[SimDevice]) -> tuple[FaultKind, ...]:
+    """Return the faults that a kind of device can have."""
+    return tuple(kind for kind in FAULTS.values() if kind.befalls(device))
+
+
+def fault_kind(name: str) -> FaultKind:
+    """Return a row of the table; `BadRequest` suggests the nearest name."""
+    if name in FAULTS:
+        return FAULTS[name]
+    hint = did_you_mean(name, FAULTS, f"there are {', '.join(FAULTS)}", likeness=0.4)
+    raise BadRequest(f"there is no fault {name!r}; {hint}")

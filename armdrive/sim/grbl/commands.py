@@ -1,0 +1,372 @@
+"""The `$` commands of a simulated GRBL board. Source: gnea/grbl grbl/system.c."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Generator, Mapping, Sequence
+from types import MappingProxyType
+from typing import Any
+
+from armdrive.sim.grbl.board import Board, write_eeprom
+from armdrive.sim.grbl.firmware import (
+    ACCELERATION,
+    ALWAYS_ON_MS,
+    DEBOUNCE_MS,
+    HOMING,
+    HOMING_DIRECTIONS,
+    HOMING_FEED,
+    HOMING_SEEK,
+    IDLE_MS,
+    PULL_OFF,
+    RATE,
+    STEPS,
+    TRAVEL,
+)
+from armdrive.sim.grbl.parser import STORED
+from firmware_protocol.grbl import (
+    Block,
+    Bracketed,
+    CheckMode,
+    Feedback,
+    Help,
+    Home,
+    Parameter,
+    QueryBuildInfo,
+    QueryParameters,
+    QueryParserState,
+    QuerySettings,
+    QueryStartupLines,
+    Realtime,
+    Rejected,
+    Restore,
+    SetSetting,
+    Setting,
+    Sleep,
+    State,
+    StoreBuildInfo,
+    StoreStartupLine,
+    SystemCommand,
+    Unlock,
+    parse_line,
+)
+
+# Homing of a simulated GRBL board: towards the switches, off them, slowly on again, and off.
+#
+# All axes that are homed move together, each at the homing rate, and drop out as their switches
+# are
+# pressed. Unlike the real firmware, which stops an axis dead, the others pause while one drops
+# out.
+# Source: gnea/grbl grbl/limits.c (limits_go_home).
+
+SEARCH = 1.5
+"""The way in which a switch is looked for, in travels."""
+LOCATE = 5.0
+"""The same in pull-offs, when it is looked for again."""
+_STILL_PRESSED, _NOT_FOUND = 8, 9
+_MINUTE_S = 60.0
+
+Steps = Generator[float, None, int]
+
+
+def home(board: Board, axes: Sequence[int]) -> Steps:
+    """Home axes; returns 0, or the number of the alarm with which it failed."""
+    settings = board.settings
+    board.state = State.HOME
+    board.drive.energise()
+    board.idle_off_s = math.inf
+    far = SEARCH * max(settings.axis(TRAVEL, axis) for axis in axes)
+    back, seek = settings[PULL_OFF], settings[HOMING_SEEK] / _MINUTE_S
+    feed = settings[HOMING_FEED] / _MINUTE_S
+    for search, rate in ((far, seek), (LOCATE * back, feed)):
+        found = yield from _approach(board, axes, search, rate)
+        if not found:
+            return _NOT_FOUND
+        yield board.now_s + settings[DEBOUNCE_MS] / 1000
+        yield from _go(board, axes, -back, seek)
+        if any(board.switches.pressed(axis) for axis in axes):
+            return _STILL_PRESSED
+        yield board.now_s + settings[DEBOUNCE_MS] / 1000
+    _set_position(board, axes)
+    board.state = State.IDLE
+    if not settings.motors_stay_on:
+        board.let_motors_go()
+    board.limits.forget(board)
+    return 0
+
+
+def _approach(
+    board: Board, axes: Sequence[int], search: float, rate: float
+) -> Generator[float, None, bool]:
+    """Move axes until each has pressed its switch; False where one has not by then."""
+    left = [axis for axis in axes if not board.switches.pressed(axis)]
+    while left:
+        if search <= 0.0:
+            return False
+        ways = [_units_to_switch(board, axis) for axis in left]
+        way = min([search, *(way for way in ways if way is not None)])
+        yield from _go(board, left, way, rate)
+        search -= way
+        left = [axis for axis in left if not board.switches.pressed(axis)]
+    return True
+
+
+def _units_to_switch(board: Board, axis: int) -> float | None:
+    """Return how far an axis has to go, and a whole step at least; None where for ever."""
+    steps = board.switches.steps_to(axis, _way(board, axis))
+    return None if steps is None else max(steps, 1) / board.settings.axis(STEPS, axis)
+
+
+def _way(board: Board, axis: int) -> int:
+    return -1 if board.settings.mask(HOMING_DIRECTIONS, axis) else 1
+
+
+def _go(
+    board: Board, axes: Sequence[int], units: float, rate: float
+) -> Generator[float, None, None]:
+    """Move axes by as much each towards their switches (back where negative), and wait."""
+    target = list(board.drive.units_of(board.drive.rack.goal))
+    for axis in axes:
+        target[axis] += units * _way(board, axis)
+    board.drive.queue_to(target, rate * math.sqrt(len(axes)), board.now_s)
+    while board.drive.rack.waiting:
+        yield math.inf
+
+
+def _set_position(board: Board, axes: Sequence[int]) -> None:
+    """Have the axes stand a pull-off inside their travel, which is all on the negative side."""
+    settings = board.settings
+    place = list(board.drive.units_of(board.drive.rack.goal))
+    for axis in axes:
+        place[axis] = -settings[PULL_OFF]
+        if settings.mask(HOMING_DIRECTIONS, axis):
+            place[axis] = settings[PULL_OFF] - settings.axis(TRAVEL, axis)
+    counts = board.drive.steps_of(place)
+    board.drive.set_axes(counts, board.now_s)
+    board.parser.position = board.drive.units_of(counts)
+
+
+# FluidNC's own way to name settings: `$/stepping/idle_ms`, and `=255` behind it to change it.
+#
+# What is changed lasts until the power is gone on a real board: its file is another matter.
+
+UNKNOWN, NO_NUMBER, PATH_NOT_IDLE = 3, 2, 8
+FIRST_TOLD = 10
+"""Of the numbered settings `$$` lists those from here on."""
+_LINE = re.compile(r"\$/([a-z0-9_/]+)(?:=(.*))?", re.IGNORECASE)
+_AXIS = re.compile(r"axes/([a-z])/(\w+)")
+_OF_AXIS = {
+    "steps_per_mm": STEPS,
+    "max_rate_mm_per_min": RATE,
+    "acceleration_mm_per_sec2": ACCELERATION,
+    "max_travel_mm": TRAVEL,
+}
+
+
+def named_path(line: str) -> tuple[str, str | None] | None:
+    """Return the path that a line names, and the value that it sets; None for any other line."""
+    found = _LINE.fullmatch(line)
+    return None if found is None else (found[1].lower(), found[2])
+
+
+def run_path(board: Board, path: str, value: str | None) -> Steps:
+    """Tell a setting, or change it."""
+    yield from ()
+    number = _number(board, path)
+    if number is None:
+        return UNKNOWN
+    if value is None:
+        text = dict(board.settings.written())[number]
+        board.say(Setting(f"/{path}", text))
+        return 0
+    if board.state not in (State.IDLE, State.ALARM):
+        return PATH_NOT_IDLE
+    try:
+        given = float(value)
+    except ValueError:
+        return NO_NUMBER
+    if not math.isfinite(given):
+        return NO_NUMBER
+    code = board.settings.store(number, given)
+    board.drive.rack.limits = board.settings.limits()
+    return code
+
+
+def _number(board: Board, path: str) -> int | None:
+    if path == "stepping/idle_ms":
+        return IDLE_MS
+    found = _AXIS.fullmatch(path)
+    if found is None or found[1].upper() not in board.axes or found[2] not in _OF_AXIS:
+        return None
+    return _OF_AXIS[found[2]] + board.axes.index(found[1].upper())
+
+
+NOT_IDLE, NO_HOMING = 8, 5
+_HELP = "$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x"
+
+
+def run_system(board: Board, command: SystemCommand) -> Steps:
+    """Carry out a command, or refuse it in this state; returns 0 or the number of an error."""
+    states, steps = _COMMANDS[type(command)]
+    if states and board.state not in states:
+        return NOT_IDLE
+    return (yield from steps(board, command))
+
+
+def _help(board: Board, _: Help) -> Steps:
+    board.say(Bracketed(f"HLP:{_HELP}"))
+    yield from ()
+    return 0
+
+
+def _settings(board: Board, _: QuerySettings) -> Steps:
+    for number, text in board.settings.written():
+        if number >= FIRST_TOLD or not board.firmware.has_paths:
+            board.say(Setting(number, text))
+    yield from ()
+    return 0
+
+
+def _parser_state(board: Board, _: QueryParserState) -> Steps:
+    board.say(board.parser.modal.report)
+    yield from ()
+    return 0
+
+
+def _parameters(board: Board, _: QueryParameters) -> Steps:
+    parser = board.parser
+    for name in STORED:
+        board.say(Parameter(name, parser.stored[name]))
+    board.say(Parameter("G92", parser.g92))
+    board.say(Parameter("TLO", (0.0,)))
+    board.say(Parameter("PRB", parser.zero, success=False))
+    yield from ()
+    return 0
+
+
+def _build(board: Board, _: QueryBuildInfo) -> Steps:
+    for line in board.firmware.info(board.axes, board.note):
+        board.say(line)
+    yield from ()
+    return 0
+
+
+def _startup_lines(board: Board, _: QueryStartupLines) -> Steps:
+    for number, text in enumerate(board.startup):
+        board.say(Setting(f"N{number}", text))
+    yield from ()
+    return 0
+
+
+def _unlock(board: Board, _: Unlock) -> Steps:
+    if board.state is State.ALARM:
+        board.say(Feedback("Caution: Unlocked"))
+        board.state = State.IDLE
+    yield from ()
+    return 0
+
+
+def _check(board: Board, _: CheckMode) -> Steps:
+    if board.state is State.CHECK:
+        board.say(Feedback("Disabled"))
+        board.makers.order(board, Realtime.SOFT_RESET)
+        yield math.inf
+    elif board.state is not State.IDLE:
+        return NOT_IDLE
+    board.say(Feedback("Enabled"))
+    board.state = State.CHECK
+    return 0
+
+
+def _sleep(board: Board, _: Sleep) -> Steps:
+    """Fall asleep, once the line is answered: seen on both 8-bit boards."""
+
+    def fall_asleep() -> None:
+        board.say(Feedback("Sleeping"))
+        board.outputs.off()
+        board.outputs_changed()
+        board.state, board.stands = State.SLEEP, True
+        board.idle_off_s = board.now_s + ALWAYS_ON_MS / 1000
+
+    board.afterwards = fall_asleep
+    yield from ()
+    return 0
+
+
+def _home(board: Board, command: Home) -> Steps:
+    if not board.settings.on(HOMING):
+        return NO_HOMING
+    letters = command.axes or board.axes
+    code = yield from home(board, [board.axes.index(letter) for letter in letters])
+    if code:
+        board.makers.fail(board, code)
+        yield math.inf
+    return 0
+
+
+def _set(board: Board, command: SetSetting) -> Steps:
+    code = board.settings.store(command.setting, command.value)
+    if code:
+        return code
+    board.drive.rack.limits = board.settings.limits()
+    yield from write_eeprom(board)
+    return 0
+
+
+def _store_line(board: Board, command: StoreStartupLine) -> Steps:
+    if board.state is not State.IDLE:
+        return NOT_IDLE
+    content = parse_line(command.line, board.codec.dialect)
+    if isinstance(content, Rejected):
+        return content.code
+    if command.line and not isinstance(content, Block):
+        return 3
+    board.startup[command.which] = command.line
+    yield from write_eeprom(board)
+    return 0
+
+
+def _store_note(board: Board, command: StoreBuildInfo) -> Steps:
+    board.note = command.note
+    yield from write_eeprom(board)
+    return 0
+
+
+def _restore(board: Board, command: Restore) -> Steps:
+    if command.what in "$*":
+        board.settings.values.update(board.settings.factory)
+    if command.what in "#*":
+        board.parser.stored = dict.fromkeys(STORED, board.parser.zero)
+    if command.what == "*":
+        board.startup[:] = "", ""
+        board.note = ""
+    yield from write_eeprom(board)
+    board.say(Feedback("Restoring defaults"))
+    board.makers.order(board, Realtime.SOFT_RESET)
+    yield math.inf
+    return 0
+
+
+_STILL = (State.IDLE, State.ALARM)
+_NO_CYCLE = tuple(state for state in State if state not in (State.RUN, State.HOLD))
+_COMMANDS: Mapping[type, tuple[tuple[State, ...], Callable[[Board, Any], Steps]]] = (
+    MappingProxyType(
+        {
+            Help: ((), _help),
+            QuerySettings: (_NO_CYCLE, _settings),
+            QueryParserState: ((), _parser_state),
+            CheckMode: ((), _check),
+            Unlock: ((), _unlock),
+            QueryParameters: (_STILL, _parameters),
+            QueryBuildInfo: (_STILL, _build),
+            QueryStartupLines: (_STILL, _startup_lines),
+            Sleep: (_STILL, _sleep),
+            Home: (_STILL, _home),
+            SetSetting: (_STILL, _set),
+            StoreStartupLine: (_STILL, _store_line),
+            StoreBuildInfo: (_STILL, _store_note),
+            Restore: (_STILL, _restore),
+        }
+    )
+)
+"""The states in which a command is taken (all where none is named), and what it does."""

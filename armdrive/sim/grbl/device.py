@@ -1,0 +1,267 @@
+"""A GRBL board that is not there: the device side of its dialect on a simulated physical arm.
+
+The board itself is in `grbl_board`; here are its power, its inputs, the gripper that it may drive,
+and what a person can do beside it. A new one has just been switched on, or been reset by opening
+its port: its counts are at zero whatever the posture, and its banner is the first thing it says.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import ClassVar
+
+from armdrive.errors import BadRequest, StateFileError
+from armdrive.sim.device import SimBase, SwitchState
+from armdrive.sim.grbl.board import Board, Makers
+from armdrive.sim.grbl.firmware import Build, Settings
+from armdrive.sim.grbl.hardware import Switches
+from armdrive.sim.grbl.lines import run_line
+from armdrive.sim.grbl.motors import BoardDrive
+from armdrive.sim.grbl.parser import STORED
+from armdrive.sim.grbl.realtime import (
+    fail,
+    hold,
+    obey,
+    raise_critical,
+    resume,
+    soft_reset,
+    switched_on,
+)
+from armdrive.sim.world.saved import MEND, Json, Saved
+from armdrive.sim.world.world import World
+from firmware_protocol.grbl import State
+from kinematics.spaces import Motors
+
+# What a simulated GRBL board knows, as plain numbers and texts, beside its saved world.
+
+_PORT_MOST = 255
+
+
+def known_json(board: Board) -> dict[str, Json]:
+    """Return what is in the EEPROM, the outputs, and whether the board is locked."""
+    locked = board.state in (State.ALARM, State.SLEEP)
+    settings: dict[str, Json] = {str(key): value for key, value in board.settings.values.items()}
+    offsets: dict[str, Json] = {name: list(board.parser.stored[name]) for name in STORED}
+    return {
+        "axes": board.axes,
+        "state": str(State.ALARM if locked else State.IDLE),
+        "settings": settings,
+        "offsets": offsets,
+        "startup": list(board.startup),
+        "note": board.note,
+        "outputs": board.outputs.to_json(),
+    }
+
+
+def recall_known(board: Board, saved: Saved) -> None:
+    """Have a board know what `known_json` wrote; raises `StateFileError`."""
+    if saved.text("axes") != board.axes:
+        raise StateFileError(f"the saved board has other axes than {board.axes}; {MEND}")
+    state = saved.text("state")
+    if state not in (State.ALARM, State.IDLE):
+        raise StateFileError(f"no board is saved in the state {state!r}; {MEND}")
+    settings = saved.table("settings")
+    values = {key: settings.number(str(key)) for key in board.settings.values}
+    settings.end()
+    offsets = saved.table("offsets")
+    stored = {name: _place(offsets, name, len(board.axes)) for name in STORED}
+    offsets.end()
+    startup = [_line(item) for item in saved.items("startup")]
+    if len(startup) != len(board.startup):
+        raise StateFileError(f"a board has {len(board.startup)} startup lines; {MEND}")
+    note = saved.text("note")
+    _recall_outputs(board, saved.table("outputs"))
+    board.settings.values.update(values)
+    board.drive.rack.limits = board.settings.limits()
+    board.parser.stored = stored
+    board.parser.restart(board.drive.units_of(board.drive.rack.goal))
+    board.startup[:] = startup
+    board.note = note
+    board.state = State(state)
+
+
+def _place(saved: Saved, name: str, axes: int) -> tuple[float, ...]:
+    items = saved.items(name)
+    wanted = [Saved({"at": item}, "offset").number("at") for item in items]
+    if len(wanted) != axes:
+        raise StateFileError(f"the saved {name} needs {axes} numbers; {MEND}")
+    return tuple(wanted)
+
+
+def _line(item: object) -> str:
+    return Saved({"line": item}, "startup").text("line")
+
+
+def _recall_outputs(board: Board, saved: Saved) -> None:
+    outputs = board.outputs
+    outputs.spindle, outputs.speed = saved.text("spindle"), saved.number("speed")
+    outputs.flood, outputs.mist = saved.flag("flood"), saved.flag("mist")
+    digital, analog = saved.table("digital"), saved.table("analog")
+    ports = [str(port) for port in range(_PORT_MOST + 1)]
+    outputs.digital = {int(p): digital.flag(p) for p in ports if p in digital.data}
+    outputs.analog = {int(p): analog.number(p) for p in ports if p in analog.data}
+    for table in (digital, analog, saved):
+        table.end()
+
+
+COUNT_MOST = (1 << 31) - 1
+PINS = "PDHSR"
+"""What the input bits are: probe, door, feed hold, cycle start, reset."""
+_MAKERS = Makers(run_line, obey, raise_critical, fail)
+
+
+class SimGrbl(SimBase):
+    """The board, the arm, and the person beside them."""
+
+    title: ClassVar[str] = "GRBL board"
+    input_bits: ClassVar[int] = len(PINS)
+    _drive: BoardDrive
+
+    def __init__(
+        self,
+        world: World,
+        build: Build,
+        settings: Settings,
+        switches: Switches,
+        baud: int | None,
+    ) -> None:
+        drive = BoardDrive(world, build, settings.limits())
+        super().__init__(world, drive, baud)
+        self.build = build
+        self.board = Board(
+            build,
+            settings,
+            drive,
+            switches,
+            self.said,
+            _MAKERS,
+            baud=baud,
+            outputs_changed=self._outputs_changed,
+        )
+        self._fingers: tuple[float, float] | None = None
+        world.energised = settings.motors_stay_on
+        self._start(0.0)
+
+    # What can be seen.
+
+    @property
+    def busy(self) -> bool:
+        """Whether a line is at work, or waits."""
+        return self.board.at_work
+
+    @property
+    def registers(self) -> Motors:
+        """The steps that its axes count."""
+        return self._drive.registers
+
+    def details(self) -> dict[str, Json]:
+        """Return the firmware, its state, its outputs, and how many bytes it has lost."""
+        return {
+            "firmware": self.build.firmware.name,
+            "state": str(self.board.state),
+            "outputs": self.board.outputs.to_json(),
+            "lost_bytes": self.board.ring.lost,
+        }
+
+    # What a person can do.
+
+    def set_input(self, bit: int, on: bool) -> None:
+        """Set a control pin; those of hold, start and reset do what their commands do."""
+        pressed = on and not self.inputs_set >> bit & 1
+        super().set_input(bit, on)
+        self.board.inputs = "".join(
+            letter for number, letter in enumerate(PINS) if self.inputs_set >> number & 1
+        )
+        act = {"H": hold, "S": resume, "R": soft_reset}.get(PINS[bit])
+        if act is not None and pressed and self.powered and not self.board.boot.active:
+            self.board.now_s = self.now_s
+            act(self.board)
+
+    def set_switch(self, axis: int, state: SwitchState) -> None:
+        """Have the limit switch of a motor (counted from 0) stick, or free it."""
+        if not 0 <= axis < len(self.build.order):
+            raise BadRequest(f"motors are numbered 0 to {len(self.build.order) - 1}, not {axis}")
+        self.board.switches.stuck[axis] = state
+        self._look()
+
+    def push(self, steps: Sequence[int]) -> None:
+        """Turn motors by force, against a switch perhaps."""
+        super().push(steps)
+        self._look()
+
+    def jog(self, steps: Sequence[int]) -> None:
+        """Move by hand of a person at the controls, at once; counted. `BadRequest` in motion."""
+        super().jog(steps)
+        self.board.parser.position = self._drive.units_of(self._drive.rack.goal)
+        self.board.limits.forget(self.board)
+
+    def reset(self) -> None:
+        """Reset the board, as opening its port does: it forgets where it is, and the arm sags."""
+        if self.powered:
+            self._drive.stop(self.now_s)
+            self.world.cut_current(self.now_s)
+            self._start(self.build.firmware.boot_s)
+
+    # The box.
+
+    def _boot(self) -> None:
+        self._start(self.build.firmware.boot_s)
+
+    def _start(self, wait_s: float) -> None:
+        self.board.now_s = self.now_s
+        self.board.forget()
+        self.said.clear()
+        self.board.boot.begin(switched_on(self.board, wait_s), self.now_s)
+        while self.board.boot.until_s <= self.now_s:
+            self.board.happen(self.now_s)
+
+    def _hear(self, data: bytes) -> None:
+        self.board.hear(data, self.now_s)
+
+    def _motion_ended(self) -> None:
+        self.board.happen(self.now_s)
+
+    def _happen(self) -> None:
+        if self._fingers is not None and self._fingers[0] <= self.now_s:
+            opening_mm = self._fingers[1]
+            self._fingers = None
+            self.world.move_fingers(opening_mm, self.now_s)
+        self.board.happen(self.now_s)
+
+    def _due_s(self) -> float:
+        return min(self.board.due_s(), math.inf if self._fingers is None else self._fingers[0])
+
+    def _forget(self) -> None:
+        self.board.forget()
+        self._fingers = None
+
+    def _known(self) -> dict[str, Json]:
+        return known_json(self.board)
+
+    def _recall_known(self, saved: Saved) -> None:
+        recall_known(self.board, saved)
+        if self.build.resets_on_open:
+            self.world.cut_current(self.now_s)
+            self._start(0.0)
+        else:
+            self.said.clear()
+            self.board.limits.forget(self.board)
+
+    def _register_range(self) -> tuple[int, int]:
+        return -COUNT_MOST, COUNT_MOST
+
+    def _look(self) -> None:
+        if self.powered:
+            self.board.now_s = self.now_s
+            self.board.limits.look(self.board)
+
+    def _outputs_changed(self) -> None:
+        """Move the fingers as their output says; they arrive when they have had the time to."""
+        value = self.board.outputs.value(self.build.fingers)
+        if value is None or self.world.body.transmission.has_gripper:
+            return
+        low, high = self.build.opening_mm
+        opening_mm = low + (high - low) * self.build.fingers.share(value)
+        way_mm = abs(opening_mm - self.world.opening_mm)
+        self._fingers = self.board.now_s + way_mm / self.build.finger_mm_s, opening_mm

@@ -1,0 +1,395 @@
+"""The boards of the GRBL family as data: how large, how quick, and what each does its own way.
+
+Where a figure is not known it is a guess to the harder side. Times are seconds. Those of the 8-bit
+boards were measured on the real firmware in a processor simulator, those of the others are not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from enum import Enum
+from types import MappingProxyType
+
+from armdrive.sim.grbl.hardware import Wiring
+from armdrive.sim.mechanics.planner import PathLimits, Stepping
+from firmware_protocol.grbl import (
+    AxesInfo,
+    Banner,
+    Bracketed,
+    BuildInfo,
+    Dialect,
+    Info,
+    Variant,
+    Version,
+)
+
+
+class Killed(Enum):
+    """What a reset that ends a motion does to the motors' current, even where $1 is 255.
+
+    Sources: st_go_idle and mc_reset of gnea/grbl grbl/stepper.c and motion_control.c, and of
+    grblHAL/core; protocol_disable_steppers of bdring/FluidNC Protocol.cpp.
+    """
+
+    LATE = "it is held for $1 with the interrupts off, and is without until it has started anew"
+    AT_ONCE = "it is without at once, until it has started anew"
+    NEVER = "it has started anew before $1 is over, and keeps it"
+
+
+@dataclass(frozen=True, slots=True)
+class Firmware:
+    """One firmware on its usual board. Bytes, steps a second, seconds.
+
+    Sources: gnea/grbl, fra589/grbl-Mega-5X, grblHAL/core, bdring/FluidNC. "Seen" is what the Mega
+    and an ATmega328P did with unchanged firmware in an AVR simulator.
+    """
+
+    name: str
+    variant: Variant
+
+    # what it holds
+    ring_bytes: int
+    """Its receive ring."""
+    blocks: int
+    """How many lines its planner queues."""
+    max_line: int
+    """The characters of a line. Seen: the Mega takes more than 200."""
+    stepping: Stepping
+    """How it steps. A hold begins to brake behind the segments that are computed, and a line leaves
+    the planner with its last one. Seen, from a hold to the last step: 0.43 s (Mega) and 0.24 s
+    (328p) at 31 steps/s, 0.27 s and 0.15 s at 50; 40 steps at 5, 10, 20 and 30 steps/s in 1.278 s
+    each. A guess of grblHAL and FluidNC."""
+    # the words that it knows
+    outputs: bool
+    """M62 to M68. Seen: the Mega and the 328p refuse them with error 20."""
+    unknown: frozenset[str]
+    """Words that its build refuses with error 20. Seen: M7 on the 328p."""
+    letters_to_home: int
+    """How many axes `$H` may name."""
+    crlf_answers_twice: bool
+
+    # how long it takes
+    parse_s: float
+    """A line. Seen: an empty one 0.35 ms."""
+    plan_s: float
+    """A motion, on top of it. Seen: the Mega takes 30 lines in 0.05 s, as fast as they come."""
+    eeprom_s: float
+    """A change of settings."""
+    deaf_in_eeprom: bool
+    """Bytes that arrive meanwhile are lost."""
+    alarm_s: float
+    """Behind an alarm its words are sent, before the board starts anew ..."""
+    start_s: float
+    """... which takes so long."""
+    boot_s: float
+    """From a reset of the board itself, without current."""
+    # alarms, resets and jogs
+    killed: Killed
+    """What becomes of the motors at a reset in motion."""
+    mute_in_critical: bool
+    """After a limit alarm `?` is not answered until the reset."""
+    hard_limits: bool
+    """With $21=1 a switch that closes is an alarm. Seen: the default RAMPS build of the Mega takes
+    $21=1 and does nothing (grbl/cpu_map.h: DISABLE_HW_LIMITS_INTERRUPT). Reports show the pin."""
+    silent_in_homing: bool
+    cancel_clears_ring: bool
+    """A jog cancel does. Seen on the Mega: five of eight lines were answered."""
+    cancel_hangs_s: float
+    """A cancel that comes so shortly before a jog's end leaves the board Idle, reading no line.
+    Seen: repeated every 20 ms, it hung 3 of 259 jogs of a Mega and 2 of 264 of a 328p."""
+    # what it says
+    tells_axes: bool
+    """`$I` names the axes."""
+    version: str
+    build: str
+    letters: str
+    """Its options in `$I`. Seen: VNMGH on the Mega, V on the 328p."""
+    tells_flags: bool = False
+    """`$I` ends in a number of flags. Seen on the Mega."""
+    factory: Mapping[int, float] = field(default_factory=dict)
+    """Settings as it leaves the factory, where gnea/grbl has others."""
+
+    def dialect(self, axes: str) -> Dialect:
+        """Return what lines a build with these axes reads."""
+        return Dialect(
+            self.variant,
+            axes,
+            self.max_line,
+            self.ring_bytes,
+            self.outputs,
+            self.letters_to_home > 0,
+            self.crlf_answers_twice,
+        )
+
+    @property
+    def grblhal(self) -> bool:
+        """Whether it has grblHAL's additional real-time commands."""
+        return self.variant is Variant.GRBLHAL
+
+    @property
+    def has_paths(self) -> bool:
+        """Whether its settings have names, as FluidNC's, and `$$` lists some of them only."""
+        return self.variant is Variant.FLUIDNC
+
+    @property
+    def banner(self) -> Banner:
+        """What it says when it starts."""
+        if self.variant is Variant.FLUIDNC:
+            return Banner(self.version, self.variant, self.build)
+        return Banner(self.version, self.variant)
+
+    def info(self, axes: str, note: str) -> tuple[Info, ...]:
+        """Return what `$I` answers; FluidNC says nothing of its ring."""
+        if self.variant is Variant.FLUIDNC:
+            return Version(f"{self.version} FluidNC {self.build}", note), BuildInfo(self.letters)
+        head = (
+            Version(f"{self.version}.{self.build}", note),
+            BuildInfo(self.letters, self.blocks, self.ring_bytes, ("0",) * self.tells_flags),
+        )
+        told = AxesInfo(len(axes), axes)
+        if self.grblhal:
+            return (*head, told, Bracketed("FIRMWARE:grblHAL"))
+        return (head[0], told, head[1]) if self.tells_axes else head
+
+
+_GRBL = Firmware(
+    name="grbl",
+    variant=Variant.GRBL,
+    ring_bytes=128,
+    blocks=15,
+    max_line=79,
+    outputs=False,
+    unknown=frozenset(("M7",)),
+    letters_to_home=0,
+    crlf_answers_twice=True,
+    stepping=Stepping(5, 1e-3, 16e6 / (8 * 65535)),
+    parse_s=0.35e-3,
+    plan_s=0.85e-3,
+    eeprom_s=17e-3,
+    deaf_in_eeprom=True,
+    killed=Killed.LATE,
+    alarm_s=0.5,
+    start_s=5e-3,
+    boot_s=1.5,
+    mute_in_critical=True,
+    hard_limits=True,
+    silent_in_homing=True,
+    cancel_clears_ring=False,
+    cancel_hangs_s=0.23e-3,
+    tells_axes=False,
+    version="1.1h",
+    build="20190830",
+    letters="V",
+)
+
+_MEGA_5X = replace(
+    _GRBL,
+    name="mega5x",
+    hard_limits=False,
+    ring_bytes=255,
+    blocks=35,
+    max_line=255,
+    stepping=replace(_GRBL.stepping, segments=9),
+    unknown=frozenset(),
+    letters_to_home=1,
+    cancel_clears_ring=True,
+    tells_axes=True,
+    version="1.1q",
+    build="20210103",
+    letters="VNMGH",
+    tells_flags=True,
+    factory=MappingProxyType({30: 12000.0, 31: 550.0}),
+)
+
+_GRBLHAL = Firmware(
+    name="grblhal",
+    variant=Variant.GRBLHAL,
+    ring_bytes=1024,
+    blocks=35,
+    max_line=256,
+    outputs=True,
+    unknown=frozenset(),
+    letters_to_home=9,
+    crlf_answers_twice=False,
+    stepping=Stepping(10),
+    parse_s=0.05e-3,
+    plan_s=0.1e-3,
+    eeprom_s=5e-3,
+    deaf_in_eeprom=False,
+    killed=Killed.NEVER,
+    alarm_s=0.1,
+    start_s=5e-3,
+    boot_s=0.5,
+    mute_in_critical=False,
+    hard_limits=True,
+    silent_in_homing=False,
+    cancel_clears_ring=True,
+    cancel_hangs_s=0.0,
+    tells_axes=True,
+    version="1.1f",
+    build="20240527",
+    letters="VNM",
+)
+
+_FLUIDNC = Firmware(
+    name="fluidnc",
+    variant=Variant.FLUIDNC,
+    ring_bytes=256,
+    blocks=15,
+    max_line=255,
+    outputs=True,
+    unknown=frozenset(),
+    letters_to_home=1,
+    crlf_answers_twice=False,
+    stepping=Stepping(12),
+    parse_s=0.1e-3,
+    plan_s=0.2e-3,
+    eeprom_s=5e-3,
+    deaf_in_eeprom=False,
+    killed=Killed.AT_ONCE,
+    alarm_s=0.5,
+    start_s=5e-3,
+    boot_s=1.0,
+    mute_in_critical=False,
+    hard_limits=True,
+    silent_in_homing=False,
+    cancel_clears_ring=False,
+    cancel_hangs_s=0.0,
+    tells_axes=False,
+    version="3.7",
+    build="v3.7.8",
+    letters="PHS",
+)
+
+FIRMWARES: Mapping[str, Firmware] = MappingProxyType(
+    {one.name: one for one in (_GRBL, _MEGA_5X, _GRBLHAL, _FLUIDNC)}
+)
+"""Every firmware by the name that the option takes."""
+
+
+# The settings of a simulated GRBL board: `$0` to `$132` and beyond, as its EEPROM holds them.
+#
+# Source: gnea/grbl doc/markdown/settings.md. Lengths are in the machine's own unit, which the
+# board
+# takes for mm; rates are stored per minute and accelerations per second squared.
+
+IDLE_MS, REPORT, JUNCTION = 1, 10, 11
+SOFT_LIMITS, HARD_LIMITS, HOMING, HOMING_DIRECTIONS = 20, 21, 22, 23
+HOMING_FEED, HOMING_SEEK, DEBOUNCE_MS, PULL_OFF = 24, 25, 26, 27
+INCHES = 13
+MOST_SPEED, LEAST_SPEED = 30, 31
+STEPS, RATE, ACCELERATION, TRAVEL = 100, 110, 120, 130
+ALWAYS_ON_MS = 255
+"""The step idle delay that leaves the motors on."""
+
+_WHOLE: Mapping[int, float] = {
+    0: 10, 1: 25, 2: 0, 3: 0, 4: 0, 5: 0, 6: 0, 10: 1, 13: 0, 20: 0, 21: 0, 22: 0, 23: 0, 26: 250,
+    30: 1000, 31: 0, 32: 0,
+}  # fmt: skip
+_DECIMAL: Mapping[int, float] = {11: 0.01, 12: 0.002, 24: 25.0, 25: 500.0, 27: 1.0}
+_PER_AXIS: Mapping[int, float] = {STEPS: 250.0, RATE: 500.0, ACCELERATION: 10.0, TRAVEL: 200.0}
+_SHORTEST_PULSE = 3
+_MINUTE_S = 60.0
+
+
+def factory_values(axes: int) -> dict[int, float]:
+    """Return the settings of a board as it leaves the factory."""
+    each = {group + axis: value for group, value in _PER_AXIS.items() for axis in range(axes)}
+    return {**_WHOLE, **_DECIMAL, **each}
+
+
+class Settings:
+    """The values by their numbers; `values` is what a start finds."""
+
+    def __init__(
+        self, axes: int, values: Mapping[int, float], factory: Mapping[int, float] | None = None
+    ) -> None:
+        self.axes = axes
+        self.factory = {**factory_values(axes), **(factory or {})}
+        self.values = dict(self.factory)
+        self.values.update({number: v for number, v in values.items() if number in self.values})
+
+    def __getitem__(self, number: int) -> float:
+        return self.values[number]
+
+    def on(self, number: int) -> bool:
+        """Return a setting that is yes or no."""
+        return bool(self.values[number])
+
+    def mask(self, number: int, axis: int) -> bool:
+        """Return an axis's bit of a mask."""
+        return bool(int(self.values[number]) >> axis & 1)
+
+    def axis(self, group: int, axis: int) -> float:
+        """Return a setting that each axis has: `STEPS`, say."""
+        return self.values[group + axis]
+
+    def per_axis(self, group: int) -> tuple[float, ...]:
+        """Return such a setting of all axes."""
+        return tuple(self.values[group + axis] for axis in range(self.axes))
+
+    @property
+    def motors_stay_on(self) -> bool:
+        """Whether the motors keep their current while they stand."""
+        return self.values[IDLE_MS] == ALWAYS_ON_MS
+
+    @property
+    def idle_s(self) -> float:
+        """How long after a motion the motors keep it, unless they keep it always."""
+        return self.values[IDLE_MS] / 1000
+
+    def limits(self) -> PathLimits:
+        """Return what the planner keeps to."""
+        return PathLimits(
+            self.per_axis(STEPS),
+            tuple(rate / _MINUTE_S for rate in self.per_axis(RATE)),
+            self.per_axis(ACCELERATION),
+            self.values[JUNCTION],
+        )
+
+    def store(self, number: int, value: float) -> int:
+        """Write a setting; return 0, or the number of the error with which it is refused."""
+        if value < 0:
+            return 4
+        if number not in self.values:
+            return 3
+        if number == 0 and value < _SHORTEST_PULSE:
+            return 6
+        if number == SOFT_LIMITS and value and not self.on(HOMING):
+            return 10
+        if number >= STEPS and not value:
+            return 4  # a real board takes it, and then divides by zero
+        self.values[number] = float(int(value)) if number in _WHOLE else value
+        if number == HOMING and not value:
+            self.values[SOFT_LIMITS] = 0.0
+        return 0
+
+    def written(self) -> list[tuple[int, str]]:
+        """Return the numbers and values as `$$` lists them."""
+        return [
+            (number, f"{value:.0f}" if number in _WHOLE else f"{value:.3f}")
+            for number, value in sorted(self.values.items())
+        ]
+
+
+# How one simulated GRBL board is built and wired, as data.
+
+
+@dataclass(frozen=True, slots=True)
+class Build:
+    """One board on one arm.
+
+    `order` gives the axis of each motor by its place in `axes`; `fingers` is which output moves
+    them, over `opening_mm` at `finger_mm_s`. `coast` is the share of the ramp that the arm runs on
+    when its motors stop dead. `resets_on_open`: a saved board is found freshly reset.
+    """
+
+    firmware: Firmware
+    axes: str
+    order: Sequence[int]
+    fingers: Wiring = field(default_factory=Wiring)
+    opening_mm: tuple[float, float] = (0.0, 76.0)
+    finger_mm_s: float = 100.0
+    coast: float = 1.0
+    resets_on_open: bool = False

@@ -1,0 +1,304 @@
+"""How a simulated GRBL board is wired to an arm and set up, out of the arm's configuration.
+
+What the arm file's own section says is read without its class, and the rest worked out here: the
+driver's figures are its own, so that a difference has to be found.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from armdrive.errors import ArmFileError, BadRequest
+from armdrive.sim.grbl.firmware import (
+    ACCELERATION,
+    ALWAYS_ON_MS,
+    HARD_LIMITS,
+    HOMING,
+    HOMING_FEED,
+    HOMING_SEEK,
+    IDLE_MS,
+    JUNCTION,
+    LEAST_SPEED,
+    MOST_SPEED,
+    PULL_OFF,
+    RATE,
+    REPORT,
+    SOFT_LIMITS,
+    STEPS,
+    TRAVEL,
+)
+from armdrive.sim.grbl.hardware import Switch, Switches, Wiring
+from armdrive.sim.world.world import World
+from firmware_protocol.grbl import AXIS_LETTERS
+
+if TYPE_CHECKING:
+    from armdrive.config.arm import ArmConfig
+    from kinematics import Transmission
+
+
+# Whether a GRBL board can be built and set up as an arm file says, before one is simulated.
+#
+# The driver checks its own part of the file itself; here stands what the board would trip over.
+
+LEAST, MOST = 0.001, 1e9
+"""What a setting of an axis may be: three decimals are stored, and a float has not many more."""
+FARTHEST_RAD = 1e4
+"""More than a thousand turns of a joint."""
+FARTHEST_STEPS = 2**31
+"""A board counts steps in so many numbers (gnea/grbl grbl/system.h, sys_position)."""
+
+_AXIS_SETTINGS = {
+    STEPS: "steps a unit (steps_per_turn, steps_per_mm, grbl.unit)",
+    RATE: "a greatest rate (speeds_deg_s, steps_per_turn, grbl.rates)",
+    ACCELERATION: "an acceleration (grbl.accelerations, grbl.ramp_s)",
+    TRAVEL: "a travel (limits_deg, grbl.travel)",
+}
+
+
+def check_ranges(config: ArmConfig) -> None:
+    """Raise `ArmFileError` for angles that no motor could be driven to, and no sum can hold."""
+    named = list(zip(config.model.arm.joint_names, config.model.arm.limits, strict=True))
+    angles = [
+        (f"limits_deg.{name}", end) for name, one in named for end in (one.low_rad, one.high_rad)
+    ]
+    if config.homing is not None:
+        turned = zip(config.model.arm.joint_names, config.homing.joints, strict=True)
+        angles += [(f"homing.joints_deg.{name}", angle) for name, angle in turned]
+    for key, angle in angles:
+        if not abs(angle) <= FARTHEST_RAD:
+            raise ArmFileError(
+                f"{key} is {math.degrees(angle):g} degrees, farther than any joint turns"
+            )
+
+
+def check_lists(config: ArmConfig, motors: int) -> None:
+    """Raise `ArmFileError` for a list that has not an entry for each motor."""
+    for name in ("rates", "accelerations", "travel"):
+        given = getattr(config.device, name, ())
+        if given and len(given) != motors:
+            raise ArmFileError(
+                f"grbl.{name} must have {motors} entries, one for each motor, not {len(given)}"
+            )
+
+
+def check_gripper(config: ArmConfig) -> None:
+    """Raise `ArmFileError` for a gripper on an output that is none."""
+    device: Any = config.device
+    outputs = getattr(device, "outputs", ())
+    bit = getattr(device, "gripper_output", 0)
+    if config.gripper.kind == "output" and not 0 <= bit < len(outputs):
+        raise ArmFileError(
+            f"grbl.gripper_output is bit {bit}, but grbl.outputs names {len(outputs)} outputs, "
+            "which count from 0: name the gripper's"
+        )
+
+
+def check_unit(motor: int, per_unit: float) -> float:
+    """Return how many steps a unit has; raise `ArmFileError` where it has next to none."""
+    if not LEAST <= per_unit <= MOST:
+        raise ArmFileError(
+            f'grbl.unit: motor {motor + 1} has {per_unit:g} steps a unit, use "steps"'
+        )
+    return per_unit
+
+
+def check_settings(values: Mapping[int, float], letters: str, axes: str) -> None:
+    """Raise `ArmFileError` for a setting of an axis that no board can hold."""
+    for motor, letter in enumerate(letters):
+        for group, what in _AXIS_SETTINGS.items():
+            value = values[group + axes.index(letter)]
+            if not (math.isfinite(value) and LEAST <= value <= MOST):
+                raise ArmFileError(
+                    f"a GRBL board cannot hold {value:g} as {what} of motor {motor + 1}: correct "
+                    "the arm file"
+                )
+
+
+def check_switch(motor: int, steps: float) -> None:
+    """Raise `ArmFileError` for a limit switch farther away than a board can count."""
+    if not abs(steps) < FARTHEST_STEPS:
+        raise ArmFileError(
+            f"motor {motor + 1} would stand at {steps:g} steps at its limit switch, farther than "
+            "a board counts: correct homing or limits_deg"
+        )
+
+
+MPOS_AND_BUFFERS = 3
+SEEK_SHARE, FEED_SHARE = 0.5, 0.05
+"""How fast homing is, of an axis's own greatest rate."""
+PULL_OFF_SHARE = 0.005
+"""How far a switch is left behind, of the travel."""
+_MINUTE_S = 60.0
+
+
+def motor_letters(config: ArmConfig, count: int) -> str:
+    """Return the axis letter of each motor."""
+    letters = str(getattr(config.device, "axes", AXIS_LETTERS))[:count]
+    if len(letters) < count:
+        raise BadRequest(f"the axes {letters} cannot turn the {count} motors of this arm")
+    return letters
+
+
+def board_axes(letters: str, built: str) -> str:
+    """Return the axes of the board in its own order: those that are needed, or as it is built."""
+    axes = "".join(letter for letter in AXIS_LETTERS if letter in (built or letters))
+    if not set(letters) <= set(axes) or set(built) - set(AXIS_LETTERS):
+        raise BadRequest(f"a board with the axes {built} has no motors for {letters}")
+    return axes
+
+
+def well_set_up(config: ArmConfig, letters: str, axes: str) -> dict[int, float]:
+    """Return the settings that somebody has given a board who knows this arm.
+
+    Raises `ArmFileError` for an arm that no board can be set up for.
+    """
+    device: Any = config.device
+    turning = _transmission(config)
+    check_ranges(config)
+    check_lists(config, len(turning.motors))
+    per_unit = _steps_per_unit(config, turning)
+    rates = _given(device, "rates") or _rates_hz(config, turning)
+    ramp_s = float(getattr(device, "ramp_s", 0.1))
+    slopes = _given(device, "accelerations") or tuple(rate / ramp_s for rate in rates)
+    spans = _spans(config, turning)
+    travels = _given(device, "travel") or tuple(
+        math.ceil(span / per) for span, per in zip(spans, per_unit, strict=True)
+    )
+    values: dict[int, float] = {
+        IDLE_MS: ALWAYS_ON_MS,
+        REPORT: MPOS_AND_BUFFERS,
+        JUNCTION: float(getattr(device, "junction_steps", 1.0)) / max(per_unit),
+        SOFT_LIMITS: float(getattr(device, "soft_limits", False)),
+        HARD_LIMITS: float(getattr(device, "hard_limits", False)),
+        HOMING: float(getattr(device, "homing", config.homing is not None)),
+    }
+    for motor, letter in enumerate(letters):
+        axis, per = axes.index(letter), per_unit[motor]
+        values[STEPS + axis] = per
+        values[RATE + axis] = _up(rates[motor] / per * _MINUTE_S)
+        values[ACCELERATION + axis] = _up(slopes[motor] / per)
+        values[TRAVEL + axis] = travels[motor]
+    slowest = min(rates[motor] / per_unit[motor] for motor in range(len(letters))) * _MINUTE_S
+    values[HOMING_SEEK] = _up(slowest * SEEK_SHARE)
+    values[HOMING_FEED] = _up(slowest * FEED_SHARE)
+    values[PULL_OFF] = _up(min(travels) * PULL_OFF_SHARE)
+    if config.gripper.kind == "servo" and getattr(device, "servo", "M3") == "M3":
+        values[LEAST_SPEED], values[MOST_SPEED] = 0.0, _widest(device)
+    check_settings(values, letters, axes)
+    return values
+
+
+def switches(
+    config: ArmConfig, world: World, letters: str, axes: str, values: dict[int, float]
+) -> Switches:
+    """Return the limit switches: where homing ends by the arm file is a pull-off behind them.
+
+    Where the file tells no such posture, they are at the upper end of each motor's travel.
+    """
+    found: dict[int, Switch] = {}
+    for motor, letter in enumerate(letters):
+        axis = axes.index(letter)
+        back = round(values[PULL_OFF] * values[STEPS + axis])
+        if config.homing is None:
+            home = _highest(config, motor)
+        else:
+            turning = _transmission(config)
+            home = turning.to_motors(config.homing.joints, config.homing.opening_mm)[motor] + back
+        check_switch(motor, home)
+        found[axis] = Switch(motor, home, 1)
+    return Switches(world, found)
+
+
+def gripper_wiring(config: ArmConfig) -> Wiring:
+    """Return which output moves the fingers, where no motor does."""
+    device: Any = config.device
+    check_gripper(config)
+    if config.gripper.kind == "servo":
+        word = str(getattr(device, "servo", "M3"))
+        shut = float(getattr(device, "servo_closed", 0.0))
+        wide = float(getattr(device, "servo_open", 1000.0))
+        if word == "M3":
+            return Wiring("spindle", 0, shut, wide)
+        return Wiring("analog", int(word.partition("E")[2]), shut, wide)
+    if config.gripper.kind == "output":
+        names = getattr(device, "outputs", ("flood",))
+        name = str(names[int(getattr(device, "gripper_output", 0))])
+        closes = bool(getattr(device, "gripper_closes", True))
+        what = "digital" if name.startswith("P") else name
+        port = int(name[1:]) if what == "digital" else 0
+        return Wiring(what, port, float(closes), float(not closes))
+    return Wiring()
+
+
+def _transmission(config: ArmConfig) -> Transmission:
+    if config.model.transmission is None:
+        raise BadRequest("no motor steps are known of this arm, so it cannot be simulated")
+    return config.model.transmission
+
+
+def _given(device: Any, name: str) -> tuple[float, ...]:
+    return tuple(map(float, getattr(device, name, ()) or ()))
+
+
+def _steps_per_unit(config: ArmConfig, turning: Transmission) -> tuple[float, ...]:
+    """Return 1 where the unit is a step, or steps a degree of a motor (a mm of the fingers')."""
+    if getattr(config.device, "unit", "steps") == "steps":
+        return (1.0,) * len(turning.motors)
+    joints = len(turning.joint_names)
+    return tuple(
+        check_unit(
+            motor, round(abs(one.steps_per_unit) * (math.pi / 180 if motor < joints else 1.0), 3)
+        )
+        for motor, one in enumerate(turning.motors)
+    )
+
+
+def _rates_hz(config: ArmConfig, turning: Transmission) -> tuple[float, ...]:
+    """Return how fast each motor turns when all joints that it moves are at full speed.
+
+    More than the quickest motor needs for one joint alone is given to none.
+    """
+    speeds = (*config.model.joint_speeds_rad_s, config.model.gripper_speed_mm_s)
+    parts = [
+        [abs(share) * speed for share, speed in zip(row, speeds, strict=False)]
+        for row in turning.matrix
+    ]
+    quickest = max(part for row in parts for part in row)
+    return tuple(min(sum(row), quickest) for row in parts)
+
+
+def _ranges(config: ArmConfig) -> list[tuple[float, float]]:
+    bounds = [(one.low_rad, one.high_rad) for one in config.model.arm.limits]
+    return [*bounds, config.model.gripper_range_mm]
+
+
+def _spans(config: ArmConfig, turning: Transmission) -> list[float]:
+    """Return how many steps each motor can turn within the joints' ranges."""
+    return [
+        sum(
+            abs(share) * (high - low)
+            for share, (low, high) in zip(row, _ranges(config), strict=False)
+        )
+        for row in turning.matrix
+    ]
+
+
+def _highest(config: ArmConfig, motor: int) -> int:
+    turning = _transmission(config)
+    row, offset = turning.matrix[motor], turning.motors[motor].offset_steps
+    ends = (
+        max(share * low, share * high)
+        for share, (low, high) in zip(row, _ranges(config), strict=False)
+    )
+    return math.ceil(sum(ends) + offset)
+
+
+def _widest(device: Any) -> float:
+    return max(float(getattr(device, "servo_closed", 0.0)), getattr(device, "servo_open", 1000.0))
+
+
+def _up(value: float) -> float:
+    """Round up to what the board's settings can hold."""
+    return math.ceil(value * 1000.0 - 1e-6) / 1000.0

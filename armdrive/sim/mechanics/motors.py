@@ -1,0 +1,263 @@
+"""Steppers that turn together: where each one stands at any moment, without ticking.
+
+Half-steps, seconds, half-steps a second. The rack counts what was commanded; whether the arm
+could follow is the world's business.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Generic, Protocol, TypeVar
+
+from armdrive.errors import BadRequest
+from armdrive.sim.world.world import World
+from kinematics.spaces import Motors
+
+_ROUNDING = 1e-6
+"""The share of a step that may be missing through floating-point rounding."""
+
+
+@dataclass(frozen=True, slots=True)
+class Motion:
+    """All motors in proportion: the one with the most steps turns at `rate_hz`."""
+
+    deltas: tuple[int, ...]
+    rate_hz: float
+    start_s: float
+    busiest: int = field(init=False)
+    """The steps of the motor that has most of them."""
+    done_s: float = field(init=False)
+    """When the last step has been made."""
+
+    def __post_init__(self) -> None:
+        busiest = max(abs(delta) for delta in self.deltas)
+        object.__setattr__(self, "busiest", busiest)
+        object.__setattr__(self, "done_s", self.start_s + busiest / self.rate_hz)
+
+    def made(self, now_s: float) -> tuple[int, ...]:
+        """Return the steps made by now: of each motor's share only whole steps."""
+        busiest = self.busiest
+        if now_s >= self.done_s:
+            return self.deltas
+        count = min(max(math.floor((now_s - self.start_s) * self.rate_hz + _ROUNDING), 0), busiest)
+        return tuple(
+            (abs(delta) * count // busiest) * (1 if delta > 0 else -1) for delta in self.deltas
+        )
+
+
+class MotorRack:
+    """The position counts of all motors, and the motion under way."""
+
+    def __init__(self, counts: Sequence[int]) -> None:
+        self._counts = tuple(counts)
+        self._motion: Motion | None = None
+
+    @property
+    def moving(self) -> bool:
+        """Whether a motion is under way, or has ended and not been taken in by `settle`."""
+        return self._motion is not None
+
+    @property
+    def done_s(self) -> float:
+        """When the motion under way ends; infinity while there is none."""
+        return math.inf if self._motion is None else self._motion.done_s
+
+    def start(self, deltas: Sequence[int], rate_hz: float, now_s: float) -> None:
+        """Begin to turn all motors by `deltas`; a motion under way is cut short."""
+        self.stop(now_s)
+        self._motion = Motion(tuple(deltas), rate_hz, now_s)
+
+    def positions(self, now_s: float) -> tuple[int, ...]:
+        """Return the counts at a moment."""
+        if self._motion is None:
+            return self._counts
+        made = self._motion.made(now_s)
+        return tuple(count + step for count, step in zip(self._counts, made, strict=True))
+
+    def bends(self, start_s: float, end_s: float) -> tuple[float, ...]:  # noqa: ARG002
+        """Return nothing: motors in proportion leave no straight way."""
+        return ()
+
+    def settle(self, now_s: float) -> None:
+        """Take in a motion that has ended."""
+        if self.done_s <= now_s:
+            self.stop(now_s)
+
+    def stop(self, now_s: float) -> None:
+        """End the motion where it is now."""
+        self._counts = self.positions(now_s)
+        self._motion = None
+
+    def count(self, deltas: Sequence[int]) -> None:
+        """Count steps that were made apart from any motion."""
+        self._counts = tuple(a + b for a, b in zip(self._counts, deltas, strict=True))
+
+    def zero(self) -> None:
+        """Begin to count anew; nothing turns."""
+        self._counts = (0,) * len(self._counts)
+        self._motion = None
+
+
+# The controller's counting and the physical arm that follows it, kept in step on one clock.
+#
+# A rack knows where its motors stand at any moment: `MotorRack` turns them in proportion,
+# `UncoordinatedRack` each by itself, `PathRack` along queued lines.
+
+
+class Rack(Protocol):
+    """Counts of all motors at any moment, without ticking."""
+
+    @property
+    def moving(self) -> bool:
+        """Whether a motion is under way, or has ended and nobody has called `settle` since."""
+
+    @property
+    def done_s(self) -> float:
+        """When the motion under way ends; infinity while there is none."""
+
+    def positions(self, now_s: float) -> tuple[int, ...]:
+        """Return the counts at a moment, which never comes before that of an earlier change."""
+
+    def bends(self, start_s: float, end_s: float) -> Iterable[float]:
+        """Return the moments in between at which the motors leave a straight way, in order."""
+
+    def settle(self, now_s: float) -> None:
+        """Take in what has ended by now."""
+
+    def stop(self, now_s: float) -> None:
+        """End all motion dead where it is now."""
+
+    def count(self, deltas: Sequence[int]) -> None:
+        """Count steps that were made apart from any motion, while standing."""
+
+    def zero(self) -> None:
+        """Begin to count anew; nothing turns."""
+
+
+R = TypeVar("R", bound=Rack)
+
+
+class Drive(Generic[R]):
+    """Turns motors: the rack counts what was commanded, the world says what came of it.
+
+    A dialect's device starts motions on `rack` itself, after `energise`.
+    """
+
+    def __init__(self, world: World, rack: R) -> None:
+        self.world = world
+        self.rack = rack
+        self._driven = Motors(rack.positions(0.0))
+        self._looked_s = 0.0
+
+    @property
+    def moving(self) -> bool:
+        """Whether a motion is under way."""
+        return self.rack.moving
+
+    @property
+    def done_s(self) -> float:
+        """When the motion under way ends; infinity while there is none."""
+        return self.rack.done_s
+
+    @property
+    def counts(self) -> Motors:
+        """The commanded counts as of the last `follow`."""
+        return self._driven
+
+    def energise(self) -> None:
+        """Switch the motors' current on."""
+        self.world.energised = True
+
+    def follow(self, now_s: float) -> None:
+        """Bring the physical arm to where the motors have turned it by now.
+
+        A device calls it whenever its clock goes on, standing or not, so that a motion's way is
+        looked at from its very start.
+        """
+        if self.rack.moving:
+            for bend_s in self.rack.bends(self._looked_s, now_s):
+                self._follow(bend_s)
+        self._follow(now_s)
+        self._looked_s = now_s
+
+    def settle(self, now_s: float) -> None:
+        """Take in what has ended by now."""
+        self.follow(now_s)
+        self.rack.settle(now_s)
+
+    def stop(self, now_s: float) -> None:
+        """End the motion dead where it is now."""
+        self.follow(now_s)
+        self.rack.stop(now_s)
+
+    def turn(self, steps: Sequence[int], now_s: float) -> None:
+        """Turn motors by hand of the pendant: counted, with the current on, and at once."""
+        self.stop(now_s)
+        self.energise()
+        self.rack.count(steps)
+        self.follow(now_s)
+
+    def set_counts(self, counts: Sequence[int], now_s: float) -> None:
+        """Count from here on as if the motors stood at `counts`; nothing turns."""
+        self.stop(now_s)
+        self.rack.zero()
+        self.rack.count(counts)
+        self._driven = Motors(counts)
+
+    def _follow(self, now_s: float) -> None:
+        positions = self.rack.positions(now_s)
+        if positions != self._driven:
+            counts = Motors(positions)
+            steps = counts - self._driven
+            self._driven = counts
+            self.world.drive(steps, now_s)
+
+
+class CoordinatedDrive(Drive[MotorRack]):
+    """All motors in proportion, at a constant rate."""
+
+    def __init__(self, world: World) -> None:
+        super().__init__(world, MotorRack((0,) * len(world.motors)))
+
+    def start(self, steps: Sequence[int], rate_hz: float, now_s: float) -> None:
+        """Begin to turn all motors in proportion, with the current on."""
+        self.energise()
+        self.rack.start(steps, rate_hz, now_s)
+
+
+# How fast a simulated TeachMover really turns: its own table from SP to half-steps a second.
+#
+# Apart from the driver's table on purpose: where the two differ, the driver has to find out.
+
+RateTable = tuple[tuple[int, float], ...]
+DEFAULT_RATES: RateTable = ((0, 30.0), (140, 150.0), (190, 250.0), (240, 470.0))
+"""Unverified: the real table was never published. Straight lines between the points."""
+FASTEST_ERROR = -0.95
+
+
+def rate_hz(table: RateTable, speed: int, error: float) -> float:
+    """Return half-steps a second; `error` 0.2 is an arm a fifth slower, -0.2 one that is faster.
+
+    A speed beyond either end of the table has the rate of that end.
+    """
+    return _between(table, speed) / (1.0 + error)
+
+
+def checked_error(error: float) -> float:
+    """Return a speed error that an arm can have, or raise `BadRequest`."""
+    if not FASTEST_ERROR <= error <= 100.0:
+        raise BadRequest(
+            f"a speed error must be from {FASTEST_ERROR} (much faster) to 100 (much slower), "
+            f"not {error}"
+        )
+    return error
+
+
+def _between(table: RateTable, speed: int) -> float:
+    for (low, slow), (high, fast) in itertools.pairwise(table):
+        if speed <= high:
+            return slow + (fast - slow) * (max(speed, low) - low) / (high - low)
+    return table[-1][1]

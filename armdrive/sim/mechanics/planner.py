@@ -1,0 +1,500 @@
+"""One straight line of a path in motor space: its length, and how fast it may be followed.
+
+Steps of the motors; `units` of the controller's own (mm or degrees), seconds.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from bisect import bisect_right
+from collections import deque
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, TypeAlias
+
+from armdrive.sim.mechanics.profiles import Piece, nearest
+from kinematics.spaces import Motors
+
+_STRAIGHT = 1e-6
+"""Lines whose directions differ by less than this cosine are one, or turn right round."""
+
+
+@dataclass(frozen=True, slots=True)
+class PathLimits:
+    """What each axis can do, and how far a corner may be cut in thought (GRBL's $11), in units."""
+
+    steps_per_unit: tuple[float, ...]
+    most_rate: tuple[float, ...]
+    acceleration: tuple[float, ...]
+    junction_deviation: float = 0.01
+
+    def along(self, unit: Sequence[float], limits: Sequence[float]) -> float:
+        """Return what a direction may have of a limit, so that no axis exceeds its own."""
+        return min(
+            (limit / abs(share) for limit, share in zip(limits, unit, strict=True) if share),
+            default=math.inf,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A line by its steps; `rate` is what was asked for, and `most` what the axes allow.
+
+    A motor that turns at all makes the line at no less than the speed `least`.
+    """
+
+    deltas: tuple[int, ...]
+    length: float
+    unit: tuple[float, ...]
+    acceleration: float
+    most: float
+    rate: float
+    rapid: bool
+    tag: Any
+    least: float = 0.0
+
+    @property
+    def step(self) -> float:
+        """The length of one step of its busiest motor."""
+        return self.length / max(map(abs, self.deltas))
+
+    def nominal(self, scale: tuple[float, float]) -> float:
+        """Return the speed of its middle; `scale` is the override of feeds and of rapids."""
+        return min((self.most if self.rapid else self.rate) * scale[self.rapid], self.most)
+
+    def made(self, along: float) -> tuple[int, ...]:
+        """Return the steps made at a length along it."""
+        if along >= self.length:
+            return self.deltas
+        share = along / self.length
+        return tuple(
+            nearest(abs(delta) * share) * (1 if delta > 0 else -1) for delta in self.deltas
+        )
+
+
+def line(
+    deltas: Sequence[int],
+    limits: PathLimits,
+    rate: float,
+    slowest_hz: float = 0.0,
+    *,
+    rapid: bool = False,
+    tag: Any = None,
+) -> Line | None:
+    """Make a line of some steps at a rate in units a second; None where there is no way to go.
+
+    Its busiest motor turns no slower than `slowest_hz` steps a second.
+    """
+    way = [count / per for count, per in zip(deltas, limits.steps_per_unit, strict=True)]
+    length = math.hypot(*way)
+    if not length:
+        return None
+    unit = tuple(part / length for part in way)
+    slope = limits.along(unit, limits.acceleration)
+    most = limits.along(unit, limits.most_rate)
+    least = slowest_hz * length / max(map(abs, deltas))
+    return Line(tuple(deltas), length, unit, slope, most, rate, rapid, tag, least)
+
+
+def corner_speed(one: Line, other: Line, limits: PathLimits) -> float:
+    """Return how fast the corner between two lines may be passed.
+
+    Source: gnea/grbl grbl/planner.c (plan_buffer_line): the speed on a circle that touches both
+    lines and comes within the junction deviation of their corner.
+    """
+    cosine = -sum(a * b for a, b in zip(one.unit, other.unit, strict=True))
+    if cosine > 1.0 - _STRAIGHT:
+        return 0.0
+    if cosine < _STRAIGHT - 1.0:
+        return math.inf
+    turn = [b - a for a, b in zip(one.unit, other.unit, strict=True)]
+    size = math.hypot(*turn)
+    slope = limits.along([part / size for part in turn], limits.acceleration)
+    half_sine = math.sqrt((1.0 - cosine) / 2)
+    return math.sqrt(slope * limits.junction_deviation * half_sine / (1.0 - half_sine))
+
+
+# The speed along queued lines: planned backwards from the stand-still at the end, then forwards.
+#
+# Every plan is a row of stretches of constant acceleration, exact in time. Units and seconds.
+
+Part: TypeAlias = tuple[float, float, float]
+"""Speed, acceleration and duration of a part of a line."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stretch:
+    """A piece of the way along one line of the queue; `last` where the line ends with it."""
+
+    number: int
+    piece: Piece
+    last: bool
+
+
+def planned(
+    lines: Sequence[Line],
+    along: float,
+    speed: float,
+    now_s: float,
+    limits: PathLimits,
+    scale: tuple[float, float],
+) -> list[Stretch]:
+    """Plan from a length along the first line, at a speed, to the end of the last one."""
+    entries = _entries(lines, limits, scale)
+    stretches: list[Stretch] = []
+    for number, one in enumerate(lines):
+        first = along if number == 0 else 0.0
+        far = one.length - first
+        room = 2 * one.acceleration * far
+        leave = min(entries[number + 1], math.sqrt(speed**2 + room))
+        leave = max(leave, math.sqrt(max(speed**2 - room, 0.0)))
+        shape = _shape(speed, one.nominal(scale), leave, one.acceleration, far)
+        now_s = _lay(stretches, number, first, _floored(shape, one.least), now_s)
+        speed = leave
+    return stretches
+
+
+def braked(lines: Sequence[Line], along: float, speed: float, now_s: float) -> list[Stretch]:
+    """Slow down to a stand-still along the way, as soon as the lines' accelerations allow."""
+    stretches: list[Stretch] = []
+    for number, one in enumerate(lines):
+        first = along if number == 0 else 0.0
+        slope = one.acceleration
+        square = speed**2 - 2 * slope * (one.length - first)
+        leave = math.sqrt(max(square, 0.0))
+        ramp = (speed, -slope, (speed - leave) / slope)
+        shape = _floored([ramp], one.least)
+        now_s = _lay(stretches, number, first, shape, now_s, last=square >= 0.0)
+        if square <= 0.0:
+            break
+        speed = leave
+    return stretches
+
+
+def _entries(lines: Sequence[Line], limits: PathLimits, scale: tuple[float, float]) -> list[float]:
+    """Return the greatest speeds at which the lines may begin, the end after the last at 0."""
+    corners = [
+        min(corner_speed(a, b, limits), a.nominal(scale), b.nominal(scale))
+        for a, b in itertools.pairwise(lines)
+    ]
+    entries = [math.inf, *corners, 0.0]
+    for number in range(len(lines) - 1, 0, -1):
+        one = lines[number]
+        room = 2 * one.acceleration * one.length
+        entries[number] = min(entries[number], math.sqrt(entries[number + 1] ** 2 + room))
+    return entries
+
+
+def _shape(enter: float, nominal: float, leave: float, slope: float, far: float) -> Iterator[Part]:
+    """Yield speed, acceleration and duration of each part: towards the nominal speed, on, out."""
+    peak = math.sqrt(slope * far + (enter**2 + leave**2) / 2)
+    middle = max(min(nominal, peak), leave)
+    used = (abs(middle**2 - enter**2) + middle**2 - leave**2) / (2 * slope)
+    if enter > middle and used > far:
+        middle = leave  # too fast, and no room to do anything but slow down
+        used = (enter**2 - leave**2) / (2 * slope)
+    yield enter, math.copysign(slope, middle - enter), abs(middle - enter) / slope
+    if middle:
+        yield middle, 0.0, max(far - used, 0.0) / middle
+    yield middle, -slope, (middle - leave) / slope
+
+
+def _floored(shape: Iterable[Part], least: float) -> Iterator[Part]:
+    """Yield the same ways, with no speed below the least: what is slower takes less time."""
+    for speed, slope, duration_s in shape:
+        end = speed + slope * duration_s
+        below_s = duration_s if max(speed, end) <= least else 0.0
+        if slope and min(speed, end) < least < max(speed, end):
+            below_s = (least - min(speed, end)) / abs(slope)
+        if not below_s or not least:
+            yield speed, slope, duration_s
+            continue
+        slower = min(speed, end), min(max(speed, end), least)
+        crawl = least, 0.0, below_s * sum(slower) / 2.0 / least
+        rest = max(speed, least), slope, duration_s - below_s
+        yield from (crawl, rest) if slope > 0.0 else (rest, crawl)
+
+
+def _lay(
+    stretches: list[Stretch],
+    number: int,
+    along: float,
+    shape: Iterable[Part],
+    now_s: float,
+    *,
+    last: bool = True,
+) -> float:
+    """Append the parts of a line that last any time; return when it ends."""
+    pieces: list[Piece] = []
+    for speed, slope, duration_s in shape:
+        pieces.append(Piece(now_s, along, speed, slope, duration_s))
+        now_s, along = pieces[-1].end_s, pieces[-1].at(pieces[-1].end_s)
+    kept = [piece for piece in pieces if piece.duration_s > 0.0] or pieces[-1:]
+    stretches += [
+        Stretch(number, piece, last and index == len(kept) - 1) for index, piece in enumerate(kept)
+    ]
+    return now_s
+
+
+# Steppers that follow queued straight lines with lookahead, as GRBL's planner has them do.
+#
+# Known at every moment without ticking: the path's length is quadratic in time, piece by piece,
+# and
+# each motor stands at the step that is nearest to the path. Lines may be queued while others run,
+# the motion can be held and resumed, and its speed overridden. Each of these plans anew, but for
+# the
+# segments that are computed already: they are driven as they are (gnea/grbl grbl/stepper.c,
+# st_prep_buffer).
+
+SEGMENT_S = 0.01
+STEPS_A_SEGMENT = 1.25
+"""A segment lasts as many times 10 ms as its busiest motor takes for so many steps, or to the end
+of its line."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stepping:
+    """How a processor steps: `segments` are computed ahead of the motors, each in `compute_s`.
+
+    The motor that makes most steps of a line makes no fewer than `slowest_hz` a second.
+    """
+
+    segments: int = 0
+    compute_s: float = 0.0
+    slowest_hz: float = 0.0
+
+
+class PathRack:
+    """The lines under way. A device that bounds their number looks at `waiting`."""
+
+    def __init__(
+        self, counts: Sequence[int], limits: PathLimits, stepping: Stepping | None = None
+    ) -> None:
+        self.limits = limits
+        self._stepping = stepping or Stepping()
+        self._base = Motors(counts)
+        self._lines: deque[Line] = deque()
+        self._stretches: list[Stretch] = []
+        self._next_line_s = math.inf
+        self._computed = math.nan, math.nan
+        self._began_s = -math.inf
+        self._along = 0.0
+        self._held = False
+        self._scale = (1.0, 1.0)
+
+    @property
+    def moving(self) -> bool:
+        """Whether a motion is under way, or has ended and nobody has called `settle` since."""
+        return bool(self._stretches)
+
+    @property
+    def held(self) -> bool:
+        """Whether the motion is held, or slows down to be."""
+        return self._held
+
+    @property
+    def waiting(self) -> int:
+        """How many lines are not finished, the one under way included."""
+        return len(self._lines)
+
+    @property
+    def goal(self) -> Motors:
+        """Where the last line ends."""
+        return sum((Motors(each.deltas) for each in self._lines), self._base)
+
+    @property
+    def done_s(self) -> float:
+        """When the motion comes to a stand-still by itself; infinity while there is none."""
+        return self._stretches[-1].piece.end_s if self._stretches else math.inf
+
+    @property
+    def next_line_s(self) -> float:
+        """When the line under way ends, or the motion stands; infinity while there is none."""
+        return self._next_line_s
+
+    def ending_by(self, time_s: float) -> int:
+        """Return how many of the lines will have ended by a time, as it is planned now."""
+        return sum(1 for each in self._stretches if each.last and each.piece.end_s <= time_s)
+
+    def queue(
+        self,
+        deltas: Sequence[int],
+        rate: float,
+        now_s: float,
+        *,
+        rapid: bool = False,
+        tag: Any = None,
+    ) -> bool:
+        """Append a line by its steps, at a rate in units a second; False where it is no way at all.
+
+        A `rapid` one goes as fast as the axes allow.
+        """
+        added = line(deltas, self.limits, rate, self._stepping.slowest_hz, rapid=rapid, tag=tag)
+        if added is None:
+            return False
+        computed_s = self.computed_s(now_s)
+        self._lines.append(added)
+        self._replan(now_s, computed_s)
+        return True
+
+    def hold(self, now_s: float, *, dead: bool = False) -> None:
+        """Slow down to a stand-still along the path; the lines stay.
+
+        `dead` gives up the segments that are computed already.
+        """
+        self._held = True
+        self._replan(now_s, now_s if dead else self.computed_s(now_s))
+
+    def resume(self, now_s: float) -> None:
+        """Go on along the path."""
+        self._held = False
+        self._replan(now_s, self.computed_s(now_s))
+
+    def override(self, feed: float, rapid: float, now_s: float) -> None:
+        """Scale the speeds of feeds and of rapids from now on; 1 is as asked."""
+        self._scale = (feed, rapid)
+        self._replan(now_s, self.computed_s(now_s))
+
+    def computed_s(self, now_s: float) -> float:
+        """Return up to when the motion is computed; the moment itself while there is none."""
+        if self._computed[0] != now_s:
+            until_s, index = now_s, self._index(now_s)
+            for _ in range(self._count(now_s)):
+                until_s, index = self._segment_end(until_s, index)
+            self._computed = now_s, until_s
+        return self._computed[1]
+
+    def _count(self, now_s: float) -> int:
+        """Return how many segments there has been time to compute since the motors stood."""
+        stepping = self._stepping
+        if not stepping.compute_s:
+            return stepping.segments
+        return int(min((now_s - self._began_s) / stepping.compute_s, stepping.segments))
+
+    def _segment_end(self, start_s: float, index: int) -> tuple[float, int]:
+        """Return when a segment ends that begins in a stretch, and the stretch behind it."""
+        if index >= len(self._stretches):
+            return start_s, index
+        under_way = self._stretches[index]
+        enough = STEPS_A_SEGMENT * self._lines[under_way.number].step
+        before, end_s = under_way.piece.at(start_s), start_s
+        while True:
+            end_s += SEGMENT_S
+            while end_s >= under_way.piece.end_s:
+                index += 1
+                if under_way.last or index == len(self._stretches):
+                    return under_way.piece.end_s, index
+                under_way = self._stretches[index]
+            if under_way.piece.at(end_s) - before >= enough:
+                return end_s, index
+
+    def speed(self, now_s: float) -> float:
+        """Return how fast the path is followed, in units a second."""
+        found = self._at(now_s)
+        return 0.0 if found is None else found.piece.speed_at(now_s)
+
+    def tag(self, now_s: float) -> Any:
+        """Return the tag of the line under way, or held; None while there is none."""
+        found = self._at(now_s)
+        if found is not None:
+            return self._lines[found.number].tag
+        return self._lines[0].tag if self._lines and not self._stretches else None
+
+    def positions(self, now_s: float) -> tuple[int, ...]:
+        """Return the counts at a moment."""
+        if not self._stretches:
+            return tuple(
+                self._base + Motors(self._lines[0].made(self._along)) if self._lines else self._base
+            )
+        found = self._at(now_s) or self._stretches[-1]
+        counts = self._base
+        for number in range(found.number):
+            counts = counts + Motors(self._lines[number].deltas)
+        return tuple(counts + Motors(self._made(found, now_s)))
+
+    def bends(self, start_s: float, end_s: float) -> Iterator[float]:
+        """Yield when lines end: in between the motors are in proportion."""
+        ends = (each.piece.end_s for each in self._stretches if each.last)
+        return (at for at in ends if start_s < at < end_s)
+
+    def settle(self, now_s: float) -> None:
+        """Forget the lines that have ended by now; held or at the end, stand."""
+        while self._stretches and self._stretches[0].piece.end_s <= now_s:
+            ended = self._stretches.pop(0)
+            self._along = ended.piece.at(ended.piece.end_s)
+            if ended.last:
+                self._base = self._base + Motors(self._lines.popleft().deltas)
+                self._along = 0.0
+                self._follow_on(
+                    [Stretch(each.number - 1, each.piece, each.last) for each in self._stretches]
+                )
+        if not self._stretches:
+            self._follow_on([])
+
+    def stop(self, now_s: float) -> None:
+        """Stop dead where the path is now, and drop every line."""
+        self._base = Motors(self.positions(now_s))
+        self._clear()
+
+    def count(self, deltas: Sequence[int]) -> None:
+        """Count steps that were made apart from any motion, while standing."""
+        self._base = self._base + Motors(deltas)
+
+    def zero(self) -> None:
+        """Begin to count anew; nothing turns."""
+        self._base = Motors((0,) * len(self._base))
+        self._clear()
+
+    def _clear(self) -> None:
+        self._lines.clear()
+        self._follow_on([])
+        self._along, self._held = 0.0, False
+
+    def _index(self, now_s: float) -> int:
+        return bisect_right(self._stretches, now_s, key=lambda each: each.piece.end_s)
+
+    def _at(self, now_s: float) -> Stretch | None:
+        """Return the stretch under way; None while standing."""
+        index = self._index(now_s)
+        return self._stretches[index] if index < len(self._stretches) else None
+
+    def _made(self, found: Stretch, now_s: float) -> tuple[int, ...]:
+        one = self._lines[found.number]
+        if found.last and now_s >= found.piece.end_s:
+            return one.deltas
+        return one.made(found.piece.at(now_s))
+
+    def _replan(self, now_s: float, from_s: float) -> None:
+        """Plan anew from a moment on; what is under way until then stays."""
+        self.settle(now_s)
+        kept: list[Stretch] = []
+        number, along, speed = 0, self._along, 0.0
+        for each in self._stretches:
+            piece = each.piece
+            if piece.end_s > from_s:
+                before = replace(piece, duration_s=max(from_s - piece.start_s, 0.0))
+                kept.append(Stretch(each.number, before, last=False))
+                number, along, speed = each.number, piece.at(from_s), piece.speed_at(from_s)
+                break
+            kept.append(each)
+            number, along = (
+                (each.number + 1, 0.0) if each.last else (each.number, piece.at(math.inf))
+            )
+        from_s = max(from_s, kept[-1].piece.end_s) if kept else now_s
+        lines = list(self._lines)[number:]
+        if not self._held:
+            added = planned(lines, along, speed, from_s, self.limits, self._scale)
+        else:
+            added = braked(lines, along, speed, from_s) if speed > 0.0 else []
+        later = [Stretch(each.number + number, each.piece, each.last) for each in added]
+        self._follow_on([*kept, *later])
+        self.settle(now_s)
+
+    def _follow_on(self, stretches: list[Stretch]) -> None:
+        if stretches and not self._stretches:
+            self._began_s = stretches[0].piece.start_s
+        self._stretches = stretches
+        self._computed = math.nan, math.nan
+        ends = (each.piece.end_s for each in stretches if each.last)
+        self._next_line_s = min(next(ends, math.inf), self.done_s)

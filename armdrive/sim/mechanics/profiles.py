@@ -1,0 +1,469 @@
+"""Where one axis stands at any moment while it speeds up, runs and slows down, without ticking.
+
+Steps, seconds, steps a second. A profile is a row of pieces of constant acceleration; beyond its
+last piece the axis stands, unless that piece never ends.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+_ROUNDING = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """A stretch of constant acceleration, which may last for ever."""
+
+    start_s: float
+    position: float
+    speed: float
+    acceleration: float
+    duration_s: float
+
+    @property
+    def end_s(self) -> float:
+        """When it ends."""
+        return self.start_s + self.duration_s
+
+    def at(self, now_s: float) -> float:
+        """Return the position at a moment within it, or at its nearer end."""
+        time = min(max(now_s - self.start_s, 0.0), self.duration_s)
+        return self.position + time * (self.speed + self.acceleration * time / 2)
+
+    def speed_at(self, now_s: float) -> float:
+        """Return the speed at a moment within it."""
+        return self.speed + self.acceleration * (now_s - self.start_s)
+
+    def crossings(self, made: int) -> Iterator[tuple[float, int]]:
+        """Yield when each whole step is made, halfway to it, and in which direction.
+
+        `made` is the step that the axis stands at when the piece begins.
+        """
+        turn_s = -self.speed / self.acceleration if self.acceleration else -1.0
+        legs = [(0.0, self.duration_s)]
+        if 0.0 < turn_s < self.duration_s:
+            legs = [(0.0, turn_s), (turn_s, self.duration_s)]
+        for first_s, last_s in legs:
+            there = self._end_of(last_s)
+            way = 1 if there > made else -1
+            while (there - made) * way >= 0.5:
+                yield self.start_s + self._time_of(made + way / 2, first_s, last_s), way
+                made += way
+
+    def _end_of(self, last_s: float) -> float:
+        if not math.isinf(last_s):
+            return self.at(self.start_s + last_s)
+        return math.copysign(math.inf, self.speed) if self.speed else self.position
+
+    def _time_of(self, position: float, first_s: float, last_s: float) -> float:
+        """Solve for the moment of a position that is passed between two moments of one way."""
+        away = position - self.position
+        if not self.acceleration:
+            return min(max(away / self.speed, first_s), last_s)
+        root = math.sqrt(max(self.speed**2 + 2 * self.acceleration * away, 0.0))
+        times = ((root - self.speed) / self.acceleration, (-root - self.speed) / self.acceleration)
+        time = min(times, key=lambda one: max(first_s - one, one - last_s))
+        return min(max(time, first_s), last_s)
+
+
+class Profile:
+    """Pieces one after the other, and where the axis ends."""
+
+    def __init__(self, pieces: Sequence[Piece], end: float) -> None:
+        self.pieces = tuple(piece for piece in pieces if piece.duration_s > 0.0)
+        self.end = end
+        self.end_s = self.pieces[-1].end_s if self.pieces else -math.inf
+
+    def at(self, now_s: float) -> float:
+        """Return the position at a moment."""
+        piece = self._piece(now_s)
+        return self.end if piece is None else piece.at(now_s)
+
+    def speed_at(self, now_s: float) -> float:
+        """Return the speed at a moment; what has ended stands."""
+        piece = self._piece(now_s)
+        return 0.0 if piece is None else piece.speed_at(now_s)
+
+    def crossings(self) -> Iterator[tuple[float, int]]:
+        """Yield when each whole step is made, and in which direction.
+
+        However the ends of the pieces are rounded, the steps lead to the end.
+        """
+        made = nearest(self.pieces[0].position) if self.pieces else nearest(self.end)
+        for piece in self.pieces:
+            for at_s, way in piece.crossings(made):
+                yield at_s, way
+                made += way
+        while made != nearest(self.end):
+            way = 1 if self.end > made else -1
+            yield self.end_s, way
+            made += way
+
+    def _piece(self, now_s: float) -> Piece | None:
+        if now_s >= self.end_s:  # most axes stand most of the time
+            return None
+        for piece in self.pieces:
+            if now_s < piece.end_s:
+                return piece
+        return None
+
+
+def standing(position: float) -> Profile:
+    """Return the profile of an axis that does not move."""
+    return Profile((), position)
+
+
+def to_speed(
+    position: float, speed: float, wanted: float, acceleration: float, now_s: float
+) -> Profile:
+    """Ramp from one speed to another and keep it for ever, or stand where that is zero."""
+    ramp_s = abs(wanted - speed) / acceleration
+    slope = math.copysign(acceleration, wanted - speed)
+    ramp = Piece(now_s, position, speed, slope, ramp_s)
+    end = position + ramp_s * (speed + wanted) / 2
+    if not wanted:
+        return Profile((ramp,), end)
+    return Profile((ramp, Piece(now_s + ramp_s, end, wanted, 0.0, math.inf)), end)
+
+
+def to_goal(
+    position: float,
+    speed: float,
+    goal: float,
+    rate: float,
+    acceleration: float,
+    now_s: float,
+    braking: float | None = None,
+) -> Profile:
+    """Go to a goal and stand: a trapezoid, from whatever speed there is.
+
+    What already runs away from the goal, or too fast to stop before it, stops first and turns.
+    `braking` is how fast it slows down, where that is not as fast as it speeds up.
+    """
+    braking = acceleration if braking is None else braking
+    brake = speed * abs(speed) / (2 * braking)
+    if (goal - position - brake) * speed < -_ROUNDING * abs(speed):
+        stop = to_speed(position, speed, 0.0, braking, now_s)
+        back = to_goal(stop.end, 0.0, goal, rate, acceleration, stop.end_s, braking)
+        return Profile((*stop.pieces, *back.pieces), goal)
+    way = math.copysign(1.0, goal - position)
+    far, first = abs(goal - position), abs(speed)
+    both = 2 * acceleration * braking / (acceleration + braking)
+    peak = min(rate, math.sqrt(both * (far + first**2 / (2 * acceleration))))
+    slope = acceleration if peak >= first else -braking
+    run = max(far - (peak**2 - first**2) / (2 * slope) - peak**2 / (2 * braking), 0.0)
+    shape = (
+        (first, slope, (peak - first) / slope),
+        (peak, 0.0, run / peak if peak else 0.0),
+        (peak, -braking, peak / braking),
+    )
+    pieces: list[Piece] = []
+    for begins, slope, duration_s in shape:
+        piece = Piece(now_s, position, way * begins, way * slope, duration_s)
+        pieces.append(piece)
+        now_s, position = piece.end_s, piece.at(piece.end_s)
+    return Profile(pieces, goal)
+
+
+def nearest(position: float) -> int:
+    """Round to the whole step that a motor stands at."""
+    return math.floor(position + 0.5)
+
+
+# Steppers that each go their own way, in the arithmetic of the AccelStepper library.
+#
+# Steps, seconds. The library does not follow a trapezoid: each step sets the pause before the next
+# one (D. Austin, "Generate stepper-motor speed profiles in real time", Embedded Systems
+# Programming, January 2005), a pause counts from the step that was really made, and a stop begins
+# as soon as the steps left are no more than v^2 / 2a. On a board that serves its motors in turn, a
+# motor has a chance to make a step only so often, and a step waits for its chance.
+
+LOOK_S = 0.1
+"""The way of the arm is looked at this often: it is no straight one."""
+LOOP_S = 0.0001
+"""A board without a grid looks at its motors about this often: no order acts at once."""
+FIRST_PAUSE = 0.676
+"""Austin's correction of the first pause."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Moment:
+    """One motor after a step or an order. `pause_s` is until its next step, infinity for none.
+
+    `ramp` counts the steps of the ramp so far, and is negative while the motor slows down.
+    """
+
+    position: int
+    goal: int
+    last_s: float = -math.inf
+    ramp: int = 0
+    ramp_pause_s: float = math.inf
+    pause_s: float = math.inf
+    speed_hz: float = 0.0
+    forward: bool = False
+
+
+class _Axis:
+    """One motor; `phase_s` shifts its chances on the grid, which is none where `grid_s` is 0."""
+
+    def __init__(
+        self, count: int, acceleration: float, top_hz: float, grid_s: float, phase_s: float
+    ) -> None:
+        self._acceleration = acceleration
+        self._first_pause_s = FIRST_PAUSE * math.sqrt(2.0 / acceleration)
+        self.top_hz = top_hz
+        self._grid_s = grid_s
+        self._phase_s = phase_s
+        self._by_speed = False
+        self._since_s = -math.inf
+        self._moment = _Moment(count, count)
+        self._times: list[float] = []
+        self._steps: list[_Moment] = []
+
+    # -- what can be seen ---------------------------------------------------------------------
+
+    def at(self, now_s: float) -> _Moment:
+        """Return the motor as it is by now."""
+        self._lay(now_s)
+        made = bisect_right(self._times, now_s + _ROUNDING)
+        return self._steps[made - 1] if made else self._moment
+
+    @property
+    def done_s(self) -> float:
+        """When it makes its last step; infinity where it runs for ever, or hangs."""
+        if self._by_speed:
+            return math.inf if self._moment.speed_hz else self._moment.last_s
+        self._lay(math.inf)
+        end = self._steps[-1] if self._steps else self._moment
+        return end.last_s if end.position == end.goal else math.inf
+
+    def moves(self, now_s: float) -> bool:
+        """Tell whether the board calls it moving: by speed, only at a chance that it has used."""
+        moment = self.at(now_s)
+        if self._by_speed:
+            return now_s < moment.last_s + max(self._grid_s, LOOP_S)
+        return bool(moment.speed_hz) or moment.position != moment.goal
+
+    # -- orders, in the words of the library --------------------------------------------------
+
+    def set_speed(self, speed_hz: float, now_s: float) -> None:
+        """Run at a constant speed, no faster than the top speed, until the next step at least."""
+        moment = self.at(now_s)
+        if speed_hz == moment.speed_hz:
+            return
+        speed_hz = min(max(speed_hz, -self.top_hz), self.top_hz)
+        self._order(
+            replace(
+                moment,
+                pause_s=1.0 / abs(speed_hz) if speed_hz else math.inf,
+                speed_hz=speed_hz,
+                forward=speed_hz > 0.0 if speed_hz else moment.forward,
+            ),
+            now_s,
+        )
+
+    def set_top(self, top_hz: float, now_s: float) -> None:
+        """Ramp up to this speed from now on, in every motion to come too."""
+        if top_hz == self.top_hz:
+            return
+        moment = self.at(now_s)
+        self.top_hz = top_hz
+        if moment.ramp > 0:
+            moment = self._paced(replace(moment, ramp=self._steps_to_stop(moment)))
+        self._order(moment, now_s)
+
+    def aim(self, goal: int, now_s: float) -> None:
+        """Go to a goal; nothing happens where it is the goal already."""
+        moment = self.at(now_s)
+        if goal != moment.goal:
+            self._order(self._paced(replace(moment, goal=goal)), now_s)
+
+    def ramp_down(self, now_s: float) -> None:
+        """Aim for where the motor can stop."""
+        moment = self.at(now_s)
+        if moment.speed_hz:
+            steps = self._steps_to_stop(moment) + 1
+            self.aim(moment.position + (steps if moment.speed_hz > 0.0 else -steps), now_s)
+
+    def obey(self, now_s: float, *, by_speed: bool) -> None:
+        """Run at the speed set, or to the goal."""
+        if by_speed != self._by_speed:
+            moment = self.at(now_s)
+            self._by_speed = by_speed
+            self._order(moment, now_s)
+
+    def stand(self, at: int, now_s: float = -math.inf) -> None:
+        """Stand dead at a count."""
+        last_s = self.at(now_s).last_s if now_s > self._since_s else self._moment.last_s
+        self._order(_Moment(at, at, last_s), max(now_s, self._since_s))
+
+    # -- the library's arithmetic -------------------------------------------------------------
+
+    def _order(self, moment: _Moment, now_s: float) -> None:
+        self._moment, self._since_s = moment, now_s
+        self._times, self._steps = [], []
+
+    def _steps_to_stop(self, moment: _Moment) -> int:
+        return int(moment.speed_hz**2 / (2.0 * self._acceleration))
+
+    def _paced(self, moment: _Moment) -> _Moment:
+        """Choose the pause before the next step."""
+        left, to_stop = moment.goal - moment.position, self._steps_to_stop(moment)
+        if not left and to_stop <= 1:
+            return replace(moment, ramp=0, pause_s=math.inf, speed_hz=0.0)
+        ramp, forward, pause_s = moment.ramp, moment.forward, moment.ramp_pause_s
+        ahead = forward == (left > 0)
+        if left and ramp > 0 and (to_stop >= abs(left) or not ahead):
+            ramp = -to_stop
+        elif left and ramp < 0 and to_stop < abs(left) and ahead:
+            ramp = -ramp
+        if not ramp:
+            pause_s, forward = self._first_pause_s, left > 0
+        elif math.isfinite(pause_s):
+            pause_s -= 2.0 * pause_s / (4.0 * ramp + 1.0)
+            pause_s = max(pause_s, 1.0 / self.top_hz if self.top_hz else math.inf)
+        speed_hz = 1.0 / pause_s
+        return replace(
+            moment,
+            ramp=ramp + 1,
+            ramp_pause_s=pause_s,
+            pause_s=pause_s,
+            speed_hz=speed_hz if forward else -speed_hz,
+            forward=forward,
+        )
+
+    def _lay(self, until_s: float) -> None:
+        """Work out each step, as far as anybody has looked."""
+        moment = self._steps[-1] if self._steps else self._moment
+        while (step_s := self._chance(moment)) <= until_s + _ROUNDING and math.isfinite(step_s):
+            way = 1 if moment.forward else -1
+            moment = replace(moment, position=moment.position + way, last_s=step_s)
+            if not self._by_speed:
+                moment = self._paced(moment)
+            self._times.append(step_s)
+            self._steps.append(moment)
+
+    def _chance(self, moment: _Moment) -> float:
+        """Return when the next step is made, infinity for never."""
+        due_s = moment.last_s + moment.pause_s
+        if math.isinf(moment.pause_s) or not self._grid_s:
+            return math.inf if math.isinf(moment.pause_s) else max(due_s, self._since_s + LOOP_S)
+        due_s = max(due_s, self._since_s + LOOP_S)
+        number = math.ceil((due_s - self._phase_s) / self._grid_s - 1e-6)
+        return number * self._grid_s + self._phase_s
+
+
+class UncoordinatedRack:
+    """Axes that each go their own way; `done_s` is when the last one has arrived."""
+
+    def __init__(
+        self,
+        counts: Sequence[int],
+        *,
+        acceleration_hz_s: float,
+        top_hz: float = math.inf,
+        grid_s: float = 0.0,
+        stagger_s: float = 0.0,
+    ) -> None:
+        self._axes = [
+            _Axis(count, acceleration_hz_s, top_hz, grid_s, number * stagger_s)
+            for number, count in enumerate(counts)
+        ]
+        self._top_hz = top_hz
+        self._under_way = False
+        self._ordered_s = -math.inf
+
+    @property
+    def moving(self) -> bool:
+        """Whether a motion is under way, or has ended and nobody has called `settle` since."""
+        return self._under_way
+
+    @property
+    def done_s(self) -> float:
+        """When the last axis stands; infinity while none moves, or one runs without an end."""
+        if not self._under_way:
+            return math.inf
+        return max([self._ordered_s, *(axis.done_s for axis in self._axes)])
+
+    def mask(self, now_s: float) -> int:
+        """Return a bit for each axis that still moves, the first axis lowest."""
+        return sum(1 << n for n, axis in enumerate(self._axes) if axis.moves(now_s))
+
+    def speeds(self, now_s: float) -> tuple[float, ...]:
+        """Return the speed that each axis is asked to have, in steps a second."""
+        return tuple(axis.at(now_s).speed_hz for axis in self._axes)
+
+    def move_to(self, axis: int, goal: int, speed_hz: float, now_s: float) -> None:
+        """Send an axis to a count, at its top speed at most.
+
+        The speed given is only that until its first step: an axis that is at its goal already
+        makes a step that way, and one back, unless the speed is 0.
+        """
+        self._begin(now_s, by_speed=False)
+        self._axes[axis].set_speed(speed_hz, now_s)
+        self._axes[axis].aim(goal, now_s)
+
+    def move_at(self, axis: int, goal: int, speed_hz: float, now_s: float) -> None:
+        """Send an axis to a count at most this fast, which stays its top speed."""
+        self._begin(now_s, by_speed=False)
+        self._axes[axis].set_speed(speed_hz, now_s)
+        self._axes[axis].set_top(abs(speed_hz), now_s)
+        self._axes[axis].aim(goal, now_s)
+
+    def run(self, axis: int, speed_hz: float, now_s: float) -> None:
+        """Have an axis run for ever, backwards where negative; 0 ends it dead."""
+        self._begin(now_s, by_speed=True)
+        self._axes[axis].set_speed(speed_hz, now_s)
+
+    def ramp_down(self, now_s: float) -> None:
+        """Slow down every axis that is on the way to a goal; what runs by speed runs on."""
+        for axis in self._axes:
+            axis.ramp_down(now_s)
+
+    def positions(self, now_s: float) -> tuple[int, ...]:
+        """Return the counts at a moment."""
+        return tuple([axis.at(now_s).position for axis in self._axes])
+
+    def bends(self, start_s: float, end_s: float) -> Iterator[float]:
+        """Yield moments at which to look, while anything moves."""
+        last_s = min(end_s, self.done_s)
+        for number in range(1, math.ceil((last_s - start_s) / LOOK_S)):
+            yield start_s + number * LOOK_S
+        if start_s < last_s < end_s:
+            yield last_s
+
+    def settle(self, now_s: float) -> None:
+        """Take in a motion that has ended."""
+        if self._under_way and self.done_s <= now_s:
+            self.stop(now_s)
+
+    def stop(self, now_s: float) -> None:
+        """End all motion dead where it is now."""
+        for axis in self._axes:
+            axis.stand(axis.at(now_s).position, now_s)
+        self._under_way = False
+
+    def count(self, deltas: Sequence[int]) -> None:
+        """Count steps that were made apart from any motion, while standing."""
+        for axis, delta in zip(self._axes, deltas, strict=True):
+            axis.stand(axis.at(-math.inf).position + delta)
+
+    def zero(self) -> None:
+        """Begin to count anew; nothing turns."""
+        for axis in self._axes:
+            axis.stand(0)
+        self._under_way = False
+
+    def restart(self) -> None:
+        """Have the top speeds that the firmware begins with."""
+        for axis in self._axes:
+            axis.top_hz = self._top_hz
+
+    def _begin(self, now_s: float, *, by_speed: bool) -> None:
+        for axis in self._axes:
+            axis.obey(now_s, by_speed=by_speed)
+        self._under_way, self._ordered_s = True, now_s

@@ -1,0 +1,335 @@
+"""The one-line commands that steer a simulated arm from its standard input.
+
+Each line gets one line in answer; `--json` anywhere in it makes that answer JSON.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from armdrive.errors import ArmError, BadRequest
+from armdrive.sim.bus.drives import DrivesOnBus
+from armdrive.sim.device import (
+    GivesControl,
+    HasPendant,
+    HasSpeedError,
+    SimDevice,
+    lacks,
+    state_json,
+    state_line,
+)
+from armdrive.sim.faults.request import number, parse_words, whole
+from armdrive.sim.faults.running import Faults
+from armdrive.sim.faults.table import fault_kind, faults_of
+from armdrive.sim.serving.servers import Server
+from armdrive.sim.wire import PacedDevice
+from armdrive.sim.world.saved import Json
+from armdrive.sim.world.table import Block
+from kinematics.errors import did_you_mean
+
+# What a command of the console is, and what it answers.
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What a command has to say: a sentence for people, or the same and more as data."""
+
+    text: str
+    data: Json = None
+
+
+@dataclass(frozen=True, slots=True)
+class ConsoleCommand:
+    """One row of the table: how it is called, what follows, what it does."""
+
+    name: str
+    arguments: str
+    summary: str
+    run: Callable[[Console, list[str]], Answer]
+    counts: tuple[int, int]
+    """The least and the most words that may follow."""
+
+    @property
+    def usage(self) -> str:
+        """How it is written."""
+        return f"{self.name} {self.arguments}".strip()
+
+
+# Reads which block somebody puts on the table of a simulated arm: its name, place and size.
+
+DROP_FROM_MM = 1000.0
+"""A block comes down from above everything, onto what is there."""
+
+USUAL_MM = 25.0
+"""The side of a block of which no size is said."""
+
+PARTS = "NAME X Y [WIDTH [HEIGHT]]"
+"""What is said of a block, mm; the height is the width where it is left out."""
+
+
+def block_of(words: Sequence[str]) -> Block:
+    """Return a block above the table, from three to five words. Raises `BadRequest`."""
+    if not 3 <= len(words) <= 5:
+        raise BadRequest(f"a block is given as {PARTS}, not as {' '.join(words)!r}")
+    x_mm, y_mm, *sizes = (number(word) for word in words[1:])
+    width_mm = sizes[0] if sizes else USUAL_MM
+    height_mm = sizes[1] if len(sizes) > 1 else width_mm
+    return Block(words[0], x_mm, y_mm, DROP_FROM_MM, width_mm, height_mm)
+
+
+# The table of the console's commands: how each is written, and what it does.
+
+_S_DIGITS = 6
+_SWITCH = {"on": True, "off": False, "1": True, "0": False}
+
+
+def _state(console: Console, _: list[str]) -> Answer:
+    # the device's own clock: whoever looks on late still learns when what is seen was so
+    time_s = round(console.device.now_s, _S_DIGITS)
+    return Answer(state_line(console.device), {"time_s": time_s, **state_json(console.device)})
+
+
+def _key(console: Console, words: list[str]) -> Answer:
+    device = console.device
+    if not isinstance(device, HasPendant):
+        raise lacks(device, "pendant")
+    device.press_named(words[0])
+    return Answer(f"pressed {words[0].upper()}")
+
+
+def _return(console: Console, _: list[str]) -> Answer:
+    device = console.device
+    if not isinstance(device, GivesControl):
+        raise lacks(device, "pendant that takes control")
+    if device.pendant_returns():
+        return Answer("the host has control again")
+    raise BadRequest("the pendant has no control to give back: the host has not sent @SET")
+
+
+def _guide(console: Console, _: list[str]) -> Answer:
+    reference = console.device.world.body.reference
+    if reference is None:
+        raise BadRequest("no reference posture is known of this arm")
+    joints = console.device.world.body.arm.ik(reference.pose)
+    console.device.bring_to(joints, reference.opening_mm)
+    return Answer("somebody brought the arm to its reference posture by hand")
+
+
+def _put(console: Console, words: list[str]) -> Answer:
+    block = console.device.world.put(block_of(words))
+    place = f"x {block.x_mm:.1f}, y {block.y_mm:.1f}, z {block.z_mm:.1f} mm"
+    return Answer(f"block {block.name} stands at {place}")
+
+
+def _take(console: Console, words: list[str]) -> Answer:
+    if console.device.world.take(words[0]) is None:
+        there = ", ".join(console.device.world.scene.blocks) or "none"
+        raise BadRequest(f"there is no block {words[0]!r}; there are: {there}")
+    return Answer(f"took block {words[0]} away")
+
+
+def _power(console: Console, words: list[str]) -> Answer:
+    on = _switch(words[0])
+    if on != console.device.powered:
+        (console.device.power_on if on else console.device.power_off)()
+    return Answer(f"power is {'on' if on else 'off'}")
+
+
+def _unplug(console: Console, _: list[str]) -> Answer:
+    console.cable.unplug()
+    return Answer("unplugged")
+
+
+def _replug(console: Console, words: list[str]) -> Answer:
+    names = [word for word in words if word != "as"]
+    console.cable.replug(*names[:1])
+    return Answer(f"plugged in at {console.server.address}")
+
+
+def _fault(console: Console, words: list[str]) -> Answer:
+    if not words:
+        active = console.faults.active
+        return Answer("; ".join(active) or "nothing is wrong", {"faults": list(active)})
+    if words[0].lower() == "off":
+        ended = console.faults.end(*words[1:2])
+        return Answer(f"ended: {'; '.join(ended) or 'nothing'}", {"ended": list(ended)})
+    request = parse_words(words)
+    console.faults.ask(request)
+    due = f" in {request.after_s:g} s" if request.after_s else ""
+    return Answer(f"fault{due}: {fault_kind(request.name).summary}")
+
+
+def _faults(console: Console, _: list[str]) -> Answer:
+    kinds = faults_of(type(console.device))
+    table: dict[str, Json] = {kind.usage: kind.summary for kind in kinds}
+    return Answer("; ".join(table), table)
+
+
+def _plug(console: Console, words: list[str]) -> Answer:
+    """Have some drives alone be on the bus: commissioning meets one at a time."""
+    device = console.device
+    if not isinstance(device, DrivesOnBus):
+        raise lacks(device, "drives on a bus")
+    names = [motor.name for motor in device.world.body.transmission.motors]
+    numbers = {"all": [*range(1, len(names) + 1)], "none": []}.get(words[0].lower())
+    if numbers is None:
+        numbers = [whole(word) for word in words]
+    if any(not 1 <= each <= len(names) for each in numbers):
+        raise BadRequest(f"drives are numbered 1 to {len(names)}, not {' '.join(words)}")
+    for number_of, _ in enumerate(names, 1):
+        device.plug_drive(number_of - 1, number_of in numbers)
+    there = ", ".join(names[each - 1] for each in sorted({*numbers})) or "none"
+    return Answer(f"on the bus: {there}")
+
+
+def _input(console: Console, words: list[str]) -> Answer:
+    bit, on = whole(words[0]), _switch(words[1])
+    console.device.set_input(bit, on)
+    return Answer(f"input {bit} is {'on' if on else 'off'}")
+
+
+def _push(console: Console, words: list[str]) -> Answer:
+    motor, steps = whole(words[0]), whole(words[1])
+    count = len(console.device.world.motors)
+    if not 1 <= motor <= count:
+        raise BadRequest(f"motors are numbered 1 to {count}, not {motor}")
+    console.device.push([steps if index == motor else 0 for index in range(1, count + 1)])
+    return Answer(f"pushed motor {motor} by {steps} half-steps, unknown to the registers")
+
+
+def _speed_error(console: Console, words: list[str]) -> Answer:
+    device = console.device
+    if not isinstance(device, HasSpeedError):
+        raise lacks(device, "speed error: it keeps its own time")
+    device.set_speed_error(number(words[0]))
+    return Answer(f"motions last {1.0 + device.speed_error:.2f} times as long")
+
+
+def _help(_: Console, __: list[str]) -> Answer:
+    usages = [command.usage for command in COMMANDS.values()]
+    helps: dict[str, Json] = {each.usage: each.summary for each in COMMANDS.values()}
+    return Answer("; ".join(usages), helps)
+
+
+def _quit(console: Console, _: list[str]) -> Answer:
+    console.ended = True
+    return Answer("ends")
+
+
+def _switch(word: str) -> bool:
+    try:
+        return _SWITCH[word.lower()]
+    except KeyError:
+        raise BadRequest(f"{word!r} is neither on nor off") from None
+
+
+COMMANDS: Mapping[str, ConsoleCommand] = MappingProxyType(
+    {
+        command.name: command
+        for command in (
+            ConsoleCommand("state", "", "the arm as it stands, physically", _state, (0, 0)),
+            ConsoleCommand("key", "NAME", "press a key of the pendant, STOP say", _key, (1, 1)),
+            ConsoleCommand("return", "", "the pendant gives control back (@SET)", _return, (0, 0)),
+            ConsoleCommand("guide", "", "bring the arm to its reference posture", _guide, (0, 0)),
+            ConsoleCommand("put", PARTS, "set a block down, mm", _put, (3, 5)),
+            ConsoleCommand("take", "NAME", "take a block away", _take, (1, 1)),
+            ConsoleCommand(
+                "power", "on|off", "switch the controller; off lets it sag", _power, (1, 1)
+            ),
+            ConsoleCommand("unplug", "", "pull the cable", _unplug, (0, 0)),
+            ConsoleCommand("replug", "[as NAME]", "put the cable back", _replug, (0, 2)),
+            ConsoleCommand(
+                "fault",
+                "[off [NAME] | NAME ARGUMENTS [--from host|device] [--seed N] [--for S] [@S]]",
+                "have something go wrong, or end it; alone: what is wrong",
+                _fault,
+                (0, 12),
+            ),
+            ConsoleCommand("faults", "", "what can go wrong with this device", _faults, (0, 0)),
+            ConsoleCommand(
+                "plug",
+                "all | none | NUMBER ...",
+                "have these drives on the bus",
+                _plug,
+                (1, 6),
+            ),
+            ConsoleCommand("input", "BIT 0|1", "set an input bit", _input, (2, 2)),
+            ConsoleCommand(
+                "push", "MOTOR STEPS", "turn a motor by force, uncounted", _push, (2, 2)
+            ),
+            ConsoleCommand(
+                "speed-error", "FRACTION", "0.2 is a fifth slower", _speed_error, (1, 1)
+            ),
+            ConsoleCommand("help", "", "these commands (with --json: what they do)", _help, (0, 0)),
+            ConsoleCommand("quit", "", "end the simulation", _quit, (0, 0)),
+        )
+    }
+)
+"""Every command by its name; parsing and help are made from it."""
+
+JSON_FLAG = "--json"
+
+
+class ServerCable:
+    """The cable between a served device and whoever opens it."""
+
+    def __init__(self, server: Server, line: PacedDevice) -> None:
+        self._server = server
+        self._line = line
+
+    def unplug(self) -> None:
+        """Withdraw the wire; what is under way is lost."""
+        self._server.close()
+        self._line.unplug()
+
+    def replug(self, name: str | None = None) -> None:
+        """Offer the wire again, under another name perhaps. Raises `PortUnavailable`."""
+        self._server.open(name)
+        self._line.plug()
+
+
+class Console:
+    """Steers one device, its line, and the server that offers it. `ended` is true after `quit`."""
+
+    def __init__(self, device: SimDevice, server: Server, line: PacedDevice) -> None:
+        self.device = device
+        self.server = server
+        self.cable = ServerCable(server, line)
+        self.faults = Faults(device, line, self.cable)
+        self.ended = False
+
+    def answer(self, line: str) -> str:
+        """Do what a line says and return the line that answers it; nothing for an empty one."""
+        words = line.split()
+        as_json = JSON_FLAG in words
+        words = [word for word in words if word != JSON_FLAG]
+        if not words:
+            return ""
+        try:
+            answer = self._run(words[0], words[1:])
+        except ArmError as error:
+            return json.dumps({"ok": False, "error": str(error)}) if as_json else str(error)
+        if not as_json:
+            return answer.text
+        return json.dumps({"ok": True, "text": answer.text} if answer.data is None else answer.data)
+
+    def _run(self, name: str, words: list[str]) -> Answer:
+        command = COMMANDS.get(name.lower())
+        if command is None:
+            hint = did_you_mean(name.lower(), COMMANDS, "try 'help'.", likeness=0.4)
+            raise BadRequest(f"there is no command {name!r}; {hint}")
+        least, most = command.counts
+        if not least <= len(words) <= most:
+            raise BadRequest(f"write it like this: {command.usage}")
+        return command.run(self, words)
+
+
+def help_text() -> str:
+    """Return the table for people, one command a line."""
+    width = max(len(command.usage) for command in COMMANDS.values())
+    return "\n".join(
+        f"{command.usage:<{width}}  {command.summary}" for command in COMMANDS.values()
+    )

@@ -1,0 +1,200 @@
+"""A simulated arm as a process of its own: the real-time loop between a server and a console."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from types import FrameType
+from typing import TextIO
+
+from armdrive.sim.bus.bus import BITRATE
+from armdrive.sim.device import SimDevice
+from armdrive.sim.faults.request import FaultRequest
+from armdrive.sim.serving.console import Console
+from armdrive.sim.serving.servers import (
+    Adapter,
+    AdapterBus,
+    PtyServer,
+    Server,
+    SlcanServer,
+    TcpServer,
+    TwoAdapters,
+    UdpServer,
+    split_address,
+)
+from armdrive.sim.wire import PacedDevice
+from armdrive.text.printable import printable_lines
+from armdrive.transports.link import Bell
+
+LONGEST_SLEEP_S = 0.25
+LONGEST_LINE = 1024
+MOST_BACKLOG = 4096
+"""As many bytes as a computer's own serial port takes ahead of its line."""
+_CHUNK = 4096
+
+
+def make_server(
+    *,
+    pty: Path | None = None,
+    tcp: str | None = None,
+    udp: str | None = None,
+    slcan: Path | None = None,
+    beside: Path | None = None,
+    bits_s: int = BITRATE,
+) -> Server:
+    """Offer a pty (linked at a path), or a TCP or UDP port (`HOST:PORT`, `:PORT` or `PORT`).
+
+    With none of them, a pty without a link; `slcan` is one behind which a CAN adapter stands, on a
+    bus of so many bits a second, and `beside` a second such adapter. Raises `PortUnavailable`.
+    """
+    if beside is not None:
+        return TwoAdapters(slcan, beside, bits_s)
+    if slcan is not None:
+        return SlcanServer(slcan, Adapter(bits_s))
+    if tcp is not None:
+        return TcpServer(*split_address(tcp))
+    return PtyServer(pty) if udp is None else UdpServer(*split_address(udp))
+
+
+def run_device(
+    device: SimDevice,
+    server: Server,
+    commands: int | None,
+    out: TextIO,
+    *,
+    faults: Iterable[FaultRequest] = (),
+    clock: Callable[[], float] = time.monotonic,
+) -> None:
+    """Let the device live in real time until `quit`, SIGTERM or SIGINT, then close the server.
+
+    The `faults` begin, or count their time, when it begins to live. Raises `BadRequest` for one
+    that this device cannot have.
+
+    `commands` is a file descriptor with one-line commands, None where there are none; its end
+    ends nothing. Answers go to `out`.
+    """
+    bell = Bell()
+    try:
+        loop = _Loop(device, server, out, bell, clock)
+        loop.begin(faults)
+        with _ending_signals(loop.end):
+            if commands is not None:
+                threading.Thread(
+                    target=_hear, args=(commands, loop.lines, bell), daemon=True
+                ).start()
+            loop.run()
+    finally:
+        server.close()
+        bell.close()
+
+
+class _Loop:
+    """Carries bytes and commands to the device, each as it comes."""
+
+    def __init__(
+        self,
+        device: SimDevice,
+        server: Server,
+        out: TextIO,
+        bell: Bell,
+        clock: Callable[[], float],
+    ) -> None:
+        self.lines: deque[str] = deque()
+        self._line = _line_to(device, server)
+        self._console = Console(device, server, self._line)
+        self._server = server
+        self._out = out
+        self._bell = bell
+        self._clock = clock
+
+    def end(self) -> None:
+        """Have the loop end; safe within a signal handler."""
+        self._console.ended = True
+        self._bell.ring()
+
+    def begin(self, faults: Iterable[FaultRequest]) -> None:
+        """Let the device's time begin, and give it faults."""
+        self._line.advance(self._clock())
+        for fault in faults:
+            self._console.faults.ask(fault)
+
+    def run(self) -> None:
+        """Go round until somebody ends it."""
+        while not self._console.ended:
+            self._sleep()
+            now_s = self._clock()
+            data = self._server.read() if self._listening() else b""
+            if data:
+                self._line.send(data, now_s)
+            self._server.write(self._line.receive(now_s))
+            while self.lines and not self._console.ended:
+                self._obey(self.lines.popleft())
+            while self._console.faults.troubles:
+                self._say(self._console.faults.troubles.pop(0))
+
+    def _sleep(self) -> None:
+        """Sleep until bytes or commands come, or the device has something to do."""
+        pause_s = min(max(self._line.next_s() - self._clock(), 0.0), LONGEST_SLEEP_S)
+        self._bell.wait(pause_s, *(self._server.filenos() if self._listening() else ()))
+
+    def _listening(self) -> bool:
+        """Tell whether to take more bytes: a client that floods the line has to wait for it."""
+        return self._line.backlog < MOST_BACKLOG
+
+    def _obey(self, line: str) -> None:
+        answer = self._console.answer(line)
+        if answer:
+            self._say(answer)
+
+    def _say(self, line: str) -> None:
+        with contextlib.suppress(OSError, ValueError):  # nobody reads the answers any more
+            self._out.write(printable_lines(line) + "\n")
+            self._out.flush()
+
+
+def _line_to(device: SimDevice, server: Server) -> PacedDevice:
+    """Return what carries the bytes: a serial line at its pace, or the bus behind an adapter."""
+    if isinstance(server, SlcanServer):
+        return AdapterBus(device, server.adapter)
+    return PacedDevice(device, device.baud if server.paced else None)
+
+
+def _hear(fileno: int, lines: deque[str], bell: Bell) -> None:
+    """Read command lines as they come, on a thread: not every system can select on such files.
+
+    By the system's own read: a thread that sleeps in a Python file cannot be left behind at exit.
+    """
+    rest = b""
+    with contextlib.suppress(OSError):
+        while data := os.read(fileno, _CHUNK):
+            *whole, rest = (rest + data).split(b"\n")
+            rest = rest[-LONGEST_LINE:]
+            lines.extend(line.decode("utf-8", "replace") for line in whole)
+            bell.ring()
+    if rest.strip():
+        lines.append(rest.decode("utf-8", "replace"))
+        bell.ring()
+
+
+@contextlib.contextmanager
+def _ending_signals(end: Callable[[], None]) -> Iterator[None]:
+    """Have SIGTERM and SIGINT end the loop, where signals can be had: in the main thread."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def handler(_number: int, _frame: FrameType | None) -> None:
+        end()
+
+    kept = {number: signal.signal(number, handler) for number in (signal.SIGTERM, signal.SIGINT)}
+    try:
+        yield
+    finally:
+        for number, before in kept.items():
+            signal.signal(number, before)

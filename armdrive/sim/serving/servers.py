@@ -1,0 +1,639 @@
+"""The device's end of a wire for other programs, and the pseudo-terminal among them.
+
+A server never blocks: bytes that nobody takes are dropped, as on a real line without a listener.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ipaddress
+import os
+import socket
+import sys
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Protocol
+
+from armdrive.errors import PortUnavailable
+from armdrive.sim.bus.bus import BusLine
+from armdrive.sim.device import WireDevice
+from armdrive.transports.can_slcan import BELL, CR, ON_BUS, Lines, frame_of, line_of
+from firmware_protocol.frames import Frame, Unpacker, pack
+
+CHUNK = 4096
+_PTY_FOLDERS = ("/dev/pts/", "/dev/ttys")
+
+
+class Server(Protocol):
+    """One end of a wire that another program opens."""
+
+    @property
+    def address(self) -> str:
+        """What the other program opens."""
+
+    @property
+    def is_open(self) -> bool:
+        """Whether the other end can be opened, and stays open."""
+
+    @property
+    def paced(self) -> bool:
+        """Whether bytes come at the pace of a serial line; a network has none."""
+
+    def open(self, address: str | None = None) -> None:
+        """Offer the wire, again after `close`, and perhaps elsewhere. Raises `PortUnavailable`."""
+
+    def filenos(self) -> tuple[int, ...]:
+        """What to select on for reading."""
+
+    def read(self) -> bytes:
+        """Return what has come, possibly nothing."""
+
+    def write(self, data: bytes) -> None:
+        """Say something to whoever listens."""
+
+    def close(self) -> None:
+        """Withdraw the wire: its other end breaks, as by a pulled cable. Twice is no error."""
+
+
+class PtyServer:
+    """A pseudo-terminal in raw mode; `path` becomes a link to the side that others open.
+
+    It keeps that side open itself, so that clients can come and go. The link replaces only a
+    link to a pseudo-terminal that is gone, and is removed by `close`.
+    """
+
+    paced = True
+
+    def __init__(self, path: Path | None = None) -> None:
+        self._path = path
+        self._ends: tuple[int, int] | None = None
+        self._target = ""
+        self.open()
+
+    @property
+    def address(self) -> str:
+        """The link's path, or the pseudo-terminal's own where there is no link."""
+        return str(self._path or self._target)
+
+    @property
+    def is_open(self) -> bool:
+        """Whether clients can open it."""
+        return self._ends is not None
+
+    def open(self, address: str | None = None) -> None:
+        """Make the pseudo-terminal and its link. Raises `PortUnavailable`."""
+        if self._ends is not None:
+            return
+        if address is not None:
+            self._path = Path(address)
+        if sys.platform == "win32":
+            raise PortUnavailable("this system has no pseudo-terminals: use --tcp 127.0.0.1:PORT")
+        import pty
+        import tty
+
+        master, slave = pty.openpty()
+        self._ends, self._target = (master, slave), os.ttyname(slave)
+        os.set_blocking(master, False)
+        try:
+            tty.setraw(slave)
+            if self._path is not None:
+                self._link(self._path)
+        except BaseException:
+            self._close_ends()
+            raise
+
+    def filenos(self) -> tuple[int, ...]:
+        """What to select on for reading."""
+        return () if self._ends is None else self._ends[:1]
+
+    def read(self) -> bytes:
+        """Return what clients have written."""
+        if self._ends is not None:
+            with contextlib.suppress(BlockingIOError):
+                return os.read(self._ends[0], CHUNK)
+        return b""
+
+    def write(self, data: bytes) -> None:
+        """Write to whoever reads; what the system's buffer does not take is lost."""
+        if self._ends is not None:
+            with contextlib.suppress(BlockingIOError):
+                os.write(self._ends[0], data)
+
+    def close(self) -> None:
+        """Hang up, and remove the link if it is still this pseudo-terminal's."""
+        if self._ends is None:
+            return
+        if self._path is not None and self._path.is_symlink():
+            with contextlib.suppress(OSError):
+                if str(self._path.readlink()) == self._target:
+                    self._path.unlink()
+        self._close_ends()
+
+    def _close_ends(self) -> None:
+        for end in self._ends or ():
+            os.close(end)
+        self._ends = None
+
+    def _link(self, path: Path) -> None:
+        try:
+            if path.is_symlink() and self._left_behind(path):
+                path.unlink()
+            path.symlink_to(self._target)
+        except FileExistsError:
+            raise PortUnavailable(
+                f"{path} exists and is no left-over of an ended simulation: "
+                "remove it, or choose another path"
+            ) from None
+        except OSError as error:
+            raise PortUnavailable(f"{path} cannot be made: {error.strerror}") from None
+
+    def _left_behind(self, path: Path) -> bool:
+        """Tell whether a link leads to a pseudo-terminal that is gone, or by now is this one."""
+        target = str(path.readlink())
+        is_pty = target.startswith(_PTY_FOLDERS)
+        return is_pty and (target == self._target or not path.exists())
+
+
+# What a TCP and a UDP port for other programs have in common: an address, and how it is taken.
+
+LOOPBACK = "127.0.0.1"
+
+
+def split_address(address: str) -> tuple[str, int]:
+    """Split `HOST:PORT`, `:PORT` or `PORT`. Raises `PortUnavailable`."""
+    host, _, port = address.rpartition(":")
+    if not (port.isascii() and port.isdecimal()):
+        raise PortUnavailable(f"{address!r} is no address: write HOST:PORT, for example :7410")
+    return host or LOOPBACK, int(port)
+
+
+class NetworkServer(ABC):
+    """A port of this computer; 0 lets one be found. Offered to it alone unless a host is named.
+
+    Anybody who reaches the port can move the simulated arm.
+    """
+
+    def __init__(self, host: str = LOOPBACK, port: int = 0) -> None:
+        self._host = host
+        self._port = port
+        self._ear: socket.socket | None = None
+        self.open()
+
+    @property
+    def address(self) -> str:
+        """Host and port, as URLs take them."""
+        return f"{self._host}:{self._port}"
+
+    @property
+    def port(self) -> int:
+        """The port number, found by the system where 0 was asked for."""
+        return self._port
+
+    @property
+    def is_open(self) -> bool:
+        """Whether somebody is heard who calls."""
+        return self._ear is not None
+
+    def open(self, address: str | None = None) -> None:
+        """Listen, at another address if one is given. Raises `PortUnavailable`."""
+        if self._ear is not None:
+            return
+        if address is not None:
+            self._host, self._port = split_address(address)
+        try:
+            ear = self._bound(self._host, self._port)
+        except (OSError, OverflowError) as error:
+            raise PortUnavailable(
+                f"cannot listen on {self.address} ({error}): choose another port"
+            ) from None
+        ear.setblocking(False)
+        self._ear, self._port = ear, ear.getsockname()[1]
+
+    def close(self) -> None:
+        """Listen no more."""
+        ear, self._ear = self._ear, None
+        if ear is not None:
+            ear.close()
+
+    @abstractmethod
+    def _bound(self, host: str, port: int) -> socket.socket:
+        """Return a socket that listens there. Raises `OSError` or `OverflowError`."""
+
+
+# The device's end of a network wire for other programs: a TCP port.
+
+
+class TcpServer(NetworkServer):
+    """A TCP port for one client at a time; a second one is turned away."""
+
+    paced = True
+    _client: socket.socket | None = None
+
+    def filenos(self) -> tuple[int, ...]:
+        """What to select on for reading."""
+        return tuple(end.fileno() for end in (self._ear, self._client) if end is not None)
+
+    def read(self) -> bytes:
+        """Return all that the client has sent, and let the next one in when it has left."""
+        heard = self._hear()
+        self._admit()
+        return heard + self._hear()
+
+    def write(self, data: bytes) -> None:
+        """Send to the client, if there is one."""
+        if self._client is not None:
+            try:
+                self._client.send(data)
+            except BlockingIOError:
+                pass
+            except OSError:
+                self._hang_up()
+
+    def close(self) -> None:
+        """Hang up and listen no more."""
+        self._hang_up()
+        super().close()
+
+    def _bound(self, host: str, port: int) -> socket.socket:
+        return socket.create_server((host, port), backlog=1)
+
+    def _hear(self) -> bytes:
+        heard = b""
+        while self._client is not None and len(heard) < CHUNK:
+            try:
+                data = self._client.recv(CHUNK)
+            except BlockingIOError:
+                break
+            except OSError:
+                data = b""
+            heard += data
+            if not data:
+                self._hang_up()
+        return heard
+
+    def _admit(self) -> None:
+        if self._ear is None:
+            return
+        try:
+            client, _ = self._ear.accept()
+        except OSError:
+            return
+        if self._client is not None:
+            client.close()
+            return
+        client.setblocking(False)
+        client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._client = client
+
+    def _hang_up(self) -> None:
+        if self._client is not None:
+            self._client.close()
+            self._client = None
+
+
+# The device's end of a network wire for other programs: a UDP port.
+#
+# Every datagram is handed on by itself, and what the device says goes to whoever spoke last.
+
+MOST = 65535
+
+
+class UdpServer(NetworkServer):
+    """A UDP port: each datagram is heard by itself."""
+
+    paced = False
+    _peer: tuple[Any, ...] | None = None
+
+    def filenos(self) -> tuple[int, ...]:
+        """What to select on for reading."""
+        return () if self._ear is None else (self._ear.fileno(),)
+
+    def read(self) -> bytes:
+        """Return one datagram, or nothing; there may be more."""
+        if self._ear is not None:
+            with contextlib.suppress(OSError):  # nothing there, or an earlier answer was unwanted
+                data, self._peer = self._ear.recvfrom(MOST)
+                return data
+        return b""
+
+    def write(self, data: bytes) -> None:
+        """Send a datagram to whoever spoke last."""
+        if self._ear is not None and self._peer is not None and data:
+            with contextlib.suppress(OSError):
+                self._ear.sendto(data, self._peer)
+
+    def close(self) -> None:
+        """Listen no more, and forget who spoke."""
+        super().close()
+        self._peer = None
+
+    def _bound(self, host: str, port: int) -> socket.socket:
+        ear = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        try:
+            ear.bind((host, port))
+        except BaseException:
+            ear.close()
+            raise
+        return ear
+
+
+# Who can reach an address that a simulated arm is offered at.
+
+
+def beyond_this_computer(address: str) -> str:
+    """Return the warning of an address that others can reach; nothing where only we can.
+
+    Raises `PortUnavailable` for what is no address.
+    """
+    host, _ = split_address(address)
+    if host.lower() == "localhost" or _is_loopback(host):
+        return ""
+    return (
+        f"WARNING: whoever reaches {host} over the network can move this simulated arm and hear "
+        f"what is said to it; {LOOPBACK} keeps it to this computer"
+    )
+
+
+def _is_loopback(host: str) -> bool:
+    try:
+        return ipaddress.ip_address(host.strip("[]")).is_loopback
+    except ValueError:  # a name: nobody knows where it leads
+        return False
+
+
+# A simulated serial CAN adapter: lines of slcan in, lines out, frames to its bus and from it.
+#
+# It is a Lawicel adapter: a command is answered by CR or the bell, a frame that was taken by `z`
+# or
+# `Z`, and `F`, `V` and `N` by words. Timestamps are off.
+
+BITRATES: Mapping[bytes, int] = MappingProxyType(
+    {
+        b"0": 10_000,
+        b"1": 20_000,
+        b"2": 50_000,
+        b"3": 100_000,
+        b"4": 125_000,
+        b"5": 250_000,
+        b"6": 500_000,
+        b"7": 750_000,
+        b"8": 1_000_000,
+    }
+)
+VERSION = b"V1013"
+SERIAL_NUMBER = b"NA123"
+_PASSIVE, _BUS_ERRORS = 0x20, 0x80
+
+
+@dataclass(slots=True)
+class AdapterFaults:
+    """What is wrong with the adapter or its bus; nothing, unless somebody says so."""
+
+    bus_off: bool = False
+    """Its controller has left the bus, until the channel is closed and opened again."""
+    alone: bool = False
+    """No other node is there to acknowledge a frame."""
+    mute: bool = False
+    """It answers no command, as the CANable's first firmware does; `V` excepted."""
+    dead: bool = False
+    """It has hung: nothing at all comes from it."""
+
+
+class Adapter:
+    """The device's side of slcan."""
+
+    def __init__(self, bus_bitrate: int = 500_000) -> None:
+        self.bus_bitrate = bus_bitrate
+        self.faults = AdapterFaults()
+        self.refused = 0
+        """How many frames of its host it did not send."""
+        self._bitrate = 0
+        self._open = False
+        self._listens = False
+        self._lines = Lines()
+        self._said = bytearray()
+        self._sent: list[Frame] = []
+
+    @property
+    def on_bus(self) -> bool:
+        """Whether frames pass, in one direction at least."""
+        return self._open and self._bitrate == self.bus_bitrate and not self.faults.bus_off
+
+    def hear(self, data: bytes) -> list[Frame]:
+        """Take what the host says; return the frames that go out to the bus."""
+        for line in self._lines.feed(data):
+            if not self.faults.dead:
+                self._obey(line)
+        sent, self._sent = self._sent, []
+        return sent
+
+    def show(self, frame: Frame) -> None:
+        """Hear a frame of the bus."""
+        if self.on_bus and not self.faults.dead:
+            self._said += line_of(frame)
+
+    def say(self) -> bytes:
+        """Take what the adapter has to say to its host."""
+        said = bytes(self._said)
+        self._said.clear()
+        return said
+
+    def restart(self) -> None:
+        """Lose the power: everything that the host has set is forgotten."""
+        self._open, self._bitrate, self._lines = False, 0, Lines()
+        self._said.clear()
+
+    def _obey(self, line: bytes) -> None:
+        order, rest = line[:1], line[1:]
+        if order == b"":
+            self._reply(CR)
+        elif order in (b"V", b"N"):
+            self._said += (VERSION if order == b"V" else SERIAL_NUMBER) + CR
+        elif order[0] in ON_BUS:
+            self._transmit(line)
+        elif order == b"F" and self._open:
+            self._reply(b"F%02X" % self._status() + CR)
+        else:
+            change = _ORDERS.get(order)
+            self._reply(CR if change is not None and change(self, rest) else BELL)
+
+    def _reply(self, words: bytes) -> None:
+        if not self.faults.mute:
+            self._said += words
+
+    def _transmit(self, line: bytes) -> None:
+        frame = frame_of(line)
+        troubled = self.faults.alone or not self.on_bus or self._listens
+        if frame is None or troubled:
+            self.refused += 1
+            self._reply(BELL)
+            return
+        self._sent.append(frame)
+        self._reply((b"Z" if frame.extended else b"z") + CR)
+
+    def _status(self) -> int:
+        if self.faults.bus_off:
+            return _PASSIVE | _BUS_ERRORS
+        return _PASSIVE if self.refused and (self.faults.alone or not self.on_bus) else 0
+
+    def _set_up(self, rest: bytes) -> bool:
+        if self._open or rest not in BITRATES:
+            return False
+        self._bitrate = BITRATES[rest]
+        return True
+
+    def _begin(self, rest: bytes, *, listens: bool = False) -> bool:
+        if self._open or rest or not self._bitrate:
+            return False
+        self._open, self._listens, self.refused = True, listens, 0
+        return True
+
+    def _listen(self, rest: bytes) -> bool:
+        return self._begin(rest, listens=True)
+
+    def _end(self, rest: bytes) -> bool:
+        was, self._open = self._open, False
+        self.faults.bus_off = False
+        return was and not rest
+
+    def _stamp(self, rest: bytes) -> bool:
+        return rest == b"0"
+
+
+_ORDERS: Mapping[bytes, Callable[[Adapter, bytes], bool]] = MappingProxyType(
+    {
+        b"S": Adapter._set_up,  # noqa: SLF001 - the table of the class itself
+        b"O": Adapter._begin,  # noqa: SLF001
+        b"L": Adapter._listen,  # noqa: SLF001
+        b"C": Adapter._end,  # noqa: SLF001
+        b"Z": Adapter._stamp,  # noqa: SLF001
+    }
+)
+
+
+# A simulated CAN bus for other programs: a serial CAN adapter (slcan) on a pseudo-terminal.
+#
+# Another program opens `can:slcan:PATH`, or whatever it uses for such adapters. On the simulator's
+# side packed frames come and go, as on every other server of it.
+
+
+class SlcanServer:
+    """A `Server` whose other end is a serial CAN adapter; its `adapter` can be made to fail.
+
+    Unplugging it (`close`, and `open` again) is pulling the adapter out: it forgets its bit rate
+    and that it was open.
+    """
+
+    paced = False
+
+    def __init__(self, path: Path | None = None, adapter: Adapter | None = None) -> None:
+        """Make the pseudo-terminal, linked at a path. Raises `PortUnavailable`."""
+        self.adapter = adapter or Adapter()
+        self._port = PtyServer(path)
+        self._unpacker = Unpacker()
+
+    @property
+    def address(self) -> str:
+        """The path of the serial port that others open."""
+        return self._port.address
+
+    @property
+    def can_address(self) -> str:
+        """The same as armdrive takes it."""
+        return f"can:slcan:{self.address}?bitrate={self.adapter.bus_bitrate}"
+
+    @property
+    def is_open(self) -> bool:
+        """Whether the adapter is plugged in."""
+        return self._port.is_open
+
+    def open(self, address: str | None = None) -> None:
+        """Plug the adapter in, under another name perhaps. Raises `PortUnavailable`."""
+        self._port.open(address)
+
+    def filenos(self) -> tuple[int, ...]:
+        """What to select on for reading."""
+        return self._port.filenos()
+
+    def read(self) -> bytes:
+        """Return the frames that the other program has sent, packed; the rest is answered."""
+        frames = self.adapter.hear(self._port.read())
+        self._answer()
+        return b"".join(map(pack, frames))
+
+    def write(self, data: bytes) -> None:
+        """Have the adapter hear frames of the bus."""
+        for frame in self._unpacker.feed(data):
+            self.adapter.show(frame)
+        self._answer()
+
+    def close(self) -> None:
+        """Pull the adapter out of its port."""
+        self._port.close()
+        self.adapter.restart()
+
+    def _answer(self) -> None:
+        said = self.adapter.say()
+        if said:
+            self._port.write(said)
+
+
+# A simulated CAN bus with two adapters on it: what one program sends, the other one hears too.
+
+
+class TwoAdapters(SlcanServer):
+    """A `Server` whose bus a second program can listen to, or speak on, by an adapter of its own.
+
+    Faults strike the first adapter; `second` is a server like it.
+    """
+
+    def __init__(self, path: Path | None, beside: Path | None, bits_s: int = 500_000) -> None:
+        """Make two pseudo-terminals, linked at paths. Raises `PortUnavailable`."""
+        super().__init__(path, Adapter(bits_s))
+        self.second = SlcanServer(beside, Adapter(bits_s))
+
+    def filenos(self) -> tuple[int, ...]:
+        """What to select on for reading."""
+        return (*super().filenos(), *self.second.filenos())
+
+    def read(self) -> bytes:
+        """Return the frames that both programs have sent; each hears those of the other."""
+        first, other = super().read(), self.second.read()
+        if first:
+            self.second.write(first)
+        if other:
+            super().write(other)
+        return first + other
+
+    def write(self, data: bytes) -> None:
+        """Have both adapters hear frames of the bus."""
+        super().write(data)
+        self.second.write(data)
+
+    def close(self) -> None:
+        """Pull both adapters out."""
+        super().close()
+        self.second.close()
+
+
+# A simulated arm on a CAN bus for other programs: its drives behind a serial CAN adapter.
+
+
+class AdapterBus(BusLine):
+    """A bus whose host is a simulated adapter: that is what leaves it, and comes back."""
+
+    def __init__(self, device: WireDevice, adapter: Adapter) -> None:
+        self.adapter = adapter
+        super().__init__(device, adapter.bus_bitrate)
+
+    @property
+    def bus_off(self) -> bool:
+        """Whether the adapter has left the bus; its host ends that by opening it anew."""
+        return self.adapter.faults.bus_off
+
+    @bus_off.setter
+    def bus_off(self, off: bool) -> None:
+        self.adapter.faults.bus_off = off

@@ -1,0 +1,186 @@
+"""A simulated twin: an arm's world, its controller and the wire to it, for one process."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, TypeVar
+
+from armdrive.errors import BadRequest, StateFileError
+from armdrive.sim.bus.drives import DrivesOnBus
+from armdrive.sim.device import Options, SimDevice, Value
+from armdrive.sim.faults.running import Faults, LinkCable
+from armdrive.sim.kinds import twin_kind
+from armdrive.sim.world.body import ArmBody, play_of
+from armdrive.sim.world.saved import MEND, Json, Saved, world_from_json
+from armdrive.sim.world.table import Block, Stand
+from armdrive.sim.world.world import World
+from armdrive.transports.in_process import MemoryLink
+from kinematics import Joints, Motors
+
+if TYPE_CHECKING:
+    from armdrive.config.arm import ArmConfig
+    from armdrive.dialog import PostureRequest
+
+
+# The simulated operator: somebody who sees the simulated arm and jogs it to where it is asked.
+#
+# He does what a person would: looks at the physical posture, which no register knows, first lifts
+# the hand over the mark, then lowers it, in steps of the arm's own motors through the driver.
+# Motors
+# with backlash he brings there from one side.
+
+LIFT_MM = 60.0
+LOOKS = 4
+SIDE = 2
+"""How many times its backlash he turns a motor away, and back again."""
+SEEN_RAD = math.radians(1.0)
+"""How well he can see whether an arm stands as it is drawn."""
+
+
+@dataclass(frozen=True, slots=True)
+class SimulatedOperator:
+    """Answers `home` for a simulated arm. He cannot lift an arm whose motors have no current."""
+
+    world: World
+    speed: float = 1.0
+
+    def __call__(self, request: PostureRequest) -> bool:
+        """Bring the arm to the posture; True when it stands there to the step."""
+        arm = request.arm.model.arm
+        pose = request.pose
+        above = replace(pose, z_mm=pose.z_mm + LIFT_MM)
+        self._bring(request, arm.ik(above))
+        if widths := request.arm.config.backlash_steps:
+            request.arm.move_motors(*(-SIDE * width for width in widths), speed=self.speed)
+            request.arm.move_motors(*(SIDE * width for width in widths), speed=self.speed)
+        return any(not self._bring(request, request.joints).largest for _ in range(LOOKS))
+
+    def stands_at(self, joints: Joints) -> bool:
+        """Compare the physical arm with a drawn posture."""
+        return all(
+            abs(seen - drawn) <= SEEN_RAD
+            for seen, drawn in zip(self.world.joints, joints, strict=True)
+        )
+
+    def _bring(self, request: PostureRequest, joints: Joints) -> Motors:
+        """Jog towards a posture; return the steps that were missing."""
+        transmission = self.world.body.transmission
+        missing = transmission.to_motors(joints, request.opening_mm) - self.world.motors
+        if missing.largest:
+            request.arm.move_motors(*missing, speed=self.speed)
+        return missing
+
+
+# Make a simulated device again from what `to_json` wrote.
+
+D = TypeVar("D", bound=SimDevice)
+
+
+def recalled(
+    data: object, make: Callable[[World], D], body: ArmBody | None = None, *, what: str = "device"
+) -> D:
+    """Make the world and the device again; `StateFileError` for what no such device has saved."""
+    saved = Saved(data, what)
+    device = make(world_from_json(saved.table("world").data, body))
+    device.recall(saved)
+    saved.end()
+    return device
+
+
+DIALECT = "dialect"
+"""The entry of a saved world that names the dialect; without it, the only one that there was."""
+_FIRST = "teachmover"
+
+
+@dataclass(frozen=True, slots=True)
+class Twin:
+    """The simulated counterpart of a connected arm. `world` is the physical truth.
+
+    `faults` makes things go wrong: `twin.faults.add("drop", 0.01, side="host")`.
+    """
+
+    dialect: str
+    device: SimDevice
+    link: MemoryLink
+    operator: SimulatedOperator
+    faults: Faults
+
+    @property
+    def world(self) -> World:
+        """The physical arm and what is around it."""
+        return self.device.world
+
+    def save(self) -> dict[str, Json]:
+        """Return the dialect, the world and the controller's memory as plain data."""
+        return {DIALECT: self.dialect, **self.device.to_json()}
+
+
+def make_twin(
+    config: ArmConfig,
+    saved: object = None,
+    *,
+    blocks: Iterable[Block] = (),
+    play: int | Sequence[int] | None = None,
+    stand: Stand | None = None,
+    **options: Value,
+) -> Twin:
+    """Build the twin of an arm: as it was saved, or as one finds it in the morning.
+
+    `play` is the lost motion of every motor's train, or of each, in steps: without it, the
+    backlash of the arm file, which is what the driver takes up. `stand` puts the arm on a table
+    with others, which a saved world cannot be put on. `options` are settings of the
+    dialect's device (`twins.py`), `speed_error=0.2` say. Raises `StateFileError` where what was
+    saved fits no such arm, and `BadRequest` for the rest.
+    """
+    device = make_device(config, saved, blocks=blocks, play=play, stand=stand, settings=options)
+    link = link_to(device)
+    operator, faults = SimulatedOperator(device.world), Faults(device, link.line, LinkCable(link))
+    return Twin(config.connection.dialect, device, link, operator, faults)
+
+
+def link_to(device: SimDevice) -> MemoryLink:
+    """Return a wire within this process to a device: a serial line, or the bus of its drives."""
+    if not isinstance(device, DrivesOnBus):
+        return MemoryLink(device, device.baud)
+    from armdrive.sim.bus.bus import CanMemoryLink
+
+    return CanMemoryLink(device, device.bits_s())
+
+
+def make_device(
+    config: ArmConfig,
+    saved: object = None,
+    *,
+    blocks: Iterable[Block] = (),
+    play: int | Sequence[int] | None = None,
+    stand: Stand | None = None,
+    settings: Mapping[str, Value] | None = None,
+) -> SimDevice:
+    """Build the simulated device alone, for a process of its own."""
+    dialect = config.connection.dialect
+    kind = twin_kind(dialect)
+    body = ArmBody.of_preset(config.model)
+    widths = config.backlash_steps if play is None else play_of(play, len(body.transmission.motors))
+    body = replace(body, play=widths)
+    chosen = Options(kind.options, settings)
+    if saved is None:
+        return kind.make(config, World(body, blocks=blocks, stand=stand), chosen)
+    if stand is not None:
+        raise BadRequest("a saved world has a table of its own: it cannot be put on another")
+    known = _of_dialect(saved, dialect)
+    what = f"simulated {kind.title}"
+    return recalled(known, lambda world: kind.make(config, world, chosen), body, what=what)
+
+
+def _of_dialect(saved: object, dialect: str) -> object:
+    """Return a saved world without its dialect, which must be this one."""
+    if not isinstance(saved, Mapping):
+        return saved
+    spoken = saved.get(DIALECT, _FIRST)
+    if spoken != dialect:
+        raise StateFileError(
+            f"the saved arm speaks {spoken!r}, not {dialect!r}: they have nothing in common; {MEND}"
+        )
+    return {key: value for key, value in saved.items() if key != DIALECT}

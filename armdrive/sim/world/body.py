@@ -1,0 +1,286 @@
+"""The mechanics of a simulated arm as data: geometry, transmission, stops and fingers."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from armdrive.errors import BadRequest
+from kinematics.five_axis.arm import FiveAxisArm
+from kinematics.five_axis.tool_arm import ToolArm
+from kinematics.geometry import ArmGeometry
+from kinematics.limits import JointRange
+from kinematics.presets import POUND_FORCE_N, ArmModel, Reference
+from kinematics.spaces import Joints, Motors
+from kinematics.transmission import MotorSpec, Transmission
+
+_BEYOND_RANGE_RAD = math.radians(3.0)
+SAMPLE_STEPS = 72
+"""A motion is looked at whenever a motor has made this many steps: some 30 mm at full reach."""
+_SAMPLES_PER_RAD = 17
+"""Looks for each rad of a motor whose steps are finer than those of such an arm."""
+
+
+@dataclass(frozen=True, slots=True)
+class ArmBody:
+    """What a simulated arm is made of.
+
+    `stop_margin_rad` is how far beyond its stated range a joint meets its mechanical stop, and
+    `opening_stop_mm` how wide the fingers can be pulled. The grip switch trips at
+    `switch_force_n` (the arm's papers do not state it: a setting), and beyond `most_force_n` the
+    gripper's motor loses steps. `stalls` names, for each joint, the motors that lose steps when
+    it is at its stop. `reference` is where the arm counts its steps from, if that is known. `play`
+    is the lost motion of each motor's train in steps, none where it is empty.
+    """
+
+    key: str
+    arm: ArmGeometry
+    transmission: Transmission
+    grip_steps_per_n: float = 32.0 / POUND_FORCE_N
+    switch_force_n: float = POUND_FORCE_N / 2
+    most_force_n: float = 35.0
+    opening_stop_mm: float = 78.0
+    stop_margin_rad: float = _BEYOND_RANGE_RAD
+    stalls: tuple[tuple[int, ...], ...] = ((0,), (1,), (2,), (3, 4), (3, 4))
+    reference: Reference | None = None
+    play: tuple[int, ...] = ()
+
+    @classmethod
+    def of_preset(cls, preset: ArmModel) -> ArmBody:
+        """Build the arm that a preset describes; `BadRequest` where its steps are unknown."""
+        if preset.transmission is None:
+            raise BadRequest(
+                f"no steps per turn are known of the {preset.title}, so it cannot be simulated; "
+                "choose another preset, or give its transmission in an arm file"
+            )
+        per_n = preset.grip_steps_per_n or 32.0 / POUND_FORCE_N
+        return cls(
+            preset.key,
+            preset.arm,
+            preset.transmission,
+            grip_steps_per_n=per_n,
+            stalls=_stalls(preset.transmission),
+            reference=preset.reference,
+        )
+
+    @property
+    def stops(self) -> tuple[JointRange, ...]:
+        """Where each joint meets its mechanical stop."""
+        margin = self.stop_margin_rad
+        return tuple(
+            JointRange(limit.low_rad - margin, limit.high_rad + margin) for limit in self.arm.limits
+        )
+
+    @property
+    def sample_steps(self) -> int:
+        """Return after how many steps of a motor a motion is looked at."""
+        finest = max(abs(motor.steps_per_unit) for motor in self._turning)
+        return max(SAMPLE_STEPS, int(finest / _SAMPLES_PER_RAD))
+
+    @property
+    def _turning(self) -> tuple[MotorSpec, ...]:
+        return self.transmission.motors[: len(self.transmission.joint_names)]
+
+    @property
+    def grip_steps_per_mm(self) -> float:
+        """Half-steps of the gripper's motor, where there is one, for each mm of opening."""
+        return abs(self.transmission.motors[-1].steps_per_unit)
+
+    def force_n(self, squeeze_mm: float) -> float:
+        """Return the grip force when the motor has pulled the fingers this far beyond contact."""
+        return max(squeeze_mm, 0.0) * self.grip_steps_per_mm / self.grip_steps_per_n
+
+    def squeeze_mm(self, force_n: float) -> float:
+        """Return how far beyond contact the motor must pull for a force."""
+        return force_n * self.grip_steps_per_n / self.grip_steps_per_mm
+
+
+def _stalls(transmission: Transmission) -> tuple[tuple[int, ...], ...]:
+    """Return the motors that turn each joint by themselves.
+
+    Those that see it and that it is computed from: an elbow's angle is computed from the
+    shoulder's motor too, but that motor does not see the elbow.
+    """
+    motors = range(len(transmission.motors))
+    return tuple(
+        tuple(
+            motor
+            for motor in motors
+            if transmission.matrix[motor][joint] != 0.0
+            and abs(transmission.inverse[joint][motor] * transmission.matrix[motor][joint]) > 1e-9
+        )
+        for joint in range(len(transmission.joint_names))
+    )
+
+
+# Lost motion, physically: a pin in a slot between each motor and what it drives.
+#
+# The motor moves the slot, which is longer than the pin by the play; the pin follows only where an
+# end of the slot pushes it. All in steps.
+
+MOST_STEPS = 10_000
+
+
+class Play:
+    """The slots of all motors; `ahead` is how far each is ahead of its pin, from 0 to its width."""
+
+    def __init__(self, widths: Sequence[int]) -> None:
+        self.widths = tuple(widths)
+        self.any = any(self.widths)
+        self.ahead = [0] * len(self.widths)
+
+    def stand(self, ahead: Sequence[int]) -> None:
+        """Have the slots stand so far ahead, or as far as they are long."""
+        self.ahead = [min(one, width) for one, width in zip(ahead, self.widths, strict=False)]
+
+    def drive(self, steps: Sequence[int]) -> Sequence[int]:
+        """Move the slots; return how far the pins were pushed."""
+        if not self.any:
+            return steps
+        pushed = []
+        for motor, (step, width) in enumerate(zip(steps, self.widths, strict=True)):
+            slot = (
+                self.ahead[motor] + step
+            )  # the pin is at 0, and has to be in slot - width ... slot
+            pin = min(max(0, slot - width), slot)
+            self.ahead[motor] = slot - pin
+            pushed.append(pin)
+        return Motors(pushed)
+
+    def turns_for(self, steps: Motors) -> Motors:
+        """Return how far motors have to turn to push their pins so far."""
+        if not self.any:
+            return steps
+        return Motors(
+            step + (width - ahead if step > 0 else -ahead if step else 0)
+            for step, width, ahead in zip(steps, self.widths, self.ahead, strict=True)
+        )
+
+
+def play_of(play: int | Sequence[int], count: int) -> tuple[int, ...]:
+    """Return the play of each motor, from one number for all of them or one for each."""
+    widths = tuple(play) if isinstance(play, Sequence) else (play,) * count
+    if len(widths) != count or any(
+        type(width) is not int or not 0 <= width <= MOST_STEPS for width in widths
+    ):
+        raise BadRequest(
+            f"play is a whole number of steps from 0 to {MOST_STEPS}, or {count} of them, "
+            f"not {play!r}"
+        )
+    return widths
+
+
+# How an arm without motor current comes down: each link a little, until it meets the table.
+
+SAG_RAD = (math.radians(3.0), math.radians(5.2), math.radians(4.7))
+"""How far upper arm, forearm and hand come down: about 60, 60 and 20 half-steps.
+
+How far a real arm sags depends on its friction and load; this much is plain to see on a picture
+and far beyond any tolerance.
+"""
+_HALVINGS = 20
+_LOOK_RAD = 1e-4
+
+
+def sagged(arm: ArmGeometry, joints: Joints) -> Joints:
+    """Return the posture that the arm comes to rest in; what lowers nothing keeps its angle."""
+    if arm.fk(joints).z_mm <= 0.0:
+        return joints
+    linked = isinstance(arm, FiveAxisArm | ToolArm)
+    lowered = _links_lowered if linked else _tip_lowered(arm, joints)
+    if arm.fk(lowered(joints, 1.0)).z_mm >= 0.0:
+        return lowered(joints, 1.0)
+    free, blocked = 0.0, 1.0
+    for _ in range(_HALVINGS):
+        half = (free + blocked) / 2
+        if arm.fk(lowered(joints, half)).z_mm >= 0.0:
+            free = half
+        else:
+            blocked = half
+    return lowered(joints, free)
+
+
+def _links_lowered(joints: Joints, share: float) -> Joints:
+    base, shoulder, elbow, wrist, roll = joints.angles_rad
+    upper, fore, hand = (
+        _fallen(elevation, share * most)
+        for elevation, most in zip(
+            (shoulder, shoulder + elbow, shoulder + elbow + wrist), SAG_RAD, strict=True
+        )
+    )
+    return Joints((base, upper, fore - upper, hand - fore, roll), joints.names)
+
+
+def _fallen(elevation: float, most: float) -> float:
+    """Turn a link towards hanging straight down, whichever way is down for it."""
+    way = math.remainder(-math.pi / 2 - elevation, math.tau)
+    return elevation + math.copysign(min(abs(way), most), way)
+
+
+def _tip_lowered(arm: ArmGeometry, start: Joints) -> Callable[[Joints, float], Joints]:
+    """Return how the joints of any arm give way: each as it lowers the tip, within its range."""
+    here_mm = arm.fk(start).z_mm
+    slopes = [
+        (arm.fk(start.replace(**{name: angle + _LOOK_RAD})).z_mm - here_mm) / _LOOK_RAD
+        for name, angle in zip(start.names, start, strict=True)
+    ]
+    steepest = max(map(abs, slopes)) or 1.0
+
+    def lowered(joints: Joints, share: float) -> Joints:
+        angles = (
+            min(max(angle - share * SAG_RAD[0] * slope / steepest, low), high)
+            for angle, slope, low, high in zip(
+                joints,
+                slopes,
+                (min(one.low_rad, at) for one, at in zip(arm.limits, start, strict=True)),
+                (max(one.high_rad, at) for one, at in zip(arm.limits, start, strict=True)),
+                strict=True,
+            )
+        )
+        return Joints(tuple(angles), joints.names)
+
+    return lowered
+
+
+# How a new simulated arm stands in the morning: raised and clear of the table.
+
+FOUND_POSTURE = Joints.of(0.0, 70.0, -95.0, -35.0, 0.0)
+"""The posture of an arm of the Mini-mover's build."""
+
+CLEAR_MM = 30.0
+_TRIES = 500
+_SHARE = 0.5
+
+
+def found_posture(arm: ArmGeometry) -> Joints:
+    """Return the posture in which somebody left the arm; the same one for the same arm.
+
+    Of an arm that is no Mini-mover, the middle of its ranges if every point is above the table
+    there, or else the first clear one of random postures in the middle half of the ranges; where
+    none of those is clear, the highest.
+    """
+    if isinstance(arm, FiveAxisArm | ToolArm):
+        return FOUND_POSTURE
+    draw = random.Random(1)  # noqa: S311 - any posture will do
+    best, height_mm = _between(arm, [0.5] * len(arm.limits)), float("-inf")
+    for attempt in range(_TRIES):
+        shares = [0.5 + (draw.random() - 0.5) * _SHARE * (attempt > 0) for _ in arm.limits]
+        joints = _between(arm, shares)
+        lowest_mm = min(point[2] for point in arm.points(joints)[-len(arm.moving_points) :])
+        if lowest_mm > height_mm:
+            best, height_mm = joints, lowest_mm
+        if height_mm >= CLEAR_MM:
+            break
+    return best
+
+
+def _between(arm: ArmGeometry, shares: list[float]) -> Joints:
+    return Joints(
+        tuple(
+            one.low_rad + share * (one.high_rad - one.low_rad)
+            for one, share in zip(arm.limits, shares, strict=True)
+        ),
+        arm.joint_names,
+    )

@@ -1,0 +1,202 @@
+"""A world as plain numbers and texts, so that simulated arms can outlive a process."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import TypeAlias
+
+from armdrive.errors import BadRequest, StateFileError
+from armdrive.sim.world.body import ArmBody
+from armdrive.sim.world.table import Block, Incident, IncidentKind
+from armdrive.sim.world.world import World
+
+# Read values out of saved state, strictly: whatever does not fit is a `StateFileError`.
+
+Json: TypeAlias = "bool | int | float | str | list[Json] | dict[str, Json] | None"
+STEPS_MOST = 10_000_000
+"""No motor of such an arm has ever stood further from its zero."""
+
+
+class Saved:
+    """A table of a saved state; every key must be asked for, and `end` refuses the rest."""
+
+    def __init__(self, data: object, where: str) -> None:
+        if not isinstance(data, Mapping):
+            raise StateFileError(f"the saved {where} is no table; {MEND}")
+        self._data: dict[object, object] = dict(data)
+        self._where = where
+
+    @property
+    def data(self) -> Mapping[object, object]:
+        """What nobody has asked for yet."""
+        return MappingProxyType(self._data)
+
+    def number(self, key: str) -> float:
+        """Return a finite number."""
+        value = self._take(key)
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise self._wrong(key, value, "a number")
+        if not math.isfinite(value):
+            raise self._wrong(key, value, "a finite number")
+        return float(value)
+
+    def whole(self, key: str, low: int, high: int) -> int:
+        """Return a whole number within bounds."""
+        return self._bounded(key, self._take(key), low, high)
+
+    def wholes(self, key: str, count: int, low: int, high: int) -> tuple[int, ...]:
+        """Return so many whole numbers within bounds."""
+        values = self.items(key)
+        if len(values) != count:
+            raise self._wrong(key, values, f"{count} whole numbers")
+        return tuple(self._bounded(key, value, low, high) for value in values)
+
+    def flag(self, key: str) -> bool:
+        """Return true or false."""
+        value = self._take(key)
+        if not isinstance(value, bool):
+            raise self._wrong(key, value, "true or false")
+        return value
+
+    def text(self, key: str) -> str:
+        """Return a text."""
+        value = self._take(key)
+        if not isinstance(value, str):
+            raise self._wrong(key, value, "a text")
+        return value
+
+    def text_or_none(self, key: str) -> str | None:
+        """Return a text, or None where nothing is."""
+        if self._data.get(key, "") is None:
+            del self._data[key]
+            return None
+        return self.text(key)
+
+    def items(self, key: str) -> list[object]:
+        """Return a list of anything."""
+        value = self._take(key)
+        if not isinstance(value, list):
+            raise self._wrong(key, value, "a list")
+        return value
+
+    def table(self, key: str) -> Saved:
+        """Return a table within this one."""
+        return Saved(self._take(key), f"{self._where}.{key}")
+
+    def has(self, key: str) -> bool:
+        """Tell whether there is something of that name that nobody has asked for."""
+        return key in self._data
+
+    def end(self) -> None:
+        """Refuse what nobody asked for."""
+        if self._data:
+            raise StateFileError(
+                f"the saved {self._where} has an unknown entry {min(self._data, key=str)!r}; {MEND}"
+            )
+
+    def _take(self, key: str) -> object:
+        if key not in self._data:
+            raise StateFileError(f"the saved {self._where} lacks {key!r}; {MEND}")
+        return self._data.pop(key)
+
+    def _bounded(self, key: str, value: object, low: int, high: int) -> int:
+        if type(value) is not int or not low <= value <= high:
+            raise self._wrong(key, value, f"a whole number from {low} to {high}")
+        return value
+
+    def _wrong(self, key: str, value: object, wanted: str) -> StateFileError:
+        return StateFileError(
+            f"{key!r} of the saved {self._where} must be {wanted}, not {value!r:.60}; {MEND}"
+        )
+
+
+MEND = "begin with a fresh simulated arm (--fresh)"
+"""What to do about a saved state that cannot be used."""
+
+FORMAT = 1
+_LENGTHS = ("x_mm", "y_mm", "z_mm", "width_mm", "height_mm")
+
+
+def world_to_json(world: World) -> dict[str, Json]:
+    """Return everything that a world needs to be made again."""
+    has_gripper = world.body.transmission.has_gripper
+    return {
+        "format": FORMAT,
+        "arm": world.body.key,
+        "motors": list(world.motors),
+        "energised": world.energised,
+        **({"play_taken": list(world.play.ahead)} if world.play.any else {}),
+        **({} if has_gripper else {"fingers_mm": world.fingers_mm}),
+        "blocks": [block_to_json(block) for block in world.scene.blocks.values()],
+        "held": world.scene.held,
+        "incidents": [incident_to_json(incident) for incident in world.incidents],
+    }
+
+
+def world_from_json(data: object, body: ArmBody | None = None) -> World:
+    """Make a world again; raises `StateFileError` where it does not fit this arm or itself."""
+    saved = Saved(data, "world")
+    saved.whole("format", FORMAT, FORMAT)
+    world = World(body)
+    key = saved.text("arm")
+    if key != world.body.key:
+        raise StateFileError(f"the saved world is of a {key}, not of a {world.body.key}; {MEND}")
+    count = len(world.body.transmission.motors)
+    world = World(body, saved.wholes("motors", count, -STEPS_MOST, STEPS_MOST))
+    world.energised = saved.flag("energised")
+    if saved.has("play_taken"):
+        taken = saved.wholes("play_taken", count, 0, STEPS_MOST)
+        world.play.stand(taken)
+    if not world.body.transmission.has_gripper:
+        world.move_fingers(saved.number("fingers_mm"))
+    blocks = [_block(item) for item in saved.items("blocks")]
+    if len({block.name for block in blocks}) < len(blocks):
+        raise StateFileError(f"two blocks of the saved world have the same name; {MEND}")
+    held = saved.text_or_none("held")
+    if held is not None and held not in {block.name for block in blocks}:
+        raise StateFileError(f"the saved world holds {held!r}, which is no block of it; {MEND}")
+    world.restore_blocks(blocks, held)
+    world.incidents = [_incident(item) for item in saved.items("incidents")]
+    saved.end()
+    return world
+
+
+def block_to_json(block: Block) -> dict[str, Json]:
+    """Return a block's name, place and size."""
+    sizes: dict[str, Json] = {name: getattr(block, name) for name in _LENGTHS}
+    return {"name": block.name, **sizes}
+
+
+def incident_to_json(incident: Incident) -> dict[str, Json]:
+    """Return what happened, to what and when."""
+    return {
+        "kind": incident.kind.value,
+        "what": incident.what,
+        "sentence": incident.sentence,
+        "time_s": incident.time_s,
+    }
+
+
+def _block(data: object) -> Block:
+    saved = Saved(data, "block")
+    try:
+        block = Block(saved.text("name"), *(saved.number(name) for name in _LENGTHS))
+    except BadRequest as error:
+        raise StateFileError(f"{error}; {MEND}") from None
+    saved.end()
+    return block
+
+
+def _incident(data: object) -> Incident:
+    saved = Saved(data, "incident")
+    kind = saved.text("kind")
+    known = {one.value: one for one in IncidentKind}
+    if kind not in known:
+        raise StateFileError(f"no incident is of the kind {kind!r}; {MEND}")
+    incident = Incident(
+        known[kind], saved.text("what"), saved.text("sentence"), saved.number("time_s")
+    )
+    saved.end()
+    return incident

@@ -1,0 +1,246 @@
+"""The physical arm and what is around it, which no controller's register knows.
+
+Motors are in half-steps of the model's own coordinates: all joints zero is all motors zero.
+Incidents are kept in the order in which they happened.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+
+from armdrive.sim.world.body import ArmBody, Play, found_posture, sagged
+from armdrive.sim.world.scene import TABLE_TOLERANCE_MM, Scene
+from armdrive.sim.world.table import Block, Incident, IncidentKind, Point, Stand
+from kinematics.presets import preset
+from kinematics.spaces import Joints, Motors, Pose
+
+FOUND_OPENING_MM = 20.0
+MOST_INCIDENTS = 1000
+"""A world that goes wrong for days remembers so many of the latest incidents."""
+_ROUNDING = 1e-6
+
+
+class World:
+    """One arm, its motors where they really are, and the blocks on its table.
+
+    `stalled` are the motors (counted from 0) that no longer follow their controller.
+    """
+
+    def __init__(
+        self,
+        body: ArmBody | None = None,
+        motors: Sequence[int] | None = None,
+        blocks: Iterable[Block] = (),
+        stand: Stand | None = None,
+    ) -> None:
+        """Take an arm as it is found; without a `stand` it has a table of its own."""
+        self.body = body or ArmBody.of_preset(preset("teachmover"))
+        self.energised = True
+        self.incidents: list[Incident] = []
+        self.stalled: set[int] = set()
+        self.play = Play(self.body.play)
+        self._to_lose: dict[int, int] = {}
+        self._fingers_mm = FOUND_OPENING_MM
+        found = self.body.transmission.to_motors(found_posture(self.body.arm), FOUND_OPENING_MM)
+        self._motors = found if motors is None else Motors(motors)
+        self._stops = self.body.stops
+        self._sample_steps = self.body.sample_steps
+        self._blocked: set[str] = set()
+        self._observe()
+        self.scene = Scene(tip=self.tip, opening_mm=self._pull_mm, stand=stand)
+        for block in blocks:
+            self.put(block)
+
+    @property
+    def motors(self) -> Motors:
+        """Where the motors have what they drive, physically."""
+        return self._motors
+
+    @property
+    def joints(self) -> Joints:
+        """The joint angles, physically."""
+        return self._joints
+
+    @property
+    def pose(self) -> Pose:
+        """Where the tip is and how the hand points, physically."""
+        return self._pose
+
+    @property
+    def tip(self) -> Point:
+        """Where the tip is, in mm."""
+        return self._pose.x_mm, self._pose.y_mm, self._pose.z_mm
+
+    @property
+    def opening_mm(self) -> float:
+        """The width between the fingers: what they touch keeps them apart."""
+        return max(self._pull_mm, self.scene.contact_mm, 0.0)
+
+    @property
+    def fingers_mm(self) -> float:
+        """How wide a servo or a valve holds the fingers, were nothing between them."""
+        return self._fingers_mm
+
+    @property
+    def grip_force_n(self) -> float:
+        """The force with which the fingers press on a block, or on each other."""
+        if not self.body.transmission.has_gripper:
+            return 0.0
+        return self.body.force_n(self.scene.contact_mm - self._pull_mm)
+
+    @property
+    def grip_switch(self) -> bool:
+        """Whether the grip switch has tripped."""
+        return self.grip_force_n >= self.body.switch_force_n - _ROUNDING
+
+    def put(self, block: Block) -> Block:
+        """Set a block down; return where it came to rest, on what stood there already."""
+        return self.scene.put(block, self.tip, self._pull_mm)
+
+    def take(self, name: str) -> Block | None:
+        """Take a block away; None where there is none of that name."""
+        return self.scene.take(name, self.tip, self._pull_mm)
+
+    def restore_blocks(self, blocks: Iterable[Block], held: str | None) -> None:
+        """Have these blocks where they say, one of them in the fingers, as a saved world had."""
+        self.scene = Scene(blocks, held, self.tip, self._pull_mm)
+
+    def steps_to_trip(self) -> Motors:
+        """Return the steps that close the fingers until the switch trips; none if it has."""
+        if self.grip_switch or not self.body.transmission.has_gripper:
+            return Motors((0,) * len(self._motors))
+        squeeze_mm = self.body.squeeze_mm(self.body.switch_force_n)
+        return self._gripper_steps(self.scene.contact_mm - squeeze_mm)
+
+    def drive(self, steps: Sequence[int], time_s: float = 0.0) -> None:
+        """Have the controller turn all motors in proportion, as far as they follow it."""
+        if self.stalled or self._to_lose:
+            steps = [self._followed(motor, count) for motor, count in enumerate(steps)]
+        self.force(self.play.drive(steps), time_s)
+
+    def lose(self, motor: int, steps: int) -> None:
+        """Have a motor lose the next steps that it is told to make, whichever way they lead."""
+        self._to_lose[motor] = self._to_lose.get(motor, 0) + steps
+
+    def force(self, steps: Sequence[int], time_s: float = 0.0) -> None:
+        """Turn motors by these steps, by whatever force it may be, and let the world answer."""
+        last = len(steps) - self.body.transmission.has_gripper
+        pieces = 1 + max(map(abs, steps[:last]), default=0) // self._sample_steps
+        if pieces == 1:  # as nearly always: an arm in motion is looked at often
+            self._shift(Motors(steps), time_s)
+            return
+        made = Motors((0,) * len(steps))
+        for piece in range(1, pieces + 1):
+            share = Motors(count * piece // pieces for count in steps)
+            self._shift(share - made, time_s)
+            made = share
+
+    def give_way(self, steps: Sequence[int], time_s: float = 0.0) -> None:
+        """Let motors sag by these steps that have lost their current, while others hold."""
+        self.force(steps, time_s)
+
+    def drive_to(self, motors: Sequence[int], time_s: float = 0.0) -> None:
+        """Turn all motors in proportion to where they shall be, whatever holds them."""
+        self.force(Motors(motors) - self._motors, time_s)
+
+    def move_fingers(self, opening_mm: float, time_s: float = 0.0) -> None:
+        """Have a servo or a valve open or close the fingers of an arm without a gripper motor.
+
+        What is between them keeps them apart.
+        """
+        self._fingers_mm = min(max(opening_mm, 0.0), self.body.opening_stop_mm)
+        self.force((0,) * len(self._motors), time_s)
+
+    def cut_current(self, time_s: float = 0.0) -> None:
+        """Switch the motors' current off: the fingers' spring lets go, and the arm sags."""
+        if not self.energised:
+            return
+        self.energised = False
+        if self.grip_force_n > 0.0:
+            self.force(self._gripper_steps(self.scene.contact_mm), time_s)
+        rest = sagged(self.body.arm, self._joints)
+        there = self.body.transmission.to_motors(rest, self._pull_mm)
+        self.force(there - self._motors, time_s)
+
+    def _followed(self, motor: int, count: int) -> int:
+        """Return how many steps of a count a motor really makes."""
+        if motor in self.stalled:
+            return 0
+        lost = min(abs(count), self._to_lose.get(motor, 0))
+        if lost:
+            self._to_lose[motor] -= lost
+        return int(math.copysign(abs(count) - lost, count))
+
+    def _shift(self, steps: Motors, time_s: float) -> None:
+        before = self.tip
+        self._motors = self._motors + steps
+        self._observe()
+        for joint, stop in enumerate(self._stops):
+            angle_rad = self._joints.angles_rad[joint]
+            if self._blocked or not stop.low_rad <= angle_rad <= stop.high_rad:
+                self._stop_joint(joint, stop.clamp(angle_rad), time_s)
+        self._tell(*self.scene.follow(before, self.tip, self._pull_mm, time_s))
+        self._stop_fingers(time_s)
+        self._feel_table(time_s)
+
+    def _stop_joint(self, joint: int, bound_rad: float, time_s: float) -> None:
+        """Keep a joint at its mechanical stop: its motors lose the steps that lead beyond."""
+        name = self._joints.names[joint]
+        if self._joints[joint] == bound_rad:
+            self._blocked.discard(name)
+            return
+        held = self.body.transmission.to_motors(
+            self._joints.replace(**{name: bound_rad}), self._pull_mm
+        )
+        lost = self.body.stalls[joint]
+        self._motors = Motors(
+            held[index] if index in lost else count for index, count in enumerate(self._motors)
+        )
+        self._observe()
+        self._block(name, f"the {name.replace('_', ' ')} is at its mechanical stop", time_s)
+
+    def _stop_fingers(self, time_s: float) -> None:
+        """Keep the fingers between their widest opening and the motor's greatest pull."""
+        if not self.body.transmission.has_gripper:
+            return
+        tightest = self.scene.contact_mm - self.body.squeeze_mm(self.body.most_force_n)
+        bound = min(max(self._pull_mm, tightest), self.body.opening_stop_mm)
+        if bound == self._pull_mm:
+            self._blocked.discard("gripper")
+            return
+        self._motors = self._motors + self._gripper_steps(bound)
+        self._observe()
+        self._block("gripper", "the gripper's motor is blocked", time_s)
+
+    def _block(self, name: str, sentence: str, time_s: float) -> None:
+        if name not in self._blocked:
+            self._blocked.add(name)
+            loses = f"{sentence} and loses steps"
+            self._tell(Incident(IncidentKind.STOP, name, loses, time_s))
+
+    def _tell(self, *incidents: Incident) -> None:
+        """Keep what has happened; of very much, the latest."""
+        self.incidents += incidents
+        del self.incidents[:-MOST_INCIDENTS]
+
+    def _feel_table(self, time_s: float) -> None:
+        depth_mm = -self._pose.z_mm
+        if depth_mm <= TABLE_TOLERANCE_MM:
+            self._blocked.discard("table")
+        elif "table" not in self._blocked:
+            self._blocked.add("table")
+            sentence = f"the finger tips were driven {depth_mm:.1f} mm into the table"
+            self._tell(Incident(IncidentKind.TABLE, "tip", sentence, time_s))
+
+    def _gripper_steps(self, opening_mm: float) -> Motors:
+        """Return the gripper motor's steps to an opening, no step short of it."""
+        *others, wanted = self.body.transmission.to_exact(self._joints, opening_mm)
+        exact = wanted - self._motors[-1]
+        whole = math.copysign(math.ceil(abs(exact) - _ROUNDING), exact)
+        return Motors((*(0 for _ in others), int(whole)))
+
+    def _observe(self) -> None:
+        self._joints, pull_mm = self.body.transmission.to_joints(self._motors)
+        self._pull_mm = pull_mm if self.body.transmission.has_gripper else self._fingers_mm
+        self._pose = self.body.arm.fk(self._joints)

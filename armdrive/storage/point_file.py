@@ -1,0 +1,473 @@
+"""The file of one arm's points on the disk: read anew for every question, changed in one piece."""
+
+from __future__ import annotations
+
+import math
+import re
+import tomllib
+from collections.abc import Callable, Iterator, Mapping, MutableMapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from armdrive.errors import BadRequest, PointsChanged, PointsFileError, Refused, UnknownPoint
+from armdrive.storage import files as places
+from armdrive.storage.files import DISK, Files, NotWanted, followed, replace_durably, stamp_of
+from armdrive.storage.points import (
+    POINTS,
+    SEQUENCES,
+    Point,
+    Step,
+    StepList,
+    Taught,
+    check_name,
+    parse_points,
+)
+from armdrive.text.toml import key, value
+from kinematics import Joints
+from kinematics.errors import suggestion
+
+if TYPE_CHECKING:
+    from armdrive.config.arm import ArmConfig
+    from kinematics import Pose
+
+
+# Writing a file of points, so that a person can read it, compare it and edit it.
+#
+# A change rewrites the tables of what has changed and leaves every other line alone, comments too.
+
+DECIMALS = 4
+"""Of a degree in the file: the tip of a table-top arm moves by less than 0.001 mm."""
+
+HEADER_WIDTH = 24
+"""The pose of a point stands beside its header from this column on."""
+
+HEADING = """\
+# Points and sequences of {arm}: degrees, mm, seconds. Edit them as you like; whatever is
+# written here is audited before the arm moves. docs/points.md tells every key.
+"""
+
+_HEADER = re.compile(r"\s*\[[^\[\]]+\]\s*(#.*)?")
+
+
+@dataclass(frozen=True, slots=True)
+class Writer:
+    """Writes the tables of one arm's file; `fk` gives the pose for the comment of a point."""
+
+    arm: str
+    fk: Callable[[Joints], Pose]
+
+    def document(self, taught: Taught) -> str:
+        """Return a whole new file."""
+        return "\n".join([HEADING.format(arm=self.arm), *self._tables(taught).values()])
+
+    def edited(self, text: str, before: Taught, after: Taught) -> str | None:
+        """Return the text with what has changed rewritten; None where it is laid out otherwise.
+
+        A table keeps its place and the comment lines above it; a new one comes at the end.
+        """
+        if not text.strip():
+            return self.document(after)
+        old, new = self._tables(before), self._tables(after)
+        found = []
+        for place, lines in _blocks(text):
+            if place in old and place not in new:
+                continue
+            if place in old and old[place] != new[place]:
+                lines = f"{_above(lines)}{new[place]}{_below(lines)}"
+            found.append(lines)
+        made = "".join(found)
+        for place, table in new.items():
+            if place not in old:
+                made = f"{made.rstrip()}\n\n{table}"
+        return made if _same(made, after) else None
+
+    def _tables(self, taught: Taught) -> dict[tuple[str, str], str]:
+        points = {(POINTS, name): self._point(name, each) for name, each in taught.points.items()}
+        lists = {(SEQUENCES, name): _lines(name, each) for name, each in taught.sequences.items()}
+        return points | lists
+
+    def _point(self, name: str, point: Point) -> str:
+        angles = {joint: round(angle, DECIMALS) + 0.0 for joint, angle in point.joints.deg.items()}
+        header = f"[{POINTS}.{key(name)}]"
+        tip = f"# the tip then: {self.fk(point.joints)}"
+        rows = [f"{header.ljust(HEADER_WIDTH)} {tip}", f"joints_deg = {value(angles)}"]
+        if point.opening_mm is not None:
+            rows.append(f"gripper_mm = {value(round(point.opening_mm, DECIMALS) + 0.0)}")
+        if point.taught is not None:
+            rows.append(f"taught = {point.taught.isoformat(timespec='seconds')}")
+        rows += [f"note = {value(point.note)}"] * bool(point.note)
+        return "\n".join([*rows, ""])
+
+
+def rounded(taught: Taught) -> Taught:
+    """Return what a file holds of this: angles and openings with as many decimals as are written.
+
+    So that what is written can be compared with what is read.
+    """
+    return Taught({name: _rounded(each) for name, each in taught.points.items()}, taught.sequences)
+
+
+def _rounded(point: Point) -> Point:
+    turned = (math.radians(round(angle, DECIMALS) + 0.0) for angle in point.joints.deg.values())
+    opening = None if point.opening_mm is None else round(point.opening_mm, DECIMALS) + 0.0
+    taught = None if point.taught is None else point.taught.replace(microsecond=0)
+    return Point(Joints(tuple(turned), point.joints.names), opening, point.note, taught)
+
+
+def _lines(name: str, steps: StepList) -> str:
+    rows = [f"[{SEQUENCES}.{key(name)}]"]
+    rows += [f"note = {value(steps.note)}"] * bool(steps.note)
+    rows += ["steps = [", *(f"  {value(_step_table(each))}," for each in steps.steps), "]", ""]
+    return "\n".join(rows)
+
+
+def _step_table(step: Step) -> dict[str, Any]:
+    said: dict[str, Any] = {}
+    if step.point:
+        said["point"] = step.point
+    if step.how != "joint":
+        said["how"] = step.how
+    if step.gripper is not None:
+        said["gripper"] = step.gripper
+    if step.wait_s is not None:
+        said["wait_s"] = step.wait_s
+    if step.speed < 1.0:
+        said["speed"] = step.speed
+    return said
+
+
+def _blocks(text: str) -> Iterator[tuple[tuple[str, ...], str]]:
+    """Yield the text in pieces, each from the comments above a table's header to the next such.
+
+    With each the names in its header; none for what stands before the first.
+    """
+    place: tuple[str, ...] = ()
+    block: list[str] = []
+    for line in text.splitlines(keepends=True):
+        named = _named(line)
+        if named is not None:
+            above = _comments_at_end(block)
+            yield place, "".join(block[: len(block) - above])
+            place, block = named, block[len(block) - above :]
+        block.append(line if line.endswith("\n") else f"{line}\n")
+    yield place, "".join(block)
+
+
+def _named(line: str) -> tuple[str, ...] | None:
+    """Return the names in a line that is a table's header."""
+    if not _HEADER.fullmatch(line.rstrip("\r\n")):
+        return None
+    try:
+        table = tomllib.loads(line)
+    except tomllib.TOMLDecodeError:
+        return None
+    names = []
+    while table:
+        ((name, table),) = table.items()
+        names.append(name)
+    return tuple(names)
+
+
+def _comments_at_end(block: list[str]) -> int:
+    count = 0
+    while count < len(block) and block[-1 - count].lstrip().startswith("#"):
+        count += 1
+    return count
+
+
+def _above(block: str) -> str:
+    """Return the comment lines above a table's header."""
+    lines = block.splitlines(keepends=True)
+    return "".join(lines[: next(i for i, line in enumerate(lines) if _named(line) is not None)])
+
+
+def _below(block: str) -> str:
+    """Return the empty lines under a table."""
+    return "\n" * (len(block) - len(block.rstrip("\n")) - 1)
+
+
+def _same(text: str, wanted: Taught) -> bool:
+    """Tell whether a text reads as what it should hold."""
+    names = next((point.joints.names for point in wanted.points.values()), ())
+    try:
+        return rounded(parse_points(text, names)) == rounded(wanted)
+    except PointsFileError:
+        return False
+
+
+LARGEST_BYTES = 4_000_000
+"""A file of points that is larger is none."""
+
+TRIES = 5
+"""So often a change is made anew when the file changes just while it is written."""
+
+ASIDE = ".before"
+"""The ending of the old file, where a new one could not keep its lines."""
+
+
+class PointFile:
+    """What stands in the file, and changes of it. Raises `PointsFileError`."""
+
+    def __init__(
+        self, path: Path, names: tuple[str, ...], writer: Writer, files: Files = DISK
+    ) -> None:
+        """Take the file of an arm whose joints are `names`; it need not be there yet."""
+        self.path = path
+        self._names = names
+        self._writer = writer
+        self._files = files
+
+    @property
+    def stamp(self) -> tuple[int, int] | None:
+        """What changes when the file does, quick to ask for; None of no file."""
+        return stamp_of(self.path)
+
+    def read(self) -> Taught:
+        """Return all that stands in the file now; nothing of no file."""
+        return self._parsed(self._bytes())
+
+    def change(self, change: Callable[[Taught], Taught]) -> None:
+        """Make a change to what stands in the file, and to nothing that has come meanwhile."""
+        for _ in range(TRIES):
+            data = self._bytes()
+            before = self._parsed(data)
+            try:
+                self._write(data, before, rounded(change(before)))
+            except NotWanted:
+                continue
+            except OSError as error:
+                why = error.strerror or error
+                raise PointsFileError(f"{self.path} cannot be written: {why}") from None
+            return
+        raise PointsChanged(f"{self.path} is being written by another program: try again")
+
+    def _write(self, data: bytes, before: Taught, after: Taught) -> None:
+        text = self._writer.edited(data.decode("utf-8"), before, after)
+        path = followed(self.path)
+        aside = None
+        if text is None:  # laid out in a way that is not ours: kept beside, and written anew
+            text, aside = self._writer.document(after), path.with_name(path.name + ASIDE)
+        replace_durably(
+            self._files,
+            path,
+            text.encode("utf-8"),
+            aside=aside,
+            wanted=lambda: self._bytes() == data,
+        )
+
+    def _bytes(self) -> bytes:
+        try:
+            data = self._files.read(followed(self.path), LARGEST_BYTES + 1)
+        except FileNotFoundError:
+            return b""
+        except OSError as error:
+            why = error.strerror or error
+            raise PointsFileError(f"{self.path} cannot be read: {why}") from None
+        if len(data) > LARGEST_BYTES:  # half of it must never be taken for the whole, and kept
+            raise PointsFileError(f"{self.path} is larger than {LARGEST_BYTES} bytes")
+        return data
+
+    def _parsed(self, data: bytes) -> Taught:
+        try:
+            return parse_points(data.decode("utf-8"), self._names)
+        except (PointsFileError, UnicodeDecodeError) as error:
+            raise PointsFileError(f"{self.path}: {error}") from None
+
+
+# The named points and sequences of one arm, as a program sees them: a mapping over their file.
+#
+# The file is read anew for every question, and only the tables that a change concerns are written,
+# so that what a person or another program writes meanwhile stays.
+
+V = TypeVar("V")
+
+
+def nobody_there() -> Point:
+    """Refuse to say where an arm is that is not connected."""
+    raise Refused("the arm is not connected: nobody knows where it stands")
+
+
+class Points(MutableMapping[str, Point]):
+    """`points["pick"]`, `points.teach("pick")`, `del points["pick"]`; see docs/points.md.
+
+    Every call may raise `PointsFileError`, and `UnknownPoint` (a `KeyError`) for a name there is
+    not.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        arm: str,
+        names: tuple[str, ...],
+        fk: Callable[[Joints], Pose],
+        here: Callable[[], Point],
+        files: Files = DISK,
+    ) -> None:
+        """Take the points of the arm whose joints are `names`; `here` is where it stands now."""
+        self.path = path
+        self._file = PointFile(path, names, Writer(arm, fk), files)
+        self._here = here
+
+    # -- reading ------------------------------------------------------------------------------
+
+    def read(self) -> Taught:
+        """Return all points and sequences as they stand in the file now; none of no file."""
+        return self._file.read()
+
+    @property
+    def stamp(self) -> tuple[int, int] | None:
+        """What changes when the file does, quick to ask for; None of no file."""
+        return self._file.stamp
+
+    def __getitem__(self, name: str) -> Point:
+        return _found(self.read().points, name, "point")
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.read().points)
+
+    def __len__(self) -> int:
+        return len(self.read().points)
+
+    @property
+    def sequences(self) -> Mapping[str, StepList]:
+        """The sequences by name, as they stand in the file now."""
+        return self.read().sequences
+
+    def sequence(self, name: str) -> StepList:
+        """Return a sequence by its name."""
+        return _found(self.read().sequences, name, "sequence")
+
+    # -- changing -----------------------------------------------------------------------------
+
+    def teach(self, name: str, *, note: str = "", again: bool = False) -> Point:
+        """Name the place where the arm stands now; with `again` a point that there is already.
+
+        Raises `NotReferenced` where nobody knows the place.
+        """
+        point = replace(self._here(), note=note)
+        before = self.read().points.get(check_name(name))
+        if before is not None and not again:
+            raise BadRequest(f"there is a point {name!r} already: teach it again, or take another")
+        if before is not None and not note:
+            point = replace(point, note=before.note)
+        self.put(name, point, instead_of=before)
+        return point
+
+    def __setitem__(self, name: str, point: Point) -> None:
+        self._file.change(lambda taught: _with(taught, points={name: point}))
+
+    def __delitem__(self, name: str) -> None:
+        self.remove(name, instead_of=self[name])
+
+    def put(self, name: str, point: Point, *, instead_of: Point | None) -> None:
+        """Write a point in the place of what was last seen under that name, None for nothing.
+
+        Raises `PointsChanged` where something else stands there now.
+        """
+
+        def change(taught: Taught) -> Taught:
+            _unchanged(taught.points, name, instead_of)
+            return _with(taught, points={name: point})
+
+        self._file.change(change)
+
+    def remove(self, name: str, *, instead_of: Point | None) -> None:
+        """Take a point away; raises `BadRequest` while a sequence goes to it."""
+
+        def change(taught: Taught) -> Taught:
+            _unchanged(taught.points, name, instead_of)
+            if users := taught.users(name):
+                raise BadRequest(f"the point {name!r} is used by {', '.join(users)}")
+            rest = {other: each for other, each in taught.points.items() if other != name}
+            return Taught(rest, taught.sequences)
+
+        self._file.change(change)
+
+    def rename(self, old: str, new: str) -> None:
+        """Give a point another name, in the sequences that go to it as well."""
+
+        def change(taught: Taught) -> Taught:
+            _found(taught.points, old, "point")
+            if check_name(new) in taught.points:
+                raise BadRequest(f"there is a point {new!r} already")
+            points = {new if name == old else name: each for name, each in taught.points.items()}
+            return Taught(
+                points, {name: _gone_to(each, old, new) for name, each in taught.sequences.items()}
+            )
+
+        self._file.change(change)
+
+    def put_sequence(self, name: str, steps: StepList, *, instead_of: StepList | None) -> None:
+        """Write a sequence in the place of what was last seen under that name; see `put`."""
+
+        def change(taught: Taught) -> Taught:
+            _unchanged(taught.sequences, name, instead_of)
+            return _with(taught, sequences={name: steps})
+
+        self._file.change(change)
+
+    def put_all(
+        self, points: Mapping[str, Point], sequences: Mapping[str, StepList], *, again: bool = False
+    ) -> None:
+        """Write points and sequences at once; with `again` also over others of those names.
+
+        Raises `BadRequest` for a name that is taken, and writes nothing then.
+        """
+
+        def change(taught: Taught) -> Taught:
+            taken = [name for name in points if name in taught.points]
+            taken += [name for name in sequences if name in taught.sequences]
+            if taken and not again:
+                raise BadRequest(
+                    f"there is {', '.join(taken)} already: take another name, or say --again"
+                )
+            return _with(taught, points=points, sequences=sequences)
+
+        self._file.change(change)
+
+    def remove_sequence(self, name: str, *, instead_of: StepList | None) -> None:
+        """Take a sequence away; see `put` for what raises `PointsChanged`."""
+
+        def change(taught: Taught) -> Taught:
+            _unchanged(taught.sequences, name, instead_of)
+            _found(taught.sequences, name, "sequence")
+            rest = {other: each for other, each in taught.sequences.items() if other != name}
+            return Taught(taught.points, rest)
+
+        self._file.change(change)
+
+
+def points_of(config: ArmConfig, here: Callable[[], Point] = nobody_there) -> Points:
+    """Return the points of an arm, which need not be connected."""
+    geometry = config.model.arm
+    path = places.points_file(config.name)
+    return Points(path, config.name, geometry.joint_names, geometry.fk, here)
+
+
+def _found(known: Mapping[str, V], name: str, what: str) -> V:
+    if name not in known:
+        words = ", ".join(known) or "none"
+        hint = suggestion(name, known)
+        raise UnknownPoint(f"there is no {what} {name!r}: known are {words}{hint}")
+    return known[name]
+
+
+def _unchanged(known: Mapping[str, V], name: str, seen: V | None) -> None:
+    now = known.get(check_name(name))
+    if now != seen:
+        what = "has gone" if now is None else "is new" if seen is None else "was changed"
+        raise PointsChanged(f"{name!r} {what} in the file meanwhile; nothing was written")
+
+
+def _with(
+    taught: Taught,
+    points: Mapping[str, Point] | None = None,
+    sequences: Mapping[str, StepList] | None = None,
+) -> Taught:
+    return Taught({**taught.points, **(points or {})}, {**taught.sequences, **(sequences or {})})
+
+
+def _gone_to(steps: StepList, old: str, new: str) -> StepList:
+    renamed = (replace(each, point=new) if each.point == old else each for each in steps.steps)
+    return replace(steps, steps=tuple(renamed))

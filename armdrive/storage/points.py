@@ -1,0 +1,291 @@
+"""Named points of an arm, and sequences over them: values, checked when they are made.
+
+A point is a posture: joint angles, which stay what they are whatever tool or frame is meant, and
+the opening of the fingers. Units: rad, mm, s.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from datetime import datetime
+from types import MappingProxyType
+from typing import Any
+
+from armdrive.errors import ArmFileError, BadRequest, PointsFileError
+from armdrive.text.reading import parse_toml
+from armdrive.text.toml import number, read_section, refuse_unknown, require_table
+from kinematics import BadNumber, Joints
+from kinematics.errors import finite
+
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,39}")
+"""What points and sequences may be called: one word, as in programs."""
+
+WAYS = ("joint", "line")
+"""How a step leads to its point."""
+
+GRIPPER_WORDS = ("open", "close", "grasp", "point")
+"""What a step may have the fingers do besides an opening in mm: `point` is the point's opening."""
+
+LONGEST_WAIT_S = 3600.0
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """One posture worth coming back to. `opening_mm` is None where nobody knew the fingers."""
+
+    joints: Joints
+    opening_mm: float | None = None
+    note: str = ""
+    taught: datetime | None = None
+
+    def __post_init__(self) -> None:
+        if self.opening_mm is not None:
+            object.__setattr__(self, "opening_mm", finite("gripper_mm", self.opening_mm))
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One step of a sequence: to a point, or the fingers, or a wait; exactly one of them.
+
+    `gripper` is one of `GRIPPER_WORDS` or an opening in mm, `how` one of `WAYS`, `speed` a fraction
+    of the limits. Raises `BadRequest`.
+    """
+
+    point: str = ""
+    how: str = "joint"
+    speed: float = 1.0
+    gripper: str | float | None = None
+    wait_s: float | None = None
+
+    def __post_init__(self) -> None:
+        said = [bool(self.point), self.gripper is not None, self.wait_s is not None]
+        if sum(said) != 1:
+            raise BadRequest("a step is one of point, gripper and wait_s, and no two of them")
+        if not self.point and self.how != WAYS[0]:
+            raise BadRequest("how belongs to a step that leads to a point")
+        if self.how not in WAYS:
+            raise BadRequest(f"how is one of {', '.join(WAYS)}, not {self.how!r}")
+        if not 0.0 < finite("speed", self.speed) <= 1.0:
+            raise BadRequest(f"speed is above 0 and up to 1, not {self.speed:g}")
+        if isinstance(self.gripper, str):
+            if self.gripper not in GRIPPER_WORDS:
+                raise BadRequest(
+                    f"gripper is one of {', '.join(GRIPPER_WORDS)}, or mm, not {self.gripper!r}"
+                )
+        elif self.gripper is not None:
+            finite("gripper", self.gripper)
+        if self.wait_s is not None and not 0.0 <= finite("wait_s", self.wait_s) <= LONGEST_WAIT_S:
+            raise BadRequest(f"wait_s is from 0 to {LONGEST_WAIT_S:g} s, not {self.wait_s:g}")
+
+    def __str__(self) -> str:
+        slowly = f" at {self.speed:.0%}" if self.speed < 1.0 else ""
+        if self.point:
+            return f"to {self.point}{' along a line' * (self.how == 'line')}{slowly}"
+        if self.gripper is not None:
+            what = self.gripper if isinstance(self.gripper, str) else f"{self.gripper:g} mm"
+            return f"gripper {what}{slowly}"
+        return f"wait {self.wait_s:g} s"
+
+
+@dataclass(frozen=True, slots=True)
+class StepList:
+    """A named list of steps."""
+
+    steps: tuple[Step, ...] = ()
+    note: str = ""
+
+    @property
+    def points(self) -> tuple[str, ...]:
+        """The points that it goes to, in its order."""
+        return tuple(step.point for step in self.steps if step.point)
+
+
+@dataclass(frozen=True, slots=True)
+class Taught:
+    """All that a file of points holds. Raises `BadRequest` for a step to a point there is not."""
+
+    points: Mapping[str, Point] = field(default_factory=dict)
+    sequences: Mapping[str, StepList] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name in (*self.points, *self.sequences):
+            check_name(name)
+        for name, each in self.sequences.items():
+            for place, step in enumerate(each.steps, 1):
+                if step.point and step.point not in self.points:
+                    known = ", ".join(self.points) or "none"
+                    raise BadRequest(
+                        f"step {place} of sequence {name!r} goes to the point {step.point!r}, "
+                        f"which there is not; known are {known}"
+                    )
+        object.__setattr__(self, "points", MappingProxyType(dict(self.points)))
+        object.__setattr__(self, "sequences", MappingProxyType(dict(self.sequences)))
+
+    def users(self, point: str) -> tuple[str, ...]:
+        """Return the sequences that go to a point."""
+        return tuple(name for name, each in self.sequences.items() if point in each.points)
+
+
+def check_name(name: str) -> str:
+    """Return a name that a point or a sequence may have; raises `BadRequest`."""
+    if not NAME.fullmatch(name):
+        raise BadRequest(
+            f"{name!r} is no name: one word of letters, digits, - and _ that begins with a letter, "
+            "of at most 40 characters"
+        )
+    return name
+
+
+# Reading a file of points: TOML; what makes no sense is an error that names the key.
+
+POINTS, SEQUENCES = "points", "sequences"
+_TOP = (POINTS, SEQUENCES)
+_POINT_KEYS = ("joints_deg", "gripper_mm", "taught", "note")
+_LIST_KEYS = ("note", "steps")
+
+
+def parse_points(text: str, names: tuple[str, ...]) -> Taught:
+    """Read a file of points of an arm with these joints. Raises `PointsFileError`."""
+    try:
+        table = parse_toml(text, PointsFileError)
+        refuse_unknown(table, list(_TOP), "")
+        points = require_table(table.get(POINTS, {}), POINTS)
+        sequences = require_table(table.get(SEQUENCES, {}), SEQUENCES)
+        return Taught(
+            {name: _point(row, f"{POINTS}.{name}", names) for name, row in points.items()},
+            {name: _list(row, f"{SEQUENCES}.{name}") for name, row in sequences.items()},
+        )
+    except (ArmFileError, BadRequest, BadNumber) as error:
+        raise PointsFileError(str(error)) from None
+
+
+def _point(row: object, where: str, names: tuple[str, ...]) -> Point:
+    entries = require_table(row, where)
+    refuse_unknown(entries, list(_POINT_KEYS), where)
+    at = f"{where}.joints_deg"
+    angles = require_table(entries.get("joints_deg", {}), at)
+    refuse_unknown(angles, list(names), at)
+    missing = [name for name in names if name not in angles]
+    if missing:
+        raise ArmFileError(f"{at} is missing {', '.join(missing)}: a point says every joint")
+    turned = tuple(math.radians(number(angles[name], f"{at}.{name}")) for name in names)
+    opening = entries.get("gripper_mm")
+    return Point(
+        Joints(turned, names),
+        None if opening is None else number(opening, f"{where}.gripper_mm"),
+        _text(entries, "note", where),
+        _moment(entries.get("taught"), f"{where}.taught"),
+    )
+
+
+def _list(row: object, where: str) -> StepList:
+    entries = require_table(row, where)
+    refuse_unknown(entries, list(_LIST_KEYS), where)
+    steps = entries.get("steps", [])
+    if not isinstance(steps, list):
+        raise ArmFileError(f'{where}.steps is a list, for example [{{ point = "above" }}]')
+    read = tuple(_step(each, f"{where}.steps[{index}]") for index, each in enumerate(steps, 1))
+    return StepList(read, _text(entries, "note", where))
+
+
+@dataclass(frozen=True, slots=True)
+class _StepKeys:
+    """The keys of a step but for `gripper`, which is text or a number."""
+
+    point: str = ""
+    how: str = "joint"
+    speed: float = 1.0
+    gripper: str = ""
+    wait_s: float | None = None
+
+
+def _step(row: object, where: str) -> Step:
+    entries = dict(require_table(row, where))
+    gripper = entries.get("gripper")
+    if isinstance(gripper, int | float) and not isinstance(gripper, bool):
+        gripper = number(entries.pop("gripper"), f"{where}.gripper")
+    read = read_section(_StepKeys, entries, where)
+    try:
+        return Step(read.point, read.how, read.speed, gripper, read.wait_s)
+    except BadRequest as error:
+        raise ArmFileError(f"{where}: {error}") from None
+
+
+def _text(entries: Mapping[str, Any], name: str, where: str) -> str:
+    given = entries.get(name, "")
+    if not isinstance(given, str):
+        raise ArmFileError(f"{where}.{name} must be text, not {given!r}")
+    return given
+
+
+def _moment(given: object, where: str) -> datetime | None:
+    if given is not None and not isinstance(given, datetime):
+        raise ArmFileError(f"{where} is a date and a time, such as 2026-11-22T10:30:00")
+    return given
+
+
+# A step of a sequence in words, as it is printed and as a person types it.
+#
+# to pick                to pick along a line at 30%        (`line` alone will do)
+# gripper open           gripper 30 mm at 50%               open, close, grasp, point, or mm
+# wait 0.5 s
+
+FORMS = "`to POINT [along a line] [at 30%]`, `gripper open|close|grasp|point|MM`, `wait SECONDS`"
+
+_SPEED = re.compile(r"(.*?)(?: at (\S+?) ?%)?")
+_LINE = re.compile(r"(\S+)( (?:along a )?line)?")
+_WIDTH = re.compile(r"(\S+?)(?: ?mm)?")
+_WAIT = re.compile(r"(\S+?)(?: ?s)?")
+
+
+def parse_step(text: str) -> Step:
+    """Read a step; raises `BadRequest` that says what a step looks like."""
+    head, _, rest = " ".join(text.split()).partition(" ")
+    reader = _READERS.get(head)
+    if reader is None or not rest:
+        raise BadRequest(f"{text!r} is no step: a step is {FORMS}")
+    return reader(rest)
+
+
+def _to(rest: str) -> Step:
+    words, speed = _at(rest)
+    found = _LINE.fullmatch(words)
+    if found is None:
+        raise BadRequest(f"{rest!r} is no way to a point: {FORMS}")
+    return Step(check_name(found[1]), "line" if found[2] else "joint", speed)
+
+
+def _gripper(rest: str) -> Step:
+    words, speed = _at(rest)
+    if words in GRIPPER_WORDS:
+        return Step(gripper=words, speed=speed)
+    found = _WIDTH.fullmatch(words)
+    if found is None:
+        raise BadRequest(f"gripper is one of {', '.join(GRIPPER_WORDS)}, or mm, not {words!r}")
+    return Step(gripper=_number(found[1], "an opening in mm"), speed=speed)
+
+
+def _wait(rest: str) -> Step:
+    found = _WAIT.fullmatch(rest)
+    return Step(wait_s=_number(found[1] if found else rest, "a time in seconds"))
+
+
+def _at(rest: str) -> tuple[str, float]:
+    """Split off the speed."""
+    found = _SPEED.fullmatch(rest)
+    if found is None or found[2] is None:
+        return rest, 1.0
+    return found[1], _number(found[2], "a speed in percent") / 100.0
+
+
+def _number(word: str, what: str) -> float:
+    try:
+        return float(word)
+    except ValueError:
+        raise BadRequest(f"{word!r} is not {what}: {FORMS}") from None
+
+
+_READERS = {"to": _to, "gripper": _gripper, "wait": _wait}

@@ -1,1 +1,0 @@
-"""Teaching: what an arm was shown, edited, and what its own pendant has taught it."""

@@ -1,0 +1,195 @@
+"""Reading files that a person or another program wrote: text, TOML and JSON, within limits.
+
+Any path may be given on a command line, so any file may be met: a device that never ends, a pipe
+that nobody writes to, bytes that are no text, or brackets nested a million deep. Every such file
+becomes one error of the caller's kind, soon and without much memory. `parse_toml` and `parse_json`
+apply the same limits to text that comes from elsewhere.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import tomllib
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, NoReturn
+
+from armdrive.errors import ArmError
+from armdrive.storage.files import DISK
+
+LARGEST_BYTES = 300_000
+"""Bytes. A hundred times the size of an arm file; a larger file is something else."""
+
+DEEPEST = 40
+"""Levels of tables and lists. No file of ours has more than six."""
+
+LONGEST_NUMBER = 400
+"""Characters of one number: more than the largest float has, written out in full."""
+
+LARGEST_INTEGER = 2**63 - 1
+"""TOML promises integers of 64 bits and no more."""
+
+_MARK = "\ufeff"
+"""Windows' editors begin a file with this byte order mark."""
+
+_TOML_TOKEN = re.compile(
+    r'"""(?:[^"\\]|\\.|"(?!""))*+(?:"{3,5}|$)'  # several lines, with escapes
+    r"|'''(?:[^']|'(?!''))*+(?:'{3,5}|$)"  # several lines, as they are
+    r'|"(?:[^"\\\n]|\\.)*+"?|'
+    r"'[^'\n]*+'?|#[^\n]*+|[A-Za-z0-9_+-]++|[^\s]|\n",
+    re.DOTALL,
+)
+_JSON_TOKEN = re.compile(r'"(?:[^"\\]|\\.)*+"?|[A-Za-z0-9_+.-]++|[^\s]', re.DOTALL)
+
+Failure = Callable[[str], ArmError]
+"""Makes the error of a caller's kind from its sentence: usually the class itself."""
+
+
+def read_bytes(
+    path: Path,
+    what: str,
+    failure: Failure,
+    *,
+    most_bytes: int = LARGEST_BYTES,
+    own: bool = False,
+) -> bytes:
+    """Return the content of a regular file. `what` names its kind in errors, as "the arm file".
+
+    Raises the error that `failure` makes for anything that is missing, unreadable, no regular
+    file, or larger than `most_bytes`. A pipe or a device is not opened. With `own`, for files that
+    armdrive alone writes, neither a link nor another user's file is.
+    """
+    read = DISK.read_own if own else DISK.read
+    try:
+        data = read(path, most_bytes + 1)
+    except (OSError, ValueError) as error:  # ValueError: a path with a NUL or a lone surrogate
+        reason = getattr(error, "strerror", None) or error
+        raise failure(f"{what} {path} cannot be read: {reason}") from None
+    if len(data) > most_bytes:
+        raise failure(f"{what} {path} is larger than {most_bytes} bytes, so it is something else")
+    return data
+
+
+def read_text(
+    path: Path,
+    what: str,
+    failure: Failure,
+    *,
+    most_bytes: int = LARGEST_BYTES,
+    own: bool = False,
+) -> str:
+    """Return the text of a regular file in UTF-8, without a byte order mark.
+
+    Raises as `read_bytes` does, and for bytes that are no UTF-8.
+    """
+    data = read_bytes(path, what, failure, most_bytes=most_bytes, own=own)
+    try:
+        text = data.decode("utf-8").removeprefix(_MARK)
+        return text.replace("\r\n", "\n").replace("\r", "\n")
+    except UnicodeDecodeError as error:
+        raise failure(f"{what} {path} is no text in UTF-8: byte {error.start} is none") from None
+
+
+def is_there(path: Path) -> bool:
+    """Tell whether a path leads to anything; one that no file can have leads to nothing."""
+    try:
+        return path.exists()
+    except (OSError, ValueError):  # a name that is too long, or has a NUL in it
+        return False
+
+
+def read_toml(
+    path: Path, what: str, failure: Failure, *, most_bytes: int = LARGEST_BYTES
+) -> dict[str, Any]:
+    """Return a TOML file as its table. Raises as `read_text` and `parse_toml` do."""
+    text = read_text(path, what, failure, most_bytes=most_bytes)
+    return parse_toml(text, lambda words: failure(f"{what} {path} is not valid TOML: {words}"))
+
+
+def read_json(
+    path: Path,
+    what: str,
+    failure: Failure,
+    *,
+    most_bytes: int = LARGEST_BYTES,
+    own: bool = False,
+) -> object:
+    """Return what a JSON file holds. Raises as `read_text` and `parse_json` do."""
+    text = read_text(path, what, failure, most_bytes=most_bytes, own=own)
+    return parse_json(text, lambda words: failure(f"{what} {path} is not valid JSON: {words}"))
+
+
+def parse_toml(text: str, failure: Failure) -> dict[str, Any]:
+    """Return the table of a TOML document within the limits of this module."""
+    _require_shallow(_toml_tokens(text), failure)
+    try:
+        table = tomllib.loads(text)
+    except (ValueError, RecursionError) as error:  # ValueError: TOMLDecodeError among others
+        raise failure(_without_newlines(error)) from None
+    _require_modest(table, failure)
+    return table
+
+
+def parse_json(text: str, failure: Failure) -> Any:
+    """Return the value of a JSON document within the limits of this module, NaN being none."""
+    _require_shallow(_JSON_TOKEN.findall(text), failure)
+    try:
+        value = json.loads(text, parse_constant=_no_constant)
+    except (ValueError, RecursionError) as error:
+        raise failure(_without_newlines(error)) from None
+    _require_modest(value, failure)
+    return value
+
+
+def _toml_tokens(text: str) -> Iterator[str]:
+    """Yield the tokens that tell how deep a document nests, without strings and comments."""
+    for found in _TOML_TOKEN.finditer(text):
+        if found[0][0] not in "#\"'":
+            yield found[0]
+
+
+def _require_shallow(tokens: Iterator[str] | list[str], failure: Failure) -> None:
+    """Refuse what a parser would need too much memory, time or stack for, before it begins.
+
+    Dots count within one key or header: `a.b.c` nests three tables.
+    """
+    depth = dots = 0
+    for sign in tokens:
+        if sign in "[{":
+            depth += 1
+        elif sign in "]}":
+            depth -= 1
+        elif sign == ".":
+            dots += 1
+        elif sign in ("=", ",", "\n"):
+            dots = 0
+        elif len(sign) > LONGEST_NUMBER and sign[0] in "+-.0123456789":
+            raise failure(f"a number has more than {LONGEST_NUMBER} digits")
+        if depth > DEEPEST or dots > DEEPEST:
+            raise failure(f"its tables and lists are nested more than {DEEPEST} deep")
+
+
+def _require_modest(value: object, failure: Failure) -> None:
+    """Refuse integers beyond 64 bits, and nesting that only shows in the whole document."""
+    waiting = [(value, 0)]
+    while waiting:
+        found, depth = waiting.pop()
+        if isinstance(found, int) and abs(found) > LARGEST_INTEGER:
+            raise failure("a whole number does not fit into 64 bits")
+        if depth > DEEPEST:
+            raise failure(f"its tables and lists are nested more than {DEEPEST} deep")
+        if isinstance(found, dict):
+            waiting += [(each, depth + 1) for each in found.values()]
+        elif isinstance(found, list):
+            waiting += [(each, depth + 1) for each in found]
+
+
+def _no_constant(word: str) -> NoReturn:
+    raise ValueError(f"{word} is no number of JSON")
+
+
+def _without_newlines(error: Exception) -> str:
+    if isinstance(error, RecursionError):
+        return "it is nested too deeply"
+    return " ".join(str(error).split())

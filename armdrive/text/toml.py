@@ -1,0 +1,198 @@
+"""Reading a table of an arm file into a frozen dataclass: one rule for every section.
+
+Keys, types and defaults come from the dataclass itself, so that nothing is listed twice. Unknown
+keys, wrong types and numbers out of bounds are errors that name the key.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import textwrap
+import types
+import typing
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, fields
+from typing import Any, TypeVar
+
+from armdrive.errors import ArmFileError
+from kinematics.errors import BadNumber, did_you_mean, finite
+from kinematics.limits import JointRange
+
+S = TypeVar("S")
+
+
+def read_section(kind: type[S], table: object, where: str) -> S:
+    """Build `kind` from a TOML table; `where` names the section in errors."""
+    entries = require_table(table, where)
+    hints = typing.get_type_hints(kind)
+    names = [field.name for field in fields(kind)]  # type: ignore[arg-type]
+    refuse_unknown(entries, names, where)
+    values = {
+        key: _convert(hints[key], value, f"{where}.{key}" if where else key)
+        for key, value in entries.items()
+    }
+    try:
+        return kind(**values)
+    except TypeError:
+        missing = ", ".join(name for name in names if name not in values)
+        raise ArmFileError(f"[{where}] is missing {missing}") from None
+
+
+def require_table(table: object, where: str) -> Mapping[str, Any]:
+    """Return the table, or say that something else stands there."""
+    if not isinstance(table, Mapping):
+        raise ArmFileError(f"{where} must be a table, written [{where}], not {table!r}")
+    return table
+
+
+def refuse_unknown(entries: Mapping[str, object], known: list[str], where: str) -> None:
+    """Raise for the first unknown key, with the nearest known one."""
+    for key in entries:
+        if key not in known:
+            place = f"in [{where}]" if where else "at the top"
+            hint = did_you_mean(key, known, f"known are {', '.join(known)}", likeness=0.5)
+            raise ArmFileError(f"unknown key {key!r} {place}; {hint}")
+
+
+def _convert(wanted: Any, value: object, where: str) -> Any:
+    """Check one value against its annotation; whole numbers are fine where floats belong."""
+    origin = typing.get_origin(wanted)
+    if origin in (types.UnionType, typing.Union):
+        wanted = next(one for one in typing.get_args(wanted) if one is not type(None))
+        return _convert(wanted, value, where)
+    if origin is tuple:
+        return _convert_tuple(wanted, value, where)
+    if wanted is float:
+        return number(value, where)
+    if wanted in (int, str, bool) and type(value) is wanted:
+        return value
+    raise ArmFileError(f"{where} must be {_WORDS.get(wanted, wanted)}, not {value!r}")
+
+
+def _convert_tuple(wanted: Any, value: object, where: str) -> tuple[Any, ...]:
+    inner = typing.get_args(wanted)
+    if not isinstance(value, list | tuple):
+        raise ArmFileError(f"{where} must be a list, not {value!r}")
+    if len(inner) == 2 and inner[1] is Ellipsis:
+        return tuple(_convert(inner[0], item, f"{where}[{i}]") for i, item in enumerate(value))
+    if len(value) != len(inner):
+        raise ArmFileError(f"{where} must have {len(inner)} entries, not {len(value)}")
+    return tuple(
+        _convert(kind, item, f"{where}[{i}]")
+        for i, (kind, item) in enumerate(zip(inner, value, strict=True))
+    )
+
+
+def number(value: object, where: str) -> float:
+    """Return a finite number, or raise `ArmFileError` that names the key."""
+    try:
+        return finite(where, value)
+    except BadNumber as error:
+        raise ArmFileError(str(error)) from None
+
+
+def within(where: str, value: float, low: float, high: float) -> None:
+    """Raise `ArmFileError` for a number out of its bounds."""
+    if not low <= value <= high:
+        raise ArmFileError(f"{where} must be from {low:g} to {high:g}, not {value:g}")
+
+
+def joint_range(value: object, where: str) -> JointRange:
+    """Return a range of the file, a pair of degrees."""
+    if not isinstance(value, list) or len(value) != 2:
+        raise ArmFileError(f"{where} must be a pair of degrees, for example [-90, 90]")
+    low, high = (number(one, where) for one in value)
+    if low >= high:
+        raise ArmFileError(f"{where}: the first number must be below the second")
+    return JointRange(math.radians(low), math.radians(high))
+
+
+_WORDS: Mapping[Any, str] = types.MappingProxyType(
+    {int: "a whole number", str: "text", bool: "true or false"}
+)
+
+
+# Writing TOML for people: values, and sections whose lines carry comments.
+#
+# Plain text is written rather than a document edited, so that no further library is needed.
+
+COMMENT_AT = 30
+"""The column that comments begin in, where the line before them is shorter."""
+
+WIDTH = 96
+"""The longest line of a heading."""
+
+_BARE = re.compile(r"[A-Za-z0-9_-]+")
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """One key with its value, and what a reader should know of it."""
+
+    key: str
+    value: Any
+    comment: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Section:
+    """A table of a document; the first one has no name, and one of an array says so."""
+
+    name: str
+    entries: tuple[Entry, ...]
+    comment: str = ""
+    array: bool = field(default=False)
+
+
+def document(sections: Iterable[Section], heading: str = "") -> str:
+    """Return the text of a document, one line at the end."""
+    lines = [each for line in heading.splitlines() for each in textwrap.wrap(line, WIDTH)]
+    blocks = ["\n".join(f"# {line}" for line in lines)] if lines else []
+    blocks += [_section(each) for each in sections if each.entries]
+    return "\n\n".join(blocks) + "\n"
+
+
+def _section(section: Section) -> str:
+    lines = []
+    if section.name:
+        brackets = f"[[{section.name}]]" if section.array else f"[{section.name}]"
+        lines.append(_commented(brackets, section.comment))
+    lines += [
+        _commented(f"{key(each.key)} = {value(each.value)}", each.comment)
+        for each in section.entries
+    ]
+    return "\n".join(lines)
+
+
+def _commented(line: str, comment: str) -> str:
+    return f"{line.ljust(COMMENT_AT - 1)} # {comment}" if comment else line
+
+
+def key(name: str) -> str:
+    """Return a key, quoted where it is no single word."""
+    return name if _BARE.fullmatch(name) else value(name)
+
+
+def value(given: Any) -> str:
+    """Return a value as TOML: text, numbers, true and false, lists, inline tables."""
+    if isinstance(given, bool):
+        return "true" if given else "false"
+    if isinstance(given, str):
+        return json.dumps(given, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(given, float):
+        return _float(given)
+    if isinstance(given, Mapping):
+        inside = ", ".join(f"{key(name)} = {value(one)}" for name, one in given.items())
+        return f"{{ {inside} }}"
+    if isinstance(given, list | tuple):
+        return f"[{', '.join(map(value, given))}]"
+    return str(given)
+
+
+def _float(given: float) -> str:
+    """Return the shortest text that reads back as the same number."""
+    if given == int(given) and abs(given) < 1e15:
+        return str(int(given))
+    return repr(given)

@@ -1,0 +1,301 @@
+"""Recordings on the disk: JSON lines, written whole or not at all, the oldest of them deleted.
+
+The first line is the header, each other line an entry. Bytes stand as text, one character a byte
+(Latin-1), so that a person can read most of them.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import datetime as dt
+import io
+import json
+import math
+import re
+import tempfile
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import asdict, dataclass, fields
+from itertools import islice
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from armdrive.errors import ArmError, ArmFileError, RecordingError, StateFileError
+from armdrive.storage import files as places
+from armdrive.storage.files import DISK, replace_durably
+from armdrive.text.reading import parse_toml, read_bytes, read_text
+from armdrive.trace.entries import WIRE, Entry, Kind
+from kinematics.errors import KinematicsError
+
+if TYPE_CHECKING:
+    from armdrive.config.arm import ArmConfig, Source
+
+
+# The first line of a recording: whose it is, and the whole arm file, so that none is needed.
+
+FORMAT = 1
+MARK = "armdrive_recording"
+"""The key that makes a file a recording; its value is the format's number."""
+
+
+@dataclass(frozen=True, slots=True)
+class Header:
+    """What is said of a recording as a whole.
+
+    `began` is the wall clock's time of the connection (UTC, ISO 8601), `began_s` the arm's own
+    time then. `arm_file` is TOML with every default in it, and empty where none could be written;
+    `model_file` is the text of the model file that it names, if it names one.
+    """
+
+    version: str
+    why: str
+    arm: str
+    title: str
+    dialect: str
+    link: str
+    calibration: str
+    began: str
+    began_s: float
+    arm_file: str
+    model_file: str
+
+
+def header_of(config: ArmConfig, *, link: str, why: str, began: tuple[float, float]) -> Header:
+    """Return the header of an arm's recording; `began` is the wall's time and the arm's."""
+    from importlib.metadata import version  # most arms are closed with nothing written
+
+    wall_s, began_s = began
+    moment = dt.datetime.fromtimestamp(wall_s, dt.UTC)
+    arm_file, model_file = texts_of(config)
+    return Header(
+        version=version("armdrive"),
+        why=why,
+        arm=config.name,
+        title=config.title,
+        dialect=config.connection.dialect,
+        link=link,
+        calibration=config.calibration,
+        began=moment.isoformat(timespec="milliseconds"),
+        began_s=began_s,
+        arm_file=arm_file,
+        model_file=model_file,
+    )
+
+
+def texts_of(config: ArmConfig) -> tuple[str, str]:
+    """Return an arm as TOML, and its model file; empty texts where they cannot be had.
+
+    A recording is written when something has gone wrong: it is worth having without them too.
+    """
+    from armdrive.config.arm import MODEL_FILE
+    from armdrive.config.write import complete
+    from kinematics import PRESETS, KinematicsError
+
+    source = config.source
+    if source is None:
+        return "", ""
+    table: dict[str, Any] = dict(source.table)
+    word = str(table.get("model", ""))
+    try:
+        text = complete(config, table)
+        given = word not in PRESETS and word.lower().endswith(MODEL_FILE)
+        model = _model_text(source, word) if given else ""
+    except (ArmError, KinematicsError, ArithmeticError, LookupError, OSError, ValueError):
+        return "", ""
+    return text, model
+
+
+def _model_text(source: Source, word: str) -> str:
+    return read_text(source.folder / word, "the model file", ArmFileError)
+
+
+ENDING = ".jsonl"
+LINES_AT_A_TIME = 1000
+MOST_FILES = 20
+"""So many recordings are kept; the oldest go."""
+
+
+def recordings() -> Path:
+    """Return the folder into which recordings are written where no other is named."""
+    return places.states() / "recordings"
+
+
+def free_path(folder: Path | None, header: Header) -> Path:
+    """Return a file name that says which arm, when it was connected, and why it was written."""
+    folder = folder or recordings()
+    moment = re.sub(r"[^0-9]", "", header.began[:19])
+    why = re.sub(r"[^a-z]+", "-", header.why)
+    for number in range(1, 1000):
+        path = folder / f"{places.file_name(header.arm)}-{moment}-{number:03}-{why}{ENDING}"
+        if not any(folder.glob(f"{places.file_name(header.arm)}-{moment}-{number:03}-*")):
+            break
+    return path
+
+
+def lines_of(header: Header, entries: Iterable[Entry]) -> Iterator[str]:
+    """Return the lines of a file, without their ends."""
+    yield json.dumps({MARK: FORMAT, **asdict(header)})
+    for time_s, kind, what in entries:
+        wire = isinstance(what, bytes)
+        text = what.decode("latin-1") if isinstance(what, bytes) else what
+        yield json.dumps({"t": time_s, "kind": kind.value, "bytes" if wire else "text": text})
+
+
+def write_recording(
+    path: Path, header: Header, entries: Iterable[Entry], *, most: Path | None = None
+) -> None:
+    """Write a file, whole or not at all. Raises `StateFileError`.
+
+    In the folder `most` no more than `MOST_FILES` are left.
+    """
+    try:
+        replace_durably(DISK, path, _pieces(lines_of(header, entries)))
+    except OSError as error:
+        raise StateFileError(f"the recording {path} cannot be written: {error}") from None
+    if most is not None:
+        _delete_oldest(most)
+
+
+def _pieces(lines: Iterator[str]) -> Iterator[bytes]:
+    """Return the bytes of a file, many lines at a time: each piece is a call of the system."""
+    while some := list(islice(lines, LINES_AT_A_TIME)):
+        yield "".join(f"{line}\n" for line in some).encode()
+
+
+def _delete_oldest(folder: Path) -> None:
+    with contextlib.suppress(OSError):
+        found = sorted(folder.glob(f"*{ENDING}"), key=lambda path: path.stat().st_mtime_ns)
+        for path in found[:-MOST_FILES]:
+            path.unlink(missing_ok=True)
+
+
+# Reading a recording, strictly: whatever is broken in it is a `RecordingError` that says where.
+#
+# A last line that was cut off is no error: the copy of a file may have ended too early. Nothing
+# that
+# a recording names is opened or run: the arm file and its model file stand in it as text.
+
+MOST_FILE_BYTES = 64_000_000
+LATEST_S = 1e8
+"""No arm's clock has ever shown more: three years."""
+_KINDS = {kind.value: kind for kind in Kind}
+
+
+@dataclass(frozen=True, slots=True)
+class Recording:
+    """A recording as it was read; `cut_off` says that its last line was not whole."""
+
+    header: Header
+    entries: tuple[Entry, ...]
+    cut_off: bool = False
+
+    def config(self) -> ArmConfig:
+        """Return the arm as its own file describes it. Raises `RecordingError`."""
+        from armdrive.config.arm import parse_arm_file
+
+        header = self.header
+        if not header.arm_file:
+            raise RecordingError(
+                "the recording holds no arm file, so that no simulated twin can be made of it; "
+                "--show still prints it"
+            )
+        try:
+            table = parse_toml(header.arm_file, RecordingError)
+            with tempfile.TemporaryDirectory(prefix="armdrive-") as folder:
+                _put_model(table, Path(folder), header.model_file)
+                return parse_arm_file(table, name=header.arm, folder=Path(folder))
+        except (ArmError, KinematicsError, OSError) as error:
+            raise RecordingError(f"the recording's arm file cannot be used: {error}") from None
+
+
+def read_recording(path: Path) -> Recording:
+    """Read a file. Raises `RecordingError`."""
+    data = read_bytes(path, "the recording", RecordingError, most_bytes=MOST_FILE_BYTES)
+    try:
+        return parse_recording(data)
+    except RecordingError as error:
+        raise RecordingError(f"{path}: {error}") from None
+
+
+def parse_recording(data: bytes) -> Recording:
+    """Turn a file's bytes into a recording. Raises `RecordingError`."""
+    lines = io.BytesIO(data)  # line by line: a file of line breaks alone is refused at the second
+    header = _header(_object(lines.readline().removesuffix(b"\n"), 1))
+    entries = tuple(_entries(lines))
+    return Recording(header, entries, cut_off=len(data) > 0 and not data.endswith(b"\n"))
+
+
+def _put_model(table: dict[str, Any], folder: Path, text: str) -> None:
+    """Have the arm file name the model file that came with it, and no other."""
+    from armdrive.config.arm import MODEL_FILE
+
+    word = table.get("model")
+    if isinstance(word, str) and word.lower().endswith(MODEL_FILE):
+        (folder / f"model{MODEL_FILE}").write_text(text, encoding="utf-8", errors="replace")
+        table["model"] = f"model{MODEL_FILE}"
+
+
+def _object(line: bytes, number: int) -> Mapping[str, Any]:
+    try:
+        found = json.loads(line)
+    except (ValueError, RecursionError) as error:
+        raise RecordingError(f"line {number} is no JSON: {error}") from None
+    if not isinstance(found, dict):
+        raise RecordingError(f"line {number} is no JSON object")
+    return found
+
+
+def _header(found: Mapping[str, Any]) -> Header:
+    known = found.get(MARK)
+    if known is None:
+        raise RecordingError("it is no recording of a flight recorder")
+    if known != FORMAT or isinstance(known, bool):
+        raise RecordingError(f"it has format {known!r:.20}, and this armdrive reads {FORMAT}")
+    names = [each.name for each in fields(Header)]
+    if set(found) != {MARK, *names}:
+        odd = min(set(found) ^ {MARK, *names})
+        raise RecordingError(f"its first line has {odd!r:.40} too much or too few")
+    values = {name: found[name] for name in names}
+    values["began_s"] = _time_s(values["began_s"], 1)
+    for name, value in values.items():
+        if name != "began_s" and not isinstance(value, str):
+            raise RecordingError(f"{name} in its first line must be text, not {value!r:.40}")
+    return Header(**values)
+
+
+def _entries(lines: Iterable[bytes]) -> Iterator[Entry]:
+    """Yield an entry for each whole line; a last line that was cut off is left out."""
+    latest_s = -math.inf
+    for number, line in enumerate(lines, 2):
+        if not line.endswith(b"\n"):
+            return
+        entry = _entry(_object(line, number), number)
+        if entry.time_s < latest_s:
+            raise RecordingError(f"line {number} is earlier than the line before it")
+        latest_s = entry.time_s
+        yield entry
+
+
+def _entry(found: Mapping[str, Any], number: int) -> Entry:
+    word = found.get("kind")
+    kind = _KINDS.get(word) if isinstance(word, str) else None
+    if kind is None:
+        raise RecordingError(f"line {number} is of the unknown kind {word!r:.40}")
+    key = "bytes" if kind in WIRE else "text"
+    if set(found) != {"t", "kind", key}:
+        raise RecordingError(f"line {number} must have t, kind and {key}, and nothing else")
+    time_s, what = _time_s(found["t"], number), found[key]
+    if not isinstance(what, str):
+        raise RecordingError(f"{key} in line {number} must be text, not {what!r:.40}")
+    if key == "text":
+        return Entry(time_s, kind, what)
+    try:
+        return Entry(time_s, kind, what.encode("latin-1"))
+    except UnicodeEncodeError:
+        raise RecordingError(f"line {number} has a character that is no byte") from None
+
+
+def _time_s(value: Any, number: int) -> float:
+    plain = isinstance(value, int | float) and not isinstance(value, bool)
+    if not plain or not -LATEST_S <= value <= LATEST_S:  # NaN is not within either
+        raise RecordingError(f"line {number} has no time, but {value!r:.40}")
+    return float(value)

@@ -1,0 +1,221 @@
+"""The flight recorder itself: turns what the driver tells into entries, and writes at a fault.
+
+Noting is a few microseconds on the thread that owns the wire; formatting and writing are done by
+another thread. Nothing here may raise into the driver.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from armdrive.errors import ArmError, StateFileError
+from armdrive.status import State
+from armdrive.tasks import Event, Progress, Request
+from armdrive.trace.describe import call_words, coded_words, error_words, event_words, request_words
+from armdrive.trace.entries import Entry, Kind, Ring
+from armdrive.trace.files import free_path, header_of, write_recording
+from kinematics.errors import KinematicsError
+
+if TYPE_CHECKING:
+    from armdrive.runtime.arm_state import Core
+
+PATIENCE_S = 10.0
+"""A disk that takes longer keeps nobody from closing the arm; the thread goes on writing."""
+LONGEST_WORDS = 400
+"""Characters of an argument list or an error that are kept."""
+
+
+class FlightRecorder:
+    """A `Witness` that remembers. With a folder, a fault has it write a file there by itself."""
+
+    def __init__(self, folder: Path | None = None, *, ring: Ring | None = None) -> None:
+        self.folder = folder
+        self.ring = ring or Ring()
+        self.written: list[Path] = []
+        self.trouble = ""
+        self._core: Core | None = None
+        self._link = ""
+        self._clock: Callable[[], float] = lambda: 0.0
+        self._began: tuple[float, float] = (0.0, 0.0)
+        self._now_s = 0.0
+        self._stop: tuple[bool, bool] = (False, False)
+        self._seen: tuple[Any, ...] = (None,) * 6
+        self._last_error = 0
+        self._inbox: deque[tuple[float, Kind, str]] = deque()
+        self._writers: list[threading.Thread] = []
+        self._writing = threading.Lock()
+
+    # -- what the driver tells ----------------------------------------------------------------
+
+    def begin(self, core: Core, link: str, clock: Callable[[], float]) -> None:
+        """Take up an arm, and note what is known of it."""
+        self._core, self._link, self._clock = core, link, clock
+        self._now_s = clock()
+        self._began = (time.time(), self._now_s)
+        self.changed()
+
+    def opened(self) -> None:
+        """Keep what there is so far for good."""
+        self.ring.seal()
+
+    def tick(self, now_s: float, stop_asked: bool, stop_hard: bool) -> None:
+        """Take the time; note a stop when it is first seen."""
+        if self._inbox:
+            self._empty()
+        if now_s > self._now_s:
+            self._now_s = now_s
+        if self._stop != (stop_asked, stop_hard):
+            self._stop = (stop_asked, stop_hard)
+            if stop_asked:
+                self._note(Kind.STOP, "dead, whatever it costs" if stop_hard else "asked for")
+
+    def sent(self, data: bytes) -> None:
+        """Note bytes to the arm."""
+        self.ring.add(Entry(self._now_s, Kind.SENT, data))
+
+    def heard(self, data: bytes) -> None:
+        """Note bytes from the arm."""
+        self.ring.add(Entry(self._now_s, Kind.HEARD, data))
+
+    def asked(self, request: Request) -> None:
+        """Note a request."""
+        self.changed()
+        self._note(Kind.REQUEST, request_words(request))
+
+    def told(self, event: Event) -> None:
+        """Note an answer or an alert; reports of a motion under way are in the bytes."""
+        if isinstance(event, Progress):
+            return
+        self._note(*event_words(event))
+        self.changed()
+
+    def changed(self) -> None:
+        """Note whatever of the core is not what it was."""
+        core = self._core
+        if core is None:
+            return
+        notice = coded_words(core.notice_code, core.notice)
+        error = coded_words(core.error_code, core.error)
+        seen = (core.shift, core.state, core.belief, core.current, notice, error)
+        before = self._seen
+        if seen == before:
+            return
+        self._seen = seen
+        for (kind, words), value, old in zip(_LOOKS, seen, before, strict=True):
+            if value != old and (value or old):
+                self._note(kind, words(value))
+        if core.state is State.ERROR_STOP and before[1] is not State.ERROR_STOP:
+            self._write_soon("error-stop")
+
+    def called(self, name: str, words: tuple[Any, ...], named: dict[str, Any]) -> None:
+        """Note a call."""
+        self._last_error = 0
+        self._inbox.append((self._clock(), Kind.CALL, call_words(name, words, named)))
+
+    def raised(self, error: BaseException) -> None:
+        """Note an error, once, however many calls it passes."""
+        if id(error) != self._last_error:
+            self._last_error = id(error)
+            self._inbox.append((self._clock(), Kind.RAISED, error_words(error)))
+
+    def ended(self, error: BaseException | None) -> None:
+        """Note how a task ended; an error that is no sentence for a person is a flaw of ours."""
+        if error is None:
+            return
+        self.raised(error)
+        if isinstance(error, Exception) and not isinstance(error, ArmError | KinematicsError):
+            self._write_soon("engine-failed")
+
+    def lost(self, error: BaseException) -> None:
+        """Note that the wire is lost, and write."""
+        self._note(Kind.LOST, error_words(error))
+        self._write_soon("link-lost")
+
+    def failed(self, error: BaseException) -> None:
+        """Note that the engine has failed, and write."""
+        self._note(Kind.FAILED, error_words(error))
+        self._write_soon("engine-failed")
+
+    # -- writing ------------------------------------------------------------------------------
+
+    def snapshot(self, why: str) -> Callable[[Path | None], Path]:
+        """Return what writes all that is remembered now; it raises `StateFileError`."""
+        self._empty()
+        core, entries = self._core, self.ring.entries()
+        if core is None:
+            raise StateFileError("nothing was recorded: the arm was never connected")
+        config = core.config
+
+        def write(path: Path | None = None) -> Path:
+            with self._writing:
+                header = header_of(config, link=self._link, why=why, began=self._began)
+                target = path or free_path(self.folder, header)
+                write_recording(target, header, entries, most=self.folder)
+                self.written.append(target)
+            return target
+
+        return write
+
+    @property
+    def began_s(self) -> float:
+        """The arm's clock at the connection."""
+        return self._began[1]
+
+    def since(self, number: int, most: int, back: int) -> tuple[int, tuple[Entry, ...]]:
+        """Return entries from a number on, no more than `most` and none further `back`."""
+        self._empty()
+        return self.ring.since(number, most, back)
+
+    def close(self) -> None:
+        """Wait until what is being written is on the disk."""
+        writers, self._writers = self._writers, []
+        for writer in writers:
+            writer.join(PATIENCE_S)
+
+    def _write_soon(self, why: str) -> None:
+        """Have another thread write what is remembered at this moment."""
+        if self.folder is None:
+            return
+        self._writers = [each for each in self._writers if each.is_alive()]
+        work = (self.snapshot(why),)
+        writer = threading.Thread(target=self._try_to_write, args=work, name="armdrive-recorder")
+        self._writers.append(writer)
+        writer.start()
+
+    def _try_to_write(self, write: Callable[[Path | None], Path]) -> None:
+        try:
+            write(None)
+        except StateFileError as error:
+            self.trouble = str(error)
+
+    def _empty(self) -> None:
+        """Take in what other threads have left."""
+        while self._inbox:
+            time_s, kind, words = self._inbox.popleft()
+            self._now_s = max(self._now_s, time_s)
+            self._add(kind, words)
+
+    def _note(self, kind: Kind, words: str) -> None:
+        self._empty()
+        self._add(kind, words)
+
+    def _add(self, kind: Kind, words: str) -> None:
+        if len(words) > LONGEST_WORDS:
+            words = f"{words[:LONGEST_WORDS]}..."
+        self.ring.add(Entry(self._now_s, kind, words))
+
+
+_LOOKS: tuple[tuple[Kind, Callable[[Any], str]], ...] = (
+    (Kind.OFFSET, lambda offset: " ".join(map(str, offset))),
+    (Kind.STATE, lambda state: str(state.value)),
+    (Kind.TRUST, lambda belief: f"{belief.trust.value}: {belief.reason}"),
+    (Kind.CURRENT, lambda current: str(current.value)),
+    (Kind.NOTICE, str),
+    (Kind.ERROR, str),
+)
+"""What `changed` looks at, in this order, and the words for it."""

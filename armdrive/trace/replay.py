@@ -1,0 +1,344 @@
+"""Feeding a recording to a simulated twin, and finding the first place where the two part.
+
+The twin hears the recorded bytes at their times; what it answers is compared with what the arm
+answered, message by message, and its counts with the arm's whenever those were read at rest. Where
+it is slower than the arm was, the rest is given to it later, so that no byte meets a busy device
+that met an idle one. What either does faster or slower is no difference; what they say is.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from armdrive.dialects.words import Message, Weight
+from armdrive.errors import RecordingError
+from armdrive.sim.world.saved import Json
+from armdrive.tasks import AlertKind
+from armdrive.trace.bench import Bench
+from armdrive.trace.describe import Talk, talk
+from armdrive.trace.entries import Entry, Kind
+
+if TYPE_CHECKING:
+    from armdrive.sim.device import Value
+    from armdrive.trace.files import Recording
+
+
+# Where a twin has to stand for a recording: the counts, offsets and gaps in its entries.
+
+Counts = tuple[int, ...]
+
+_POSITIONED = ("referenced", "restored")
+_COUNTS = re.compile(r"(-?[0-9]{1,9}(?: -?[0-9]{1,9})*)(?:;|$)")
+_NO_COUNTS = (Kind.REQUEST, Kind.SILENCE, Kind.REPLY, Kind.LOST)
+
+
+def counts_of(entry: Entry) -> Counts:
+    """Return the motors' counts that an entry begins with. Raises `RecordingError`."""
+    found = _COUNTS.match(str(entry.what))
+    if found is None:
+        raise RecordingError(f"{entry.what!r:.60} stands where the counts of motors belong")
+    return tuple(int(word) for word in found[1].split(" "))
+
+
+def first_counts(entries: Sequence[Entry]) -> Counts | None:
+    """Return what the controller told first."""
+    return next((counts_of(entry) for entry in entries if entry.kind is Kind.REGISTERS), None)
+
+
+def first_offset(entries: Sequence[Entry]) -> Counts | None:
+    """Return what made counts a position when the position was first known."""
+    offset = None
+    for entry in entries:
+        if entry.kind is Kind.OFFSET:
+            offset = counts_of(entry)
+        elif entry.kind is Kind.TRUST and str(entry.what).startswith(_POSITIONED):
+            return offset
+    return None
+
+
+def offset_at(entries: Sequence[Entry], index: int) -> Counts | None:
+    """Return the offset at an entry, None where the position was not known by then."""
+    known = first_offset(entries[:index])
+    found = (entry for entry in reversed(entries[:index]) if entry.kind is Kind.OFFSET)
+    latest = next(found, None)
+    return None if known is None or latest is None else counts_of(latest)
+
+
+def position(counts: Counts, offset: Counts | None) -> Counts | None:
+    """Return where the motors are, None where that is not known."""
+    if offset is None or len(offset) != len(counts):
+        return None
+    return tuple(a + b for a, b in zip(counts, offset, strict=True))
+
+
+def gap(entries: Sequence[Entry]) -> range:
+    """Return which entries are not to be compared: from the first gap to where counts are read.
+
+    There the twin can be put to where the arm stood. Empty where nothing is missing.
+    """
+    gaps = [index for index, entry in enumerate(entries) if entry.kind is Kind.GAP]
+    if not gaps:
+        return range(len(entries), len(entries))
+    for index in range(gaps[-1], len(entries)):
+        if answer_to(entries, index) is not None:
+            return range(gaps[0], index)
+    return range(gaps[0], len(entries))
+
+
+def answer_to(entries: Sequence[Entry], index: int) -> Entry | None:
+    """Return the counts that answer an entry, if it asks for them and gets them."""
+    entry = entries[index]
+    if entry.kind is not Kind.REQUEST or not str(entry.what).startswith("ReadPosition"):
+        return None
+    for later in range(index + 1, len(entries)):
+        if entries[later].kind is Kind.REGISTERS:
+            return entries[later]
+        if entries[later].kind in _NO_COUNTS:
+            return None
+    return None
+
+
+# Holding what an arm said beside what its twin says: the first difference is the parting.
+
+GRACE_S = 1.0
+"""An answer of the twin that the arm has not given by then, with nothing asked, is a difference."""
+_APART = frozenset((Weight.PASSING, Weight.SELF))
+
+
+@dataclass(frozen=True, slots=True)
+class Parting:
+    """The first difference: at which entry, what each said, and how the twin stands then."""
+
+    index: int
+    time_s: float
+    why: str
+    arm: str
+    twin: str
+    twin_state: str
+    twin_view: Mapping[str, Json]
+
+    def __str__(self) -> str:
+        return (
+            f"they part at {self.time_s:.3f} s: {self.why}. The arm: {self.arm}. The twin: "
+            f"{self.twin}. The twin stands like this: {self.twin_state}"
+        )
+
+
+class Judge:
+    """Compares entry after entry, up to the first difference; `compared` counts what agreed."""
+
+    def __init__(self, bench: Bench, talk: Talk) -> None:
+        self.compared = 0
+        self.parting: Parting | None = None
+        self._bench = bench
+        self._talk = talk
+        self._splitter = talk.splitter()
+        self._told = False
+        self._heard_s = 0.0
+        self._passing: Message | None = None
+
+    def resume(self) -> None:
+        """Begin to listen behind a gap: a message that had begun before it is none."""
+        self._splitter = self._talk.splitter()
+
+    def heard(self, index: int, entry: Entry, asked: str) -> None:
+        """Compare the messages that the bytes of an entry complete."""
+        data = entry.what if isinstance(entry.what, bytes) else b""
+        for message in self._splitter.feed(data):
+            self._heard_s = entry.time_s
+            if message.weight is Weight.PASSING:
+                self._passing = message
+            beginning = message.weight is Weight.BANNER and not self._told
+            if message.weight not in _APART and not beginning and self.parting is None:
+                self._compare(index, entry, message, asked)
+
+    def _compare(self, index: int, entry: Entry, message: Message, asked: str) -> None:
+        said = self._talk.said(message.data)
+        banner = message.weight is Weight.BANNER
+        answer = (self._bench.banner if banner else self._bench.answer)(entry.time_s)
+        if answer is None:
+            self._part(index, entry, "the arm said what the twin does not say", said, "nothing")
+        elif not self._agrees(message, answer, asked):
+            its = self._talk.said(answer.data)
+            self._part(index, entry, "they answered otherwise", said, its)
+        else:
+            self.compared += 1
+
+    def _agrees(self, message: Message, answer: Message, asked: str) -> bool:
+        if message.data == answer.data or message.weight is Weight.BANNER:
+            return True
+        of_moment = message.weight is answer.weight is Weight.MOMENT
+        turning = asked.startswith("Move") or self._bench.moving
+        return of_moment and turning and message.kind == answer.kind
+
+    def counts(self, index: int, entry: Entry) -> None:
+        """Compare the counts of motors that stand."""
+        if not self._told:
+            self._told = True
+            self._bench.forget_banners()
+        counts = counts_of(entry)
+        stands = self._bench.stand(entry.time_s)
+        twin = self._bench.registers
+        if stands and counts == twin:
+            self.compared += 1
+            return
+        why = "the motors were counted otherwise" if stands else "the twin still moves"
+        self._part(index, entry, why, _words(counts), _words(twin))
+
+    def silence(self, index: int, entry: Entry) -> None:
+        """Look whether the twin has spoken since the arm fell silent."""
+        self._bench.advance(entry.time_s)
+        self.unasked(index, entry, entry.time_s)
+        said = self._bench.passing
+        if said is not None and self._bench.passing_s > self._heard_s + GRACE_S / 4:
+            why = f"the arm was silent from {self._heard_s:.3f} s on, and the twin was not"
+            self._part(index, entry, why, str(entry.what), self._talk.said(said.data))
+
+    def alerted(self, index: int, entry: Entry) -> None:
+        """Compare the last reports of a motion, where the arm's were of something else."""
+        words = str(entry.what)
+        ours, its = (
+            "nothing" if each is None else self._talk.said(each.data)
+            for each in (self._passing, self._bench.passing)
+        )
+        if words.startswith(AlertKind.RESTARTED.value):
+            self._part(index, entry, "the arm began anew, the twin did not", words, its)
+        elif words.startswith(AlertKind.ASTRAY.value) and ours != its:
+            self._part(index, entry, "the arm was seen off the way that was sent", ours, its)
+
+    def unasked(self, index: int, entry: Entry, before_s: float) -> None:
+        """Look whether the twin has said by then what the arm never said."""
+        message = self._bench.unasked(before_s)
+        if message is not None:
+            silent = str(entry.what) if entry.kind is Kind.SILENCE else "nothing"
+            its = self._talk.said(message.data)
+            self._part(index, entry, "the twin said what the arm did not say", silent, its)
+
+    def _part(self, index: int, entry: Entry, why: str, arm: str, twin: str) -> None:
+        if self.parting is None:
+            bench = self._bench
+            self.parting = Parting(index, entry.time_s, why, arm, twin, bench.words, bench.view)
+
+
+def _words(counts: tuple[int, ...]) -> str:
+    return " ".join(map(str, counts))
+
+
+_ANSWERS = frozenset((Kind.REPLY, Kind.REGISTERS, Kind.SILENCE))
+
+
+@dataclass(frozen=True, slots=True)
+class Replayed:
+    """What a replay found. `compared` counts the messages and counts that were held together."""
+
+    compared: int
+    late_s: float
+    parting: Parting | None
+    notes: tuple[str, ...]
+
+
+def replay(recording: Recording, settings: Mapping[str, Value] | None = None) -> Replayed:
+    """Replay a recording against the twin of its arm. Raises `RecordingError`."""
+    config = recording.config()
+    notes = []
+    if config.calibration != recording.header.calibration:
+        notes.append(
+            "this armdrive understands the recorded arm file otherwise than the one that wrote it "
+            f"({recording.header.version}): angles and positions of the twin may differ"
+        )
+    if recording.cut_off:
+        notes.append("the recording's last line was cut off")
+    return _Replay(recording, Bench(config, settings), notes).run()
+
+
+class _Replay:
+    """One replay under way."""
+
+    def __init__(self, recording: Recording, bench: Bench, notes: list[str]) -> None:
+        self._entries = recording.entries
+        self._bench = bench
+        self._notes = notes
+        self._judge = Judge(bench, talk(recording.header.dialect))
+        self._asked = ""
+
+    def run(self) -> Replayed:
+        """Go through all entries up to the first difference."""
+        missing = gap(self._entries)
+        self._begin()
+        for index, entry in enumerate(self._entries):
+            if index in missing:
+                self._pass_over(entry)
+                continue
+            if missing and index == missing.stop:
+                self._resume(index)
+            self._take(index, entry)
+            if self._judge.parting is not None:
+                break
+        else:
+            self._end()
+        if missing.stop == len(self._entries) and missing:
+            self._notes.append("part of the recording had gone, and the rest cannot be compared")
+        judge = self._judge
+        return Replayed(judge.compared, self._bench.late_s, judge.parting, tuple(self._notes))
+
+    # -- where the twin stands ------------------------------------------------------------------
+
+    def _begin(self) -> None:
+        """Have the twin stand as the arm stood at first, as far as the recording tells."""
+        counts, offset = first_counts(self._entries), first_offset(self._entries)
+        if counts is None:
+            self._notes.append("the arm never told where it stands: the twin stands anywhere")
+            return
+        self._bench.place(counts, position(counts, offset))
+        if offset is None:
+            self._notes.append("the arm's position was never known: the twin stands anywhere")
+
+    def _pass_over(self, entry: Entry) -> None:
+        """Have the twin hear settings that last; what it says to them is not compared."""
+        if entry.kind is Kind.SENT and isinstance(entry.what, bytes):
+            self._bench.send(entry.what, entry.time_s)
+
+    def _resume(self, index: int) -> None:
+        answer = answer_to(self._entries, index)
+        if answer is None:
+            return
+        counts = counts_of(answer)
+        self._bench.advance(self._entries[index].time_s)
+        self._bench.place(counts, position(counts, offset_at(self._entries, index)))
+        self._judge.resume()
+        self._asked = ""
+        self._notes.append(
+            f"part of the recording had gone: it is compared from {answer.time_s:.3f} s on"
+        )
+
+    # -- what happens ---------------------------------------------------------------------------
+
+    def _take(self, index: int, entry: Entry) -> None:
+        judge = self._judge
+        if entry.kind is Kind.SENT and isinstance(entry.what, bytes):
+            self._bench.send(entry.what, entry.time_s)
+        elif entry.kind is Kind.HEARD:
+            judge.heard(index, entry, self._asked)
+        elif entry.kind is Kind.REQUEST:
+            judge.unasked(index, entry, entry.time_s - GRACE_S)
+            self._asked = str(entry.what)
+        elif entry.kind is Kind.ALERT:
+            judge.alerted(index, entry)
+        elif entry.kind is Kind.REGISTERS:
+            judge.counts(index, entry)
+        elif entry.kind is Kind.SILENCE:
+            judge.silence(index, entry)
+        if entry.kind in _ANSWERS:
+            self._asked = ""
+
+    def _end(self) -> None:
+        """Look whether the twin has said more, unless the arm's answer was still to come."""
+        if not self._entries or self._asked:
+            return
+        index = len(self._entries) - 1
+        last = self._entries[index]
+        self._bench.advance(last.time_s)
+        self._judge.unasked(index, last, last.time_s - GRACE_S)

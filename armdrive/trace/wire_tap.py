@@ -1,0 +1,72 @@
+"""What passes on the wire of a held arm, told to other programs as it comes, by its recorder.
+
+Each message is `{"wire": [[time_s, "sent" or "heard", bytes in hexadecimal], ...], "missed": how
+many entries were passed over, "now_s": the arm's clock}`, or `{}` where nothing has passed.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+from armdrive.trace.entries import WIRE, Entry
+
+if TYPE_CHECKING:
+    from armdrive.arm import Arm
+
+MOST = 200
+"""So many entries of the recorder are taken at once."""
+BACK = 4000
+"""Who has not read for longer than so many passes over the oldest of them."""
+PIECE_BYTES = 1024
+"""Longer bytes are told in pieces: callers take messages of a bounded size."""
+MESSAGE_BYTES = 8192
+
+Piece = tuple[float, str, str]
+
+
+def overheard(arm: Arm, every_s: float) -> Iterator[dict[str, Any]]:
+    """Give what passes from now on, looked at so often, until the arm has been closed."""
+    number, _ = _since(arm, 0, 0, 0)
+    missed = 0
+    while True:
+        closed = arm.closed
+        first, entries = _since(arm, number, MOST, BACK)
+        missed, number = missed + first - number, first + len(entries)
+        pieces = [piece for entry in entries if entry.kind in WIRE for piece in _pieces(entry)]
+        for message in _messages(pieces):
+            yield {"wire": message, "missed": missed, "now_s": arm.pace.now_s()}
+            missed = 0
+        if len(entries) == MOST:
+            continue
+        if closed:
+            return
+        if not pieces:
+            yield {}
+        time.sleep(every_s)
+
+
+def _since(arm: Arm, number: int, most: int, back: int) -> tuple[int, tuple[Entry, ...]]:
+    with arm.pace.lock:
+        return arm.witness.since(number, most, back)
+
+
+def _pieces(entry: Entry) -> Iterator[Piece]:
+    data = entry.what if isinstance(entry.what, bytes) else b""
+    for at in range(0, len(data), PIECE_BYTES):
+        yield entry.time_s, entry.kind.value, data[at : at + PIECE_BYTES].hex()
+
+
+def _messages(pieces: list[Piece]) -> Iterator[list[Piece]]:
+    """Put pieces together, as many as a message may have; one alone is never too long."""
+    message: list[Piece] = []
+    size = 0
+    for piece in pieces:
+        if message and size + len(piece[2]) > MESSAGE_BYTES:
+            yield message
+            message, size = [], 0
+        message.append(piece)
+        size += len(piece[2])
+    if message:
+        yield message

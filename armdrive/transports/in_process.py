@@ -1,0 +1,104 @@
+"""A wire within the process: one end is the engine's, at the other hangs a simulated device.
+
+It runs on whichever clock the engine passes in, simulated or real, at the pace of a serial line.
+"""
+
+from __future__ import annotations
+
+from armdrive.errors import LinkLost
+from armdrive.sim.device import WireDevice
+from armdrive.sim.wire import PacedDevice
+from armdrive.transports.link import Bell
+from armdrive.transports.open_errors import NoSuchPort
+
+
+class MemoryLink:
+    """Bytes to a simulated device and back at a baud rate, or unpaced. Only one thread may use it.
+
+    `wake`, `unplug` and `replug` are the exceptions: they may come from any thread.
+    """
+
+    def __init__(
+        self, device: WireDevice, baud: int | None = 9600, name: str = "simulated arm"
+    ) -> None:
+        self._line = PacedDevice(device, baud)
+        self._baud = baud
+        self._name = name
+        self._bell = Bell()
+        self._plugged = True
+        self._connected = True
+        self._closed = False
+
+    @property
+    def line(self) -> PacedDevice:
+        """The line that carries the bytes; its faults are the wire's."""
+        return self._line
+
+    @property
+    def description(self) -> str:
+        """Name the wire for people."""
+        return f"{self._name} at {self._baud} baud" if self._baud else self._name
+
+    def write(self, data: bytes, now_s: float) -> None:
+        """Send bytes. Raises `LinkLost` while unplugged."""
+        self._check(now_s)
+        self._line.send(data, now_s)
+
+    def read(self, now_s: float) -> bytes:
+        """Return what has arrived by now. Raises `LinkLost` while unplugged."""
+        self._check(now_s)
+        return self._line.receive(now_s)
+
+    def next_s(self) -> float:
+        """Tell when bytes arrive at either end or the device does something next."""
+        return self._line.next_s()
+
+    def wait(self, timeout_s: float) -> None:
+        """Sleep until `wake` is called or the time is over (real time only)."""
+        self._bell.wait(timeout_s)
+
+    def wake(self) -> None:
+        """End a `wait` early, from any thread."""
+        self._bell.ring()
+
+    def unplug(self) -> None:
+        """Pull the cable: from now on `LinkLost`, and what is under way never arrives."""
+        self._plugged = False
+        self.wake()
+
+    def replug(self, name: str | None = None) -> None:
+        """Put the cable back, as a wire of another name perhaps.
+
+        What the device said meanwhile is lost.
+        """
+        self._name = self._name if name is None else name
+        self._plugged = True
+        self.wake()
+
+    def reopen(self) -> MemoryLink:
+        """Take the wire up again after `close`. Raises `NoSuchPort` while it is unplugged."""
+        if not self._plugged:
+            raise NoSuchPort(f"the cable to the {self._name} is unplugged: plug it in")
+        if self._closed:
+            self._closed, self._bell = False, Bell()
+        return self
+
+    def close(self) -> None:
+        """Give the wire back; the device stays as it is."""
+        self._closed = True
+        self._bell.close()
+
+    def _check(self, now_s: float) -> None:
+        """Act on a cable that was pulled or put back, on the thread that owns the line."""
+        if self._closed:
+            raise LinkLost(f"the wire to the {self._name} is closed: connect again")
+        if not self._plugged:
+            self._line.unplug()
+            self._connected = False
+            self._line.advance(now_s)  # the device lives on, and may have its cable put back
+            raise LinkLost(
+                f"the cable to the {self._name} is unplugged: plug it in and connect again"
+            )
+        if not self._connected:
+            self._line.replug(now_s)
+            self._connected = True

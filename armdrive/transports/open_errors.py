@@ -1,0 +1,396 @@
+"""Why a port could not be opened, as an error of its own kind that says what to do.
+
+PortUnavailable
++-- NoSuchPort        there is no such device, or nothing behind it
++-- PortInUse         another program has it
++-- PortForbidden     the user may not open it
++-- NoConnection      nobody answers at the other end of the network
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import socket
+import sys
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from armdrive.errors import PortUnavailable
+from armdrive.transports.address import CanAddress
+from kinematics.errors import suggestion
+
+# Which programs have a device open, read from /proc: nothing is opened to find out.
+#
+# Only the programs of the same user can be seen, unless one is root; on systems without /proc,
+# none.
+
+PROC = Path("/proc")
+
+
+@dataclass(frozen=True, slots=True)
+class Holder:
+    """A program that has a device open."""
+
+    pid: int
+    program: str
+
+
+def holders(devices: Iterable[str], proc: Path = PROC) -> dict[str, Holder]:
+    """Return the first holder of each device that has one; links are followed."""
+    wanted: dict[str, list[str]] = {}
+    for device in devices:
+        wanted.setdefault(os.path.realpath(device), []).append(device)
+    found: dict[str, Holder] = {}
+    for folder in _processes(proc) if wanted else ():
+        for opened in _open_files(folder):
+            for device in wanted.get(opened, ()):
+                found.setdefault(device, Holder(int(folder.name), _program(folder)))
+    return found
+
+
+def holder(device: str) -> Holder | None:
+    """Return who has a device open, where that can be seen."""
+    return holders([device]).get(device)
+
+
+def _processes(proc: Path) -> Iterator[Path]:
+    try:
+        pids = sorted(int(entry.name) for entry in proc.iterdir() if entry.name.isdecimal())
+    except OSError:
+        return
+    for pid in pids:
+        yield proc / str(pid)
+
+
+def _open_files(process: Path) -> set[str]:
+    """Return what a process has open; it may end while it is looked at."""
+    opened = set()
+    try:
+        for link in (process / "fd").iterdir():
+            try:
+                opened.add(str(link.readlink()))
+            except OSError:  # closed since
+                continue
+    except OSError:  # not ours to look at, or ended
+        pass
+    return opened
+
+
+def _program(process: Path) -> str:
+    try:
+        return (process / "comm").read_text(encoding="utf-8", errors="replace").strip()
+    except OSError:
+        return "unknown"
+
+
+_ABSENT = frozenset({errno.ENOENT, errno.ENODEV, errno.ENXIO, errno.EIO})
+_BUSY = frozenset({errno.EBUSY, errno.EAGAIN})
+_FORBIDDEN = frozenset({errno.EACCES, errno.EPERM})
+_NOBODY_OF_USE = frozenset({"root", "wheel"})
+"""Groups that nobody should be put in for the sake of a port."""
+
+
+class NoSuchPort(PortUnavailable):
+    """There is no such device, or nothing behind it."""
+
+
+class PortInUse(PortUnavailable):
+    """Another program has the port."""
+
+
+class PortForbidden(PortUnavailable):
+    """The user may not open the port."""
+
+
+class NoConnection(PortUnavailable):
+    """Nobody answers at that host and port."""
+
+
+def refusal(port: str, error: BaseException) -> PortUnavailable:
+    """Return the error that says why a device could not be opened and what to do about it."""
+    text = str(error)
+    number = _number(error)
+    if number in _BUSY or "Access is denied" in text:  # the latter is how Windows says it
+        return PortInUse(_in_use(port))
+    if number in _FORBIDDEN:
+        return PortForbidden(_forbidden(port))
+    if number in _ABSENT or "FileNotFoundError" in text:
+        return NoSuchPort(_absent(port))
+    if "Could not configure port" in text:
+        return NoSuchPort(
+            f"{port} is no serial port, or nothing is connected to it ({text}): "
+            "name another port, or check the cable"
+        )
+    return PortUnavailable(f"{port} cannot be opened ({text}): check its name and its settings")
+
+
+def no_connection(url: str, error: BaseException) -> PortUnavailable:
+    """Return the error that says why a host could not be reached and what to do about it."""
+    for cause in _causes(error):
+        if isinstance(cause, ConnectionRefusedError):
+            return NoConnection(
+                f"{url} refused the connection: start the program that listens there, or correct "
+                "the port number"
+            )
+        if isinstance(cause, socket.gaierror):
+            return NoConnection(
+                f"{url} names a host that is not known ({cause.strerror}): correct the name, or "
+                "write the host's address in numbers"
+            )
+        if isinstance(cause, TimeoutError):
+            return NoConnection(
+                f"{url} does not answer: check that the host is on and in the same network"
+            )
+    return NoConnection(f"{url} cannot be reached ({error}): check the address and the network")
+
+
+def _number(error: BaseException) -> int | None:
+    """Return the system's number of an error; pyserial hands it on in one way or another."""
+    for cause in _causes(error):
+        if isinstance(cause, OSError) and cause.errno is not None:
+            return cause.errno
+    return None
+
+
+def _causes(error: BaseException | None) -> Iterator[BaseException]:
+    while error is not None:
+        yield error
+        error = error.__cause__ or error.__context__
+
+
+def _in_use(port: str) -> str:
+    found = holder(port)
+    if found is None:
+        return f"{port} is in use by another program: end that program first"
+    if found.pid == os.getpid():
+        return (
+            f"{port} is in use by another program or by this one (pid {found.pid}): close the "
+            "connection that has it first"
+        )
+    return (
+        f"{port} is in use by another program, {found.program} (pid {found.pid}): end that "
+        "program first"
+    )
+
+
+def _forbidden(port: str) -> str:
+    group = owning_group(port)
+    if group is None or group in _NOBODY_OF_USE:
+        return (
+            f"no permission to open {port}: it belongs to {group or 'somebody else'} alone; let "
+            "the administrator of this computer give its users access, by a udev rule say"
+        )
+    return (
+        f"no permission to open {port}: it belongs to the group {group}. Add yourself with "
+        f"`sudo usermod -aG {group} $USER`, then log in again"
+    )
+
+
+def owning_group(port: str) -> str | None:
+    """Return the name of the group that owns a device, where there are groups."""
+    if sys.platform == "win32":
+        return None
+    import grp
+
+    try:
+        number = Path(port).stat().st_gid
+    except OSError:
+        return None
+    try:
+        return grp.getgrgid(number).gr_name
+    except KeyError:
+        return str(number)
+
+
+def _absent(port: str) -> str:
+    from armdrive.transports.ports import device_names
+
+    names = device_names()
+    there = f"there are {', '.join(names)}" if names else "no serial port is there at all"
+    return f"there is no port {port} ({there}): check the cable and the name"
+
+
+# Why a CAN adapter could not be opened, and what to do about it; python-can stays out of here.
+
+NET = Path("/sys/class/net")
+CAN_TYPE = "280"
+"""What the kernel calls a network interface that is a CAN bus (ARPHRD_CAN)."""
+_UP = 0x1
+_GONE = frozenset({errno.ENODEV, errno.ENXIO, errno.EIO, errno.ENETDOWN, errno.EBADF})
+SLCAN_OR_NOT = (
+    "A CANable with slcan firmware is a serial port: can:slcan:/dev/ttyACM0?bitrate=500000; one "
+    "with candleLight firmware is none: can:socketcan:can0 on Linux, can:gs_usb:0?bitrate=500000 "
+    "elsewhere"
+)
+_EXTRAS = {
+    "gs_usb": "gs-usb",
+    "canalystii": "canalystii",
+    "cantact": "cantact",
+    "serial": "serial",
+    "seeedstudio": "seeedstudio",
+    "neovi": "neovi",
+    "nixnet": "nixnet",
+    "pcan": "pcan",
+}
+"""What python-can's extra of an interface is called."""
+NOT_INSTALLED = (
+    "python-can is not installed, and every CAN bus needs it: run `pip install python-can` in the "
+    "environment that armdrive is in"
+)
+
+
+def can_interfaces(net: Path = NET) -> dict[str, bool]:
+    """Return the kernel's CAN interfaces, and whether each is up; none where there is no Linux."""
+    found = {}
+    try:
+        folders = sorted(net.iterdir())
+    except OSError:
+        return {}
+    for folder in folders:
+        try:
+            if (folder / "type").read_text().strip() == CAN_TYPE:
+                found[folder.name] = bool(int((folder / "flags").read_text(), 16) & _UP)
+        except (OSError, ValueError):  # gone meanwhile
+            continue
+    return found
+
+
+def bring_up(channel: str, bitrate: str = "") -> str:
+    """Return the command that brings an interface of the kernel up."""
+    return (
+        f"sudo ip link set {channel} up type can bitrate {bitrate or 500000} restart-ms 100"
+        if not channel.startswith("vcan")
+        else f"sudo ip link set {channel} up"
+    )
+
+
+def is_down(address: CanAddress, net: Path = NET) -> PortUnavailable | None:
+    """Return the refusal of an interface of the kernel that is there and not up."""
+    if address.interface != "socketcan" or can_interfaces(net).get(address.channel, True):
+        return None
+    return PortUnavailable(
+        f"the CAN interface {address.channel} is down: bring it up with "
+        f"`{bring_up(address.channel, address.option('bitrate'))}`"
+    )
+
+
+def unknown_interface(address: CanAddress, known: Iterable[str]) -> PortUnavailable:
+    """Return the refusal of an interface that python-can does not have, or that is not named."""
+    names = sorted(known)
+    if not address.interface:
+        return PortUnavailable(
+            f"{address} names no CAN interface, and python-can's configuration names none: write "
+            "can:INTERFACE:CHANNEL, or set CAN_INTERFACE and CAN_CHANNEL, or write ~/.canrc. "
+            + SLCAN_OR_NOT
+        )
+    hint = suggestion(address.interface, names)
+    return PortUnavailable(
+        f"python-can has no interface {address.interface!r}; it has {', '.join(names)}{hint}"
+    )
+
+
+def can_refusal(address: CanAddress, error: BaseException, net: Path = NET) -> PortUnavailable:
+    """Return the error that says why an adapter could not be opened."""
+    text = _text(error)
+    if missing := _missing(address, error, text):
+        return missing
+    if not address.channel and (address.on_serial or "channel" in text):
+        return PortUnavailable(
+            f"{address} names no channel: write can:{address.interface}:CHANNEL. {SLCAN_OR_NOT}"
+        )
+    if address.device and any(isinstance(cause, OSError) for cause in causes(error)):
+        found = refusal(address.device, error)
+        if isinstance(found, NoSuchPort):
+            return NoSuchPort(f"{found}. {SLCAN_OR_NOT}")
+        return found
+    if address.interface == "socketcan":
+        return _socketcan(address, error, text, net)
+    if address.interface == "gs_usb":
+        return _gs_usb(address, error, text)
+    return PortUnavailable(
+        f"{address} cannot be opened ({text}): check its channel and its options; they are those "
+        f"of python-can's interface {address.interface}"
+    )
+
+
+def number_of(error: BaseException) -> int | None:
+    """Return the system's number of an error, wherever python-can has put it."""
+    for cause in causes(error):
+        for name in ("errno", "error_code"):
+            number = getattr(cause, name, None)
+            if isinstance(number, int):
+                return number
+    return None
+
+
+def gone_words(error: BaseException) -> str:
+    """Say that an adapter has gone, or its interface went down; nothing of any other error."""
+    why = str(error.__cause__ or error)
+    if number_of(error) not in _GONE and "disconnected" not in why:
+        return ""
+    return f"its adapter has gone, or its interface is down ({why})"
+
+
+def causes(error: BaseException | None) -> Iterator[BaseException]:
+    """Return an error, what it was made from, and so on."""
+    while error is not None:
+        yield error
+        error = error.__cause__ or error.__context__
+
+
+def _text(error: BaseException) -> str:
+    return str(error).strip() or type(error).__name__
+
+
+def _missing(address: CanAddress, error: BaseException, text: str) -> PortUnavailable | None:
+    """Say what has to be installed for an interface, where that is what it wants."""
+    kinds = (ImportError, NameError)  # the latter is how an interface without its library ends
+    absent = "Cannot import" in text or any(isinstance(each, kinds) for each in causes(error))
+    if not absent and not any(words in text for words in ("No backend", "library not found")):
+        return None
+    extra = _EXTRAS.get(address.interface)
+    how = f'run `pip install "python-can[{extra}]"`' if extra else "install its driver's library"
+    if "No backend" in text:
+        how = "install libusb (libusb-1.0-0 on Debian, `brew install libusb` on macOS)"
+    return PortUnavailable(
+        f"python-can's interface {address.interface} lacks what it needs ({text}): {how}"
+    )
+
+
+def _socketcan(address: CanAddress, error: BaseException, text: str, net: Path) -> PortUnavailable:
+    number = number_of(error)
+    if number == errno.ENODEV:
+        there = ", ".join(can_interfaces(net)) or "none"
+        return NoSuchPort(
+            f"there is no CAN interface {address.channel} (there are: {there}): check the adapter. "
+            + SLCAN_OR_NOT
+        )
+    if number == errno.ENETDOWN:
+        command = bring_up(address.channel, address.option("bitrate"))
+        return PortUnavailable(
+            f"the CAN interface {address.channel} is down: bring it up with `{command}`"
+        )
+    if number == errno.EAFNOSUPPORT or "PF_CAN" in text or os.name != "posix":
+        return PortUnavailable(
+            f"this system has no SocketCAN ({text}): it is Linux's alone, with the kernel's CAN "
+            "modules. " + SLCAN_OR_NOT
+        )
+    return PortUnavailable(f"{address} cannot be opened ({text}): look at `ip -details link`")
+
+
+def _gs_usb(address: CanAddress, error: BaseException, text: str) -> PortUnavailable:
+    number = number_of(error)
+    if number == errno.EACCES:
+        return PortForbidden(
+            f"no permission to open {address}: a udev rule has to give its USB device to you "
+            '(SUBSYSTEM=="usb", ATTR{idVendor}=="1d50", ATTR{idProduct}=="606f", MODE="0666")'
+        )
+    if number == errno.EBUSY:
+        return PortInUse(
+            f"{address} is in use: the kernel's own driver has it, so use can:socketcan:can0"
+        )
+    if "Cannot find device" in text or number == errno.ENODEV:
+        return NoSuchPort(f"there is no adapter {address} ({text}). {SLCAN_OR_NOT}")
+    return PortUnavailable(f"{address} cannot be opened ({text}). {SLCAN_OR_NOT}")
