@@ -16,8 +16,7 @@ from armdrive.motion.reference import take_reference, vouched
 from armdrive.motion.verify import Drift, Verdict, Verified, drift_between, judge
 from armdrive.runtime.position import Coordinates
 from armdrive.runtime.states import Event, after
-from armdrive.runtime.trust import Evidence
-from armdrive.status import State, Trust
+from armdrive.status import Evidence, State, Trust
 from armdrive.storage.verifications import last_entry, write_down
 from kinematics import Joints, Pose
 from kinematics.errors import finite

@@ -14,10 +14,9 @@ from armdrive.cli.run_common import failed_view
 from armdrive.cli.run_signals import stopped_by_interrupt
 from armdrive.cli.shell_person import AtPrompt, Said, Shown
 from armdrive.cli.shell_words import own_word
-from armdrive.errors import ArmError, NotReferenced, OperatorNeeded, ProgramError
+from armdrive.errors import ArmError, Mark, NotReferenced, OperatorNeeded, ProgramError
 from armdrive.errors.actions import SHELL, presented
 from armdrive.errors.table import tagged
-from armdrive.programs.acts import Mark
 from armdrive.programs.performing import Performer
 from armdrive.programs.program import ArmProgram
 from armdrive.programs.running import Run

@@ -13,8 +13,7 @@ from armdrive.runtime.persistence import leave_standstill
 from armdrive.runtime.position import Coordinates
 from armdrive.runtime.registers import Asking, take_difference
 from armdrive.runtime.stop_bounds import straying_mm
-from armdrive.runtime.trust import Evidence
-from armdrive.status import State
+from armdrive.status import Evidence, State
 from armdrive.tasks import Denied, Done, Flow, Halted, Interrupted, MoveAlong, MoveBy, never
 from kinematics import Motors
 

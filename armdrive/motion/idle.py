@@ -11,8 +11,7 @@ from armdrive.motion.reference import poll
 from armdrive.runtime.diagnostics import RECONNECTED
 from armdrive.runtime.io_lines import OUTPUTS
 from armdrive.runtime.states import Event
-from armdrive.runtime.trust import Evidence
-from armdrive.status import Current, State, Trust
+from armdrive.status import Current, Evidence, State, Trust
 from armdrive.tasks import Done, Flow, Registers, SetOutputs, Until
 
 if TYPE_CHECKING:

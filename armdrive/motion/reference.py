@@ -17,8 +17,8 @@ from armdrive.runtime.persistence import be_remembered, leave_standstill
 from armdrive.runtime.position import Coordinates
 from armdrive.runtime.registers import weigh_difference, without_reset
 from armdrive.runtime.states import Event, after
-from armdrive.runtime.trust import Belief, Evidence
-from armdrive.status import Current, State, Trust
+from armdrive.runtime.trust import Belief
+from armdrive.status import Current, Evidence, State, Trust
 from armdrive.tasks import (
     ClearFault,
     Done,

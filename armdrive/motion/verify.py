@@ -8,8 +8,7 @@ from enum import Enum
 from typing import TYPE_CHECKING
 
 from armdrive.runtime.persistence import be_remembered
-from armdrive.runtime.trust import Evidence
-from armdrive.status import State, Trust
+from armdrive.status import Evidence, State, Trust
 from armdrive.tasks import Flow
 from kinematics import ArmModel, Joints, Motors, Transmission
 

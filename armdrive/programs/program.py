@@ -9,15 +9,14 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from armdrive.errors import BadRequest
-from armdrive.programs.acts import Mark
+from armdrive.errors import BadRequest, Mark, Problem
 from armdrive.programs.language.checking import checked
 from armdrive.programs.language.compiling import Code, Op
 from armdrive.programs.language.reading import read_tree
 from armdrive.programs.language.syntax import Define, Tree
 from armdrive.programs.language.values import ForwardKinematics, Place
 from armdrive.programs.machine import Context, Machine, State, World
-from armdrive.programs.problems import Problem, program_error
+from armdrive.programs.problems import program_error
 from armdrive.storage.point_file import points_of
 from armdrive.text.reading import read_text
 from kinematics import Joints, Pose

@@ -13,7 +13,7 @@ from itertools import count
 from typing import TYPE_CHECKING
 
 from armdrive.connect.target import connect_simulated
-from armdrive.errors import ArmError, NotReferenced, Refused
+from armdrive.errors import ArmError, Mark, NotReferenced, Refused
 from armdrive.programs.acts import (
     Act,
     Answer,
@@ -24,7 +24,6 @@ from armdrive.programs.acts import (
     Hold,
     Home,
     Machine,
-    Mark,
     Outputs,
     ReadInput,
     Ready,

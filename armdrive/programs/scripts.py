@@ -20,8 +20,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from armdrive.connect.port import standing_in
 from armdrive.connect.target import SIM, connect_simulated, find
-from armdrive.errors import BadRequest
-from armdrive.programs.acts import Mark
+from armdrive.errors import BadRequest, Mark
 from armdrive.programs.rehearsal import (
     WORDS,
     Assumptions,

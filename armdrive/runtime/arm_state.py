@@ -21,8 +21,8 @@ from armdrive.runtime.persistence import Memory
 from armdrive.runtime.position import Whereabouts
 from armdrive.runtime.states import Event, after
 from armdrive.runtime.stop_bounds import RunOn, StopBound, run_on, stretches
-from armdrive.runtime.trust import FIRST_BELIEF, Belief, Evidence, require_reference
-from armdrive.status import Carried, State, Status, Trust
+from armdrive.runtime.trust import FIRST_BELIEF, Belief, require_reference
+from armdrive.status import Carried, Evidence, State, Status, Trust
 from armdrive.storage.record import Record, Recorder
 from armdrive.tasks import NO_WITNESS, Difference, Witness
 from kinematics import Joints, Motors

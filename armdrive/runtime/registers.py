@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 from armdrive.errors import ArmError, DeviceFault, NoAnswer, PendantStop, PositionMismatch, Stopped
 from armdrive.runtime.arm_state import Core
 from armdrive.runtime.diagnostics import ALARM_VOUCHED, code_of
-from armdrive.runtime.trust import Evidence
-from armdrive.status import Current, Trust
+from armdrive.status import Current, Evidence, Trust
 from armdrive.tasks import (
     Alert,
     AlertKind,
