@@ -37,7 +37,7 @@ from armdrive.runtime.position import Coordinates
 from armdrive.sim.simulated_arm import make_twin
 from armdrive.sim.world.table import Block
 from armdrive.status import State, Trust
-from armdrive.tasks import NO_WITNESS
+from armdrive.trace.calls import NO_WITNESS
 from kinematics.errors import KinematicsError
 
 if TYPE_CHECKING:

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from armdrive.config.arm import ArmConfig
     from armdrive.sim.world.scene import Scene
     from armdrive.sim.world.table import Incident
-    from armdrive.tasks import Witness
+    from armdrive.trace.calls import Witness
     from kinematics.geometry import Point
 
 

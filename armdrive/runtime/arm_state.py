@@ -22,9 +22,11 @@ from armdrive.runtime.position import Whereabouts
 from armdrive.runtime.states import Event, after
 from armdrive.runtime.stop_bounds import RunOn, StopBound, run_on, stretches
 from armdrive.runtime.trust import FIRST_BELIEF, Belief, require_reference
-from armdrive.status import Carried, Evidence, State, Status, Trust
+from armdrive.status import Carried, Evidence, State, Status, Trust, coded
 from armdrive.storage.record import Record, Recorder
-from armdrive.tasks import NO_WITNESS, Difference, Witness
+from armdrive.tasks import Difference
+from armdrive.trace.calls import NO_WITNESS, Witness
+from armdrive.trace.entries import Condition
 from kinematics import Joints, Motors
 
 if TYPE_CHECKING:
@@ -205,6 +207,17 @@ class Core(Whereabouts, Remarks):
         )
 
     # -- what is shown ------------------------------------------------------------------------
+
+    def condition(self) -> Condition:
+        """Return what a flight recorder notes whenever it has changed."""
+        return Condition(
+            self.shift,
+            self.state,
+            (self.belief.trust, self.belief.reason, self.belief.since_s),
+            self.current,
+            coded(self.notice, self.notice_code),
+            coded(self.error, self.error_code),
+        )
 
     def stop_bound(self) -> StopBound:
         """Return how long and how far the tip goes on if a stop is asked for now."""

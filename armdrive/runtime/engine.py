@@ -18,7 +18,6 @@ from armdrive.errors import ArmError, LinkLost, NoAnswer, Refused, WrongState
 from armdrive.runtime.deadlines import CALL_LIMIT_S
 from armdrive.runtime.received import Received
 from armdrive.tasks import (
-    NO_WITNESS,
     Alert,
     Ask,
     Event,
@@ -30,8 +29,8 @@ from armdrive.tasks import (
     Silence,
     Task,
     Until,
-    Witness,
 )
+from armdrive.trace.calls import NO_WITNESS, Witness
 from armdrive.transports.link import Link
 
 T = TypeVar("T")
