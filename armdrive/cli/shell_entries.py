@@ -22,7 +22,6 @@ from armdrive.programs.program import ArmProgram
 from armdrive.programs.running import Run
 from armdrive.programs.session import Session
 from armdrive.status import State
-from armdrive.storage.point_file import points_of
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm
@@ -93,7 +92,7 @@ class Shell:
         if own is not None:
             self._do(*own, position)
             return
-        self.session.book = frozenset(points_of(self.arm.config))
+        self.session.book = frozenset(self.arm.points)
         entry = self.session.take(line, position)
         if entry is not None:
             self.carry_out(entry)

@@ -177,7 +177,7 @@ class ArmProgram:
 
     def machine(self) -> Machine:
         """Return a machine at the beginning, with the arm's points as they are now."""
-        taught = points_of(self.config).read().points
+        taught = points_of(self.config.name, self.config.model.arm).read().points
         points = {name: point.joints.deg for name, point in taught.items()}
         names = self.config.model.arm.joint_names
         return self.program.machine(points, fk=self._fk, joint_names=names)
