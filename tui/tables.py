@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from itertools import zip_longest
 from typing import TYPE_CHECKING
 
+from armdrive.abilities import OUTPUTS
 from armdrive.motion.resolve import BASE
 from armdrive.registry import DIALECTS
-from armdrive.runtime.io_lines import OUTPUTS
 from armdrive.status import Status, Trust
 from tui.keyboard import Keyboard
 from tui.keys import JogPair, words

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 from armdrive.errors import WrongState
 from armdrive.motion.context import way_between
 from armdrive.motion.deviation import has_room, in_turn
-from armdrive.motion.segments import Leg
 from armdrive.motion.streaming import NOT_THERE, stream_legs, wait_out_pause
+from armdrive.runtime.position import Leg
 from armdrive.runtime.states import Event
 from armdrive.status import State
 from armdrive.tasks import Flow, Until, never

@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING
 
 from armdrive.errors import BadRequest, DeviceFault, OutOfBounds, Refused
 from armdrive.motion.execute import Moved, begin, drive_legs, report
-from armdrive.motion.segments import Leg
-from armdrive.runtime.position import Coordinates
+from armdrive.runtime.position import Coordinates, Leg
 from armdrive.tasks import Done, Flow, SetGripper, Until
 
 if TYPE_CHECKING:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
+from armdrive.abilities import OUTPUTS
 from armdrive.errors import BadRequest, DeviceFault
 from armdrive.motion.device import compare_settings
 from armdrive.motion.reference import poll
 from armdrive.runtime.diagnostics import RECONNECTED
-from armdrive.runtime.io_lines import OUTPUTS
 from armdrive.runtime.states import Event
 from armdrive.status import Current, Evidence, State, Trust
 from armdrive.tasks import Done, Flow, Registers, SetOutputs, Until

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING
 
 from armdrive.abilities import ramp_piece_s
 from armdrive.errors import BadRequest, OutOfBounds
-from armdrive.motion.segments import Leg, Speeds, fewer, legs_along
+from armdrive.motion.segments import Speeds, fewer, legs_along
 from armdrive.registry import dialect
-from armdrive.runtime.position import Coordinates
+from armdrive.runtime.position import Coordinates, Leg
 from kinematics import (
     GuardViolation,
     Joints,

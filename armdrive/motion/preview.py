@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from armdrive.config.arm import ArmConfig
     from armdrive.dialects.controller import Controller
     from armdrive.motion.plan import Plan
-    from armdrive.motion.segments import Leg
+    from armdrive.runtime.position import Leg
     from kinematics import ArmGeometry, ArmModel, Joints, Pose
     from kinematics.geometry import Point
 

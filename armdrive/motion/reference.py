@@ -13,9 +13,13 @@ from typing import TYPE_CHECKING
 from armdrive.abilities import Switching
 from armdrive.errors import DeviceFault, LinkLost, NoAnswer, NotReferenced, StateFileError
 from armdrive.motion.device import compare_again, compare_settings
-from armdrive.runtime.persistence import be_remembered, leave_standstill
 from armdrive.runtime.position import Coordinates
-from armdrive.runtime.registers import weigh_difference, without_reset
+from armdrive.runtime.registers import (
+    be_remembered,
+    leave_standstill,
+    weigh_difference,
+    without_reset,
+)
 from armdrive.runtime.states import Event, after
 from armdrive.runtime.trust import Belief
 from armdrive.status import Current, Evidence, State, Trust

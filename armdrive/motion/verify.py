@@ -8,7 +8,7 @@ from enum import Enum
 from typing import Any
 
 from armdrive.motion.context import Wire
-from armdrive.runtime.persistence import be_remembered
+from armdrive.runtime.registers import be_remembered
 from armdrive.status import Evidence, State, Trust
 from armdrive.tasks import Flow
 from kinematics import ArmModel, Joints, Motors, Transmission

@@ -7,7 +7,6 @@ The engine's flows (armdrive/flows) are its only writers; everybody else reads t
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING
 
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects.controller import Controller, Stopping
@@ -16,23 +15,19 @@ from armdrive.moves import Hold, Nudge
 from armdrive.registry import dialect
 from armdrive.runtime.backlash import doubt_words
 from armdrive.runtime.diagnostics import FAULT, Remarks, code_of
+from armdrive.runtime.engine import Engine
 from armdrive.runtime.overrides import Tempo
 from armdrive.runtime.persistence import Memory
-from armdrive.runtime.position import Whereabouts
+from armdrive.runtime.position import Leg, Whereabouts
 from armdrive.runtime.states import Event, after
 from armdrive.runtime.stop_bounds import RunOn, StopBound, run_on, stretches
 from armdrive.runtime.trust import FIRST_BELIEF, Belief, require_reference
-from armdrive.status import Carried, Evidence, State, Status, Trust, coded
+from armdrive.status import Carried, Evidence, State, Status, Trust, Wakes, coded
 from armdrive.storage.record import Record, Recorder
 from armdrive.tasks import Difference
 from armdrive.trace.calls import NO_WITNESS, Witness
 from armdrive.trace.entries import Condition
 from kinematics import Joints, Motors
-
-if TYPE_CHECKING:
-    from armdrive.motion.segments import Leg
-    from armdrive.runtime.engine import Engine
-    from armdrive.status import Wakes
 
 
 class Core(Whereabouts, Remarks):

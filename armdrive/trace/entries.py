@@ -97,8 +97,7 @@ class Condition(NamedTuple):
 # The bounded memory of a recorder: how the connection began, and the last minutes.
 #
 # When the oldest exchanges go, those that set something for good (motors on, outputs, settings of
-# the
-# device) are kept, so that a simulated twin can still be brought to where the rest begins.
+# the device) are kept, so that a simulated twin can still be brought to where the rest begins.
 
 LONGEST_S = 300.0
 """What is older than this goes."""

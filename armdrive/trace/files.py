@@ -171,8 +171,7 @@ def _delete_oldest(folder: Path) -> None:
 # Reading a recording, strictly: whatever is broken in it is a `RecordingError` that says where.
 #
 # A last line that was cut off is no error: the copy of a file may have ended too early. Nothing
-# that
-# a recording names is opened or run: the arm file and its model file stand in it as text.
+# that a recording names is opened or run: the arm file and its model file stand in it as text.
 
 MOST_FILE_BYTES = 64_000_000
 LATEST_S = 1e8

@@ -28,9 +28,8 @@ from armdrive.motion.jog.bounds import (
 )
 from armdrive.motion.jog.rates import Goal, Kind, Paced, Pacer, Scale, axis_names
 from armdrive.motion.resolve import BASE, axes_of
-from armdrive.motion.segments import Leg
 from armdrive.moves import GRIPPER_AXIS, Jog, Space
-from armdrive.runtime.position import Coordinates
+from armdrive.runtime.position import Coordinates, Leg
 from kinematics.five_axis.jog_rates import Rates, braked, shares_to_stop
 
 if TYPE_CHECKING:

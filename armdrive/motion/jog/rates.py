@@ -136,8 +136,7 @@ def _along(goal: Goal, before: Rates) -> Rates:
 
 # How much of a wished jog joints and motors can do from where the arm is, all axes slowed alike.
 #
-# Near a singularity a line of the tip asks more and more of the joints. What a leg asks is
-# measured
+# Near a singularity a line of the tip asks more and more of the joints. What a leg asks is measured
 # by solving it; of the five-axis build its joint rates are the first guess.
 
 ANGULAR_JOG_RAD_S = math.radians(45.0)

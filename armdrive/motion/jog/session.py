@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from armdrive.abilities import Abort, segment_s
 from armdrive.errors import ArmError, BadRequest, NotReferenced, WrongState
+from armdrive.motion.context import Way
 from armdrive.motion.execute import begin, drive_legs, next_share, paced_move
 from armdrive.motion.gripper import require_finger_motor
 from armdrive.motion.jog.bounds import Ended
@@ -15,7 +16,7 @@ from armdrive.motion.jog.course import JogCourse, Terms, Wish, stride
 from armdrive.motion.jog.rates import axis_names
 from armdrive.motion.plan import audit
 from armdrive.motion.resolve import axes_of
-from armdrive.motion.streaming import Way, stream_held
+from armdrive.motion.streaming import stream_held
 from armdrive.moves import BASE_FRAME, GRIPPER_AXIS, Jog, Space
 from armdrive.status import State
 from armdrive.tasks import Flow
@@ -24,10 +25,10 @@ from kinematics import Joints, KinematicsError, Pose
 if TYPE_CHECKING:
     from armdrive.motion.context import Wire
     from armdrive.motion.jog.course import Proposal
-    from armdrive.motion.segments import Leg, Speeds
+    from armdrive.motion.segments import Speeds
     from armdrive.moves import Hold, Nudge
     from armdrive.runtime.arm_state import Core
-    from armdrive.runtime.position import Coordinates
+    from armdrive.runtime.position import Coordinates, Leg
 
 
 # What a jog may move, how fast, on which terms: where an arm's state meets its jog's course.
