@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
-from armdrive.motion.preview_text import clearance_words, margin_words
+from armdrive.motion.preview import clearance_words, margin_words
 from armdrive.motion.resolve import TOOL
 from tui.keys import words
 
