@@ -8,11 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from armdrive.abilities import Switching
+from armdrive.config.sections import HomingSettings
 from armdrive.errors import DeviceFault, LinkLost, NoAnswer, NotReferenced, StateFileError
+from armdrive.motion.context import Wire
 from armdrive.motion.device import compare_again, compare_settings
+from armdrive.runtime.arm_state import Core
 from armdrive.runtime.position import Coordinates
 from armdrive.runtime.registers import (
     be_remembered,
@@ -33,12 +35,7 @@ from armdrive.tasks import (
     Registers,
     SwitchOn,
 )
-
-if TYPE_CHECKING:
-    from armdrive.config.sections import HomingSettings
-    from armdrive.motion.context import Wire
-    from armdrive.runtime.arm_state import Core
-    from kinematics import Motors
+from kinematics import Motors
 
 
 def connect(wire: Wire) -> Flow[None]:

@@ -11,15 +11,13 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from armdrive.errors.table import code_of_name
 from armdrive.status import code_of_reason
 from armdrive.trace.entries import Entry, Kind
+from armdrive.trace.files import Recording
 from armdrive.trace.timeline import ARROWS, TEXT_AT, Teller
-
-if TYPE_CHECKING:
-    from armdrive.trace.files import Recording
 
 
 class Topic(StrEnum):

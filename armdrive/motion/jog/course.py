@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
+from armdrive.config.arm import ArmConfig
 from armdrive.motion.jog.bounds import (
     Bounds,
     Ended,
@@ -28,13 +28,10 @@ from armdrive.motion.jog.bounds import (
 )
 from armdrive.motion.jog.rates import Goal, Kind, Paced, Pacer, Scale, axis_names
 from armdrive.motion.resolve import BASE, axes_of
+from armdrive.motion.segments import Speeds
 from armdrive.moves import GRIPPER_AXIS, Jog, Space
 from armdrive.runtime.position import Coordinates, Leg
 from kinematics.five_axis.jog_rates import Rates, braked, shares_to_stop
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
-    from armdrive.motion.segments import Speeds
 
 LAST_STEPS = 2
 """The last steps before a bound are made at once, lest the arm creep for ever."""

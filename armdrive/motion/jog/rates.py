@@ -9,20 +9,16 @@ half the speed, which is felt, and the others at all of it.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
+from armdrive.config.arm import ArmConfig
+from armdrive.motion.jog.bounds import Way
+from armdrive.motion.segments import Speeds
 from armdrive.moves import CARTESIAN_AXES, GRIPPER_AXIS, YAW_AXIS, Space
+from armdrive.runtime.position import Coordinates
 from kinematics import FiveAxisArm
 from kinematics.five_axis.jog_rates import Rates, joint_rates, ramped, share_of_limits
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from armdrive.config.arm import ArmConfig
-    from armdrive.motion.jog.bounds import Way
-    from armdrive.motion.segments import Speeds
-    from armdrive.runtime.position import Coordinates
 
 Kind = tuple[Space, str]
 """What a jog is meant in: a space and a frame."""
