@@ -245,7 +245,7 @@ STOPS = (
 )  # fmt: skip
 
 
-# E7: why a position is unknown, restored or suspect, a row for each evidence of trust.py.
+# E7: why a position is unknown, restored or suspect, a row for each `Evidence` against it.
 
 NO_PLANNING = "Planned motion is refused until the arm is referenced; jogging stays allowed."
 _LOOK_AND_HOME = "Look at the arm, then call `home()`."

@@ -21,7 +21,7 @@ from armdrive.tasks import Done, Flow, SetGripper, Until
 FINE_STEPS = 2
 
 SERVO, OUTPUT = "servo", "output"
-"""Kinds of grippers (armfile.py) that are commanded rather than stepped."""
+"""Kinds of grippers in the arm file that are commanded rather than stepped."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,7 +1,6 @@
-"""How an arm gets its position: from its record, or from its own switches; and its current.
+"""How an arm gets its position: from its record, its own switches or a person; and its current.
 
-A posture that somebody vouches for is taken in flows/vouching.py. A reference is the controller's
-registers plus an offset that is kept here.
+A reference is the controller's registers plus an offset that is kept here.
 """
 
 from __future__ import annotations
@@ -229,9 +228,8 @@ def poll(wire: Wire) -> Flow[None]:
 
 # Taking a reference from somebody who looks at the arm, unless it has changed since he looked.
 #
-# A reference is the controller's registers plus an offset that is kept here. Nothing in this file
-# moves the arm, and nothing asks the controller to zero its registers, which would drop its motor
-# current.
+# Nothing below moves the arm, and nothing asks the controller to zero its registers, which would
+# drop its motor current.
 
 PROMPT_S = 0.3
 """Registers that are read this soon show the arm as it was vouched for."""

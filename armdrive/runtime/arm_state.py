@@ -1,7 +1,7 @@
 """All that is known of one arm, and the only place where it changes.
 
-The engine's flows (armdrive/flows) are its only writers; everybody else reads the frozen
-`Status` it makes. What becomes of its position is in whereabouts.py.
+The engine's flows (armdrive/motion) are its only writers; everybody else reads the frozen
+`Status` it makes. What becomes of its position is in position.py.
 """
 
 from __future__ import annotations

@@ -206,8 +206,7 @@ def _give_up(wire: Wire, hold: Hold) -> None:
 
 # Jogging: short bursts while somebody holds a jog, single increments, and where both end.
 #
-# A held jog expires by itself: its owner renews it, and the last burst begins before it expires.
-# An
+# A held jog expires by itself: its owner renews it, and the last burst begins before it expires. An
 # increment expires as well where something keeps it from beginning. Limits and guards are met by
 # stopping at them, not by an error; moving away from one that is already passed is always allowed.
 # While the position is unknown, joints may be jogged slowly and without limits, since nothing is
