@@ -37,27 +37,20 @@ class Torque:
 # *Long pieces move smoothly.* A device that queues nothing stands still while the next line is on
 # its way: at 10 bits a character, 9600 baud carry 960 characters a second, so that a TeachMover's
 # line of 36 characters and its answer of 2 take 40 ms. With bursts of 150 ms it is in motion for
-# 79 %
-# of the time. At the 2400 baud of an old cable the exchange takes four times as long; to be in
-# motion
-# for as much of the time, bursts would have to be four times as long as well, and 600 ms is more
-# than
-# anybody waits for a stop: `PATIENCE_S` is the end of it, and the arm stutters instead.
+# 79 % of the time. At the 2400 baud of an old cable the exchange takes four times as long; to be in
+# motion for as much of the time, bursts would have to be four times as long as well, and 600 ms is
+# more than anybody waits for a stop: `PATIENCE_S` is the end of it, and the arm stutters instead.
 #
 # *A queue needs something in it.* A device that queues lines drives on while the next ones are on
 # the wire. It is kept `ahead_s` in advance, in `SEGMENTS_AHEAD` pieces: it slows down before the
 # last piece that it knows of, and with three of them that one is always still far. Each piece has
-# to
-# last longer than its line takes on the wire, by `HEADROOM`, or the queue runs empty. At 115200
-# baud
-# a line of 34 characters and its ok take 3 ms, and pieces of 50 ms are driven from a queue that
-# never
-# does; at 9600 baud the same line takes 40 ms, and pieces shorter than 80 ms would.
+# to last longer than its line takes on the wire, by `HEADROOM`, or the queue runs empty. At 115200
+# baud a line of 34 characters and its ok take 3 ms, and pieces of 50 ms are driven from a queue
+# that never does; at 9600 baud the same line takes 40 ms, and pieces shorter than 80 ms would.
 #
 # `Traffic` is what an exchange of a dialect puts on the wire, measured on moves of all motors; the
-# table of dialects has one for each. Nothing here is a promise: the promise is stopping.py's,
-# which
-# is computed from the lengths that came out of this.
+# table of dialects has one for each. Nothing here is a promise: the promise is that of
+# stop_bounds.py, which is computed from the lengths that came out of this.
 
 BITS_A_CHARACTER = 10
 """A start bit, eight of data and a stop bit."""
@@ -154,6 +147,10 @@ class Abort(Enum):
     RAMP = "the device ramps down when asked"
 
 
+OUTPUTS = 8
+"""Outputs are numbered from 1 to this."""
+
+
 class Switching(Enum):
     """What the host can do to the motor current."""
 
@@ -168,11 +165,11 @@ OUTPUTS = 8
 
 @dataclass(frozen=True, slots=True)
 class Abilities:
-    """A row of the table of dialects (dialects.py).
+    """What a row of the table of dialects (registry.py) says that its device can do.
 
     `jog_burst_s` and `planned_burst_s` are the longest motion sent at once, by default; an arm
     file accepts longer planned bursts with `motion.planned_burst_s`. `traffic` is what one of them
-    puts on the wire (budget.py). `register_bits` is the width at which position registers wrap;
+    puts on the wire. `register_bits` is the width at which position registers wrap;
     `ramp_s` and `jerk_s` are how gently planned motion begins and ends by default. `program_rows`
     is how many rows of a program of its own it can keep at most; 0: it keeps none. `inputs` is how
     many digital inputs it tells. `beats` says that it speaks unasked, again and again: its line is

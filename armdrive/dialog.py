@@ -46,6 +46,8 @@ YES, NO = ("yes", "y", "true"), ("no", "n", "false")
 class WrongAnswer(BadRequest):
     """An answer that cannot be used; the message says what is wrong with it."""
 
+    code = "E102"
+
 
 def text(line: str) -> str:
     """Return the line as it is."""

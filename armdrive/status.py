@@ -6,14 +6,12 @@ import math
 from bisect import bisect_left
 from dataclasses import asdict, dataclass, field
 from enum import Enum
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from armdrive.abilities import Torque
+from armdrive.errors.table import code_of_name
+from kinematics.limits import LimitViolation
 from kinematics.spaces import Joints, Motors, Pose
-
-if TYPE_CHECKING:
-    from kinematics import LimitViolation
-
 
 # How much a wire has carried, and how much of what it could carry that is.
 
@@ -133,6 +131,44 @@ class Trust(Enum):
     SUSPECT = "suspect"
 
 
+class Evidence(Enum):
+    """What was seen, in the words that the status shows."""
+
+    NO_RECORD = "nothing is recorded of this arm's position"
+    HOMED = "referenced in the reference posture"
+    HOMED_BY_SWITCHES = "referenced by the controller's own homing"
+    DECLARED = "the posture was declared by the caller"
+    CONFIRMED = "the operator confirmed the recorded posture"
+    RECORD_MATCHES = "recorded by an earlier program, and the registers still agree"
+    RECORD_DIFFERS = "the registers differ from the recorded ones: it was moved, or lost its power"
+    LINK_BACK = "the wire was lost and is back, and the registers still agree"
+    ENDED_IN_MOTION = "the last program ended in mid-motion"
+    RECORD_UNUSABLE = "the recorded position cannot be used"
+    ANSWER_LOST = "a motion was sent and its answer never came"
+    SILENT = "the controller did not answer, and may have lost its power"
+    READ_BACK_DIFFERS = "the registers are not where the motion should have left them"
+    MOTION_REFUSED = "the controller refused a motion that it should have understood"
+    BROKEN_OFF = "a motion was broken off before its end"
+    HOMING_FAILED = "the controller's homing did not end"
+    OFF_ITS_MARK = "verified at its mark, and found off its position"
+    STOPPED_DEAD = "the motors were stopped dead in motion, and may have lost steps"
+    ALARM = "the controller went into alarm while it moved"
+    OFF_THE_PATH = "the controller reported a position off the path that was sent"
+    SWITCHED_OFF = "the controller switched the motors off, and the arm can sag"
+    CURRENT_DROPPED = "the motor current was switched off, and the arm can sag"
+    LOST_IN_MOTION = "the wire was lost while the arm moved"
+    MOVED_BY_OTHERS = "the registers changed with no motion from here: by hand, or by a pendant"
+    RESTARTED = "the controller announced that it was restarted"
+    CONTROLLER_RESTARTED = "the registers fell to zero: the controller was reset or lost its power"
+
+
+def code_of_reason(reason: str) -> str:
+    """Return the catalogue's code of a trust's reason, which begins with words of its evidence."""
+    found = (each for each in Evidence if reason.startswith(each.value))
+    evidence = next(found, None)
+    return "" if evidence is None else code_of_name(evidence.name)
+
+
 class Current(Enum):
     """Whether the motors hold the arm up."""
 
@@ -210,8 +246,6 @@ class Status:
     @property
     def trust_code(self) -> str:
         """The catalogue's code of the reason, where it speaks against the position."""
-        from armdrive.errors.table import code_of_reason
-
         return code_of_reason(self.trust_reason)
 
     @property

@@ -20,7 +20,7 @@ from sim_process import SimProcess
 from armdrive import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.registry import DIALECTS
-from armdrive.tasks import NO_WITNESS, Witness
+from armdrive.trace.calls import NO_WITNESS, Witness
 from armdrive.trace.recorder import FlightRecorder
 
 BARE = "without"

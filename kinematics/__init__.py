@@ -174,14 +174,29 @@ if TYPE_CHECKING:
 _HOMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "kinematics.chains.arm": ("ChainArm",),
-        "kinematics.chains.assignment": ("Assignment", "JointAxis", "assign_frames"),
-        "kinematics.chains.chain": ("Chain", "JointViolation"),
-        "kinematics.chains.generated": ("Generated", "generated"),
-        "kinematics.chains.goals": ("Goal", "Part", "frame_goal", "pose_goal"),
+        "kinematics.chains.assignment": (
+            "Assignment",
+            "JointAxis",
+            "assign_frames",
+        ),
+        "kinematics.chains.chain": (
+            "Chain",
+            "JointViolation",
+        ),
+        "kinematics.chains.generated": (
+            "Generated",
+            "generated",
+        ),
+        "kinematics.chains.goals": (
+            "Goal",
+            "Part",
+            "frame_goal",
+            "pose_goal",
+        ),
         "kinematics.chains.inverse": (
+            "Effort",
             "PITCH_FIRST",
             "POSITION_FIRST",
-            "Effort",
             "Reason",
             "Solution",
             "solve_frame_ik",
@@ -195,10 +210,10 @@ _HOMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "manipulability",
         ),
         "kinematics.chains.links": (
-            "LINK_TYPES",
             "Convention",
             "DHLink",
             "JointKind",
+            "LINK_TYPES",
             "LinkType",
             "a_matrix",
             "link_type",
@@ -209,7 +224,11 @@ _HOMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "condition",
             "nearest_singularity",
         ),
-        "kinematics.chains.tables": ("chain_of_rows", "rows_of", "table_text"),
+        "kinematics.chains.tables": (
+            "chain_of_rows",
+            "rows_of",
+            "table_text",
+        ),
         "kinematics.chains.urdf": ("urdf_of_chain",),
         "kinematics.five_axis.frame": ("FrameSolution",),
         "kinematics.five_axis.singularities": (
@@ -219,15 +238,23 @@ _HOMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "nearest_five_axis_singularity",
             "task_jacobian",
         ),
-        "kinematics.five_axis.workspace": ("Reach", "Section", "sampled_reach", "section"),
-        "kinematics.frames.graph": ("FrameGraph", "solve_loop"),
+        "kinematics.five_axis.workspace": (
+            "Reach",
+            "Section",
+            "sampled_reach",
+            "section",
+        ),
+        "kinematics.frames.graph": (
+            "FrameGraph",
+            "solve_loop",
+        ),
         "kinematics.frames.orientations": (
-            "RPY",
             "AxisAngle",
             "Degeneracy",
             "EulerZYZ",
             "OrientationSolution",
             "Quaternion",
+            "RPY",
             "rotation_vector",
             "solve_axis_angle",
             "solve_euler",
@@ -264,13 +291,42 @@ _HOMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "transform_vector",
             "translation",
         ),
-        "kinematics.frames.vectors": ("Vector", "angle_between", "cross", "dot", "norm", "unit"),
-        "kinematics.paths.arcs": ("arc_path", "circle_path"),
+        "kinematics.frames.vectors": (
+            "Vector",
+            "angle_between",
+            "cross",
+            "dot",
+            "norm",
+            "unit",
+        ),
+        "kinematics.paths.arcs": (
+            "arc_path",
+            "circle_path",
+        ),
         "kinematics.paths.motion_limits": ("MotionLimits",),
-        "kinematics.paths.parts": ("ArcMove", "JointMove", "LineMove", "Move", "PoseMove"),
-        "kinematics.paths.profiles": ("Phase", "Profile", "jerk_limited", "trapezoid"),
-        "kinematics.paths.routes": ("PathSection", "Route", "route_sections"),
-        "kinematics.paths.timing": ("Piece", "TimedPath", "timed"),
+        "kinematics.paths.parts": (
+            "ArcMove",
+            "JointMove",
+            "LineMove",
+            "Move",
+            "PoseMove",
+        ),
+        "kinematics.paths.profiles": (
+            "Phase",
+            "Profile",
+            "jerk_limited",
+            "trapezoid",
+        ),
+        "kinematics.paths.routes": (
+            "PathSection",
+            "Route",
+            "route_sections",
+        ),
+        "kinematics.paths.timing": (
+            "Piece",
+            "TimedPath",
+            "timed",
+        ),
         "kinematics.textbook.accuracy": (
             "MapPoint",
             "StepRange",
@@ -293,12 +349,31 @@ _HOMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "forward_ways",
             "on_any_numbers",
         ),
-        "kinematics.textbook.notation": ("matrix_latex", "matrix_text"),
-        "kinematics.textbook.symbolic_systems": ("symbolic_chain", "symbolic_system"),
-        "kinematics.textbook.symbols": ("Symbol", "coordinate", "named"),
-        "kinematics.textbook.systems": ("SYSTEMS", "NamedBranch", "System", "system"),
+        "kinematics.textbook.notation": (
+            "matrix_latex",
+            "matrix_text",
+        ),
+        "kinematics.textbook.symbolic_systems": (
+            "symbolic_chain",
+            "symbolic_system",
+        ),
+        "kinematics.textbook.symbols": (
+            "Symbol",
+            "coordinate",
+            "named",
+        ),
+        "kinematics.textbook.systems": (
+            "NamedBranch",
+            "SYSTEMS",
+            "System",
+            "system",
+        ),
         "kinematics.textbook.systems.mini_movers": ("urdf_of_arm",),
-        "kinematics.textbook.worked_example": ("WorkedExample", "work_chain", "work_system"),
+        "kinematics.textbook.worked_example": (
+            "WorkedExample",
+            "work_chain",
+            "work_system",
+        ),
     }
 )
 """Where the names live that are imported when they are first used.

@@ -24,7 +24,8 @@ from armdrive.runtime.received import Received
 from armdrive.runtime.registers import alerted
 from armdrive.runtime.states import Event, after
 from armdrive.status import State
-from armdrive.tasks import NO_WITNESS, Alert, Flow, Progress, Witness, never
+from armdrive.tasks import Alert, Flow, Progress, never
+from armdrive.trace.calls import NO_WITNESS, Witness
 from kinematics import ArmModel, Joints, Pose
 from kinematics.errors import finite
 
@@ -295,7 +296,7 @@ class Connected(Waiting):
         self.closed = False
         self.mender = None if rewiring is None else Mender(self.wire, rewiring)
         self.engine.mending = self.mender
-        witness.begin(self.core, link.description, pace.now_s)
+        witness.begin(config, link.description, pace.now_s, self.core.condition)
         pace.start(self.engine)
         try:
             self.perform(referencing.connect(self.wire))

@@ -195,7 +195,7 @@ class Teaching(Connected):
     @cached_property
     def points(self) -> Points:
         """The named points of this arm, a mapping over its file: `arm.points["pick"]`."""
-        return points_of(self.config, self._here)
+        return points_of(self.config.name, self.config.model.arm, self._here)
 
     def _here(self) -> Point:
         """Return where the arm stands, on whole steps; raises `NotReferenced`."""

@@ -13,11 +13,10 @@ from armdrive.errors import OperatorNeeded, Refused, Stopped
 from armdrive.motion import reference as referencing
 from armdrive.motion import verify as verifying
 from armdrive.motion.reference import take_reference, vouched
-from armdrive.motion.verify import Drift, Verdict, Verified, drift_between, judge
+from armdrive.motion.verify import Drift, Verdict, Verified, drift_between, judge, verified_view
 from armdrive.runtime.position import Coordinates
 from armdrive.runtime.states import Event, after
-from armdrive.runtime.trust import Evidence
-from armdrive.status import State, Trust
+from armdrive.status import Evidence, State, Trust
 from armdrive.storage.verifications import last_entry, write_down
 from kinematics import Joints, Pose
 from kinematics.errors import finite
@@ -231,7 +230,7 @@ class Verifying(Moving, Referencing):
         if self.logbook is None:
             return verified
         try:
-            write_down(self.logbook, verified, self.config.calibration, reference)
+            write_down(self.logbook, verified_view(verified), self.config.calibration, reference)
         except OSError as error:
             note = f"{verified.note}; it could not be written down: {error}".removeprefix("; ")
             return Verified(

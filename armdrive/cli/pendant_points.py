@@ -24,7 +24,7 @@ def make_points(options: argparse.Namespace) -> int:
     program = from_file(Path(options.file))
     note = f"from the arm's own program, {Path(options.file).name}"
     points, steps = taught_by(config, program, options.name, note)
-    book = points_of(config)
+    book = points_of(config.name, config.model.arm)
     book.put_all(points, {options.name: steps}, again=options.again)
     if options.json:
         emit({"sequence": options.name, "points": list(points), "steps": len(steps.steps)})

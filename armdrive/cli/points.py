@@ -81,7 +81,8 @@ def run(options: argparse.Namespace) -> int:
 
 def _book(options: argparse.Namespace) -> Points:
     """Return the points of the arm that the options name, which stays unconnected."""
-    return points_of(chosen_target(options).config)
+    config = chosen_target(options).config
+    return points_of(config.name, config.model.arm)
 
 
 # -- without the arm --------------------------------------------------------------------------
@@ -113,7 +114,7 @@ def _list(options: argparse.Namespace) -> int:
 
 def _show(options: argparse.Namespace) -> int:
     target = chosen_target(options)
-    book = points_of(target.config)
+    book = points_of(target.config.name, target.config.model.arm)
     steps = book.read().sequences.get(options.name)
     if steps is not None:
         if options.json:

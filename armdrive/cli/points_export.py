@@ -30,7 +30,7 @@ def export(options: argparse.Namespace) -> int:
     if path.exists() and not options.force:
         raise BadRequest(f"{path} is there already: name another file, or say --force")
     config = chosen_target(options).config
-    book = points_of(config)
+    book = points_of(config.name, config.model.arm)
     steps, taught = book.sequence(options.name), book.read()
     text = unparse(program_of(options.name, steps, taught.points, config.model.arm.fk))
     program = read_program(text, str(path))  # what is written can be run

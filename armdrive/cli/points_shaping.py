@@ -39,7 +39,7 @@ def shape(options: argparse.Namespace) -> int:
     from armdrive.programs.teaching.shape import shaped
 
     config = chosen_target(options).config
-    book = points_of(config)
+    book = points_of(config.name, config.model.arm)
     taught = book.read()
     points, sequences = shaped(
         config,

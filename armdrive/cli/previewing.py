@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from armdrive.cli.output import emit, say
 from armdrive.errors import Refused
-from armdrive.motion.preview_text import preview_lines, preview_view
+from armdrive.motion.preview import preview_lines, preview_view
 
 if TYPE_CHECKING:
     from armdrive.motion.preview import Preview

@@ -69,7 +69,8 @@ def _replayed(recording: Recording, words: list[str]) -> Replayed:
 
 
 def _print_json(recording: Recording, replayed: Replayed | None) -> None:
-    from armdrive.trace.timeline import Teller, replayed_view
+    from armdrive.trace.replay import replayed_view
+    from armdrive.trace.timeline import Teller
 
     if replayed is not None:
         emit(replayed_view(recording, replayed))

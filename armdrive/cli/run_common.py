@@ -21,7 +21,7 @@ from armdrive.status import State, pose_view
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm
-    from armdrive.programs.acts import Mark
+    from armdrive.errors import Mark
     from armdrive.programs.rehearsal import Rehearsal
 
 

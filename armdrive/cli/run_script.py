@@ -30,8 +30,7 @@ from armdrive.cli.run_person import Terminal, standard_input
 from armdrive.cli.run_showing import Display
 from armdrive.cli.run_signals import stopped_by_interrupt
 from armdrive.cli.run_words import line_words
-from armdrive.errors import ArmError, BadRequest, Stopped
-from armdrive.programs.acts import Mark
+from armdrive.errors import ArmError, BadRequest, Mark, Stopped
 from armdrive.programs.rehearsal import Plan
 from armdrive.programs.scripts import (
     Connections,

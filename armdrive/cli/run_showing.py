@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from armdrive.cli.output import put
 from armdrive.cli.run_words import place_words
-from armdrive.errors import Stopped
-from armdrive.programs.acts import Mark
+from armdrive.errors import Mark, Stopped
 from armdrive.programs.running import Estimate, Progress
 from armdrive.text.printable import printable
 

@@ -14,16 +14,14 @@ from armdrive.cli.run_common import failed_view
 from armdrive.cli.run_signals import stopped_by_interrupt
 from armdrive.cli.shell_person import AtPrompt, Said, Shown
 from armdrive.cli.shell_words import own_word
-from armdrive.errors import ArmError, NotReferenced, OperatorNeeded, ProgramError
+from armdrive.errors import ArmError, Mark, NotReferenced, OperatorNeeded, ProgramError
 from armdrive.errors.actions import SHELL, presented
 from armdrive.errors.table import tagged
-from armdrive.programs.acts import Mark
 from armdrive.programs.performing import Performer
 from armdrive.programs.program import ArmProgram
 from armdrive.programs.running import Run
 from armdrive.programs.session import Session
 from armdrive.status import State
-from armdrive.storage.point_file import points_of
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm
@@ -94,7 +92,7 @@ class Shell:
         if own is not None:
             self._do(*own, position)
             return
-        self.session.book = frozenset(points_of(self.arm.config))
+        self.session.book = frozenset(self.arm.points)
         entry = self.session.take(line, position)
         if entry is not None:
             self.carry_out(entry)

@@ -16,7 +16,6 @@ from armdrive.programs.language.words import (
     Word,
     usage,
 )
-from armdrive.storage.point_file import points_of
 from kinematics.errors import suggestion
 
 if TYPE_CHECKING:
@@ -83,5 +82,5 @@ def known_words(shell: Shell) -> list[str]:
         *OWN_WORDS,
         *context.variables,
         *(define.name for define in context.defines),
-        *points_of(shell.arm.config),
+        *shell.arm.points,
     ]

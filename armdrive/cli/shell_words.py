@@ -21,7 +21,6 @@ from armdrive.registry import dialect
 from armdrive.sim.serving.console import PARTS
 from armdrive.status import joints_view, pose_view, status_view
 from armdrive.storage.files import DISK, replace_durably
-from armdrive.storage.point_file import points_of
 
 if TYPE_CHECKING:
     from armdrive.cli.shell_entries import Shell
@@ -125,7 +124,7 @@ def _points(shell: Shell, _: str) -> None:
         if isinstance(value, Place):
             view = {"event": "point", "name": name, "value": to_json(value), "book": False}
             shell.tell(view, f"  {name}: {value}")
-    for name, point in points_of(shell.arm.config).items():
+    for name, point in shell.arm.points.items():
         deg = dict(point.joints.deg)
         place = Place(joints_deg=deg)
         view = {"event": "point", "name": name, "value": to_json(place), "book": True}

@@ -112,7 +112,8 @@ def run(options: argparse.Namespace) -> int:
 
 def _book(options: argparse.Namespace) -> Points:
     """Return the points of the arm that the options name, which stays unconnected."""
-    return points_of(chosen_target(options).config)
+    config = chosen_target(options).config
+    return points_of(config.name, config.model.arm)
 
 
 def _changed(options: argparse.Namespace, change: Callable[[StepList], StepList]) -> int:

@@ -30,7 +30,7 @@ def record(options: argparse.Namespace) -> int:
     name = one_holder(options)
     named = options.arm or options.sim or options.port
     config = (chosen_target(options) if named else find(name)).config
-    book = points_of(config)
+    book = points_of(config.name, config.model.arm)
     _require_free(book, options)
     how = "line" if options.line else "joint"
     recorder = Recorder(options.name, Choices(how, options.speed, options.waits, options.rest))

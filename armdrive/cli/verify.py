@@ -20,8 +20,7 @@ from armdrive.cli.guiding import Guide
 from armdrive.cli.numbers import fraction
 from armdrive.cli.output import emit, say, say_which
 from armdrive.errors import OperatorNeeded
-from armdrive.motion.verify import Verdict
-from armdrive.storage.verifications import verified_view
+from armdrive.motion.verify import Verdict, verified_view
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm

@@ -27,7 +27,7 @@ from kinematics.errors import suggestion
 
 if TYPE_CHECKING:
     from armdrive.sim.simulated_arm import Twin
-    from armdrive.tasks import Witness
+    from armdrive.trace.calls import Witness
 
 SIM = "sim:"
 DEFAULT_TARGET = f"{SIM}teachmover"

@@ -30,18 +30,17 @@
     +-- ProgramError              2   a program that cannot be read, or that cannot go on
 
 A goal that cannot be reached is kinematics' own `Unreachable`, and ends with 3. What each means for
-the arm and what to do stands in armdrive/catalogue, by `error.code`.
+the arm and what to do stands in table.py, by `error.code`.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from armdrive.text.printable import as_message
 
-if TYPE_CHECKING:
-    from armdrive.programs.acts import Mark
-    from armdrive.programs.problems import Problem
+if TYPE_CHECKING:  # every module imports this one, and few need a pose
     from kinematics.spaces import Pose
 
 
@@ -52,32 +51,31 @@ class ArmError(Exception):
     """
 
     exit_code: ClassVar[int] = 1
+    code: ClassVar[str] = "E001"
+    """The code under which the catalogue (`armdrive errors`) has this kind of error."""
 
     def __str__(self) -> str:
         return as_message(super().__str__())
-
-    @property
-    def code(self) -> str:
-        """The code under which the catalogue (`armdrive errors`) has this kind of error."""
-        from armdrive.errors.table import entry
-
-        return entry(self).code
 
 
 class Refused(ArmError):
     """The call was refused before anything was sent: nothing moved."""
 
     exit_code = 3
+    code = "E201"
 
 
 class BadRequest(Refused, ValueError):
     """A name or a number in the call is wrong."""
 
     exit_code = 2
+    code = "E101"
 
 
 class UnknownPoint(BadRequest, KeyError):
     """No point, or no sequence, has that name; the message suggests one."""
+
+    code = "E109"
 
     __str__ = ArmError.__str__  # a KeyError would show the message in quotes
 
@@ -85,13 +83,19 @@ class UnknownPoint(BadRequest, KeyError):
 class NotReferenced(Refused):
     """Planned motion needs a trusted position; `home` gives one."""
 
+    code = "E203"
+
 
 class OperatorNeeded(Refused):
     """The arm has no switches: a person must confirm its posture before it has a reference."""
 
+    code = "E204"
+
 
 class WrongState(Refused):
     """The call is not allowed in the state that the arm is in."""
+
+    code = "E202"
 
 
 class OutOfBounds(Refused):
@@ -100,6 +104,8 @@ class OutOfBounds(Refused):
     `name` is the joint or guard, `value` and `bound` are in the unit that the message names, and
     `nearest` is the nearest pose that is allowed, where the goal itself was at fault.
     """
+
+    code = "E205"
 
     def __init__(
         self,
@@ -120,39 +126,52 @@ class OutOfBounds(Refused):
 class SettingsDiffer(Refused):
     """The device is not set up as the arm file says; the message gives the mending lines."""
 
+    code = "E206"
+
 
 class ArmInUse(Refused):
     """Another program holds the arm."""
 
     exit_code = 4
+    code = "E408"
 
 
 class InputTimeout(ArmError, TimeoutError):
     """An input did not become what was waited for before the deadline. Nothing was stopped."""
+
+    code = "E114"
 
 
 class Stopped(ArmError):
     """A motion ended early because somebody stopped it."""
 
     exit_code = 5
+    code = "E301"
 
 
 class PendantStop(Stopped):
     """The STOP key of the arm's own pendant was pressed."""
+
+    code = "E302"
 
 
 class DeviceFault(ArmError):
     """The controller answered something else than it should have."""
 
     exit_code = 6
+    code = "E501"
 
 
 class NoAnswer(DeviceFault):
     """The controller did not answer before the deadline that was computed for it."""
 
+    code = "E502"
+
 
 class PositionMismatch(DeviceFault):
     """The controller's registers are not where the acknowledged motion should have left them."""
+
+    code = "E503"
 
 
 class ProgramHalfWritten(DeviceFault):
@@ -161,6 +180,8 @@ class ProgramHalfWritten(DeviceFault):
     `written` are the numbers of the rows that are in the arm, `doubtful` of those that may be, or
     read otherwise; the others are as they were before.
     """
+
+    code = "E505"
 
     def __init__(
         self, message: str, *, written: tuple[int, ...], doubtful: tuple[int, ...]
@@ -174,52 +195,87 @@ class LinkError(ArmError):
     """Something is wrong with the wire."""
 
     exit_code = 4
+    code = "E401"
 
 
 class PortUnavailable(LinkError):
     """The port cannot be opened."""
 
+    code = "E402"
+
 
 class LinkLost(LinkError):
     """The wire broke: cable pulled, adapter gone, simulated device ended."""
+
+    code = "E407"
 
 
 class ArmFileError(ArmError):
     """An arm file that cannot be used; the message names the key."""
 
     exit_code = 2
+    code = "E104"
 
 
 class PointsFileError(ArmError):
     """A file of points that cannot be used; the message names the key."""
 
     exit_code = 2
+    code = "E108"
 
 
 class PointsChanged(PointsFileError):
     """A point or a sequence was changed in the file since it was read: nothing was written."""
+
+    code = "E110"
 
 
 class PendantFileError(ArmError):
     """A file of a pendant's program that cannot be used; the message names the line."""
 
     exit_code = 2
+    code = "E112"
 
 
 class StateFileError(ArmError):
     """A saved state that cannot be used; the message says why."""
+
+    code = "E105"
 
 
 class RecordingError(ArmError):
     """A flight recorder's file that cannot be used; the message says which line and why."""
 
     exit_code = 2
+    code = "E107"
 
 
 class KeyFileError(ArmError):
     """A file of the desk's keys that cannot be used; the message names the row or the key."""
 
     exit_code = 2
+    code = "E111"
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """Where in a program something stands: line and column count from 1. `file` may be empty."""
+
+    line: int
+    column: int = 1
+    file: str = ""
+
+    def __str__(self) -> str:
+        where = f"line {self.line}, column {self.column}"
+        return f"{self.file}: {where}" if self.file else where
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """One thing that is wrong with a program, where it stands."""
+
+    mark: Mark
+    text: str
 
 
 class ProgramError(ArmError):
@@ -230,6 +286,7 @@ class ProgramError(ArmError):
     """
 
     exit_code = 2
+    code = "E113"
 
     def __init__(
         self, message: str, *, mark: Mark | None = None, problems: tuple[Problem, ...] = ()

@@ -13,7 +13,7 @@ _PAGE_BEGINS = """\
 
 What a message means, what it means for the arm, and what to do. The code stands in brackets before
 the sentence: `armdrive: [E203] planned motion needs ...`; in a program it is `error.code`, or
-`armdrive.errors.table(error)` for those of the kinematics. `armdrive errors CODE` prints one
+`armdrive.errors.table.entry(error)` for those of the kinematics. `armdrive errors CODE` prints one
 row, `armdrive errors --find lost,wire` those with both words, and `armdrive errors --markdown` this
 page. On the log of the desk (F7) `e` searches it.
 

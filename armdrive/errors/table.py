@@ -1,22 +1,19 @@
 """The one catalogue of errors: code, title, cause, effect on the arm, and what to do.
 
 Help, docs/errors.md, `--json` and the status take their codes from it. Rows go by the name of a
-class of errors, of a member of `Evidence`, or of a situation that is neither; importing it imports
-no other part of armdrive that is heavy.
+class of errors, of a member of `Evidence`, or of a situation that is neither. Each class of errors
+has its own code as well, so that an error can be raised without this table.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import Enum
 from types import MappingProxyType
-from typing import TYPE_CHECKING
 
+from armdrive.errors import BadRequest
 from kinematics.errors import nearest_word
-
-if TYPE_CHECKING:
-    from armdrive.runtime.trust import Evidence
-
 
 # One row of the catalogue of errors: what it is called, and the four things a person asks.
 
@@ -248,7 +245,7 @@ STOPS = (
 )  # fmt: skip
 
 
-# E7: why a position is unknown, restored or suspect, a row for each evidence of trust.py.
+# E7: why a position is unknown, restored or suspect, a row for each `Evidence` against it.
 
 NO_PLANNING = "Planned motion is refused until the arm is referenced; jogging stays allowed."
 _LOOK_AND_HOME = "Look at the arm, then call `home()`."
@@ -682,24 +679,13 @@ def entry(error: BaseException) -> Entry:
     return next((_BY_NAME[name] for name in names if name in _BY_NAME), _BY_NAME["ArmError"])
 
 
-def entry_of(evidence: Evidence) -> Entry | None:
+def entry_of(evidence: Enum) -> Entry | None:
     """Return the row of an evidence; None of one that speaks for the position."""
     return _BY_NAME.get(evidence.name)
 
 
-def code_of_reason(reason: str) -> str:
-    """Return the code of a trust's reason, which begins with the words of its evidence."""
-    from armdrive.runtime.trust import Evidence
-
-    for evidence in Evidence:
-        if reason.startswith(evidence.value):
-            row = entry_of(evidence)
-            return "" if row is None else row.code
-    return ""
-
-
-def code_of_class(name: str) -> str:
-    """Return the code of a class of errors by its name; nothing where it has no row of its own."""
+def code_of_name(name: str) -> str:
+    """Return the code of a class of errors or of an evidence; nothing where it has no row."""
     row = _BY_NAME.get(name)
     return "" if row is None else row.code
 
@@ -716,8 +702,6 @@ def _said(row: Entry) -> str:
 
 def by_code(code: str) -> Entry:
     """Return the row of a code. Raises `BadRequest` with the nearest one."""
-    from armdrive.errors import BadRequest
-
     wanted = code.strip().strip("[]").upper()
     if wanted in _BY_CODE:
         return _BY_CODE[wanted]

@@ -4,24 +4,19 @@ A whole motion is audited as if it were straight in joint space. Such a device k
 at the ends of its bursts; between them each motor goes its own way. So a burst is made short
 enough that the tip stays within `motion.straying_mm` of the straight way, and shorter where a
 guard or a joint's limit is nearer than that. Where a joint is beside its limit, a small burst is
-made motor by motor (flows/turns.py).
+made motor by motor.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING
 
 from armdrive.abilities import Abort
+from armdrive.runtime.arm_state import Core
 from armdrive.runtime.stop_bounds import straying_mm
 from armdrive.tasks import MoveBy
-from kinematics import Motors
-
-if TYPE_CHECKING:
-    from armdrive.runtime.arm_state import Core
-    from kinematics import Joints
-
+from kinematics import Joints, Motors
 
 # Where joints may be during a burst whose motors are not coordinated, and in which order they go.
 #

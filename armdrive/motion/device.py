@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
 
 from armdrive.errors import (
     ArmError,
@@ -15,6 +14,7 @@ from armdrive.errors import (
     SettingsDiffer,
     Stopped,
 )
+from armdrive.motion.context import Wire
 from armdrive.runtime.registers import TRIES
 from armdrive.tasks import (
     Ask,
@@ -29,9 +29,6 @@ from armdrive.tasks import (
     Settings,
     WriteRow,
 )
-
-if TYPE_CHECKING:
-    from armdrive.motion.context import Wire
 
 
 def compare_settings(wire: Wire) -> Flow[Settings]:

@@ -1,6 +1,6 @@
 """Work that the engine carries out step by step: motion, jogging, gripping, referencing.
 
-A flow never sleeps and touches no wire: it yields what it waits for. See engine.py.
+A flow never sleeps and touches no wire: it yields what it waits for. See runtime/engine.py.
 """
 
 from __future__ import annotations
@@ -8,25 +8,19 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 from armdrive.errors import WrongState
-from armdrive.motion.context import way_between
+from armdrive.motion.context import Wire, way_between
 from armdrive.motion.deviation import has_room, in_turn
-from armdrive.motion.segments import Leg
+from armdrive.motion.plan import Plan
+from armdrive.motion.segments import Speeds
 from armdrive.motion.streaming import NOT_THERE, stream_legs, wait_out_pause
+from armdrive.runtime.arm_state import Core
+from armdrive.runtime.position import Coordinates, Leg
 from armdrive.runtime.states import Event
 from armdrive.status import State
 from armdrive.tasks import Flow, Until, never
-
-if TYPE_CHECKING:
-    from armdrive.motion.context import Wire
-    from armdrive.motion.plan import Plan
-    from armdrive.motion.segments import Speeds
-    from armdrive.runtime.arm_state import Core
-    from armdrive.runtime.position import Coordinates
-    from kinematics import Joints, Motors, Pose
-
+from kinematics import Joints, Motors, Pose
 
 # Planned motion: a plan cut into bursts that are never longer than announced, then verified.
 

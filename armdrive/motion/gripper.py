@@ -9,23 +9,19 @@ the switch, a stated number of steps adds a stated force.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from armdrive.errors import BadRequest, DeviceFault, OutOfBounds, Refused
+from armdrive.motion.context import Wire
 from armdrive.motion.execute import Moved, begin, drive_legs, report
-from armdrive.motion.segments import Leg
-from armdrive.runtime.position import Coordinates
+from armdrive.motion.segments import Speeds
+from armdrive.runtime.arm_state import Core
+from armdrive.runtime.position import Coordinates, Leg
 from armdrive.tasks import Done, Flow, SetGripper, Until
-
-if TYPE_CHECKING:
-    from armdrive.motion.context import Wire
-    from armdrive.motion.segments import Speeds
-    from armdrive.runtime.arm_state import Core
 
 FINE_STEPS = 2
 
 SERVO, OUTPUT = "servo", "output"
-"""Kinds of grippers (armfile.py) that are commanded rather than stepped."""
+"""Kinds of grippers in the arm file that are commanded rather than stepped."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from armdrive.abilities import OUTPUTS
 from armdrive.errors import BadRequest, DeviceFault
+from armdrive.motion.context import Wire
 from armdrive.motion.device import compare_settings
 from armdrive.motion.reference import poll
+from armdrive.runtime.arm_state import Core
 from armdrive.runtime.diagnostics import RECONNECTED
 from armdrive.runtime.states import Event
-from armdrive.runtime.trust import Evidence
-from armdrive.status import Current, State, Trust
+from armdrive.status import Current, Evidence, State, Trust
 from armdrive.tasks import Done, Flow, Registers, SetOutputs, Until
-
-if TYPE_CHECKING:
-    from armdrive.motion.context import Wire
-    from armdrive.runtime.arm_state import Core
 
 MOST_OUTPUTS = (1 << OUTPUTS) - 1
 

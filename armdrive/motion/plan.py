@@ -9,15 +9,16 @@ long as the plan never goes further beyond it: there must be a way out.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 from armdrive.abilities import ramp_piece_s
+from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest, OutOfBounds
-from armdrive.motion.segments import Leg, Speeds, fewer, legs_along
+from armdrive.motion.segments import Speeds, fewer, legs_along
 from armdrive.registry import dialect
-from armdrive.runtime.position import Coordinates
+from armdrive.runtime.position import Coordinates, Leg
 from kinematics import (
     GuardViolation,
     Joints,
@@ -29,15 +30,9 @@ from kinematics import (
     nearest_allowed,
 )
 from kinematics.errors import finite
+from kinematics.guards.guards import Violation
 from kinematics.paths.parts import LineMove, Move, PoseMove
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from armdrive.config.arm import ArmConfig
-    from kinematics.guards.guards import Violation
-    from kinematics.paths.routes import PathSection
-
+from kinematics.paths.routes import PathSection, Route, route_sections
 
 NEARLY = 0.999
 """A blend may be so much smaller than asked for without a word."""
@@ -107,8 +102,6 @@ def plan_route(
     config: ArmConfig, speeds: Speeds, start: Coordinates, moves: Sequence[Move], fraction: float
 ) -> Plan:
     """Plan joint motions, lines and arcs one after another, with their blends, and audit it all."""
-    from kinematics.paths.routes import Route, route_sections  # few programs lay routes
-
     for move in moves:
         if isinstance(move, LineMove | PoseMove):
             posture_for(config, move.goal, start.joints)

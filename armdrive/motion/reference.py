@@ -1,24 +1,29 @@
-"""How an arm gets its position: from its record, or from its own switches; and its current.
+"""How an arm gets its position: from its record, its own switches or a person; and its current.
 
-A posture that somebody vouches for is taken in flows/vouching.py. A reference is the controller's
-registers plus an offset that is kept here.
+A reference is the controller's registers plus an offset that is kept here.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from armdrive.abilities import Switching
+from armdrive.config.sections import HomingSettings
 from armdrive.errors import DeviceFault, LinkLost, NoAnswer, NotReferenced, StateFileError
+from armdrive.motion.context import Wire
 from armdrive.motion.device import compare_again, compare_settings
-from armdrive.runtime.persistence import be_remembered, leave_standstill
+from armdrive.runtime.arm_state import Core
 from armdrive.runtime.position import Coordinates
-from armdrive.runtime.registers import weigh_difference, without_reset
+from armdrive.runtime.registers import (
+    be_remembered,
+    leave_standstill,
+    weigh_difference,
+    without_reset,
+)
 from armdrive.runtime.states import Event, after
-from armdrive.runtime.trust import Belief, Evidence
-from armdrive.status import Current, State, Trust
+from armdrive.runtime.trust import Belief
+from armdrive.status import Current, Evidence, State, Trust
 from armdrive.tasks import (
     ClearFault,
     Done,
@@ -29,12 +34,7 @@ from armdrive.tasks import (
     Registers,
     SwitchOn,
 )
-
-if TYPE_CHECKING:
-    from armdrive.config.sections import HomingSettings
-    from armdrive.motion.context import Wire
-    from armdrive.runtime.arm_state import Core
-    from kinematics import Motors
+from kinematics import Motors
 
 
 def connect(wire: Wire) -> Flow[None]:
@@ -228,9 +228,8 @@ def poll(wire: Wire) -> Flow[None]:
 
 # Taking a reference from somebody who looks at the arm, unless it has changed since he looked.
 #
-# A reference is the controller's registers plus an offset that is kept here. Nothing in this file
-# moves the arm, and nothing asks the controller to zero its registers, which would drop its motor
-# current.
+# Nothing below moves the arm, and nothing asks the controller to zero its registers, which would
+# drop its motor current.
 
 PROMPT_S = 0.3
 """Registers that are read this soon show the arm as it was vouched for."""

@@ -8,21 +8,18 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
+from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
 from armdrive.motion.plan import Plan, named_joints, plan_joints, plan_line, posture_for
+from armdrive.motion.segments import Speeds
 from armdrive.moves import BASE_FRAME
 from armdrive.runtime.position import Coordinates
+from kinematics import Joints, Pose
 from kinematics.frames.graph import UserFrame, moved_along
 from kinematics.frames.rotations import IDENTITY, Matrix3, columns
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
-    from armdrive.motion.segments import Speeds
-    from kinematics import Joints, Pose
-    from kinematics.frames.vectors import Vector
-
+from kinematics.frames.vectors import Vector
 
 # The frames in which goals and jogs are meant: the base, the tool, and those of the arm file.
 

@@ -8,31 +8,16 @@ s.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
-from armdrive.runtime.position import Coordinates
-from kinematics import Joints
+from armdrive.runtime.position import Coordinates, Leg
+from kinematics import ArmGeometry, Joints, Transmission
 from kinematics.paths.motion_limits import MotionLimits, Point
 from kinematics.paths.timing import timed
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from kinematics import ArmGeometry, Transmission
-
 SKIPPED_SHARE = 0.75
 """How much of the tolerance a skipped corner may lie beside the way, so that it holds between."""
-
-
-@dataclass(frozen=True, slots=True)
-class Leg:
-    """A motion that is straight in joint space, and how long it takes at the speed asked for."""
-
-    start: Coordinates
-    end: Coordinates
-    duration_s: float
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,26 +7,16 @@ the announced time. What was drawn is remembered, so that a halt can be told fro
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from itertools import chain
-from typing import TYPE_CHECKING
 
 from armdrive.abilities import segment_s
 from armdrive.errors import DeviceFault, WrongState
-from armdrive.motion.deviation import lags, pieces
-from armdrive.runtime.overrides import LONGEST_PAUSE_S, given_up
-from armdrive.runtime.stop_bounds import straying_mm
+from armdrive.motion.context import Course, Way, Wire
+from armdrive.runtime.overrides import LONGEST_PAUSE_S, Tempo, given_up
+from armdrive.runtime.position import Leg
 from armdrive.status import State
-from armdrive.tasks import Flow, MoveAlong, MoveBy, Until, never
-from kinematics import Motors
-
-if TYPE_CHECKING:
-    from armdrive.motion.context import Wire
-    from armdrive.motion.segments import Leg
-    from armdrive.runtime.arm_state import Core
-    from armdrive.runtime.overrides import Tempo
-    from armdrive.runtime.position import Coordinates
-
+from armdrive.tasks import Flow, MoveAlong, Until, never
 
 # Waiting in a pause: the arm stands, is looked at now and then, and goes on where it stopped.
 
@@ -74,80 +64,6 @@ def wait_out_pause(wire: Wire) -> Flow[None]:
 def _require_no_fault(wire: Wire) -> None:
     if wire.core.state is State.ERROR_STOP:
         raise DeviceFault(wire.core.error)
-
-
-Way = tuple["Coordinates", float]
-"""An unrounded point, and how long the way there takes or longer."""
-
-
-class Course:
-    """The segments of one motion: absolute targets, rounded once, and what was drawn of them.
-
-    `left` is the rest of a way that was begun and, for a pause, not sent to its end. Of `total_s`
-    of motion, `slow_s` is slower than the device can turn its motors without pauses.
-    """
-
-    def __init__(self, core: Core, ways: Iterator[Way]) -> None:
-        self.end: Coordinates | None = core.coordinates
-        self.left: Way | None = None
-        self.straying_mm = 0.0
-        self.slow_s = self.total_s = 0.0
-        self._core = core
-        self._slowest_hz = core.controller.usable_rate_hz(0.0)
-        self._ways = ways
-        self._low = self._high = self._at = core.acknowledged
-        self._before = core.commanded
-        self._pending: Sequence[MoveBy] = ()
-
-    def segments(self) -> Iterator[MoveBy]:
-        """Give one segment after the other; its target is the commanded position from then on.
-
-        Ways in which no motor makes a step lend their time to the next: a slow motion stays slow.
-        """
-        waited_s = 0.0
-        for there, duration_s in self._ways:
-            target = self._core.transmission.to_motors(there.joints, there.opening_mm)
-            steps, self.end = target - self._at, there
-            if not steps.largest:
-                waited_s += duration_s
-                continue
-            duration_s, waited_s = duration_s + waited_s, 0.0
-            self._at = target
-            self._low = Motors(map(min, self._low, target))
-            self._high = Motors(map(max, self._high, target))
-            yield from self._drawn(steps, steps.largest / duration_s)
-
-    def _drawn(self, steps: Motors, rate_hz: float) -> Iterator[MoveBy]:
-        """Give the segment of some steps, with the backlash of motors that reverse in it."""
-        core = self._core
-        longest_s = segment_s(core.burst_s)
-        found = pieces(core, steps, rate_hz, longest_s, lambda count, rate: count / rate)
-        if len(found) == 1:
-            here, _ = core.transmission.to_joints(core.commanded)
-            beside_mm = straying_mm(core.config, here, lags(steps, found[0].steps))
-            self.straying_mm = max(self.straying_mm, beside_mm)
-        for index, piece in enumerate(found):
-            self.total_s += piece.duration_s
-            self.slow_s += piece.duration_s if piece.rate_hz < self._slowest_hz else 0.0
-            self._before, self._pending = core.commanded, found[index:]
-            core.sends(piece.steps)
-            yield piece
-
-    def give_back(self, unsent: int) -> None:
-        """Take in that so many segments that were drawn last were not sent, one at most."""
-        pending = self._pending if unsent else self._pending[1:]
-        if not pending or self.end is None:
-            return
-        if unsent:
-            self._core.takes_back(self._before)
-        self.left = self.end, math.fsum(piece.duration_s for piece in pending)
-        self.end = None
-
-    def passes(self, position: Motors) -> bool:
-        """Tell whether a position is within what has been drawn so far."""
-        return all(
-            low <= at <= high for low, at, high in zip(self._low, position, self._high, strict=True)
-        )
 
 
 def stream_legs(

@@ -5,16 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import Enum
-from typing import TYPE_CHECKING
+from typing import Any
 
-from armdrive.runtime.persistence import be_remembered
-from armdrive.runtime.trust import Evidence
-from armdrive.status import State, Trust
+from armdrive.motion.context import Wire
+from armdrive.runtime.registers import be_remembered
+from armdrive.status import Evidence, State, Trust
 from armdrive.tasks import Flow
 from kinematics import ArmModel, Joints, Motors, Transmission
-
-if TYPE_CHECKING:
-    from armdrive.motion.context import Wire
 
 
 def read_at_mark(wire: Wire) -> Flow[Motors]:
@@ -53,10 +50,8 @@ def _require_homing(wire: Wire) -> None:
 
 # How far an arm's position is from the truth, measured where the truth is known: at its mark.
 #
-# An arm without encoders counts steps and hopes. When somebody has brought the finger tips onto
-# the
-# table's mark, the registers should read what the reference posture reads; what they read beyond
-# it
+# An arm without encoders counts steps and hopes. When somebody has brought the finger tips onto the
+# table's mark, the registers should read what the reference posture reads; what they read beyond it
 # is the drift. Steps are the motors' own, angles in rad, lengths in mm.
 
 ROUNDING_STEPS = 1
@@ -157,3 +152,17 @@ class Verified:
         if self.accepted:
             parts.append("this posture is the new reference")
         return "; ".join([*parts, *[self.note] * bool(self.note)])
+
+
+def verified_view(verified: Verified) -> dict[str, Any]:
+    """Return a verification as plain data, with units in the names."""
+    drift = verified.drift
+    return {
+        "verdict": verified.verdict.name.lower(),
+        "steps": list(drift.steps),
+        "joints_deg": {name: round(angle, 4) for name, angle in drift.turned.deg.items()},
+        "opening_mm": round(drift.opening_mm, 3),
+        "tip_mm": round(drift.tip_mm, 3),
+        "accepted": verified.accepted,
+        "note": verified.note,
+    }

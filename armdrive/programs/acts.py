@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Protocol, TypeAlias
 
+from armdrive.errors import Mark
 from armdrive.programs.language.values import (
     ForwardKinematics,
     Place,
@@ -29,19 +30,6 @@ from armdrive.programs.language.values import (
 )
 from armdrive.programs.language.words import WORDS
 from kinematics import Pose
-
-
-@dataclass(frozen=True, slots=True)
-class Mark:
-    """Where in a program something stands: line and column count from 1. `file` may be empty."""
-
-    line: int
-    column: int = 1
-    file: str = ""
-
-    def __str__(self) -> str:
-        where = f"line {self.line}, column {self.column}"
-        return f"{self.file}: {where}" if self.file else where
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
-from armdrive.errors import ArmError, ProgramError
+from armdrive.errors import ArmError, Mark, Problem, ProgramError
 from armdrive.programs.acts import (
     MOTIONS,
     Act,
@@ -20,7 +20,6 @@ from armdrive.programs.acts import (
     Fingers,
     Home,
     Look,
-    Mark,
     ReadInput,
     Seen,
     Setting,
@@ -48,7 +47,7 @@ from armdrive.programs.language.values import (
     truth,
 )
 from armdrive.programs.language.words import FUNCTIONS, Kind
-from armdrive.programs.problems import Problem, program_error
+from armdrive.programs.problems import program_error
 from kinematics.errors import KinematicsError
 
 if TYPE_CHECKING:

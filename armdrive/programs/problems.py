@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
-from armdrive.errors import ProgramError
-from armdrive.programs.acts import Mark
+from armdrive.errors import Problem, ProgramError
 from armdrive.text.printable import printable
 
 EXCERPT = 200
@@ -14,14 +12,6 @@ EXCERPT = 200
 
 MOST_TOLD = 20
 """So many problems of one program are told at once: more are the echo of the first."""
-
-
-@dataclass(frozen=True, slots=True)
-class Problem:
-    """One thing that is wrong, where it stands."""
-
-    mark: Mark
-    text: str
 
 
 def lines_of(text: str) -> list[str]:

@@ -9,15 +9,14 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from armdrive.errors import BadRequest
-from armdrive.programs.acts import Mark
+from armdrive.errors import BadRequest, Mark, Problem
 from armdrive.programs.language.checking import checked
 from armdrive.programs.language.compiling import Code, Op
 from armdrive.programs.language.reading import read_tree
 from armdrive.programs.language.syntax import Define, Tree
 from armdrive.programs.language.values import ForwardKinematics, Place
 from armdrive.programs.machine import Context, Machine, State, World
-from armdrive.programs.problems import Problem, program_error
+from armdrive.programs.problems import program_error
 from armdrive.storage.point_file import points_of
 from armdrive.text.reading import read_text
 from kinematics import Joints, Pose
@@ -178,7 +177,7 @@ class ArmProgram:
 
     def machine(self) -> Machine:
         """Return a machine at the beginning, with the arm's points as they are now."""
-        taught = points_of(self.config).read().points
+        taught = points_of(self.config.name, self.config.model.arm).read().points
         points = {name: point.joints.deg for name, point in taught.items()}
         names = self.config.model.arm.joint_names
         return self.program.machine(points, fk=self._fk, joint_names=names)

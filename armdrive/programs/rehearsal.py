@@ -13,7 +13,7 @@ from itertools import count
 from typing import TYPE_CHECKING
 
 from armdrive.connect.target import connect_simulated
-from armdrive.errors import ArmError, NotReferenced, Refused
+from armdrive.errors import ArmError, Mark, NotReferenced, Refused
 from armdrive.programs.acts import (
     Act,
     Answer,
@@ -24,7 +24,6 @@ from armdrive.programs.acts import (
     Hold,
     Home,
     Machine,
-    Mark,
     Outputs,
     ReadInput,
     Ready,
@@ -38,7 +37,7 @@ from armdrive.runtime.position import Coordinates
 from armdrive.sim.simulated_arm import make_twin
 from armdrive.sim.world.table import Block
 from armdrive.status import State, Trust
-from armdrive.tasks import NO_WITNESS
+from armdrive.trace.calls import NO_WITNESS
 from kinematics.errors import KinematicsError
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Protocol
 from armdrive.programs.acts import MOTIONS, Answer, Machine, Stage
 
 if TYPE_CHECKING:
-    from armdrive.programs.acts import Mark
+    from armdrive.errors import Mark
     from armdrive.programs.performing import Performer
 
 FOR_EVER = 0

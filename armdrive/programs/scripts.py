@@ -20,8 +20,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from armdrive.connect.port import standing_in
 from armdrive.connect.target import SIM, connect_simulated, find
-from armdrive.errors import BadRequest
-from armdrive.programs.acts import Mark
+from armdrive.errors import BadRequest, Mark
 from armdrive.programs.rehearsal import (
     WORDS,
     Assumptions,
@@ -45,7 +44,7 @@ if TYPE_CHECKING:
     from armdrive.config.arm import ArmConfig
     from armdrive.sim.world.scene import Scene
     from armdrive.sim.world.table import Incident
-    from armdrive.tasks import Witness
+    from armdrive.trace.calls import Witness
     from kinematics.geometry import Point
 
 

@@ -10,8 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from armdrive.errors import BadRequest, ProgramError
-from armdrive.programs.acts import Mark
+from armdrive.errors import BadRequest, Mark, Problem, ProgramError
 from armdrive.programs.language.lines import Item, LineMistake, read_line
 from armdrive.programs.language.reading import read_tree
 from armdrive.programs.language.syntax import (
@@ -35,7 +34,7 @@ from armdrive.programs.language.syntax import (
 from armdrive.programs.language.words import FUNCTIONS, HERE
 from armdrive.programs.language.writing import unparse
 from armdrive.programs.machine import Context
-from armdrive.programs.problems import MOST_TOLD, Problem, pointed
+from armdrive.programs.problems import MOST_TOLD, pointed
 from armdrive.programs.program import Program, read_program
 
 if TYPE_CHECKING:

@@ -1,13 +1,12 @@
 """All that is known of one arm, and the only place where it changes.
 
-The engine's flows (armdrive/flows) are its only writers; everybody else reads the frozen
-`Status` it makes. What becomes of its position is in whereabouts.py.
+The engine's flows (armdrive/motion) are its only writers; everybody else reads the frozen
+`Status` it makes. What becomes of its position is in position.py.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING
 
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects.controller import Controller, Stopping
@@ -16,21 +15,19 @@ from armdrive.moves import Hold, Nudge
 from armdrive.registry import dialect
 from armdrive.runtime.backlash import doubt_words
 from armdrive.runtime.diagnostics import FAULT, Remarks, code_of
+from armdrive.runtime.engine import Engine
 from armdrive.runtime.overrides import Tempo
 from armdrive.runtime.persistence import Memory
-from armdrive.runtime.position import Whereabouts
+from armdrive.runtime.position import Leg, Whereabouts
 from armdrive.runtime.states import Event, after
 from armdrive.runtime.stop_bounds import RunOn, StopBound, run_on, stretches
-from armdrive.runtime.trust import FIRST_BELIEF, Belief, Evidence, require_reference
-from armdrive.status import Carried, State, Status, Trust
+from armdrive.runtime.trust import FIRST_BELIEF, Belief, require_reference
+from armdrive.status import Carried, Evidence, State, Status, Trust, Wakes, coded
 from armdrive.storage.record import Record, Recorder
-from armdrive.tasks import NO_WITNESS, Difference, Witness
+from armdrive.tasks import Difference
+from armdrive.trace.calls import NO_WITNESS, Witness
+from armdrive.trace.entries import Condition
 from kinematics import Joints, Motors
-
-if TYPE_CHECKING:
-    from armdrive.motion.segments import Leg
-    from armdrive.runtime.engine import Engine
-    from armdrive.status import Wakes
 
 
 class Core(Whereabouts, Remarks):
@@ -205,6 +202,17 @@ class Core(Whereabouts, Remarks):
         )
 
     # -- what is shown ------------------------------------------------------------------------
+
+    def condition(self) -> Condition:
+        """Return what a flight recorder notes whenever it has changed."""
+        return Condition(
+            self.shift,
+            self.state,
+            (self.belief.trust, self.belief.reason, self.belief.since_s),
+            self.current,
+            coded(self.notice, self.notice_code),
+            coded(self.error, self.error_code),
+        )
 
     def stop_bound(self) -> StopBound:
         """Return how long and how far the tip goes on if a stop is asked for now."""

@@ -5,8 +5,6 @@ follows. Its *taken* is how far it has gone through them: 0 where it pushes in i
 direction, B in its positive one. Registers count the motor, positions what it drives:
 
     position = registers + offset - taken
-
-The arithmetic between the two is in backlash_taken.py.
 """
 
 from __future__ import annotations

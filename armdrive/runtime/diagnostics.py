@@ -6,7 +6,7 @@ Words that are put down without a code have none: words and code never come apar
 from __future__ import annotations
 
 from armdrive.errors.table import entry, entry_of, named
-from armdrive.runtime.trust import Evidence
+from armdrive.status import Evidence
 
 FAULT = named("DeviceFault").code
 """The code of a fault that is reported in words alone."""

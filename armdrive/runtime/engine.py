@@ -1,7 +1,7 @@
 """The engine: one exchange on the wire at a time, one flow of work at a time, no clock of its own.
 
 `advance(now_s)` does all that is due by now and returns when it wants to be called next. Faults of
-the wire are thrown into the flow (flow.py) where it waits, so that it can say what they mean for
+the wire are thrown into the flow (tasks.py) where it waits, so that it can say what they mean for
 the arm. Whoever calls `advance` is the only one that touches the wire.
 """
 
@@ -18,7 +18,6 @@ from armdrive.errors import ArmError, LinkLost, NoAnswer, Refused, WrongState
 from armdrive.runtime.deadlines import CALL_LIMIT_S
 from armdrive.runtime.received import Received
 from armdrive.tasks import (
-    NO_WITNESS,
     Alert,
     Ask,
     Event,
@@ -30,8 +29,8 @@ from armdrive.tasks import (
     Silence,
     Task,
     Until,
-    Witness,
 )
+from armdrive.trace.calls import NO_WITNESS, Witness
 from armdrive.transports.link import Link
 
 T = TypeVar("T")

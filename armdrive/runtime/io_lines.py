@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
 
 from armdrive.abilities import OUTPUTS
 from armdrive.errors import BadRequest, Refused
-
-if TYPE_CHECKING:
-    from armdrive.runtime.arm_state import Core
+from armdrive.runtime.arm_state import Core
 
 Lines = int | Iterable[int]
 """One input or output, or several, counted from 1."""

@@ -1,22 +1,17 @@
 """What is remembered of a running arm: when its record is written, and the mark of motion.
 
-Everything here only *asks* for writing and returns at once (writing.py does it); whoever must not
-go on before the mark is on the disk waits until `mark_stands` (flows/remembering.py).
+Everything here only *asks* for writing and returns at once (storage/record_writer.py does it).
+Whoever must not go on before the mark is on the disk waits until `mark_stands` (registers.py).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from armdrive.errors import StateFileError
 from armdrive.status import Trust
 from armdrive.storage.record import NoRecorder, Record, Recorder
 from armdrive.storage.record_writer import AtOnce, BesideTheWire, Keeper, Writer
-from armdrive.tasks import Flow, Until, never
-
-if TYPE_CHECKING:
-    from armdrive.motion.context import Wire
 
 
 class Memory:
@@ -151,42 +146,3 @@ class Memory:
             f"the position of {self._describe(self._moving).arm} cannot be remembered ({error}): "
             "make room on the disk, or the folder writable"
         )
-
-
-# Waiting for the disk, while the engine goes on listening and a stop ends the wait.
-#
-# On simulated time the disk takes no time, and nothing here waits.
-
-FIRST_LOOK_S = 0.001
-LAST_LOOK_S = 0.05
-SLOWER = 1.5
-"""The disk is looked at often at first, as most need a few milliseconds, then less and less."""
-
-LONGEST_S = 5.0
-"""A reference is good without its record: a disk that takes longer is not waited for."""
-
-
-def leave_standstill(wire: Wire, let_go: Callable[[], bool] = never) -> Flow[bool]:
-    """Wait until the mark of motion is on the disk; raises `StateFileError` where it cannot be.
-
-    False where a stop was asked for meanwhile, or `let_go()` became true: nothing may move then.
-    """
-    memory = wire.core.memory
-    memory.begin_mark()
-    look_s = FIRST_LOOK_S
-    while not memory.mark_stands():
-        if wire.stopping or let_go():
-            return False
-        yield Until(wire.now_s + look_s)
-        look_s = min(look_s * SLOWER, LAST_LOOK_S)
-    return True
-
-
-def be_remembered(wire: Wire) -> Flow[None]:
-    """Wait until what was asked for is on the disk or has failed, which the notice tells then."""
-    end_s = wire.now_s + LONGEST_S
-    look_s = FIRST_LOOK_S
-    while not (wire.core.memory.settled or wire.stopping or wire.now_s >= end_s):
-        yield Until(wire.now_s + look_s)
-        look_s = min(look_s * SLOWER, LAST_LOOK_S)
-    wire.core.hear_memory()

@@ -8,18 +8,15 @@ controller to zero its registers.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
+from armdrive.config.arm import ArmConfig
+from armdrive.dialects.controller import Controller
 from armdrive.errors import Refused
 from armdrive.runtime.backlash import Slack
 from armdrive.status import Current
+from armdrive.storage.record import Record
+from armdrive.tasks import Registers
 from kinematics import Joints, Motors, Transmission
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
-    from armdrive.dialects.controller import Controller
-    from armdrive.storage.record import Record
-    from armdrive.tasks import Registers
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +33,15 @@ class Coordinates:
         angles = (a + (b - a) * fraction for a, b in zip(self.joints, other.joints, strict=True))
         opening_mm = self.opening_mm + (other.opening_mm - self.opening_mm) * fraction
         return Coordinates(Joints(tuple(angles), self.joints.names), opening_mm)
+
+
+@dataclass(frozen=True, slots=True)
+class Leg:
+    """A motion that is straight in joint space, and how long it takes at the speed asked for."""
+
+    start: Coordinates
+    end: Coordinates
+    duration_s: float
 
 
 class Whereabouts:

@@ -1,17 +1,16 @@
-"""One request and its reply, and the registers: read twice where they differ, and weighed."""
+"""What a flow waits for that moves nothing: replies, registers that are weighed, and the disk."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import TYPE_CHECKING
 
 from armdrive.errors import ArmError, DeviceFault, NoAnswer, PendantStop, PositionMismatch, Stopped
 from armdrive.runtime.arm_state import Core
 from armdrive.runtime.diagnostics import ALARM_VOUCHED, code_of
-from armdrive.runtime.trust import Evidence
-from armdrive.status import Current, Trust
+from armdrive.runtime.engine import Engine
+from armdrive.status import Current, Evidence, Trust
 from armdrive.tasks import (
     Alert,
     AlertKind,
@@ -23,11 +22,9 @@ from armdrive.tasks import (
     Reply,
     Request,
     Until,
+    never,
 )
-
-if TYPE_CHECKING:
-    from armdrive.runtime.engine import Engine
-    from kinematics import Motors
+from kinematics.spaces import Motors
 
 QUIET_S = 0.3
 """A silence this long ends whatever a disturbed controller had still to say."""
@@ -204,6 +201,45 @@ def take_difference(core: Core) -> bool:
     else:
         core.believe_registers()
     return zeroed
+
+
+# Waiting for the disk, while the engine goes on listening and a stop ends the wait.
+#
+# On simulated time the disk takes no time, and nothing here waits.
+
+FIRST_LOOK_S = 0.001
+LAST_LOOK_S = 0.05
+SLOWER = 1.5
+"""The disk is looked at often at first, as most need a few milliseconds, then less and less."""
+
+LONGEST_S = 5.0
+"""A reference is good without its record: a disk that takes longer is not waited for."""
+
+
+def leave_standstill(wire: Asking, let_go: Callable[[], bool] = never) -> Flow[bool]:
+    """Wait until the mark of motion is on the disk; raises `StateFileError` where it cannot be.
+
+    False where a stop was asked for meanwhile, or `let_go()` became true: nothing may move then.
+    """
+    memory = wire.core.memory
+    memory.begin_mark()
+    look_s = FIRST_LOOK_S
+    while not memory.mark_stands():
+        if wire.stopping or let_go():
+            return False
+        yield Until(wire.now_s + look_s)
+        look_s = min(look_s * SLOWER, LAST_LOOK_S)
+    return True
+
+
+def be_remembered(wire: Asking) -> Flow[None]:
+    """Wait until what was asked for is on the disk or has failed, which the notice tells then."""
+    end_s = wire.now_s + LONGEST_S
+    look_s = FIRST_LOOK_S
+    while not (wire.core.memory.settled or wire.stopping or wire.now_s >= end_s):
+        yield Until(wire.now_s + look_s)
+        look_s = min(look_s * SLOWER, LAST_LOOK_S)
+    wire.core.hear_memory()
 
 
 # What a device says unasked, and what that does to trust and state: one table.

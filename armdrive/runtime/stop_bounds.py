@@ -21,16 +21,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-from armdrive.dialects.controller import Part, Stopping
-from kinematics import Joints
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
-    from armdrive.dialects.controller import Controller
-    from armdrive.motion.segments import Leg
-    from kinematics import ArmGeometry, Transmission
+from armdrive.config.arm import ArmConfig
+from armdrive.dialects.controller import Controller, Part, Stopping
+from armdrive.runtime.position import Leg
+from kinematics import ArmGeometry, Joints, Transmission
 
 ROUNDING_STEPS = 1.0
 """A motor stands on whole steps, before and after: it turns by so much more than its share."""

@@ -8,10 +8,9 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
-if TYPE_CHECKING:
-    from armdrive.runtime.clock import SimulatedClock
+from armdrive.runtime.clock import SimulatedClock
 
 
 class GivenUp(BaseException):

@@ -22,8 +22,9 @@ from armdrive.connect.control_socket import Neighbours
 from armdrive.errors import ArmInUse, StateFileError
 from armdrive.storage import files as places
 from armdrive.storage.control_server import ControlServer
-from armdrive.storage.files import PRIVATE, create_lock, is_private, replace_file
+from armdrive.storage.files import create_lock, is_private, replace_file
 from armdrive.storage.lock_client import address_of, holder_words, knock, notice_path
+from armdrive.text.reading import PRIVATE
 
 if TYPE_CHECKING:
     from multiprocessing.connection import Listener

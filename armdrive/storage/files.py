@@ -2,7 +2,7 @@
 
 A file is replaced, never rewritten: a new file with a random name is written in the same folder and
 synced, renamed over the old one, and the folder is synced. A reader finds the old file or the new
-one. Everything in armdrive that writes a file does it here.
+one. Everything in armdrive that writes a file does it here; reading.py opens what is only read.
 
 A folder may be shared with other users, who can put links, pipes or files of their own where ours
 belong. So a file that we write is created by us (`O_EXCL`), never opened because it was there;
@@ -23,24 +23,25 @@ import struct
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
+from armdrive.text.reading import (
+    CAREFULLY,
+    PRIVATE,
+    is_own,
+    open_own,
+    read_own,
+    read_plain,
+    require_plain,
+)
+
 BESIDE = ".new"
 """The ending of a file that is being written, after a random part."""
 _RANDOM_BYTES = 8
 _LEFT_BEHIND = re.compile(r"(\.[0-9a-f]{16})?" + re.escape(BESIDE))
 """What follows the name in the name of a file that a killed program did not finish."""
 
-PRIVATE = 0o600
 PRIVATE_FOLDER = 0o700
-_CHUNK = 1_000_000  # a read allocates what it asks for, however short the file is
 _NO_SUCH_SYNC = frozenset({errno.EINVAL, errno.ENOTSUP, errno.EBADF})
 """The errors of a file system that cannot sync a folder by itself."""
-
-_CAREFULLY = (
-    getattr(os, "O_NOFOLLOW", 0)  # Windows has none: there `lstat` alone has to find a link
-    | getattr(os, "O_NONBLOCK", 0)  # a pipe without a writer would block the open
-    | getattr(os, "O_NOCTTY", 0)
-    | getattr(os, "O_BINARY", 0)
-)
 
 
 class Files:
@@ -51,35 +52,21 @@ class Files:
 
         For files that a person keeps (points, programs); what armdrive alone writes is `read_own`.
         """
-        if path.exists():  # else the open says what is wrong
-            _require_plain(path.stat(), path)
-        handle = os.open(path, os.O_RDONLY | _CAREFULLY & ~getattr(os, "O_NOFOLLOW", 0))
-        try:
-            _require_plain(os.fstat(handle), path)
-            return _read(handle, most)
-        finally:
-            os.close(handle)
+        return read_plain(path, most)
 
     def read_own(self, path: Path, most: int, *, end: bool = False) -> bytes:
         """Return the first `most` bytes of a file that this user or root wrote; or its last.
 
         A link, a pipe, a device, a folder and another user's file are an `OSError`.
         """
-        handle = _open_own(path, os.O_RDONLY)
-        try:
-            size = os.fstat(handle).st_size
-            if end and size > most:
-                os.lseek(handle, size - most, os.SEEK_SET)
-            return _read(handle, most)
-        finally:
-            os.close(handle)
+        return read_own(path, most, end=end)
 
     def create(self, path: Path) -> int:
         """Create an empty file, for this user alone; return its handle.
 
         What is there already, even a link that leads nowhere, is a `FileExistsError`.
         """
-        handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | _CAREFULLY, PRIVATE)
+        handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | CAREFULLY, PRIVATE)
         _set_mode(handle)
         return handle
 
@@ -206,7 +193,7 @@ def append_line(path: Path, line: str) -> None:
     name (a hard link), under which somebody else may know it.
     """
     DISK.make_folder(path.parent)
-    handle = _open_own(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
+    handle = open_own(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND)
     try:
         _require_one_name(os.fstat(handle), path)
         _set_mode(handle)
@@ -228,7 +215,7 @@ def create_lock(path: Path) -> None:
         os.close(DISK.create(path))
     except FileExistsError:
         found = path.lstat()
-        _require_plain(found, path)
+        require_plain(found, path)
         _require_one_name(found, path)
 
 
@@ -284,39 +271,6 @@ def _write_whole(files: Files, handle: int, pieces: Iterable[bytes]) -> None:
         files.close(handle)
 
 
-def _read(handle: int, most: int) -> bytes:
-    data = bytearray()
-    while len(data) < most and (more := os.read(handle, min(most - len(data), _CHUNK))):
-        data += more
-    return bytes(data)
-
-
-def _open_own(path: Path, flags: int) -> int:
-    """Open a plain file of this user's or root's, and create it where `flags` say so."""
-    with contextlib.suppress(FileNotFoundError):
-        _require_own(path.lstat(), path)  # before the open: opening a device can already do harm
-    handle = os.open(path, flags | _CAREFULLY, PRIVATE)
-    try:
-        _require_own(os.fstat(handle), path)
-    except BaseException:
-        os.close(handle)
-        raise
-    return handle
-
-
-def _require_own(found: os.stat_result, path: Path) -> None:
-    _require_plain(found, path)
-    if not _is_own(found):
-        raise PermissionError(errno.EPERM, "it belongs to another user", str(path))
-
-
-def _require_plain(found: os.stat_result, path: Path) -> None:
-    if stat.S_ISLNK(found.st_mode):
-        raise OSError(errno.ELOOP, "it is a link and no plain file", str(path))
-    if not stat.S_ISREG(found.st_mode):
-        raise OSError(errno.EINVAL, "it is no plain file", str(path))
-
-
 def _require_one_name(found: os.stat_result, path: Path) -> None:
     if found.st_nlink > 1:
         raise OSError(errno.EMLINK, "it has a second name (a hard link)", str(path))
@@ -332,14 +286,10 @@ def _require_followable(path: Path) -> None:
             found = each.lstat()
         except OSError:
             continue  # not there yet, or out of sight: whatever is done next says so
-        if not stat.S_ISLNK(found.st_mode) or _is_own(found):
+        if not stat.S_ISLNK(found.st_mode) or is_own(found):
             continue
         if found.st_uid != each.parent.stat().st_uid:
             raise PermissionError(errno.EPERM, "it is reached by another user's link", str(each))
-
-
-def _is_own(found: os.stat_result) -> bool:
-    return os.name != "posix" or found.st_uid in (0, os.geteuid())
 
 
 def _set_mode(handle: int) -> None:

@@ -8,7 +8,7 @@ import tomllib
 from collections.abc import Callable, Iterator, Mapping, MutableMapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 from armdrive.errors import BadRequest, PointsChanged, PointsFileError, Refused, UnknownPoint
 from armdrive.storage import files as places
@@ -24,13 +24,8 @@ from armdrive.storage.points import (
     parse_points,
 )
 from armdrive.text.toml import key, value
-from kinematics import Joints
+from kinematics import ArmGeometry, Joints, Pose
 from kinematics.errors import suggestion
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
-    from kinematics import Pose
-
 
 # Writing a file of points, so that a person can read it, compare it and edit it.
 #
@@ -438,11 +433,9 @@ class Points(MutableMapping[str, Point]):
         self._file.change(change)
 
 
-def points_of(config: ArmConfig, here: Callable[[], Point] = nobody_there) -> Points:
-    """Return the points of an arm, which need not be connected."""
-    geometry = config.model.arm
-    path = places.points_file(config.name)
-    return Points(path, config.name, geometry.joint_names, geometry.fk, here)
+def points_of(arm: str, geometry: ArmGeometry, here: Callable[[], Point] = nobody_there) -> Points:
+    """Return the points of the arm of that name, which need not be connected."""
+    return Points(places.points_file(arm), arm, geometry.joint_names, geometry.fk, here)
 
 
 def _found(known: Mapping[str, V], name: str, what: str) -> V:

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from armdrive.storage import files as places
 from armdrive.storage.files import DISK, append_line
-
-if TYPE_CHECKING:
-    from armdrive.motion.verify import Verified
 
 LONGEST = 1_000_000
 """Bytes that are read of a log: some thousands of lines."""
@@ -22,27 +20,13 @@ def logbook_file(arm: str) -> Path:
     return places.states() / f"{places.file_name(arm)}.verified.jsonl"
 
 
-def verified_view(verified: Verified) -> dict[str, Any]:
-    """Return a verification as plain data, with units in the names."""
-    drift = verified.drift
-    return {
-        "verdict": verified.verdict.name.lower(),
-        "steps": list(drift.steps),
-        "joints_deg": {name: round(angle, 4) for name, angle in drift.turned.deg.items()},
-        "opening_mm": round(drift.opening_mm, 3),
-        "tip_mm": round(drift.tip_mm, 3),
-        "accepted": verified.accepted,
-        "note": verified.note,
-    }
-
-
-def write_down(path: Path, verified: Verified, calibration: str, reference: str) -> None:
-    """Add a line with the date. Raises `OSError`."""
+def write_down(path: Path, view: Mapping[str, Any], calibration: str, reference: str) -> None:
+    """Add a verification as a line with the date; `view` is its plain data. Raises `OSError`."""
     line = {
         "time": datetime.now(UTC).isoformat(timespec="seconds"),
         "calibration": calibration,
         "reference": reference,
-        **verified_view(verified),
+        **view,
     }
     append_line(path, json.dumps(line))
 

@@ -4,19 +4,109 @@ Any path may be given on a command line, so any file may be met: a device that n
 that nobody writes to, bytes that are no text, or brackets nested a million deep. Every such file
 becomes one error of the caller's kind, soon and without much memory. `parse_toml` and `parse_json`
 apply the same limits to text that comes from elsewhere.
+
+A folder may be shared with other users, who can put links, pipes or files of their own where ours
+belong: `read_own` follows no link and accepts nothing but plain files of this user or root.
 """
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import json
+import os
 import re
+import stat
 import tomllib
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NoReturn
 
 from armdrive.errors import ArmError
-from armdrive.storage.files import DISK
+
+# Opening a file that may be anything, or may have been put there by another user.
+
+PRIVATE = 0o600
+_CHUNK = 1_000_000  # a read allocates what it asks for, however short the file is
+
+CAREFULLY = (
+    getattr(os, "O_NOFOLLOW", 0)  # Windows has none: there `lstat` alone has to find a link
+    | getattr(os, "O_NONBLOCK", 0)  # a pipe without a writer would block the open
+    | getattr(os, "O_NOCTTY", 0)
+    | getattr(os, "O_BINARY", 0)
+)
+
+
+def read_plain(path: Path, most: int) -> bytes:
+    """Return the first `most` bytes of a plain file, which a link may lead to.
+
+    Raises `OSError`. For files that a person keeps; what armdrive alone writes is `read_own`.
+    """
+    if path.exists():  # else the open says what is wrong
+        require_plain(path.stat(), path)
+    handle = os.open(path, os.O_RDONLY | CAREFULLY & ~getattr(os, "O_NOFOLLOW", 0))
+    try:
+        require_plain(os.fstat(handle), path)
+        return _read(handle, most)
+    finally:
+        os.close(handle)
+
+
+def read_own(path: Path, most: int, *, end: bool = False) -> bytes:
+    """Return the first `most` bytes of a file that this user or root wrote; or its last.
+
+    A link, a pipe, a device, a folder and another user's file are an `OSError`.
+    """
+    handle = open_own(path, os.O_RDONLY)
+    try:
+        size = os.fstat(handle).st_size
+        if end and size > most:
+            os.lseek(handle, size - most, os.SEEK_SET)
+        return _read(handle, most)
+    finally:
+        os.close(handle)
+
+
+def _read(handle: int, most: int) -> bytes:
+    data = bytearray()
+    while len(data) < most and (more := os.read(handle, min(most - len(data), _CHUNK))):
+        data += more
+    return bytes(data)
+
+
+def open_own(path: Path, flags: int) -> int:
+    """Open a plain file of this user's or root's, and create it where `flags` say so."""
+    with contextlib.suppress(FileNotFoundError):
+        _require_own(path.lstat(), path)  # before the open: opening a device can already do harm
+    handle = os.open(path, flags | CAREFULLY, PRIVATE)
+    try:
+        _require_own(os.fstat(handle), path)
+    except BaseException:
+        os.close(handle)
+        raise
+    return handle
+
+
+def _require_own(found: os.stat_result, path: Path) -> None:
+    require_plain(found, path)
+    if not is_own(found):
+        raise PermissionError(errno.EPERM, "it belongs to another user", str(path))
+
+
+def require_plain(found: os.stat_result, path: Path) -> None:
+    """Raise `OSError` for a link, and for what is no plain file."""
+    if stat.S_ISLNK(found.st_mode):
+        raise OSError(errno.ELOOP, "it is a link and no plain file", str(path))
+    if not stat.S_ISREG(found.st_mode):
+        raise OSError(errno.EINVAL, "it is no plain file", str(path))
+
+
+def is_own(found: os.stat_result) -> bool:
+    """Tell whether a file is this user's or root's, where the system knows users."""
+    return os.name != "posix" or found.st_uid in (0, os.geteuid())
+
+
+# Text, TOML and JSON, within limits.
 
 LARGEST_BYTES = 300_000
 """Bytes. A hundred times the size of an arm file; a larger file is something else."""
@@ -60,7 +150,7 @@ def read_bytes(
     file, or larger than `most_bytes`. A pipe or a device is not opened. With `own`, for files that
     armdrive alone writes, neither a link nor another user's file is.
     """
-    read = DISK.read_own if own else DISK.read
+    read = read_own if own else read_plain
     try:
         data = read(path, most_bytes + 1)
     except (OSError, ValueError) as error:  # ValueError: a path with a NUL or a lone surrogate

@@ -5,22 +5,18 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
+from armdrive.config.arm import ArmConfig
 from armdrive.dialects.words import Message, Weight
 from armdrive.errors import ArmError, BadRequest, RecordingError
 from armdrive.sim.bus.bus import BusLine
 from armdrive.sim.bus.drives import DrivesOnBus
-from armdrive.sim.device import state_json, state_line
+from armdrive.sim.device import SimDevice, Value, state_json, state_line
 from armdrive.sim.simulated_arm import DIALECT, make_device
 from armdrive.sim.wire import PacedDevice
 from armdrive.sim.world.saved import Json
 from armdrive.trace.describe import talk
 from kinematics.errors import KinematicsError
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
-    from armdrive.sim.device import SimDevice, Value
 
 Said = deque[tuple[float, Message]]
 

@@ -226,10 +226,5 @@ def error_words(error: BaseException) -> str:
     return f"{type(error).__name__}: {error}"
 
 
-def coded_words(code: str, words: str) -> str:
-    """Return a sentence of the status behind its code; nothing where there is none."""
-    return f"[{code}] {words}" if code and words else words
-
-
 def _counts(counts: tuple[int, ...]) -> str:
     return " ".join(map(str, counts))

@@ -9,6 +9,9 @@ from itertools import islice
 from types import MappingProxyType
 from typing import NamedTuple
 
+from armdrive.status import Current, State, Trust
+from kinematics.spaces import Motors
+
 
 class Kind(StrEnum):
     """What happened."""
@@ -76,11 +79,25 @@ class Entry(NamedTuple):
     what: bytes | str
 
 
+class Condition(NamedTuple):
+    """What is known of an arm at one moment, as far as a change of it is noted.
+
+    `offset` is what is added to the controller's counts, `belief` the trust, its reason and when it
+    was formed. A tuple, since one is made at every request.
+    """
+
+    offset: Motors
+    state: State
+    belief: tuple[Trust, str, float]
+    current: Current
+    notice: str
+    error: str
+
+
 # The bounded memory of a recorder: how the connection began, and the last minutes.
 #
 # When the oldest exchanges go, those that set something for good (motors on, outputs, settings of
-# the
-# device) are kept, so that a simulated twin can still be brought to where the rest begins.
+# the device) are kept, so that a simulated twin can still be brought to where the rest begins.
 
 LONGEST_S = 300.0
 """What is older than this goes."""

@@ -17,18 +17,17 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, fields
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from armdrive.config.arm import MODEL_FILE, ArmConfig, Source, parse_arm_file
+from armdrive.config.write import complete
 from armdrive.errors import ArmError, ArmFileError, RecordingError, StateFileError
 from armdrive.storage import files as places
 from armdrive.storage.files import DISK, replace_durably
 from armdrive.text.reading import parse_toml, read_bytes, read_text
 from armdrive.trace.entries import WIRE, Entry, Kind
+from kinematics import PRESETS
 from kinematics.errors import KinematicsError
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig, Source
-
 
 # The first line of a recording: whose it is, and the whole arm file, so that none is needed.
 
@@ -86,10 +85,6 @@ def texts_of(config: ArmConfig) -> tuple[str, str]:
 
     A recording is written when something has gone wrong: it is worth having without them too.
     """
-    from armdrive.config.arm import MODEL_FILE
-    from armdrive.config.write import complete
-    from kinematics import PRESETS, KinematicsError
-
     source = config.source
     if source is None:
         return "", ""
@@ -171,8 +166,7 @@ def _delete_oldest(folder: Path) -> None:
 # Reading a recording, strictly: whatever is broken in it is a `RecordingError` that says where.
 #
 # A last line that was cut off is no error: the copy of a file may have ended too early. Nothing
-# that
-# a recording names is opened or run: the arm file and its model file stand in it as text.
+# that a recording names is opened or run: the arm file and its model file stand in it as text.
 
 MOST_FILE_BYTES = 64_000_000
 LATEST_S = 1e8
@@ -190,8 +184,6 @@ class Recording:
 
     def config(self) -> ArmConfig:
         """Return the arm as its own file describes it. Raises `RecordingError`."""
-        from armdrive.config.arm import parse_arm_file
-
         header = self.header
         if not header.arm_file:
             raise RecordingError(
@@ -226,8 +218,6 @@ def parse_recording(data: bytes) -> Recording:
 
 def _put_model(table: dict[str, Any], folder: Path, text: str) -> None:
     """Have the arm file name the model file that came with it, and no other."""
-    from armdrive.config.arm import MODEL_FILE
-
     word = table.get("model")
     if isinstance(word, str) and word.lower().endswith(MODEL_FILE):
         (folder / f"model{MODEL_FILE}").write_text(text, encoding="utf-8", errors="replace")

@@ -11,14 +11,13 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from armdrive.errors.table import code_of_class, code_of_reason
+from armdrive.errors.table import code_of_name
+from armdrive.status import code_of_reason
 from armdrive.trace.entries import Entry, Kind
+from armdrive.trace.files import Recording
 from armdrive.trace.timeline import ARROWS, TEXT_AT, Teller
-
-if TYPE_CHECKING:
-    from armdrive.trace.files import Recording
 
 
 class Topic(StrEnum):
@@ -147,7 +146,7 @@ def _code(kind: Kind, words: str) -> str:
     if kind is Kind.TRUST:
         return code_of_reason(words.partition(": ")[2])
     raised = _RAISED.match(words) if kind in _OF_CLASSES else None
-    return "" if raised is None else code_of_class(raised[1])
+    return "" if raised is None else code_of_name(raised[1])
 
 
 # Reading a flight recorder as it fills: only what has come since the last time, and bounded.

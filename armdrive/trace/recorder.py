@@ -11,18 +11,16 @@ import time
 from collections import deque
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from armdrive.config.arm import ArmConfig
 from armdrive.errors import ArmError, StateFileError
 from armdrive.status import State
 from armdrive.tasks import Event, Progress, Request
-from armdrive.trace.describe import call_words, coded_words, error_words, event_words, request_words
-from armdrive.trace.entries import Entry, Kind, Ring
+from armdrive.trace.describe import call_words, error_words, event_words, request_words
+from armdrive.trace.entries import Condition, Entry, Kind, Ring
 from armdrive.trace.files import free_path, header_of, write_recording
 from kinematics.errors import KinematicsError
-
-if TYPE_CHECKING:
-    from armdrive.runtime.arm_state import Core
 
 PATIENCE_S = 10.0
 """A disk that takes longer keeps nobody from closing the arm; the thread goes on writing."""
@@ -38,13 +36,14 @@ class FlightRecorder:
         self.ring = ring or Ring()
         self.written: list[Path] = []
         self.trouble = ""
-        self._core: Core | None = None
+        self._config: ArmConfig | None = None
         self._link = ""
         self._clock: Callable[[], float] = lambda: 0.0
+        self._look: Callable[[], Condition] | None = None
         self._began: tuple[float, float] = (0.0, 0.0)
         self._now_s = 0.0
         self._stop: tuple[bool, bool] = (False, False)
-        self._seen: tuple[Any, ...] = (None,) * 6
+        self._seen: Condition | tuple[None, ...] = (None,) * len(_LOOKS)
         self._last_error = 0
         self._inbox: deque[tuple[float, Kind, str]] = deque()
         self._writers: list[threading.Thread] = []
@@ -52,9 +51,15 @@ class FlightRecorder:
 
     # -- what the driver tells ----------------------------------------------------------------
 
-    def begin(self, core: Core, link: str, clock: Callable[[], float]) -> None:
+    def begin(
+        self,
+        config: ArmConfig,
+        link: str,
+        clock: Callable[[], float],
+        look: Callable[[], Condition],
+    ) -> None:
         """Take up an arm, and note what is known of it."""
-        self._core, self._link, self._clock = core, link, clock
+        self._config, self._link, self._clock, self._look = config, link, clock, look
         self._now_s = clock()
         self._began = (time.time(), self._now_s)
         self.changed()
@@ -95,21 +100,17 @@ class FlightRecorder:
         self.changed()
 
     def changed(self) -> None:
-        """Note whatever of the core is not what it was."""
-        core = self._core
-        if core is None:
+        """Note whatever of the arm is not what it was."""
+        if self._look is None:
             return
-        notice = coded_words(core.notice_code, core.notice)
-        error = coded_words(core.error_code, core.error)
-        seen = (core.shift, core.state, core.belief, core.current, notice, error)
-        before = self._seen
+        seen, before = self._look(), self._seen
         if seen == before:
             return
         self._seen = seen
         for (kind, words), value, old in zip(_LOOKS, seen, before, strict=True):
             if value != old and (value or old):
                 self._note(kind, words(value))
-        if core.state is State.ERROR_STOP and before[1] is not State.ERROR_STOP:
+        if seen.state is State.ERROR_STOP and before[1] is not State.ERROR_STOP:
             self._write_soon("error-stop")
 
     def called(self, name: str, words: tuple[Any, ...], named: dict[str, Any]) -> None:
@@ -146,10 +147,9 @@ class FlightRecorder:
     def snapshot(self, why: str) -> Callable[[Path | None], Path]:
         """Return what writes all that is remembered now; it raises `StateFileError`."""
         self._empty()
-        core, entries = self._core, self.ring.entries()
-        if core is None:
+        config, entries = self._config, self.ring.entries()
+        if config is None:
             raise StateFileError("nothing was recorded: the arm was never connected")
-        config = core.config
 
         def write(path: Path | None = None) -> Path:
             with self._writing:
@@ -213,7 +213,7 @@ class FlightRecorder:
 _LOOKS: tuple[tuple[Kind, Callable[[Any], str]], ...] = (
     (Kind.OFFSET, lambda offset: " ".join(map(str, offset))),
     (Kind.STATE, lambda state: str(state.value)),
-    (Kind.TRUST, lambda belief: f"{belief.trust.value}: {belief.reason}"),
+    (Kind.TRUST, lambda belief: f"{belief[0].value}: {belief[1]}"),
     (Kind.CURRENT, lambda current: str(current.value)),
     (Kind.NOTICE, str),
     (Kind.ERROR, str),

@@ -11,20 +11,17 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any
 
 from armdrive.dialects.words import Message, Weight
 from armdrive.errors import RecordingError
-from armdrive.sim.world.saved import Json
+from armdrive.sim.device import Value
 from armdrive.tasks import AlertKind
 from armdrive.trace.bench import Bench
 from armdrive.trace.describe import Talk, talk
 from armdrive.trace.entries import Entry, Kind
-
-if TYPE_CHECKING:
-    from armdrive.sim.device import Value
-    from armdrive.trace.files import Recording
-
+from armdrive.trace.files import Recording
+from armdrive.trace.timeline import Parting
 
 # Where a twin has to stand for a recording: the counts, offsets and gaps in its entries.
 
@@ -106,25 +103,6 @@ def answer_to(entries: Sequence[Entry], index: int) -> Entry | None:
 GRACE_S = 1.0
 """An answer of the twin that the arm has not given by then, with nothing asked, is a difference."""
 _APART = frozenset((Weight.PASSING, Weight.SELF))
-
-
-@dataclass(frozen=True, slots=True)
-class Parting:
-    """The first difference: at which entry, what each said, and how the twin stands then."""
-
-    index: int
-    time_s: float
-    why: str
-    arm: str
-    twin: str
-    twin_state: str
-    twin_view: Mapping[str, Json]
-
-    def __str__(self) -> str:
-        return (
-            f"they part at {self.time_s:.3f} s: {self.why}. The arm: {self.arm}. The twin: "
-            f"{self.twin}. The twin stands like this: {self.twin_state}"
-        )
 
 
 class Judge:
@@ -342,3 +320,30 @@ class _Replay:
         last = self._entries[index]
         self._bench.advance(last.time_s)
         self._judge.unasked(index, last, last.time_s - GRACE_S)
+
+
+def replayed_view(recording: Recording, replayed: Replayed) -> dict[str, Any]:
+    """Return what a replay found as plain data."""
+    header, parting = recording.header, replayed.parting
+    return {
+        "arm": header.arm,
+        "dialect": header.dialect,
+        "link": header.link,
+        "began": header.began,
+        "why": header.why,
+        "entries": len(recording.entries),
+        "agree": parting is None,
+        "compared": replayed.compared,
+        "twin_late_s": round(replayed.late_s, 6),
+        "notes": list(replayed.notes),
+        "parting": None
+        if parting is None
+        else {
+            "time_s": parting.time_s,
+            "entry": parting.index,
+            "why": parting.why,
+            "arm": parting.arm,
+            "twin": parting.twin,
+            "twin_state": dict(parting.twin_view),
+        },
+    }

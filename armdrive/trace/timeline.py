@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from armdrive.trace.describe import talk
 from armdrive.trace.entries import Entry, Kind
-
-if TYPE_CHECKING:
-    from armdrive.trace.files import Recording
-    from armdrive.trace.replay import Parting, Replayed
+from armdrive.trace.files import Recording
 
 TEXT_AT = 34
 """The column where the meaning of bytes begins, where the bytes are shorter."""
@@ -34,8 +33,6 @@ class Teller:
     """Puts entries into words, one after another: a message may come in several pieces."""
 
     def __init__(self, dialect: str) -> None:
-        from armdrive.trace.describe import talk  # every codec, and words for each
-
         self._talk = talk(dialect)
         self._splitter = self._talk.splitter()
 
@@ -67,6 +64,25 @@ class Teller:
         return view | shown | {"words": self.meaning(entry)}
 
 
+@dataclass(frozen=True, slots=True)
+class Parting:
+    """The first difference: at which entry, what each said, and how the twin stands then."""
+
+    index: int
+    time_s: float
+    why: str
+    arm: str
+    twin: str
+    twin_state: str
+    twin_view: Mapping[str, object]
+
+    def __str__(self) -> str:
+        return (
+            f"they part at {self.time_s:.3f} s: {self.why}. The arm: {self.arm}. The twin: "
+            f"{self.twin}. The twin stands like this: {self.twin_state}"
+        )
+
+
 def lines(recording: Recording, parting: Parting | None = None) -> Iterator[tuple[float, str]]:
     """Return each entry's time and words, and the parting where it came."""
     teller = Teller(recording.header.dialect)
@@ -74,30 +90,3 @@ def lines(recording: Recording, parting: Parting | None = None) -> Iterator[tupl
         yield entry.time_s, teller.line(entry)
         if parting is not None and parting.index == index:
             yield entry.time_s, f">>> {parting}"
-
-
-def replayed_view(recording: Recording, replayed: Replayed) -> dict[str, Any]:
-    """Return what a replay found as plain data."""
-    header, parting = recording.header, replayed.parting
-    return {
-        "arm": header.arm,
-        "dialect": header.dialect,
-        "link": header.link,
-        "began": header.began,
-        "why": header.why,
-        "entries": len(recording.entries),
-        "agree": parting is None,
-        "compared": replayed.compared,
-        "twin_late_s": round(replayed.late_s, 6),
-        "notes": list(replayed.notes),
-        "parting": None
-        if parting is None
-        else {
-            "time_s": parting.time_s,
-            "entry": parting.index,
-            "why": parting.why,
-            "arm": parting.arm,
-            "twin": parting.twin,
-            "twin_state": dict(parting.twin_view),
-        },
-    }

@@ -95,17 +95,25 @@ _NOBODY_OF_USE = frozenset({"root", "wheel"})
 class NoSuchPort(PortUnavailable):
     """There is no such device, or nothing behind it."""
 
+    code = "E403"
+
 
 class PortInUse(PortUnavailable):
     """Another program has the port."""
+
+    code = "E404"
 
 
 class PortForbidden(PortUnavailable):
     """The user may not open the port."""
 
+    code = "E405"
+
 
 class NoConnection(PortUnavailable):
     """Nobody answers at that host and port."""
+
+    code = "E406"
 
 
 def refusal(port: str, error: BaseException) -> PortUnavailable:

@@ -7,7 +7,7 @@ from test_mks_arm import ready
 
 from armdrive.errors import DeviceFault
 from armdrive.motion.context import _evidence, _refused_words
-from armdrive.runtime.trust import Evidence
+from armdrive.status import Evidence
 from armdrive.tasks import Denied
 
 

@@ -17,8 +17,8 @@ from armdrive import Arm
 from armdrive.errors import ArmError, BadRequest, LinkLost, NotReferenced, WrongState
 from armdrive.errors.printing import page
 from armdrive.errors.table import ENTRIES, GROUPS, by_code, entry, entry_of, error_view
-from armdrive.runtime.trust import RESULTS, Evidence
-from armdrive.status import Trust
+from armdrive.runtime.trust import RESULTS
+from armdrive.status import Evidence, Trust
 from armdrive.transports.open_errors import NoSuchPort
 from firmware_protocol.errors import ProtocolError
 from kinematics.errors import KinematicsError
@@ -52,6 +52,12 @@ ROOMS = ("armdrive", "kinematics", "firmware_protocol")
 
 def test_every_kind_of_error_has_a_row_of_its_own():
     assert {kind.__name__ for kind in kinds()} <= NAMES
+
+
+def test_every_error_of_armdrive_has_the_code_of_its_row():
+    codes = {row.name: row.code for row in ENTRIES}
+    for kind in below(ArmError):
+        assert vars(kind)["code"] == codes[kind.__name__], kind
 
 
 def test_every_evidence_against_a_position_has_a_row():

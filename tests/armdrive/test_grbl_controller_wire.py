@@ -8,8 +8,7 @@ from grbl_arm import OVER, config, found, lost, ready, rule, stands, without
 
 from armdrive import Jog, Pose
 from armdrive.errors import DeviceFault, NoAnswer
-from armdrive.runtime.trust import Evidence
-from armdrive.status import State, Trust
+from armdrive.status import Evidence, State, Trust
 
 CHANGES = {
     "lost": lost,

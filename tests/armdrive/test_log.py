@@ -11,7 +11,7 @@ from recorder_bench import recorded_arm
 from armdrive import ArmError, WrongState
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors.table import found
-from armdrive.tasks import NO_WITNESS
+from armdrive.trace.calls import NO_WITNESS
 from armdrive.trace.entries import ENTRY_BYTES, Entry, Kind, Ring
 from armdrive.trace.log import TOPICS, LogBook, LogLine, LogReader, Sieve, Topic
 

@@ -12,9 +12,8 @@ from armdrive import registry as dialects
 from armdrive.config.sections import HomingSettings
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import DeviceFault, Refused, Stopped
-from armdrive.runtime.trust import Evidence
 from armdrive.sim.simulated_arm import make_twin
-from armdrive.status import Current, State, Trust
+from armdrive.status import Current, Evidence, State, Trust
 from kinematics import Joints, Pose
 
 START = Joints.of(0.0, 40.0, -80.0, -40.0, 0.0)

@@ -412,7 +412,7 @@ def test_every_arm_has_a_file_of_its_own_for_its_own_joints(tmp_path, arm):
 
 def test_the_points_of_an_arm_that_is_not_connected_can_be_read_and_not_taught(arm):
     arm.points.teach("pick")
-    book = points_of(arm.config)
+    book = points_of(arm.config.name, arm.config.model.arm)
     assert list(book) == ["pick"]
     with pytest.raises(Refused, match="not connected"):
         book.teach("place")

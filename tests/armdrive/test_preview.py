@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 
 from armdrive.config.sections import MotionSettings
 from armdrive.errors import BadRequest, NotReferenced, OutOfBounds, Refused, WrongState
-from armdrive.motion.preview import Preview
-from armdrive.motion.preview_text import clearance_words, preview_view
+from armdrive.motion.preview import Preview, clearance_words, preview_view
 from kinematics import JointRange, Joints, PathBroken, Pose, Unreachable
 from kinematics.guards.path import Clearance
 

@@ -8,9 +8,8 @@ from faults import OVER_THE_TABLE, FaultyLink, sim_config
 
 from armdrive.connect.target import connect_simulated, state_file
 from armdrive.errors import ArmError, NotReferenced, StateFileError
-from armdrive.runtime.trust import Evidence
 from armdrive.sim.simulated_arm import make_twin
-from armdrive.status import State, Trust
+from armdrive.status import Evidence, State, Trust
 from armdrive.storage import record as record_text
 from armdrive.storage.record import FileRecorder, Record
 from armdrive.storage.record_writer import Keeper, Outcome

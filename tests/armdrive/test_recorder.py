@@ -12,8 +12,8 @@ from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import StateFileError, WrongState
 from armdrive.moves import Hold
 from armdrive.registry import DIALECTS
-from armdrive.tasks import NO_WITNESS, NoWitness, Witness
 from armdrive.trace import files
+from armdrive.trace.calls import NO_WITNESS, NoWitness, Witness
 from armdrive.trace.entries import Kind
 from armdrive.trace.recorder import FlightRecorder
 from armdrive.transports.in_process import MemoryLink

@@ -11,8 +11,8 @@ from armdrive.trace import replay as replaying
 from armdrive.trace.describe import TALKS
 from armdrive.trace.entries import Ring
 from armdrive.trace.files import read_recording
-from armdrive.trace.replay import replay
-from armdrive.trace.timeline import lines, replayed_view
+from armdrive.trace.replay import replay, replayed_view
+from armdrive.trace.timeline import lines
 
 SMALL = ("teachmover", "armdroid", "grbl")
 """The dialects whose recordings are short: a Robko is asked for its position all the time."""

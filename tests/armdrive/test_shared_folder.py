@@ -477,7 +477,7 @@ def test_the_default_arm_is_not_waited_for(shared):
 
 def test_where_a_system_cannot_refuse_links_they_are_seen_first(monkeypatch, tmp_path):
     """Windows has no `O_NOFOLLOW`."""
-    monkeypatch.setattr("armdrive.storage.files._CAREFULLY", 0)
+    monkeypatch.setattr("armdrive.text.reading.CAREFULLY", 0)
     a_link(state_file("bench"), tmp_path)
     assert "it is a link" in read_record()
 

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from armdrive.errors import ArmError, DeviceFault, NotReferenced, PositionMismatch, Refused
 from armdrive.motion.reference import poll, take_reference, vouched
 from armdrive.runtime.position import Coordinates
-from armdrive.runtime.trust import FIRST_BELIEF, RESULTS, Belief, Evidence, require_reference
-from armdrive.status import Current, State, Trust
+from armdrive.runtime.trust import FIRST_BELIEF, RESULTS, Belief, require_reference
+from armdrive.status import Current, Evidence, State, Trust
 from kinematics import Pose
 
 RAISING = {Evidence.HOMED, Evidence.DECLARED, Evidence.CONFIRMED, Evidence.HOMED_BY_SWITCHES}

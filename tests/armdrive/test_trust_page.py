@@ -11,7 +11,7 @@ from pathlib import Path
 from armdrive.arm.connected import CLOSING_S
 from armdrive.motion import idle as idling
 from armdrive.runtime import trust
-from armdrive.runtime.persistence import LONGEST_S
+from armdrive.runtime.registers import LONGEST_S
 from armdrive.storage import record
 from armdrive.storage.record import FORMAT, Record, from_text, to_text
 

@@ -13,8 +13,7 @@ from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import NotReferenced, OperatorNeeded, Stopped
 from armdrive.motion.verify import drift_between, judge
 from armdrive.registry import DIALECTS
-from armdrive.runtime.trust import Evidence
-from armdrive.status import State, Trust
+from armdrive.status import Evidence, State, Trust
 from armdrive.storage.record import FileRecorder
 from armdrive.storage.verifications import last_entry, logbook_file
 from kinematics import Motors, preset

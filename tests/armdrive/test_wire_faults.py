@@ -28,8 +28,7 @@ from armdrive.errors import (
     PositionMismatch,
     Stopped,
 )
-from armdrive.runtime.trust import Evidence
-from armdrive.status import State, Trust
+from armdrive.status import Evidence, State, Trust
 from kinematics import KinematicsError
 
 CHANGES = {

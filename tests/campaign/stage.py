@@ -27,7 +27,7 @@ from armdrive.sim.simulated_arm import SimulatedOperator, Twin
 from armdrive.sim.world.body import ArmBody
 from armdrive.status import State
 from armdrive.storage.record import FileRecorder
-from armdrive.tasks import NO_WITNESS
+from armdrive.trace.calls import NO_WITNESS
 from armdrive.trace.recorder import FlightRecorder
 from armdrive.transports.in_process import MemoryLink
 from kinematics import Joints, Motors

@@ -321,7 +321,7 @@ MUTANTS = (
     Mutant(
         name="a resumed motion drives its last segment twice",
         promise="pausing again and again loses no step",
-        path="armdrive/motion/streaming.py",
+        path="armdrive/motion/context.py",
         old="pending = self._pending if unsent else self._pending[1:]",
         new="pending = self._pending",
         tests=tests_of(
@@ -343,7 +343,7 @@ MUTANTS = (
     Mutant(
         name="a segment that was not sent counts as commanded",
         promise="pausing again and again loses no step",
-        path="armdrive/motion/streaming.py",
+        path="armdrive/motion/context.py",
         old=("        if unsent:\n            self._core.takes_back(self._before)\n"),
         new="",
         tests=tests_of(

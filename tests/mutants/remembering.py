@@ -8,7 +8,7 @@ MUTANTS = (
     Mutant(
         name="a motion does not wait for its mark",
         promise="a program that ends in mid-motion leaves no wrong position that is believed",
-        path="armdrive/runtime/persistence.py",
+        path="armdrive/runtime/registers.py",
         old=("    while not memory.mark_stands():\n        if wire.stopping"),
         new=("    while False:\n        if wire.stopping"),
         tests=tests_of(
@@ -142,8 +142,18 @@ MUTANTS = (
         name="a reference is not recorded",
         promise="a reference is on the disk when the call returns",
         path="armdrive/motion/reference.py",
-        old=("    core.settle()\n    core.mark_still()\n    yield from be_remembered(wire)\n"),
-        new="    core.settle()\n",
+        old=(
+            "    core.learn(word.evidence, wire.now_s)\n"
+            "    core.clear_remarks()\n"
+            "    core.settle()\n"
+            "    core.mark_still()\n"
+            "    yield from be_remembered(wire)\n"
+        ),
+        new=(
+            "    core.learn(word.evidence, wire.now_s)\n"
+            "    core.clear_remarks()\n"
+            "    core.settle()\n"
+        ),
         tests=tests_of(
             "tests/armdrive/test_record.py",
             "test_an_arm_whose_position_cannot_be_remembered_does_not_move",

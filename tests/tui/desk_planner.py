@@ -55,7 +55,7 @@ class PlannerArm(FakeArm):
         self.asked_for = []
         self.previews = 0
         self.hindrance = None
-        self.points = points_of(CONFIG, self.here)
+        self.points = points_of(CONFIG.name, CONFIG.model.arm, self.here)
         self.gripper.open = lambda opening_mm=None, *, speed=1.0: self.calls.append(
             ("open", opening_mm, speed)
         )

@@ -6,8 +6,7 @@ import math
 import re
 from collections.abc import Iterator, Mapping
 
-from armdrive.motion.preview import Preview, Way
-from armdrive.motion.preview_text import clearance_words, margin_words
+from armdrive.motion.preview import Preview, Way, clearance_words, margin_words
 from armdrive.motion.resolve import TOOL
 from armdrive.status import Status
 from kinematics import Pose

@@ -5,19 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
+from armdrive.config.arm import ArmConfig
 from armdrive.motion.plan import guard_error
 from armdrive.runtime.position import Coordinates
-from kinematics import Joints, KinematicsError, Pose, Unreachable, first_violation
+from kinematics import ArmGeometry, Joints, KinematicsError, Pose, Unreachable, first_violation
 from kinematics.five_axis.arm import FiveAxisArm
 from kinematics.five_axis.tool_arm import ToolArm
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
-    from kinematics import ArmGeometry
-    from kinematics.frames.vectors import Vector
-    from kinematics.guards.guards import Violation
+from kinematics.frames.vectors import Vector
+from kinematics.guards.guards import Violation
 
 HALVINGS = 9
 """How closely a bound is looked for: to a five-hundredth of what is looked ahead, leg by leg."""

@@ -1,17 +1,17 @@
 """The course of a held jog: an operator's wish and the clock in, the next leg out. Moves nothing.
 
-A leg is as long as one burst or one queued segment. Its speed comes from a ramp (jog_pace.py),
-from what joints and motors can do there (jog_scale.py: the jog slows near a singularity), and
-from the way that is left to the next bound (jog_bounds.py), so that the arm could always stop
-before it. Where no step is left, the course has ended and says why.
+A leg is as long as one burst or one queued segment. Its speed comes from a ramp and from what
+joints and motors can do there (rates.py: the jog slows near a singularity), and from the way that
+is left to the next bound (bounds.py), so that the arm could always stop before it. Where no step
+is left, the course has ended and says why.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
+from armdrive.config.arm import ArmConfig
 from armdrive.motion.jog.bounds import (
     Bounds,
     Ended,
@@ -28,14 +28,10 @@ from armdrive.motion.jog.bounds import (
 )
 from armdrive.motion.jog.rates import Goal, Kind, Paced, Pacer, Scale, axis_names
 from armdrive.motion.resolve import BASE, axes_of
-from armdrive.motion.segments import Leg
+from armdrive.motion.segments import Speeds
 from armdrive.moves import GRIPPER_AXIS, Jog, Space
-from armdrive.runtime.position import Coordinates
+from armdrive.runtime.position import Coordinates, Leg
 from kinematics.five_axis.jog_rates import Rates, braked, shares_to_stop
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
-    from armdrive.motion.segments import Speeds
 
 LAST_STEPS = 2
 """The last steps before a bound are made at once, lest the arm creep for ever."""

@@ -9,20 +9,16 @@ half the speed, which is felt, and the others at all of it.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
+from armdrive.config.arm import ArmConfig
+from armdrive.motion.jog.bounds import Way
+from armdrive.motion.segments import Speeds
 from armdrive.moves import CARTESIAN_AXES, GRIPPER_AXIS, YAW_AXIS, Space
+from armdrive.runtime.position import Coordinates
 from kinematics import FiveAxisArm
 from kinematics.five_axis.jog_rates import Rates, joint_rates, ramped, share_of_limits
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from armdrive.config.arm import ArmConfig
-    from armdrive.motion.jog.bounds import Way
-    from armdrive.motion.segments import Speeds
-    from armdrive.runtime.position import Coordinates
 
 Kind = tuple[Space, str]
 """What a jog is meant in: a space and a frame."""
@@ -136,8 +132,7 @@ def _along(goal: Goal, before: Rates) -> Rates:
 
 # How much of a wished jog joints and motors can do from where the arm is, all axes slowed alike.
 #
-# Near a singularity a line of the tip asks more and more of the joints. What a leg asks is
-# measured
+# Near a singularity a line of the tip asks more and more of the joints. What a leg asks is measured
 # by solving it; of the five-axis build its joint rates are the first guess.
 
 ANGULAR_JOG_RAD_S = math.radians(45.0)

@@ -4,31 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from armdrive.abilities import Abort, segment_s
 from armdrive.errors import ArmError, BadRequest, NotReferenced, WrongState
+from armdrive.motion.context import Way, Wire
 from armdrive.motion.execute import begin, drive_legs, next_share, paced_move
 from armdrive.motion.gripper import require_finger_motor
 from armdrive.motion.jog.bounds import Ended
-from armdrive.motion.jog.course import JogCourse, Terms, Wish, stride
+from armdrive.motion.jog.course import JogCourse, Proposal, Terms, Wish, stride
 from armdrive.motion.jog.rates import axis_names
 from armdrive.motion.plan import audit
 from armdrive.motion.resolve import axes_of
-from armdrive.motion.streaming import Way, stream_held
-from armdrive.moves import BASE_FRAME, GRIPPER_AXIS, Jog, Space
+from armdrive.motion.segments import Speeds
+from armdrive.motion.streaming import stream_held
+from armdrive.moves import BASE_FRAME, GRIPPER_AXIS, Hold, Jog, Nudge, Space
+from armdrive.runtime.arm_state import Core
+from armdrive.runtime.position import Coordinates, Leg
 from armdrive.status import State
 from armdrive.tasks import Flow
 from kinematics import Joints, KinematicsError, Pose
-
-if TYPE_CHECKING:
-    from armdrive.motion.context import Wire
-    from armdrive.motion.jog.course import Proposal
-    from armdrive.motion.segments import Leg, Speeds
-    from armdrive.moves import Hold, Nudge
-    from armdrive.runtime.arm_state import Core
-    from armdrive.runtime.position import Coordinates
-
 
 # What a jog may move, how fast, on which terms: where an arm's state meets its jog's course.
 
@@ -212,8 +206,7 @@ def _give_up(wire: Wire, hold: Hold) -> None:
 
 # Jogging: short bursts while somebody holds a jog, single increments, and where both end.
 #
-# A held jog expires by itself: its owner renews it, and the last burst begins before it expires.
-# An
+# A held jog expires by itself: its owner renews it, and the last burst begins before it expires. An
 # increment expires as well where something keeps it from beginning. Limits and guards are met by
 # stopping at them, not by an error; moving away from one that is already passed is always allowed.
 # While the position is unknown, joints may be jogged slowly and without limits, since nothing is

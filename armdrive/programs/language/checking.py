@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from math import isfinite
 from types import MappingProxyType
 
-from armdrive.programs.acts import Mark
+from armdrive.errors import Mark, Problem
 from armdrive.programs.language.compiling import Code, Instruction, Op, compiled
 from armdrive.programs.language.lines import unknown_word
 from armdrive.programs.language.syntax import (
@@ -50,7 +50,6 @@ from armdrive.programs.language.words import (
     Kind,
     Slot,
 )
-from armdrive.programs.problems import Problem
 from kinematics.errors import suggestion
 
 # Of which kind every name of a program is: found out from the lines that give it a value.

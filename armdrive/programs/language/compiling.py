@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 from types import MappingProxyType
 
-from armdrive.programs.acts import Mark
+from armdrive.errors import Mark
 from armdrive.programs.language.syntax import (
     NOWHERE,
     Assign,

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from lark import Token, Tree, UnexpectedCharacters, UnexpectedInput, UnexpectedToken
 
-from armdrive.programs.acts import Mark
+from armdrive.errors import Mark, Problem
 from armdrive.programs.language.syntax import (
     Assign,
     Binary,
@@ -47,7 +47,6 @@ from armdrive.programs.language.syntax import (
     negative,
 )
 from armdrive.programs.language.words import LINKS, RESERVED, SHAPES, SPELLINGS
-from armdrive.programs.problems import Problem
 from kinematics.errors import suggestion
 
 if TYPE_CHECKING:

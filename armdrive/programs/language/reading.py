@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field
 
-from armdrive.programs.acts import Mark
+from armdrive.errors import Mark, Problem
 from armdrive.programs.language.lines import Item, LineMistake, read_line
 from armdrive.programs.language.syntax import (
     Branch,
@@ -29,7 +29,7 @@ from armdrive.programs.language.syntax import (
     While,
     WhileHead,
 )
-from armdrive.programs.problems import Problem, lines_of, program_error
+from armdrive.programs.problems import lines_of, program_error
 
 DEEPEST_BLOCK = 30
 """Blocks may be nested so deep."""

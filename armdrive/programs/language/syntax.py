@@ -11,8 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-from armdrive.errors import BadRequest
-from armdrive.programs.acts import Mark
+from armdrive.errors import BadRequest, Mark
 from armdrive.programs.language.values import slot_of
 from armdrive.programs.language.words import WORDS, Kind, Slot
 

@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from armdrive.connect.target import connect_simulated, simulated_config
-from armdrive.programs.acts import Fingers, Go, Grasp, Mark, Ready, Stage
+from armdrive.errors import Mark
+from armdrive.programs.acts import Fingers, Go, Grasp, Ready, Stage
 from armdrive.programs.performing import Performer
 from armdrive.sim.simulated_arm import make_twin
 from armdrive.sim.world.table import Block

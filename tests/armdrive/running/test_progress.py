@@ -2,7 +2,7 @@
 
 import pytest
 
-from armdrive.programs.acts import Mark
+from armdrive.errors import Mark
 from armdrive.programs.running import FOR_EVER, UNKNOWN, Progress, Took, nearest
 
 

@@ -11,7 +11,8 @@ from armdrive.cli.run_person import Lines, Terminal
 from armdrive.cli.run_showing import CLEAR_LINE, Display
 from armdrive.cli.run_words import duration
 from armdrive.connect.control_socket import _lasting, _shown
-from armdrive.programs.acts import Go, Mark, Stage
+from armdrive.errors import Mark
+from armdrive.programs.acts import Go, Stage
 from armdrive.programs.running import Progress, Step, Took
 from kinematics import Pose
 

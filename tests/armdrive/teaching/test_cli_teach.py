@@ -27,7 +27,8 @@ def call(capsys):
 
 @pytest.fixture
 def book():
-    points = points_of(find("sim:teachmover").config)
+    config = find("sim:teachmover").config
+    points = points_of(config.name, config.model.arm)
     points["above"], points["pick"] = Point(UP, 40.0), Point(DOWN, 12.0)
     steps = StepList((Step("above"), Step(gripper="open"), Step("pick", "line", 0.3)))
     points.put_sequence("fetch", steps, instead_of=None)

@@ -167,7 +167,8 @@ def test_what_no_program_can_say_is_refused(steps, sentence):
 
 def test_the_command_writes_a_file_that_is_a_program(capsys, tmp_path):
     call, path = Caller(capsys), tmp_path / "fetch.arm"
-    book = points_of(find("sim:teachmover").config)
+    config = find("sim:teachmover").config
+    book = points_of(config.name, config.model.arm)
     for name, point in POINTS.items():
         book[name] = point
     book.put_sequence("fetch", FETCH, instead_of=None)

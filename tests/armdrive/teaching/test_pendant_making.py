@@ -85,7 +85,7 @@ def test_without_a_reference_there_are_no_rows():
 def test_the_arm_itself_runs_what_was_taught(capsys, tmp_path):
     call, path = Caller(capsys), tmp_path / "fetch.pendant"
     call("home", code=0)
-    book = points_of(CONFIG)
+    book = points_of(CONFIG.name, CONFIG.model.arm)
     book["above"], book["pick"] = POINTS["above"], POINTS["pick"]
     book.put_sequence("fetch", StepList((Step("above"), Step("pick"))), instead_of=None)
     assert "2 rows" in call("pendant", "make", "fetch", str(path), code=0).out

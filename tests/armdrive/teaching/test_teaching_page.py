@@ -28,7 +28,8 @@ def commands(text):
 
 @pytest.fixture
 def stack():
-    book = points_of(find("sim:teachmover").config)
+    config = find("sim:teachmover").config
+    book = points_of(config.name, config.model.arm)
     book["above"] = Point(Joints.of(0.0, 40.0, -80.0, -40.0, 0.0), 40.0)
     book["pick"] = Point(Joints.of(0.0, 30.0, -85.0, -35.0, 0.0), 12.0)
     steps = [Step("above"), Step(gripper="open"), Step("pick", "line"), Step(wait_s=1.0)]
@@ -51,7 +52,8 @@ def test_every_command_of_the_page_runs(capsys, stack, tmp_path, monkeypatch):
 def test_the_python_of_the_page_runs():
     code = re.search(r"```python\n(.*?)```", TEACHING, re.DOTALL)[1]
     exec(compile(code, "teaching.md", "exec"), {})
-    book = points_of(find("sim:teachmover").config)
+    config = find("sim:teachmover").config
+    book = points_of(config.name, config.model.arm)
     assert book["left"].joints["base"] == -book["right"].joints["base"]
 
 
