@@ -8,10 +8,12 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeVar
 
 from armdrive.errors import BadRequest, StateFileError
+from armdrive.sim.bus.bus import BusLine
 from armdrive.sim.bus.drives import DrivesOnBus
 from armdrive.sim.device import Options, SimDevice, Value
 from armdrive.sim.faults.running import Faults, LinkCable
 from armdrive.sim.kinds import twin_kind
+from armdrive.sim.wire import PacedDevice
 from armdrive.sim.world.body import ArmBody, play_of
 from armdrive.sim.world.saved import MEND, Json, Saved, world_from_json
 from armdrive.sim.world.table import Block, Stand
@@ -92,6 +94,8 @@ def recalled(
 DIALECT = "dialect"
 """The entry of a saved world that names the dialect; without it, the only one that there was."""
 _FIRST = "teachmover"
+TITLE = "simulated arm"
+"""What links call the far end of their wire."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +107,7 @@ class Twin:
 
     dialect: str
     device: SimDevice
-    link: MemoryLink
+    link: MemoryLink[PacedDevice]
     operator: SimulatedOperator
     faults: Faults
 
@@ -140,13 +144,16 @@ def make_twin(
     return Twin(config.connection.dialect, device, link, operator, faults)
 
 
-def link_to(device: SimDevice) -> MemoryLink:
-    """Return a wire within this process to a device: a serial line, or the bus of its drives."""
-    if not isinstance(device, DrivesOnBus):
-        return MemoryLink(device, device.baud)
-    from armdrive.sim.bus.bus import CanMemoryLink
+def link_to(device: SimDevice) -> MemoryLink[PacedDevice]:
+    """Return a wire within this process to a device."""
+    return MemoryLink(line_to(device), TITLE)
 
-    return CanMemoryLink(device, device.bits_s())
+
+def line_to(device: SimDevice) -> PacedDevice:
+    """Return what carries bytes to a device: a serial line, or the bus of its drives."""
+    if isinstance(device, DrivesOnBus):
+        return BusLine(device, device.bits_s())
+    return PacedDevice(device, device.baud)
 
 
 def make_device(

@@ -25,7 +25,7 @@ class _Active:
 class LinkCable:
     """The cable of a wire within the process, pulled at the very moment and not when one looks."""
 
-    def __init__(self, link: MemoryLink) -> None:
+    def __init__(self, link: MemoryLink[PacedDevice]) -> None:
         self._link = link
 
     def unplug(self) -> None:
@@ -121,7 +121,7 @@ class Faults:
 
 def check_faults(device: SimDevice, requests: Iterable[FaultRequest]) -> None:
     """Raise `BadRequest` for a fault that this device cannot have; nothing happens to it."""
-    link = MemoryLink(device, None)
+    link = MemoryLink(PacedDevice(device, None), "simulated arm")
     try:
         faults = Faults(device, link.line, LinkCable(link))
         for request in requests:
