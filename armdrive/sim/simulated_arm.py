@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
+from armdrive.config.arm import ArmConfig
+from armdrive.dialog import PostureRequest
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.sim.bus.bus import BusLine
 from armdrive.sim.bus.drives import DrivesOnBus
@@ -20,11 +22,6 @@ from armdrive.sim.world.table import Block, Stand
 from armdrive.sim.world.world import World
 from armdrive.transports.in_process import MemoryLink
 from kinematics import Joints, Motors
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
-    from armdrive.dialog import PostureRequest
-
 
 # The simulated operator: somebody who sees the simulated arm and jogs it to where it is asked.
 #

@@ -5,8 +5,9 @@ from __future__ import annotations
 import abc
 import math
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, runtime_checkable
+from typing import Any, Generic, Protocol, TypeVar, runtime_checkable
 
+from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
 from armdrive.sim.bus.bus import Outbox
 from armdrive.sim.device import SimBase, SwitchState
@@ -17,9 +18,6 @@ from armdrive.sim.world.saved import Json
 from armdrive.sim.world.world import World
 from firmware_protocol.frames import Frame, Unpacker
 from kinematics.spaces import Motors
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
 
 
 @runtime_checkable

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from armdrive.config.arm import ArmConfig
 from armdrive.errors import ArmFileError, BadRequest
 from armdrive.sim.grbl.firmware import (
     ACCELERATION,
@@ -32,11 +33,7 @@ from armdrive.sim.grbl.firmware import (
 from armdrive.sim.grbl.hardware import Switch, Switches, Wiring
 from armdrive.sim.world.world import World
 from firmware_protocol.grbl import AXIS_LETTERS
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
-    from kinematics import Transmission
-
+from kinematics import Transmission
 
 # Whether a GRBL board can be built and set up as an arm file says, before one is simulated.
 #

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
+from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.sim.bus.drives import DrivesBox
 from armdrive.sim.mks.motion import due_s, give_up, happen
@@ -29,10 +30,6 @@ from firmware_protocol.mks import (
     SetStallProtection,
     Setting,
 )
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
-
 
 # The drives of a simulated arm as plain data: what is to be seen of them, and what is kept.
 
