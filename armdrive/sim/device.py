@@ -18,8 +18,8 @@ from typing import Any, ClassVar, Protocol, TypeAlias, runtime_checkable
 
 from armdrive.errors import BadRequest
 from armdrive.sim.mechanics.motors import Drive
+from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import Json, Saved, block_to_json, incident_to_json, world_to_json
-from armdrive.sim.world.world import World
 from kinematics.errors import did_you_mean
 from kinematics.spaces import Joints, Motors, Pose
 

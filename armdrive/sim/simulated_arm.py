@@ -10,16 +10,16 @@ from typing import TypeVar
 from armdrive.config.arm import ArmConfig
 from armdrive.dialog import PostureRequest
 from armdrive.errors import BadRequest, StateFileError
-from armdrive.sim.bus.bus import BusLine
 from armdrive.sim.bus.drives import DrivesOnBus
+from armdrive.sim.bus.line import BusLine
 from armdrive.sim.device import Options, SimDevice, Value
 from armdrive.sim.faults.running import Faults, LinkCable
 from armdrive.sim.kinds import twin_kind
 from armdrive.sim.wire import PacedDevice
+from armdrive.sim.world.arm import World
 from armdrive.sim.world.body import ArmBody, play_of
 from armdrive.sim.world.saved import MEND, Json, Saved, world_from_json
 from armdrive.sim.world.table import Block, Stand
-from armdrive.sim.world.world import World
 from armdrive.transports.in_process import MemoryLink
 from kinematics import Joints, Motors
 

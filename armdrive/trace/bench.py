@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 from armdrive.dialects.words import Message, Weight
 from armdrive.errors import ArmError, BadRequest, RecordingError
-from armdrive.sim.bus.bus import BusLine
 from armdrive.sim.bus.drives import DrivesOnBus
+from armdrive.sim.bus.line import BusLine
 from armdrive.sim.device import state_json, state_line
 from armdrive.sim.simulated_arm import DIALECT, make_device
 from armdrive.sim.wire import PacedDevice

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from armdrive.sim.simulated_arm import link_to
 from armdrive.sim.teachmover.device import SimTeachMover
-from armdrive.sim.world.world import World
+from armdrive.sim.world.arm import World
 from firmware_protocol.teachmover import Command, Completed, Host, QDump
 from kinematics.spaces import Pose
 

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from armdrive.errors import LinkLost
-from armdrive.sim.bus.bus import BusLine, FrameWire, Side
+from armdrive.sim.bus.line import BusLine, FrameWire, Side
 from armdrive.sim.wire import Next, Rule, Share, frame_lost, late, lost, overtaken
 from armdrive.transports.can_health import frame_bits, most_frame_bits
 from armdrive.transports.in_process import MemoryLink

@@ -19,8 +19,8 @@ from armdrive.sim.faults.running import Faults, LinkCable
 from armdrive.sim.kinds import twin_kind
 from armdrive.sim.simulated_arm import TITLE, SimulatedOperator, Twin, line_to
 from armdrive.sim.wire import PacedDevice
+from armdrive.sim.world.arm import World
 from armdrive.sim.world.body import ArmBody
-from armdrive.sim.world.world import World
 from armdrive.status import State
 from armdrive.transports.in_process import MemoryLink
 from kinematics import Joints, Motors

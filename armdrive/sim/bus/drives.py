@@ -9,13 +9,13 @@ from typing import Any, Generic, Protocol, TypeVar, runtime_checkable
 
 from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
-from armdrive.sim.bus.bus import Outbox
+from armdrive.sim.bus.line import Outbox
 from armdrive.sim.device import SimBase, SwitchState
 from armdrive.sim.mechanics.motors import Drive
 from armdrive.sim.mechanics.profiles import Piece, Profile, nearest, standing, to_goal, to_speed
+from armdrive.sim.world.arm import World
 from armdrive.sim.world.body import sagged
 from armdrive.sim.world.saved import Json
-from armdrive.sim.world.world import World
 from firmware_protocol.frames import Frame, Unpacker
 from kinematics.spaces import Motors
 

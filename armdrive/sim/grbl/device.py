@@ -28,8 +28,8 @@ from armdrive.sim.grbl.realtime import (
     soft_reset,
     switched_on,
 )
+from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import MEND, Json, Saved
-from armdrive.sim.world.world import World
 from firmware_protocol.grbl import State
 from kinematics.spaces import Motors
 

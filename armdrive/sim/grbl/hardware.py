@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from armdrive.sim.device import SwitchState
+from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import Json
-from armdrive.sim.world.world import World
 from firmware_protocol.grbl import Modal
 
 

@@ -31,7 +31,7 @@ from armdrive.sim.grbl.firmware import (
     TRAVEL,
 )
 from armdrive.sim.grbl.hardware import Switch, Switches, Wiring
-from armdrive.sim.world.world import World
+from armdrive.sim.world.arm import World
 from firmware_protocol.grbl import AXIS_LETTERS
 from kinematics import Transmission
 

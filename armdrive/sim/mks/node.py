@@ -13,8 +13,8 @@ from typing import TypeVar, cast
 from armdrive.errors import StateFileError
 from armdrive.sim.bus.drives import LimitSwitch, ShaftDrive, ShaftPoint, at_rate, dead
 from armdrive.sim.mechanics.profiles import Piece, Profile
+from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import MEND, Json, Saved
-from armdrive.sim.world.world import World
 from firmware_protocol.errors import ProtocolError
 from firmware_protocol.mks import (
     COUNTS_PER_TURN,

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from armdrive.sim.mechanics.motors import Drive
 from armdrive.sim.mechanics.profiles import UncoordinatedRack
-from armdrive.sim.world.world import World
+from armdrive.sim.world.arm import World
 from firmware_protocol.robko01 import (
     AXES,
     PAYLOAD_MAX,

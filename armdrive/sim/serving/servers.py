@@ -18,7 +18,7 @@ from types import MappingProxyType
 from typing import Any, Protocol
 
 from armdrive.errors import PortUnavailable
-from armdrive.sim.bus.bus import BusLine
+from armdrive.sim.bus.line import BusLine
 from armdrive.sim.device import WireDevice
 from firmware_protocol.frames import Frame, Unpacker, pack
 from firmware_protocol.slcan import BELL, CR, ON_BUS, Lines, frame_of, line_of

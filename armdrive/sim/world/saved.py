@@ -8,9 +8,9 @@ from types import MappingProxyType
 from typing import TypeAlias
 
 from armdrive.errors import BadRequest, StateFileError
+from armdrive.sim.world.arm import World
 from armdrive.sim.world.body import ArmBody
 from armdrive.sim.world.table import Block, Incident, IncidentKind
-from armdrive.sim.world.world import World
 
 # Read values out of saved state, strictly: whatever does not fit is a `StateFileError`.
 
