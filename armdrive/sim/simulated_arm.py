@@ -1,4 +1,4 @@
-"""A simulated twin: an arm's world, its controller and the wire to it, for one process."""
+"""A simulated arm for one process: its world, its controller, the wire to it, and its operator."""
 
 from __future__ import annotations
 
@@ -23,12 +23,11 @@ from armdrive.sim.world.table import Block, Stand
 from armdrive.transports.in_process import MemoryLink
 from kinematics import Joints, Motors
 
-# The simulated operator: somebody who sees the simulated arm and jogs it to where it is asked.
+# --- The operator --------------------------------------------------------------------------------
 #
-# He does what a person would: looks at the physical posture, which no register knows, first lifts
-# the hand over the mark, then lowers it, in steps of the arm's own motors through the driver.
-# Motors
-# with backlash he brings there from one side.
+# The operator does what a person would: looks at the physical posture, which no register knows,
+# first lifts the hand over the mark, then lowers it, in steps of the arm's own motors through the
+# driver. Motors with backlash are brought there from one side.
 
 LIFT_MM = 60.0
 LOOKS = 4
@@ -72,7 +71,7 @@ class SimulatedOperator:
         return missing
 
 
-# Make a simulated device again from what `to_json` wrote.
+# --- The device, made again from what `to_json` wrote --------------------------------------------
 
 D = TypeVar("D", bound=SimDevice)
 
@@ -132,7 +131,7 @@ def make_twin(
     `play` is the lost motion of every motor's train, or of each, in steps: without it, the
     backlash of the arm file, which is what the driver takes up. `stand` puts the arm on a table
     with others, which a saved world cannot be put on. `options` are settings of the
-    dialect's device (`twins.py`), `speed_error=0.2` say. Raises `StateFileError` where what was
+    dialect's device, `speed_error=0.2` say. Raises `StateFileError` where what was
     saved fits no such arm, and `BadRequest` for the rest.
     """
     device = make_device(config, saved, blocks=blocks, play=play, stand=stand, settings=options)

@@ -97,7 +97,7 @@ class PacedWire:
         self._free_s = -math.inf
 
 
-# --- Faults: bytes lost, changed, repeated or late, in each direction by itself -----------------
+# --- Faults: bytes lost, changed, repeated or late, in each direction by itself ------------------
 #
 # A message is what is put on the wire at once. Random faults come from a seeded generator, so that
 # a run can be repeated.
@@ -272,7 +272,7 @@ def late(delay_s: float) -> Effect:
     return effect
 
 
-# --- The line with both directions ----------------------------------------------------------------
+# --- The line with both directions ---------------------------------------------------------------
 
 _LINES = re.compile(rb"[^\r\n]*[\r\n]|[^\r\n]+")
 
@@ -376,7 +376,7 @@ class PacedDevice:
             self._out.push(piece, now_s)
 
 
-# --- Faults of whole CAN frames: one is lost, or overtaken by the next one ----------------------
+# --- Faults of whole CAN frames: one is lost, or overtaken by the next one -----------------------
 #
 # A single wrong bit is no fault here: a frame's CRC finds it, and its controller sends it again.
 

@@ -116,7 +116,7 @@ def not_heard(why: str) -> str:
     return f"nobody on the bus takes what is sent ({why}): {ADVICE}"
 
 
-# --- The length of a classic CAN frame in bits, stuff bits included ----------------------------
+# --- The length of a classic CAN frame in bits, stuff bits included ------------------------------
 #
 # ISO 11898-1, 10.4 and 10.5: after five equal bits a bit of the other value is inserted, from the
 # start of the frame to the end of its check sequence. That is a CRC of 15 bits with the

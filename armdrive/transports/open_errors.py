@@ -27,7 +27,7 @@ if sys.platform != "win32":
 Names = Callable[[], Iterable[str]]
 """Lists the serial ports that are there. Called only if the error is that a port is missing."""
 
-# --- Which program has a device open -----------------------------------------------------------
+# --- Which program has a device open -------------------------------------------------------------
 #
 # Read from /proc, so that nothing is opened to find out. Unless run as root, a program sees only
 # the other programs of its user; without /proc it sees none.
@@ -91,7 +91,7 @@ def _program(process: Path) -> str:
         return "unknown"
 
 
-# --- Why a serial port or a host cannot be opened ----------------------------------------------
+# --- Why a serial port or a host cannot be opened ------------------------------------------------
 
 _ABSENT = frozenset({errno.ENOENT, errno.ENODEV, errno.ENXIO, errno.EIO})
 _BUSY = frozenset({errno.EBUSY, errno.EAGAIN})
@@ -210,7 +210,7 @@ def _absent(port: str, names: Names) -> str:
     return f"there is no port {port} ({there}): check the cable and the name"
 
 
-# --- Why a CAN adapter cannot be opened --------------------------------------------------------
+# --- Why a CAN adapter cannot be opened ----------------------------------------------------------
 #
 # Errors are told apart without importing python-can.
 

@@ -138,7 +138,7 @@ def _stable_names() -> dict[str, str]:
         return {}
 
 
-# --- CAN adapters, with the address that opens each --------------------------------------------
+# --- CAN adapters, with the address that opens each ----------------------------------------------
 #
 # The system knows most of them: its own CAN interfaces, and adapters by their USB numbers. The
 # drivers of python-can are asked only on request, and in a process of their own: they load

@@ -44,8 +44,7 @@ from firmware_protocol.errors import RemoteProtocolError
 # What words and numbers of the drive profile CiA 402 mean, in words.
 #
 # Bits 4, 10, 12 and 13 mean what the mode says; where it is not known they are called as in
-# profile
-# position. While a drive has no current, 10 and 12 mean nothing, and are left out.
+# profile position. While a drive has no current, 10 and 12 mean nothing, and are left out.
 
 DRIVES = 402
 """The number of the profile of drives, in object 1000."""

@@ -242,7 +242,7 @@ class BusLine(PacedDevice):
             self._put(late, Side.DEVICE, now_s)
 
 
-# --- Frames on their way from the drives to the bus ---------------------------------------------
+# --- Frames on their way from the drives to the bus ----------------------------------------------
 #
 # Several drives of one id answer at the same moment. Equal frames overlap bit by bit, and the host
 # hears one. Different frames destroy each other until one drive's controller has counted so many

@@ -62,7 +62,7 @@ class Faults:
         after_s: float = 0.0,
         for_s: float | None = None,
     ) -> None:
-        """Have something go wrong: `add("drop", 0.01, side="host")`; see `faults_table.FAULTS`.
+        """Have something go wrong: `add("drop", 0.01, side="host")`; see `table.FAULTS`.
 
         `after_s` counts from the device's present time. Raises `BadRequest`.
         """

@@ -158,7 +158,7 @@ class PtyServer:
         return is_pty and (target == self._target or not path.exists())
 
 
-# --- Network ports ------------------------------------------------------------------------------
+# --- Network ports -------------------------------------------------------------------------------
 
 LOOPBACK = "127.0.0.1"
 
@@ -355,7 +355,7 @@ def _is_loopback(host: str) -> bool:
         return False
 
 
-# --- A serial CAN adapter -----------------------------------------------------------------------
+# --- A serial CAN adapter ------------------------------------------------------------------------
 #
 # It behaves like a Lawicel adapter: it answers a command with CR or the bell, a frame that it
 # accepts with `z` or `Z`, and `F`, `V` and `N` with words. Timestamps are off.
