@@ -99,13 +99,13 @@ def _check_door(options: argparse.Namespace) -> None:
 
 def _serve(options: argparse.Namespace) -> int:
     from armdrive.connect.target import simulated_config
-    from armdrive.sim.bus.bus import BITRATE
     from armdrive.sim.bus.drives import DrivesOnBus
+    from armdrive.sim.bus.line import BITRATE
     from armdrive.sim.device import Options
     from armdrive.sim.faults.request import parse_option
     from armdrive.sim.faults.running import check_faults
     from armdrive.sim.kinds import twin_kind
-    from armdrive.sim.serving.serve import make_server, run_device
+    from armdrive.sim.serving.loop import make_server, run_device
     from armdrive.sim.serving.servers import SlcanServer, beyond_this_computer
     from armdrive.sim.simulated_arm import make_device
 

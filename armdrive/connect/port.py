@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from armdrive.errors import DeviceFault, LinkLost, PortUnavailable
 from armdrive.runtime.received import NOT_THE_ANSWER, excerpt
-from armdrive.transports.address import PREFIX, is_can
+from armdrive.transports.address import PREFIX, is_can, scheme
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm
@@ -47,7 +47,7 @@ class Wiring:
 
     def open(self) -> Link:
         """Open the wire, wherever it is now. Raises `PortUnavailable`; sends nothing."""
-        from armdrive.transports.open import open_link, scheme
+        from armdrive.transports.open import open_link
         from armdrive.transports.ports import serial_number_of
 
         port = self.find()

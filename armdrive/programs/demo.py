@@ -16,8 +16,8 @@ from kinematics import Pose
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm
+    from armdrive.sim.world.arm import World
     from armdrive.sim.world.table import Block
-    from armdrive.sim.world.world import World
 
 SAFE_MM = 60.0
 """Height of the straight lifts above where a block is taken or put."""

@@ -182,7 +182,7 @@ def _sine(angle_rad: float) -> float:
     return round(math.sin(angle_rad), 12) + 0.0
 
 
-# What a watcher can ask of a camera, by name: go round, come nearer, take a named view.
+# --- Requests of a watcher: orbit, zoom, take a named view ---------------------------------------
 
 ORBIT_DEG = 10
 """One step round the arm or up; 36 of them lead back."""

@@ -160,7 +160,7 @@ def _bresenham(x0: int, y0: int, x1: int, y1: int) -> Iterator[tuple[int, int]]:
             y0 += step_y
 
 
-# What characters a terminal can show.
+# --- What characters a terminal can show ---------------------------------------------------------
 
 _PLAIN_TERMINALS = ("linux", "dumb")
 """The Linux console has no braille in its font; a dumb terminal has nothing."""

@@ -1,4 +1,4 @@
-"""An arm in one posture as lines in space: links, joints, fingers and tool axes; or its ghost."""
+"""An arm or any chain in one posture as lines in space, and its ghost."""
 
 from __future__ import annotations
 
@@ -130,10 +130,9 @@ def _moved(point: Point, along: Vector, by_mm: float) -> Point:
     return x + along[0] * by_mm, y + along[1] * by_mm, z + along[2] * by_mm
 
 
-# Any chain of links as what is drawn in space, those with slides included.
+# --- Any chain of links, those with slides included ----------------------------------------------
 #
-# A view asks of an arm where its points are, how its hand is held, and how far its joints go.
-# Slides
+# A view asks an arm where its points are, how its hand is held, and how far its joints go. Slides
 # are counted back from where they are furthest out, in mm where other joints have rad: the zero
 # posture, by which a view fits its picture, is then the longest.
 

@@ -18,7 +18,7 @@ from armdrive.render.camera import Projection
 from armdrive.render.canvas import BRAILLE_BITS, clip, slope_stroke
 from armdrive.render.inks import PATTERNS, Ink, Layer, Pattern
 
-# A finished picture of characters and inks, and which spans of it differ from another.
+# --- A finished picture, and the spans in which it differs from another --------------------------
 
 _BRAILLE = " " + "".join(chr(0x2800 + bits) for bits in range(1, 256))
 _PLAIN = " " + "".join(chr(code) for code in range(1, 128))

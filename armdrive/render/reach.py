@@ -101,7 +101,7 @@ def _tip(arm: ArmGeometry, angles: Sequence[float]) -> tuple[float, float]:
     return math.hypot(points[-1][0] - points[0][0], points[-1][1] - points[0][1]), points[-1][2]
 
 
-# What an arm reaches, as sketches: a section of a five-axis arm, or samples of any chain.
+# --- Sketches of the reach: a section of a five-axis arm, or samples of any chain ----------------
 
 _LATTICE = 24
 _FINEST_MM = 5.0

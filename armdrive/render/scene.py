@@ -1,4 +1,4 @@
-"""One arm as it is to be drawn in space, from moment to moment: what changed is made anew.
+"""The picture of one arm in space, from moment to moment: its layers, and what changed.
 
 It keeps the way that the tip has gone, and the outlines of the reach that were worked out.
 """
@@ -21,7 +21,7 @@ from kinematics.five_axis.arm import FiveAxisArm
 from kinematics.geometry import Point
 from kinematics.spaces import Joints
 
-# A picture of an arm in space, put together from layers; what stands still is drawn only once.
+# --- Layers: what stands still is drawn only once ------------------------------------------------
 
 _SAMPLE = 4
 """Cells of a line, a whole period of its pattern, that show what it looks like, beside its word."""

@@ -1,4 +1,4 @@
-"""Curves and points in mm drawn to scale in characters: braille dots, or plain ASCII."""
+"""Curves and points in mm drawn to scale, in characters or as a PNG or SVG file."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def _box(points: Iterable[Point]) -> tuple[Span, Span]:
     return across, up
 
 
-# Sketches as PNG or SVG files, drawn by matplotlib: the optional extra `plot`.
+# --- Files, drawn by matplotlib: the optional extra `plot` ---------------------------------------
 
 FORMATS = (".png", ".svg")
 

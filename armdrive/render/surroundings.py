@@ -1,4 +1,4 @@
-"""What stands about an arm as lines in space: the table, the base, and the guards."""
+"""What surrounds an arm, as lines in space: table, base, guards, and the tip's trail."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ def _ring(x: float, y: float, radius: float, z: float) -> tuple[Point, ...]:
     return tuple((x + radius * math.cos(a), y + radius * math.sin(a), z) for a in angles)
 
 
-# The way that the tip has just gone: the latest points of it, a bounded number, in pieces.
+# --- The trail: the tip's latest points, a bounded number, in pieces -----------------------------
 
 PIECE = 16
 """Points in one layer. Full layers stay as they are, so that they need not be drawn again."""

@@ -14,9 +14,9 @@ from armdrive.errors import ArmError
 from armdrive.storage import files as places
 from armdrive.storage.lock_client import ask_holder
 from armdrive.text.toml import value as toml
-from armdrive.transports.open import scheme
+from armdrive.transports.address import scheme
 from armdrive.transports.open_errors import NoSuchPort, holder, owning_group, refusal
-from armdrive.transports.ports import PortInfo, device_of, list_ports
+from armdrive.transports.ports import PortInfo, device_names, device_of, list_ports
 
 # Who has a port, and which arm files it belongs to: asked of files and local sockets alone.
 
@@ -231,5 +231,5 @@ def _described(info: PortInfo) -> str:
 
 def _sentence(port: str, error: OSError) -> Finding:
     """Return what opening would be refused with: what is wrong, and what to do about it."""
-    what, colon, mend = str(refusal(port, error)).partition(": ")
+    what, colon, mend = str(refusal(port, error, device_names)).partition(": ")
     return problem(what, mend) if colon else problem(what, "name another port")

@@ -22,8 +22,8 @@ from armdrive.dialects.probes import (
 )
 from armdrive.dialects.signs import Identity, recognise
 from armdrive.errors import PortUnavailable
+from armdrive.transports.address import host_and_port, scheme
 from armdrive.transports.link import Link
-from armdrive.transports.open import host_and_port, scheme
 from armdrive.transports.serial_port import SerialLink
 from armdrive.transports.udp import UdpLink
 

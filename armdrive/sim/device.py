@@ -1,4 +1,4 @@
-"""The face of every simulated controller: what a wire, and what a person beside the arm, can ask.
+"""What every simulated controller is: its interfaces, the base that all share, options, report.
 
 A `WireDevice` is the least: bytes in, bytes out, on a clock that is handed to it. A `SimDevice` is
 that together with the physical arm and what one can see and do there. What only some devices have
@@ -18,8 +18,8 @@ from typing import Any, ClassVar, Protocol, TypeAlias, runtime_checkable
 
 from armdrive.errors import BadRequest
 from armdrive.sim.mechanics.motors import Drive
+from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import Json, Saved, block_to_json, incident_to_json, world_to_json
-from armdrive.sim.world.world import World
 from kinematics.errors import did_you_mean
 from kinematics.spaces import Joints, Motors, Pose
 
@@ -42,7 +42,7 @@ class WireDevice(Protocol):
 
 
 class SimDevice(WireDevice, Protocol):
-    """A controller with its arm; `sim_base.SimBase` holds what all of them do alike."""
+    """A controller with its arm; `SimBase` holds what all of them do alike."""
 
     @property
     def title(self) -> str:
@@ -174,7 +174,7 @@ def lacks(device: SimDevice, what: str) -> BadRequest:
     return BadRequest(f"the simulated {device.title} has no {what}")
 
 
-# Things that somebody wants done to a simulated device at stated times.
+# --- Things to be done to a device at stated times -----------------------------------------------
 
 Action = Callable[[], None]
 
@@ -200,13 +200,12 @@ class Agenda:
         return heapq.heappop(self._entries)[2]
 
 
-# What every simulated controller does alike, so that a dialect's device is its box alone.
+# --- The base of every device, so that a dialect adds its controller alone -----------------------
 #
-# The clock, the agenda, power, inputs, the person beside the arm, and the saved world. All times
-# are seconds on the clock that is handed in. What a person does happens at the device's present
-# time, or through `at` at a stated one; where a thread drives the device, it belongs on that
-# thread,
-# or under its lock.
+# It keeps the clock, the agenda, power, inputs, the person at the arm, and the saved world. Times
+# are in seconds on the clock that is handed in. What a person does happens at the device's present
+# time, or through `at` at a stated one; where a thread drives the device, call these methods on
+# that thread or under its lock.
 
 
 class SimBase(abc.ABC):
@@ -422,9 +421,9 @@ class SimBase(abc.ABC):
         self._drive.follow(self.now_s)
 
 
-# Settings of a simulated device that a person or a test may choose, by name: a table for each.
+# --- Options that a person or a test may choose by name ------------------------------------------
 #
-# The values are numbers, texts or true and false; on the command line they are written NAME=VALUE.
+# The values are numbers, texts or true and false. On the command line they are written NAME=VALUE.
 
 Value: TypeAlias = bool | int | float | str
 _FLAGS = {"yes": True, "true": True, "on": True, "1": True}
@@ -516,7 +515,7 @@ def _row(rows: Mapping[str, Option], name: str) -> Option:
     raise BadRequest(f"the simulated device has no setting {name!r}; {hint}")
 
 
-# The whole state of a simulated arm, physical and commanded, for people and for programs.
+# --- The report: the whole state, physical and commanded, for people and programs ----------------
 
 _MM_DIGITS = 3
 _DEG_DIGITS = 3

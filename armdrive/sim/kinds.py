@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from armdrive.errors import BadRequest
 from armdrive.sim.device import Option, Options, SimDevice
-from armdrive.sim.world.world import World
+from armdrive.sim.world.arm import World
 from kinematics.errors import suggestion
 
 if TYPE_CHECKING:

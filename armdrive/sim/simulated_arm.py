@@ -1,35 +1,33 @@
-"""A simulated twin: an arm's world, its controller and the wire to it, for one process."""
+"""A simulated arm for one process: its world, its controller, the wire to it, and its operator."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
+from armdrive.config.arm import ArmConfig
+from armdrive.dialog import PostureRequest
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.sim.bus.drives import DrivesOnBus
+from armdrive.sim.bus.line import BusLine
 from armdrive.sim.device import Options, SimDevice, Value
 from armdrive.sim.faults.running import Faults, LinkCable
 from armdrive.sim.kinds import twin_kind
+from armdrive.sim.wire import PacedDevice
+from armdrive.sim.world.arm import World
 from armdrive.sim.world.body import ArmBody, play_of
 from armdrive.sim.world.saved import MEND, Json, Saved, world_from_json
 from armdrive.sim.world.table import Block, Stand
-from armdrive.sim.world.world import World
 from armdrive.transports.in_process import MemoryLink
 from kinematics import Joints, Motors
 
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
-    from armdrive.dialog import PostureRequest
-
-
-# The simulated operator: somebody who sees the simulated arm and jogs it to where it is asked.
+# --- The operator --------------------------------------------------------------------------------
 #
-# He does what a person would: looks at the physical posture, which no register knows, first lifts
-# the hand over the mark, then lowers it, in steps of the arm's own motors through the driver.
-# Motors
-# with backlash he brings there from one side.
+# The operator does what a person would: looks at the physical posture, which no register knows,
+# first lifts the hand over the mark, then lowers it, in steps of the arm's own motors through the
+# driver. Motors with backlash are brought there from one side.
 
 LIFT_MM = 60.0
 LOOKS = 4
@@ -73,7 +71,7 @@ class SimulatedOperator:
         return missing
 
 
-# Make a simulated device again from what `to_json` wrote.
+# --- The device, made again from what `to_json` wrote --------------------------------------------
 
 D = TypeVar("D", bound=SimDevice)
 
@@ -92,6 +90,8 @@ def recalled(
 DIALECT = "dialect"
 """The entry of a saved world that names the dialect; without it, the only one that there was."""
 _FIRST = "teachmover"
+TITLE = "simulated arm"
+"""What links call the far end of their wire."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +103,7 @@ class Twin:
 
     dialect: str
     device: SimDevice
-    link: MemoryLink
+    link: MemoryLink[PacedDevice]
     operator: SimulatedOperator
     faults: Faults
 
@@ -131,7 +131,7 @@ def make_twin(
     `play` is the lost motion of every motor's train, or of each, in steps: without it, the
     backlash of the arm file, which is what the driver takes up. `stand` puts the arm on a table
     with others, which a saved world cannot be put on. `options` are settings of the
-    dialect's device (`twins.py`), `speed_error=0.2` say. Raises `StateFileError` where what was
+    dialect's device, `speed_error=0.2` say. Raises `StateFileError` where what was
     saved fits no such arm, and `BadRequest` for the rest.
     """
     device = make_device(config, saved, blocks=blocks, play=play, stand=stand, settings=options)
@@ -140,13 +140,16 @@ def make_twin(
     return Twin(config.connection.dialect, device, link, operator, faults)
 
 
-def link_to(device: SimDevice) -> MemoryLink:
-    """Return a wire within this process to a device: a serial line, or the bus of its drives."""
-    if not isinstance(device, DrivesOnBus):
-        return MemoryLink(device, device.baud)
-    from armdrive.sim.bus.bus import CanMemoryLink
+def link_to(device: SimDevice) -> MemoryLink[PacedDevice]:
+    """Return a wire within this process to a device."""
+    return MemoryLink(line_to(device), TITLE)
 
-    return CanMemoryLink(device, device.bits_s())
+
+def line_to(device: SimDevice) -> PacedDevice:
+    """Return what carries bytes to a device: a serial line, or the bus of its drives."""
+    if isinstance(device, DrivesOnBus):
+        return BusLine(device, device.bits_s())
+    return PacedDevice(device, device.baud)
 
 
 def make_device(

@@ -1,7 +1,7 @@
-"""One direction of a serial line: bytes arrive no faster than the baud rate carries them.
+"""The line to a simulated device: bytes paced by a baud rate, and what may go wrong with them.
 
 Without a baud rate the line is that of a network: what is pushed at once arrives at once, as one.
-Times are in seconds on whatever clock the caller keeps.
+Times are in seconds on the caller's clock.
 """
 
 from __future__ import annotations
@@ -97,11 +97,10 @@ class PacedWire:
         self._free_s = -math.inf
 
 
-# What may go wrong on a wire: bytes lost, changed, said twice, late; each direction by itself.
+# --- Faults: bytes lost, changed, repeated or late, in each direction by itself ------------------
 #
-# A message is what is put on the wire at once. Chance is drawn from a seeded generator, so that
-# the
-# same faults come again in the same run.
+# A message is what is put on the wire at once. Random faults come from a seeded generator, so that
+# a run can be repeated.
 
 
 class Amount(ABC):
@@ -273,13 +272,13 @@ def late(delay_s: float) -> Effect:
     return effect
 
 
-# A simulated device behind its serial line: both directions paced, events taken in their order.
+# --- The line with both directions ---------------------------------------------------------------
 
 _LINES = re.compile(rb"[^\r\n]*[\r\n]|[^\r\n]+")
 
 
 class PacedDevice:
-    """Carries bytes to a device and back at a baud rate, or at once where there is none.
+    """A `Line` to a device: carries bytes both ways at a baud rate, or at once where there is none.
 
     Time may be advanced in steps of any size: what happens in between happens at its own moment,
     so that an answer is as late as it would be if somebody had looked all the time. Of lines that
@@ -289,10 +288,20 @@ class PacedDevice:
     def __init__(self, device: WireDevice, baud: int | None) -> None:
         self.device = device
         self.faults = WireFaults()
-        self._paced = bool(baud)
+        self._baud = baud
         self._in = PacedWire(baud)
         self._out = PacedWire(baud)
         self._plugged = True
+
+    @property
+    def pace(self) -> str:
+        """How fast bytes travel, for people."""
+        return f"at {self._baud} baud" if self._baud else ""
+
+    @property
+    def trouble(self) -> str:
+        """Return nothing: only a pulled cable cuts the host off."""
+        return ""
 
     @property
     def backlog(self) -> int:
@@ -337,13 +346,16 @@ class PacedDevice:
         """Put the cable back at the device's present moment."""
         self._plugged = True
 
+    def reopen(self) -> None:
+        """Do nothing: a serial line does not notice when its host opens the port again."""
+
     def say(self, data: bytes, now_s: float) -> None:
         """Put bytes on the line to the host that the device itself never sent."""
         if self._plugged:
             self._out.push(data, now_s)
 
     def _push(self, data: bytes, now_s: float) -> None:
-        for line in _LINES.findall(data) if self._paced else (data,):
+        for line in _LINES.findall(data) if self._baud else (data,):
             self._in.push(line, now_s)
 
     def _due_s(self) -> float:
@@ -364,7 +376,7 @@ class PacedDevice:
             self._out.push(piece, now_s)
 
 
-# What a CAN bus does to whole frames, as rules for the fault lanes: one is lost, or overtaken.
+# --- Faults of whole CAN frames: one is lost, or overtaken by the next one -----------------------
 #
 # A single wrong bit is no fault here: a frame's CRC finds it, and its controller sends it again.
 

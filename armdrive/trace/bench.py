@@ -9,8 +9,8 @@ from collections.abc import Mapping, Sequence
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects.words import Message, Weight
 from armdrive.errors import ArmError, BadRequest, RecordingError
-from armdrive.sim.bus.bus import BusLine
 from armdrive.sim.bus.drives import DrivesOnBus
+from armdrive.sim.bus.line import BusLine
 from armdrive.sim.device import SimDevice, Value, state_json, state_line
 from armdrive.sim.simulated_arm import DIALECT, make_device
 from armdrive.sim.wire import PacedDevice

@@ -1,16 +1,18 @@
-"""`can:INTERFACE:CHANNEL?OPTION=VALUE&...`: which CAN adapter a port's name means.
+"""The addresses that can stand where a serial port's name does, read into their parts.
 
-The names are python-can's own, and so is what is left out: `can:` alone is whatever python-can's
-configuration file or the variables CAN_INTERFACE, CAN_CHANNEL and CAN_BITRATE say.
+`SCHEME://HOST:PORT` is a controller on a network. `can:INTERFACE:CHANNEL?OPTION=VALUE&...` is a
+CAN adapter. Its names are python-can's own, and so are its defaults: `can:` alone means whatever
+python-can's configuration file or the variables CAN_INTERFACE, CAN_CHANNEL and CAN_BITRATE say.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from urllib.parse import parse_qsl
+from urllib.parse import parse_qsl, urlsplit
 
 from armdrive.errors import BadRequest
 
+TCP_SCHEMES = frozenset({"socket", "rfc2217"})
 PREFIX = "can:"
 IDS = "ids"
 """The one option that is not python-can's: the ids that are listened to, `ids=1,2,0x10`."""
@@ -86,6 +88,29 @@ class CanAddress:
 def is_can(port: str) -> bool:
     """Tell whether a port's name means a CAN adapter."""
     return port[: len(PREFIX)].lower() == PREFIX
+
+
+def scheme(port: str) -> str:
+    """Return what stands before `://`, in small letters; empty for a plain name or a CAN bus."""
+    if is_can(port):
+        return ""
+    before, found, _ = port.partition("://")
+    return before.lower() if found else ""
+
+
+def host_and_port(url: str) -> tuple[str, int]:
+    """Read the host and the port number of a network URL. Raises `BadRequest`."""
+    parts = urlsplit(url)
+    try:
+        number = parts.port
+    except ValueError:
+        number = None
+    if not parts.hostname or not number:
+        raise BadRequest(
+            f"{url} is no address: write host and port number, for example "
+            f"{parts.scheme or 'socket'}://192.168.4.1:2217"
+        )
+    return parts.hostname, number
 
 
 def _ids(text: str, port: str) -> frozenset[int]:

@@ -1,4 +1,4 @@
-"""What is known of a CAN bus: what its error frames and its adapter's status say, in words.
+"""The state of a CAN bus: its error frames and its adapter's status in words, its load in bits.
 
 Error frames are those of Linux (linux/can/error.h): their id is a set of classes, their data says
 more. The status byte is Lawicel's answer to `F`.
@@ -116,12 +116,11 @@ def not_heard(why: str) -> str:
     return f"nobody on the bus takes what is sent ({why}): {ADVICE}"
 
 
-# How long a classic CAN frame keeps the bus busy: its bits, stuff bits counted one by one.
+# --- The length of a classic CAN frame in bits, stuff bits included ------------------------------
 #
-# ISO 11898-1, 10.4 and 10.5: after five bits alike one of the other value is put in, from the
-# start
-# of the frame to the end of its check sequence; that is a CRC of 15 bits, its polynomial 4599
-# (hex).
+# ISO 11898-1, 10.4 and 10.5: after five equal bits a bit of the other value is inserted, from the
+# start of the frame to the end of its check sequence. That is a CRC of 15 bits with the
+# polynomial 4599 (hex).
 
 BITS = 47
 """Of a frame with an 11-bit id and no data: its fields, and the 3 bits of silence after it."""

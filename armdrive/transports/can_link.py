@@ -10,6 +10,8 @@ import contextlib
 import logging
 import threading
 import time
+from collections.abc import Iterable
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from armdrive.errors import ArmError, LinkLost, PortUnavailable
@@ -18,17 +20,19 @@ from armdrive.transports.can_health import BusHealth
 from armdrive.transports.can_threads import Reader, Watch, Writer
 from armdrive.transports.link import Bell
 from armdrive.transports.open_errors import NOT_INSTALLED, can_refusal, is_down, unknown_interface
+from armdrive.transports.ports import device_names
 from firmware_protocol.frames import Unpacker, pack
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     import can
 
 LAST_WORDS_S = 0.3
 """So long a link that is closed waits for frames that were written before: a stop, perhaps."""
 CLOSING_S = 0.5
 """A driver that does not let go by then is left to itself."""
+STANDARD_MASK = 0x7FF
+EXTENDED_MASK = 0x1FFF_FFFF
+_RATES = frozenset({"bitrate", "btr", "timing"})
 
 
 class CanLink:
@@ -120,16 +124,8 @@ class CanLink:
 def open_can_link(port: str) -> CanLink:
     """Open `can:INTERFACE:CHANNEL?...`, or raise `PortUnavailable` or `BadRequest`."""
     address = CanAddress.parse(port)
-
     bus, name = open_bus(address)
     return CanLink(bus, name, address.ids)
-
-
-# Opens a CAN bus by python-can, with its own configuration, and says in words why it cannot.
-
-STANDARD_MASK = 0x7FF
-EXTENDED_MASK = 0x1FFF_FFFF
-_RATES = frozenset({"bitrate", "btr", "timing"})
 
 
 def open_bus(address: CanAddress) -> tuple[can.BusABC, str]:
@@ -144,7 +140,7 @@ def open_bus(address: CanAddress) -> tuple[can.BusABC, str]:
     logger = logging.getLogger("can")
     if not logger.handlers:  # its warnings would be printed; armdrive's errors tell them
         logger.addHandler(logging.NullHandler())
-    settings = _settings(address)
+    settings = _settings(can, address)
     interface = str(settings.pop("interface"))
     channel = settings.pop("channel", None)
     found = CanAddress(interface, "" if channel is None else str(channel), address.options)
@@ -167,23 +163,21 @@ def open_bus(address: CanAddress) -> tuple[can.BusABC, str]:
     except ArmError:
         raise
     except Exception as error:  # every backend has its own kinds
-        raise can_refusal(found, error) from None
+        raise can_refusal(found, error, device_names) from None
     return bus, _name(found, settings)
 
 
-def _settings(address: CanAddress) -> dict[str, Any]:
+def _settings(python_can: ModuleType, address: CanAddress) -> dict[str, Any]:
     """Return what python-can makes of an address and its own configuration."""
-    import can
-
     given: dict[str, Any] = dict(address.options)
     if address.interface:
         given["interface"] = address.interface
     if address.channel:
         given["channel"] = address.channel
     try:
-        return dict(can.util.load_config(config=given))
+        return dict(python_can.util.load_config(config=given))
     except NotImplementedError:
-        raise unknown_interface(address, can.VALID_INTERFACES) from None
+        raise unknown_interface(address, python_can.VALID_INTERFACES) from None
     except (ValueError, TypeError) as error:
         raise PortUnavailable(f"{address} cannot be used: {error}") from None
 

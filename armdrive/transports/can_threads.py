@@ -1,6 +1,7 @@
-"""The one thread that hears a CAN bus: it survives whatever bus and driver complain of.
+"""The two threads of a CAN link, one that reads and one that writes, and the judge of its bus.
 
-python-can's Notifier ends at the first error (hardbyte/python-can issues 907, 1667, 1828).
+The policy: bus-off is a loss at once. Error-passive, refused frames and a reader that gets only
+errors are a loss if they last. A received frame clears all three.
 """
 
 from __future__ import annotations
@@ -29,12 +30,6 @@ from firmware_protocol.frames import Frame
 if TYPE_CHECKING:
     import can
 
-
-# What reader and writer of a CAN bus share: counters, the state of the bus, and its loss.
-#
-# The policy, one place for it: bus-off is a loss at once; error-passive, refused frames and a
-# reader
-# that only gets errors are one when they last. A frame that is heard clears them all.
 
 WATCH_PATIENCE_S = 0.85
 """What lasts this long without a frame being heard is a loss; a standing arm answers oftener."""
@@ -138,7 +133,11 @@ _MOST_BYTES = 8
 
 
 class Reader:
-    """Hears a bus from its own thread into a queue that drops the oldest frames when it is full."""
+    """Hears a bus from its own thread into a queue that drops the oldest frames when it is full.
+
+    python-can's Notifier would not do: it ends at the first error (hardbyte/python-can issues
+    907, 1667 and 1828). This thread survives whatever the bus and its driver complain of.
+    """
 
     def __init__(
         self,
@@ -244,12 +243,6 @@ def _frame(message: can.Message) -> Frame | None:
     )
 
 
-# The one thread that speaks on a CAN bus, so that an adapter that is stuck holds up nobody else.
-#
-# Frames leave one after the other. One that cannot leave in time ends the link, and those behind
-# it
-# are forgotten, as are those that waited while this program was suspended: nothing is said late.
-
 SEND_S = 0.25
 """What a driver may take for one frame; not every one keeps to it, so that it is watched."""
 PATIENCE_S = 0.8
@@ -269,7 +262,12 @@ _FULL = frozenset({errno.ENOBUFS, errno.EAGAIN, errno.ETIMEDOUT})
 
 
 class Writer:
-    """Sends frames from its own thread."""
+    """Sends frames from its own thread, so that a stuck adapter holds up nobody else.
+
+    Frames leave one after the other. A frame that cannot leave in time ends the link, and the
+    frames after it are forgotten. So are frames that waited while this program was suspended:
+    nothing is sent late.
+    """
 
     def __init__(self, bus: can.BusABC, watch: Watch, clock: Callable[[], float]) -> None:
         self._bus = bus

@@ -1,28 +1,28 @@
-"""A wire within the process: one end is the engine's, at the other hangs a simulated device.
+"""A wire within this process. One end is the engine's; the other end is a line to some device.
 
-It runs on whichever clock the engine passes in, simulated or real, at the pace of a serial line.
+It runs on the clock that the engine passes in, simulated or real. The line sets the pace.
 """
 
 from __future__ import annotations
 
+from typing import Generic, TypeVar
+
 from armdrive.errors import LinkLost
-from armdrive.sim.device import WireDevice
-from armdrive.sim.wire import PacedDevice
-from armdrive.transports.link import Bell
+from armdrive.transports.link import Bell, Line
 from armdrive.transports.open_errors import NoSuchPort
 
+L = TypeVar("L", bound=Line)
 
-class MemoryLink:
-    """Bytes to a simulated device and back at a baud rate, or unpaced. Only one thread may use it.
 
-    `wake`, `unplug` and `replug` are the exceptions: they may come from any thread.
+class MemoryLink(Generic[L]):
+    """A `Link` over a line in this process. Only one thread may use it.
+
+    `wake`, `unplug` and `replug` are the exceptions: any thread may call them.
     """
 
-    def __init__(
-        self, device: WireDevice, baud: int | None = 9600, name: str = "simulated arm"
-    ) -> None:
-        self._line = PacedDevice(device, baud)
-        self._baud = baud
+    def __init__(self, line: L, name: str) -> None:
+        """Take a line; `name` is what stands at its far end, for people."""
+        self._line = line
         self._name = name
         self._bell = Bell()
         self._plugged = True
@@ -30,14 +30,14 @@ class MemoryLink:
         self._closed = False
 
     @property
-    def line(self) -> PacedDevice:
+    def line(self) -> L:
         """The line that carries the bytes; its faults are the wire's."""
         return self._line
 
     @property
     def description(self) -> str:
         """Name the wire for people."""
-        return f"{self._name} at {self._baud} baud" if self._baud else self._name
+        return f"{self._name} {self._line.pace}".rstrip()
 
     def write(self, data: bytes, now_s: float) -> None:
         """Send bytes. Raises `LinkLost` while unplugged."""
@@ -75,12 +75,13 @@ class MemoryLink:
         self._plugged = True
         self.wake()
 
-    def reopen(self) -> MemoryLink:
+    def reopen(self) -> MemoryLink[L]:
         """Take the wire up again after `close`. Raises `NoSuchPort` while it is unplugged."""
         if not self._plugged:
             raise NoSuchPort(f"the cable to the {self._name} is unplugged: plug it in")
         if self._closed:
             self._closed, self._bell = False, Bell()
+        self._line.reopen()
         return self
 
     def close(self) -> None:
@@ -102,3 +103,6 @@ class MemoryLink:
         if not self._connected:
             self._line.replug(now_s)
             self._connected = True
+        if trouble := self._line.trouble:
+            self._line.advance(now_s)  # the device lives on
+            raise LinkLost(f"the adapter of the {self._name} {trouble}")

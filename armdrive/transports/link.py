@@ -1,6 +1,6 @@
-"""The one face of every wire: what the engine asks of a serial port, a socket or a simulated one.
+"""The interfaces of the two ends of a wire, and what every link needs: a bell, and an absent link.
 
-The engine passes its own clock in, so that a wire on simulated time and a real one look alike.
+A link is handed the engine's clock, so that simulated time and real time look alike to it.
 """
 
 from __future__ import annotations
@@ -39,13 +39,44 @@ class Link(Protocol):
         """Give the wire back. Closing twice is no error."""
 
 
-# A bell that ends a sleep on files: for threads and signal handlers that have something to say.
+class Line(Protocol):
+    """The far end of a link within this process: a device, and the line that paces its bytes."""
+
+    @property
+    def pace(self) -> str:
+        """How fast bytes travel, for people: `at 9600 baud`; empty where they arrive at once."""
+
+    @property
+    def trouble(self) -> str:
+        """Why the host is cut off although its cable is in; empty while it is not."""
+
+    def send(self, data: bytes, now_s: float) -> None:
+        """Put bytes on the line to the device."""
+
+    def receive(self, now_s: float) -> bytes:
+        """Take what has come back by now."""
+
+    def advance(self, now_s: float) -> None:
+        """Let everything happen that is due by now."""
+
+    def next_s(self) -> float:
+        """Tell when something next happens on either side; infinity while all is quiet."""
+
+    def unplug(self) -> None:
+        """Pull the cable: what is under way is lost in both directions."""
+
+    def replug(self, now_s: float) -> None:
+        """Put the cable back."""
+
+    def reopen(self) -> None:
+        """Begin again, as the host opens its port again: a controller comes back to its bus."""
+
 
 _ENOUGH = 4096
 
 
 class Bell:
-    """Ends a sleep, from any thread or a signal handler: ringing takes no lock.
+    """Ends a sleep on files, from any thread or a signal handler: ringing takes no lock.
 
     Its sockets are made at the first sleep, so that a bell nobody sleeps on costs nothing.
     """
@@ -91,11 +122,8 @@ class Bell:
         return self._ends[0]
 
 
-# What stands in a wire's place while it is gone: nothing can be said or heard, only waited.
-
-
 class AbsentLink:
-    """A `Link` without a wire."""
+    """A `Link` in place of a wire that is gone: it can only wait."""
 
     def __init__(self, description: str) -> None:
         """`description` is what the wire was called."""

@@ -13,7 +13,7 @@ import errno
 import os
 import socket
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,10 +21,16 @@ from armdrive.errors import PortUnavailable
 from armdrive.transports.address import CanAddress
 from kinematics.errors import suggestion
 
-# Which programs have a device open, read from /proc: nothing is opened to find out.
+if sys.platform != "win32":
+    import grp
+
+Names = Callable[[], Iterable[str]]
+"""Lists the serial ports that are there. Called only if the error is that a port is missing."""
+
+# --- Which program has a device open -------------------------------------------------------------
 #
-# Only the programs of the same user can be seen, unless one is root; on systems without /proc,
-# none.
+# Read from /proc, so that nothing is opened to find out. Unless run as root, a program sees only
+# the other programs of its user; without /proc it sees none.
 
 PROC = Path("/proc")
 
@@ -85,6 +91,8 @@ def _program(process: Path) -> str:
         return "unknown"
 
 
+# --- Why a serial port or a host cannot be opened ------------------------------------------------
+
 _ABSENT = frozenset({errno.ENOENT, errno.ENODEV, errno.ENXIO, errno.EIO})
 _BUSY = frozenset({errno.EBUSY, errno.EAGAIN})
 _FORBIDDEN = frozenset({errno.EACCES, errno.EPERM})
@@ -116,7 +124,7 @@ class NoConnection(PortUnavailable):
     code = "E406"
 
 
-def refusal(port: str, error: BaseException) -> PortUnavailable:
+def refusal(port: str, error: BaseException, names: Names) -> PortUnavailable:
     """Return the error that says why a device could not be opened and what to do about it."""
     text = str(error)
     number = _number(error)
@@ -125,7 +133,7 @@ def refusal(port: str, error: BaseException) -> PortUnavailable:
     if number in _FORBIDDEN:
         return PortForbidden(_forbidden(port))
     if number in _ABSENT or "FileNotFoundError" in text:
-        return NoSuchPort(_absent(port))
+        return NoSuchPort(_absent(port, names))
     if "Could not configure port" in text:
         return NoSuchPort(
             f"{port} is no serial port, or nothing is connected to it ({text}): "
@@ -136,7 +144,7 @@ def refusal(port: str, error: BaseException) -> PortUnavailable:
 
 def no_connection(url: str, error: BaseException) -> PortUnavailable:
     """Return the error that says why a host could not be reached and what to do about it."""
-    for cause in _causes(error):
+    for cause in causes(error):
         if isinstance(cause, ConnectionRefusedError):
             return NoConnection(
                 f"{url} refused the connection: start the program that listens there, or correct "
@@ -156,16 +164,10 @@ def no_connection(url: str, error: BaseException) -> PortUnavailable:
 
 def _number(error: BaseException) -> int | None:
     """Return the system's number of an error; pyserial hands it on in one way or another."""
-    for cause in _causes(error):
+    for cause in causes(error):
         if isinstance(cause, OSError) and cause.errno is not None:
             return cause.errno
     return None
-
-
-def _causes(error: BaseException | None) -> Iterator[BaseException]:
-    while error is not None:
-        yield error
-        error = error.__cause__ or error.__context__
 
 
 def _in_use(port: str) -> str:
@@ -200,8 +202,6 @@ def owning_group(port: str) -> str | None:
     """Return the name of the group that owns a device, where there are groups."""
     if sys.platform == "win32":
         return None
-    import grp
-
     try:
         number = Path(port).stat().st_gid
     except OSError:
@@ -212,15 +212,15 @@ def owning_group(port: str) -> str | None:
         return str(number)
 
 
-def _absent(port: str) -> str:
-    from armdrive.transports.ports import device_names
-
-    names = device_names()
-    there = f"there are {', '.join(names)}" if names else "no serial port is there at all"
+def _absent(port: str, names: Names) -> str:
+    found = ", ".join(names())
+    there = f"there are {found}" if found else "no serial port is there at all"
     return f"there is no port {port} ({there}): check the cable and the name"
 
 
-# Why a CAN adapter could not be opened, and what to do about it; python-can stays out of here.
+# --- Why a CAN adapter cannot be opened ----------------------------------------------------------
+#
+# Errors are told apart without importing python-can.
 
 NET = Path("/sys/class/net")
 CAN_TYPE = "280"
@@ -299,7 +299,9 @@ def unknown_interface(address: CanAddress, known: Iterable[str]) -> PortUnavaila
     )
 
 
-def can_refusal(address: CanAddress, error: BaseException, net: Path = NET) -> PortUnavailable:
+def can_refusal(
+    address: CanAddress, error: BaseException, names: Names, net: Path = NET
+) -> PortUnavailable:
     """Return the error that says why an adapter could not be opened."""
     text = _text(error)
     if missing := _missing(address, error, text):
@@ -309,7 +311,7 @@ def can_refusal(address: CanAddress, error: BaseException, net: Path = NET) -> P
             f"{address} names no channel: write can:{address.interface}:CHANNEL. {SLCAN_OR_NOT}"
         )
     if address.device and any(isinstance(cause, OSError) for cause in causes(error)):
-        found = refusal(address.device, error)
+        found = refusal(address.device, error, names)
         if isinstance(found, NoSuchPort):
             return NoSuchPort(f"{found}. {SLCAN_OR_NOT}")
         return found

@@ -1,4 +1,4 @@
-"""The serial ports of this computer, for people to choose from. No port is opened to find out."""
+"""The serial ports and CAN adapters of this computer. Listing them opens none of them."""
 
 from __future__ import annotations
 
@@ -7,10 +7,9 @@ import os
 import subprocess
 import sys
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING
 
 from armdrive.errors import LinkError
 from armdrive.transports.address import CanAddress, is_can
@@ -23,9 +22,6 @@ from armdrive.transports.open_errors import (
     holders,
     owning_group,
 )
-
-if TYPE_CHECKING:
-    from serial.tools.list_ports_common import ListPortInfo
 
 BY_ID = Path("/dev/serial/by-id")
 _NOTHING = "n/a"
@@ -57,7 +53,16 @@ def list_ports() -> tuple[PortInfo, ...]:
     found = _found()
     held = holders(info.device for info in found)
     stable = _stable_names()
-    return tuple(_info(each, held, stable) for each in found)
+    return tuple(
+        replace(
+            each,
+            holder=held.get(each.device),
+            readable=os.name != "posix" or os.access(each.device, os.R_OK | os.W_OK),
+            group=owning_group(each.device),
+            stable_name=stable.get(os.path.realpath(each.device)),
+        )
+        for each in found
+    )
 
 
 def device_names() -> tuple[str, ...]:
@@ -107,30 +112,22 @@ def device_of(serial_number: str, before: str = "") -> str:
     )
 
 
-def _found() -> list[ListPortInfo]:
-    from serial.tools import list_ports as pyserial
+def _found() -> list[PortInfo]:
+    """Return what pyserial knows of each port, by name."""
+    from serial.tools import list_ports as pyserial  # an arm on simulated time needs no ports
 
-    return sorted(_unique(pyserial.comports()), key=lambda info: info.device)
-
-
-def _unique(infos: Iterable[ListPortInfo]) -> list[ListPortInfo]:
-    return list({info.device: info for info in infos}.values())
-
-
-def _info(found: ListPortInfo, held: dict[str, Holder], stable: dict[str, str]) -> PortInfo:
-    description = found.description or ""
-    return PortInfo(
-        device=found.device,
-        description="" if description == _NOTHING else description,
-        vid=found.vid,
-        pid=found.pid,
-        serial_number=found.serial_number,
-        manufacturer=found.manufacturer,
-        holder=held.get(found.device),
-        readable=os.name != "posix" or os.access(found.device, os.R_OK | os.W_OK),
-        group=owning_group(found.device),
-        stable_name=stable.get(os.path.realpath(found.device)),
-    )
+    unique = {info.device: info for info in pyserial.comports()}
+    return [
+        PortInfo(
+            device=device,
+            description="" if info.description in (None, _NOTHING) else info.description,
+            vid=info.vid,
+            pid=info.pid,
+            serial_number=info.serial_number,
+            manufacturer=info.manufacturer,
+        )
+        for device, info in sorted(unique.items())
+    ]
 
 
 def _stable_names() -> dict[str, str]:
@@ -141,11 +138,11 @@ def _stable_names() -> dict[str, str]:
         return {}
 
 
-# The CAN adapters of this computer, with the line that opens each. Nothing is opened to find out.
+# --- CAN adapters, with the address that opens each ----------------------------------------------
 #
 # The system knows most of them: its own CAN interfaces, and adapters by their USB numbers. The
-# drivers of python-can are asked only on request, in a process of its own: they load libraries of
-# many makers, which may hang, or end the process.
+# drivers of python-can are asked only on request, and in a process of their own: they load
+# libraries of many makers, which may hang or crash.
 
 USB = Path("/sys/bus/usb/devices")
 SLCAN: Mapping[tuple[int, int], str] = MappingProxyType(

@@ -1,7 +1,7 @@
 """A real serial port, by pyserial: exclusive, with the handshake lines as the arm wants them.
 
 pyserial's URLs (`socket://host:port`, `rfc2217://host:port`, `spy://port?file=name`) work wherever
-a port's name does.
+a port's name does. Its `SerialException` is an `OSError`, and is caught as one.
 """
 
 from __future__ import annotations
@@ -10,42 +10,19 @@ import contextlib
 import os
 import sys
 import warnings
-
-import serial
+from typing import TYPE_CHECKING
 
 from armdrive.errors import LinkLost, PortUnavailable
+from armdrive.transports.address import TCP_SCHEMES, host_and_port, scheme
 from armdrive.transports.link import Bell
-from armdrive.transports.open import TCP_SCHEMES, host_and_port, scheme
 from armdrive.transports.open_errors import no_connection, refusal
+from armdrive.transports.ports import device_names
 
-# The handshake line DTR when a port is closed: whether it falls, and so resets a board.
-#
-# Boards with an Arduino's reset circuit restart when DTR rises. Linux and macOS raise DTR whenever
-# a
-# port is opened, and let it fall at its last close where HUPCL is set. Without HUPCL it stays up
-# between programs, so that the next open brings no edge. The first open after plugging in has
-# reset
-# the board already: no setting prevents that one.
-
-
-def clear_hupcl(fileno: int) -> bool:
-    """Clear HUPCL of an open port, so that DTR stays up when it is closed.
-
-    Returns whether it is cleared: False on Windows and for what is no terminal. The setting stays
-    with the device until it is unplugged or another program sets it.
-    """
-    if sys.platform == "win32":
-        return False
+if sys.platform != "win32":
     import termios
 
-    try:
-        settings = termios.tcgetattr(fileno)
-        settings[2] &= ~termios.HUPCL
-        termios.tcsetattr(fileno, termios.TCSANOW, settings)
-        return not termios.tcgetattr(fileno)[2] & termios.HUPCL
-    except termios.error:
-        return False
-
+if TYPE_CHECKING:
+    import serial
 
 WRITE_PATIENCE_S = 1.0
 """A port that takes no byte for this long is lost: a line is sent only when all is quiet."""
@@ -71,7 +48,7 @@ class SerialLink:
         With `raise_dtr` DTR and RTS are up while the port is open. Without, Windows never raises
         them; Linux and macOS raise them in opening, and they are lowered at once. To reopen a
         port without resetting a board that restarts when DTR rises, give both `raise_dtr` and
-        `keep_dtr_on_close` (see `lines`).
+        `keep_dtr_on_close` (see `clear_hupcl`).
         """
         self._name = port
         self._baud = baud
@@ -82,11 +59,11 @@ class SerialLink:
         try:
             made.dtr = made.rts = raise_dtr
             _open(made, self._scheme)
-        except (serial.SerialException, OSError, ValueError) as error:
+        except (OSError, ValueError) as error:
             _close_spy(made)
             if self._scheme in TCP_SCHEMES:
                 raise no_connection(port, error) from None
-            raise refusal(_device(port, made, self._scheme), error) from None
+            raise refusal(_device(port, made, self._scheme), error, device_names) from None
         self._port = made
         self._bell = Bell()
         if keep_dtr_on_close:
@@ -101,7 +78,7 @@ class SerialLink:
         """Send bytes."""
         try:
             self._port.write(data)
-        except (serial.SerialException, OSError) as error:
+        except OSError as error:
             raise self._lost(error) from None
 
     def read(self, now_s: float) -> bytes:  # noqa: ARG002
@@ -116,7 +93,7 @@ class SerialLink:
                 waiting = self._port.in_waiting
                 if not waiting or len(heard) >= CHUNK:
                     break
-        except (serial.SerialException, OSError, TypeError) as error:
+        except (OSError, TypeError) as error:
             if not heard:
                 raise self._lost(error) from None
         return bytes(heard)
@@ -158,7 +135,7 @@ class SerialLink:
             return None
         try:
             return int(self._port.fileno())
-        except (AttributeError, OSError, ValueError, TypeError, serial.SerialException):
+        except (AttributeError, OSError, ValueError, TypeError):
             return None
 
     def _lost(self, error: object) -> LinkLost:
@@ -169,8 +146,32 @@ class SerialLink:
         )
 
 
+def clear_hupcl(fileno: int) -> bool:
+    """Clear HUPCL of an open port, so that DTR stays up when the port is closed.
+
+    Boards with an Arduino's reset circuit restart when DTR rises. Linux and macOS raise DTR
+    whenever a port is opened, and drop it at the last close if HUPCL is set. Without HUPCL it
+    stays up between programs, so that the next open brings no edge. The first open after plugging
+    in has already reset the board: no setting prevents that.
+
+    Returns whether HUPCL is cleared: False on Windows, and if the file is no terminal. The setting
+    stays with the device until it is unplugged or another program changes it.
+    """
+    if sys.platform == "win32":
+        return False
+    try:
+        settings = termios.tcgetattr(fileno)
+        settings[2] &= ~termios.HUPCL
+        termios.tcsetattr(fileno, termios.TCSANOW, settings)
+        return not termios.tcgetattr(fileno)[2] & termios.HUPCL
+    except termios.error:
+        return False
+
+
 def _made(port: str, baud: int, kind: str) -> serial.Serial:
     """Return the port, not open yet; raises `PortUnavailable` where its name makes no sense."""
+    import serial  # an arm on simulated time needs no port library
+
     # pyserial's rfc2217 knows no timeout for writing: there the socket has one of its own
     patience_s = None if kind == "rfc2217" else WRITE_PATIENCE_S
     try:

@@ -15,6 +15,7 @@ from firmware_protocol.canopen.drive_device import (
 )
 from firmware_protocol.canopen.drive_modes import (
     OperationMode,
+    QuickStopOption,
     mode_of,
     supported_modes,
     supported_word,
@@ -78,9 +79,6 @@ from firmware_protocol.canopen.pdo_setup import (
     Direction,
     PdoSetup,
     Write,
-)
-from firmware_protocol.canopen.quick_stop import (
-    QuickStopOption,
 )
 from firmware_protocol.canopen.sdo_client import (
     Aborted,

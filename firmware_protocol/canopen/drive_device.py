@@ -5,6 +5,7 @@ What moves, how long a reaction or a quick stop takes, and what is wrong, its ow
 
 from __future__ import annotations
 
+from firmware_protocol.canopen.drive_modes import QuickStopOption
 from firmware_protocol.canopen.drive_states import (
     RESETS,
     RESUMES,
@@ -22,7 +23,6 @@ from firmware_protocol.canopen.drive_words import (
     StatusBit,
     Statusword,
 )
-from firmware_protocol.canopen.quick_stop import QuickStopOption
 from firmware_protocol.canopen.set_point_device import SetPoint, SetPoints
 from firmware_protocol.errors import BadField
 

@@ -1,4 +1,4 @@
-"""The modes of operation of CiA 402: what a drive does with what it is told."""
+"""The choices of CiA 402: modes of operation, and what a drive does upon a quick stop."""
 
 from __future__ import annotations
 
@@ -38,3 +38,28 @@ def supported_modes(word: int) -> frozenset[OperationMode]:
 def supported_word(modes: frozenset[OperationMode]) -> int:
     """Return what object 6502 says of these modes."""
     return sum(1 << mode - 1 for mode in modes if mode)
+
+
+class QuickStopOption(IntEnum):
+    """What is written to 605A: how the drive stops, and whether it then disables itself.
+
+    Otherwise it stays in QUICK_STOP and holds.
+    """
+
+    DISABLE = 0
+    """No ramp: the motor loses its current at once."""
+    RAMP = 1
+    QUICK_RAMP = 2
+    """Most drives' default."""
+    CURRENT_LIMIT = 3
+    VOLTAGE_LIMIT = 4
+    RAMP_AND_STAY = 5
+    QUICK_RAMP_AND_STAY = 6
+    """What an arm without brakes wants."""
+    CURRENT_LIMIT_AND_STAY = 7
+    VOLTAGE_LIMIT_AND_STAY = 8
+
+    @property
+    def stays(self) -> bool:
+        """Whether the drive stays in QUICK_STOP when it has stopped."""
+        return self >= QuickStopOption.RAMP_AND_STAY

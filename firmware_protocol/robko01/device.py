@@ -11,8 +11,7 @@ from typing import TypeAlias
 
 from firmware_protocol.errors import LocalProtocolError, RemoteProtocolError
 from firmware_protocol.robko01.answers import Answer
-from firmware_protocol.robko01.frames import Noise
-from firmware_protocol.robko01.receiving import Receiving
+from firmware_protocol.robko01.frames import Noise, Receiving
 from firmware_protocol.robko01.requests import Request
 from firmware_protocol.robko01.wire import decode_request, encode_answer
 

@@ -8,9 +8,8 @@ from armdrive.arm import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.sim.armdroid.board import Board
 from armdrive.sim.armdroid.device import SimArmdroid
-from armdrive.sim.simulated_arm import make_twin
+from armdrive.sim.simulated_arm import link_to, make_twin
 from armdrive.status import Trust
-from armdrive.transports.in_process import MemoryLink
 from kinematics import Joints
 
 BYTE_S = 10 / 9600
@@ -23,7 +22,7 @@ class Bench:
 
     def __init__(self, **board):
         self.device = SimArmdroid(board=Board(**({"character_s": 0.0} | board)))
-        self.link = MemoryLink(self.device, self.device.baud)
+        self.link = link_to(self.device)
         self.now_s = 0.0
 
     def send(self, text):

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from can_bench import LONG_S, EchoDrive
 
-from armdrive.sim.bus.bus import BusLine
+from armdrive.sim.bus.line import BusLine
 from armdrive.sim.serving.servers import SlcanServer
 from armdrive.transports.link import Bell
 

@@ -16,7 +16,7 @@ from typing import Any
 import can
 
 from armdrive.connect.target import simulated_config
-from armdrive.sim.bus.bus import BusLine
+from armdrive.sim.bus.line import BusLine
 from armdrive.sim.device import SimDevice
 from armdrive.sim.simulated_arm import make_device
 from firmware_protocol.frames import Frame, Unpacker, pack

@@ -10,7 +10,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from can_bench import EchoDrive
 
-from armdrive.sim.bus.bus import BusLine
+from armdrive.sim.bus.line import BusLine
 from armdrive.sim.serving.servers import SlcanServer
 
 

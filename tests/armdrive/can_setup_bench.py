@@ -19,7 +19,7 @@ from armdrive.setup.commissioning import Outcome, Practice, one, walk
 from armdrive.setup.dialog_runner import Carrier, SimulatedClock
 from armdrive.setup.plan import Plan, plan_of
 from armdrive.sim.mks.device import SimMks
-from armdrive.sim.serving.serve import make_server, run_device
+from armdrive.sim.serving.loop import make_server, run_device
 from armdrive.sim.simulated_arm import make_device, make_twin
 from firmware_protocol.errors import ProtocolError
 from firmware_protocol.frames import Frame, Unpacker

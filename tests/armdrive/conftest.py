@@ -12,9 +12,7 @@ from serial.tools import list_ports as pyserial
 
 from armdrive.setup import findings as timing
 from armdrive.status import Wakes
-from armdrive.transports import can_link
-from armdrive.transports import can_threads as can_watch
-from armdrive.transports import can_threads as can_writer
+from armdrive.transports import can_link, can_threads
 
 
 @pytest.fixture
@@ -47,21 +45,21 @@ def lead_to(port, monkeypatch):
 @pytest.fixture
 def short_patience(monkeypatch):
     """Have what must last to be a loss last less, so that tests are quick."""
-    monkeypatch.setattr(can_watch, "WATCH_PATIENCE_S", 0.1)
-    monkeypatch.setattr(can_writer, "PATIENCE_S", 0.3)
+    monkeypatch.setattr(can_threads, "WATCH_PATIENCE_S", 0.1)
+    monkeypatch.setattr(can_threads, "PATIENCE_S", 0.3)
 
 
 @pytest.fixture
 def never_stale(monkeypatch):
     """Have a frame that waits for a busy computer sent all the same."""
-    monkeypatch.setattr(can_writer, "FRESH_S", LONG_S)
+    monkeypatch.setattr(can_threads, "FRESH_S", LONG_S)
 
 
 @pytest.fixture
 def patient(monkeypatch):
     """Have nothing be a loss because it lasts."""
-    monkeypatch.setattr(can_watch, "WATCH_PATIENCE_S", LONG_S)
-    monkeypatch.setattr(can_writer, "PATIENCE_S", LONG_S)
+    monkeypatch.setattr(can_threads, "WATCH_PATIENCE_S", LONG_S)
+    monkeypatch.setattr(can_threads, "PATIENCE_S", LONG_S)
     monkeypatch.setattr(can_link, "LAST_WORDS_S", LONG_S)
 
 

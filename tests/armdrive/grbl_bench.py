@@ -9,6 +9,7 @@ from armdrive.config.sections import GripperSettings
 from armdrive.connect.target import simulated_config
 from armdrive.sim.grbl.hardware import Switch
 from armdrive.sim.simulated_arm import make_device
+from armdrive.sim.wire import PacedDevice
 from armdrive.transports.in_process import MemoryLink
 from firmware_protocol.grbl import Banner, Host, LineReader, StatusReport
 from firmware_protocol.grbl.reports import decode_answer
@@ -54,7 +55,7 @@ class Bench:
         self.board.drive.rack.limits = self.board.settings.limits()
         if not saved:
             self.device.world.energised = self.board.settings.motors_stay_on
-        self.link = MemoryLink(self.device, baud)
+        self.link = MemoryLink(PacedDevice(self.device, baud), "simulated arm")
         self.now_s = 0.0
         self.heard: list[str] = []
         self.reader = LineReader()

@@ -9,7 +9,7 @@ from power_disk import MortalLink, PowerDisk
 
 from armdrive.arm import Arm
 from armdrive.runtime.drive import SimulatedPace
-from armdrive.sim.simulated_arm import make_twin
+from armdrive.sim.simulated_arm import TITLE, line_to, make_twin
 from armdrive.status import Trust
 from armdrive.storage.record import FileRecorder
 
@@ -40,7 +40,7 @@ class Life:
     def connect(self, disk=None, **options):
         """Have another program connect; `disk` is what it finds."""
         self.disk = disk or self.disk
-        self.link = MortalLink(self.twin.device, self.twin.device.baud)
+        self.link = MortalLink(line_to(self.twin.device), TITLE)
         self.link.moments = self.disk.moments
         self.pace = LaterPace(self.now_s)
         recorder = FileRecorder(PATH, self.disk)

@@ -8,8 +8,7 @@ from dataclasses import dataclass, field, replace
 from armdrive.arm import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.sim.robko01.device import SimRobko
-from armdrive.sim.simulated_arm import make_twin
-from armdrive.transports.in_process import MemoryLink
+from armdrive.sim.simulated_arm import link_to, make_twin
 from firmware_protocol.robko01 import Answer, Answered, Axes, Enable, Host, Op, Request
 from kinematics import Joints
 
@@ -25,7 +24,7 @@ class RobkoBench:
     now_s: float = 0.0
 
     def __post_init__(self) -> None:
-        self.link = MemoryLink(self.device, self.device.baud)
+        self.link = link_to(self.device)
         self.host = Host()
 
     def begin(self, request: Request) -> None:

@@ -12,7 +12,7 @@ from typing import Any
 from waiting import LONG_S, until
 
 from armdrive.connect.target import simulated_config
-from armdrive.sim.serving.serve import make_server, run_device
+from armdrive.sim.serving.loop import make_server, run_device
 from armdrive.sim.simulated_arm import make_device
 
 

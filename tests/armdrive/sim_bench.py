@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+from armdrive.sim.simulated_arm import link_to
 from armdrive.sim.teachmover.device import SimTeachMover
-from armdrive.sim.world.world import World
-from armdrive.transports.in_process import MemoryLink
+from armdrive.sim.world.arm import World
 from firmware_protocol.teachmover import Command, Completed, Host, QDump
 from kinematics.spaces import Pose
 
@@ -23,7 +23,7 @@ class Bench:
     now_s: float = 0.0
 
     def __post_init__(self) -> None:
-        self.link = MemoryLink(self.device, self.device.baud)
+        self.link = link_to(self.device)
         self.host = Host()
 
     def begin(self, command: Command) -> None:

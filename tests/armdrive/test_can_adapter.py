@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from test_can_wire import frames
 
 from armdrive.sim.serving.servers import Adapter
-from armdrive.transports.can_slcan import LONGEST, Lines, frame_of, line_of
 from firmware_protocol.frames import Frame
+from firmware_protocol.slcan import LONGEST, Lines, frame_of, line_of
 
 LINES = [
     (Frame(0x7FF, bytes.fromhex("01F601403A")), b"t7FF501F601403A\r"),

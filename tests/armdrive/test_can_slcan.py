@@ -20,8 +20,7 @@ from can_bench import LONG_S, frames_of, until_lost
 
 from armdrive.errors import PortUnavailable
 from armdrive.sim.serving.servers import PtyServer
-from armdrive.transports import can_slcan
-from armdrive.transports import can_threads as can_watch
+from armdrive.transports import can_slcan, can_threads
 from armdrive.transports.can_health import BusState
 from armdrive.transports.link import Bell
 from armdrive.transports.open import open_link
@@ -33,7 +32,7 @@ HERE = Path(__file__).parent
 
 @pytest.fixture(autouse=True)
 def short_patience(monkeypatch):
-    monkeypatch.setattr(can_watch, "WATCH_PATIENCE_S", 0.1)
+    monkeypatch.setattr(can_threads, "WATCH_PATIENCE_S", 0.1)
 
 
 @pytest.fixture
@@ -165,7 +164,7 @@ class TestLosses:
             assert link.health.state is BusState.ACTIVE
 
     def test_one_refused_frame_is_forgiven_when_others_pass(self, served, opened, monkeypatch):
-        monkeypatch.setattr(can_watch, "WATCH_PATIENCE_S", LONG_S)
+        monkeypatch.setattr(can_threads, "WATCH_PATIENCE_S", LONG_S)
         served.server.adapter.faults.alone = True
         opened.write(pack(Frame(1)), 0.0)
         while opened.health.state is not BusState.PASSIVE:
@@ -175,14 +174,14 @@ class TestLosses:
         assert frames_of(opened) == [Frame(4)]
         while opened.health.state is not BusState.ACTIVE:
             opened.wait(0.005)
-        monkeypatch.setattr(can_watch, "WATCH_PATIENCE_S", 0.0)
+        monkeypatch.setattr(can_threads, "WATCH_PATIENCE_S", 0.0)
         opened.wait(0.2)
         assert opened.read(0.0) == b""
 
     def test_an_adapter_that_was_error_passive_for_a_moment_is_forgiven(
         self, served, opened, monkeypatch
     ):
-        monkeypatch.setattr(can_watch, "WATCH_PATIENCE_S", LONG_S)
+        monkeypatch.setattr(can_threads, "WATCH_PATIENCE_S", LONG_S)
         faults = served.server.adapter.faults
         faults.alone = True
         opened.write(pack(Frame(1)), 0.0)
@@ -193,7 +192,7 @@ class TestLosses:
         opened.write(pack(Frame(3)), 0.0)
         while opened.health.state is not BusState.ACTIVE:
             opened.wait(0.005)
-        monkeypatch.setattr(can_watch, "WATCH_PATIENCE_S", 0.0)
+        monkeypatch.setattr(can_threads, "WATCH_PATIENCE_S", 0.0)
         opened.wait(0.2)
         assert opened.read(0.0) == b""
         assert (opened.health.heard, opened.health.refused) == (0, 1)

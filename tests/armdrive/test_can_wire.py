@@ -11,9 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from armdrive.errors import LinkLost
-from armdrive.sim.bus.bus import CanMemoryLink, FrameWire, Side
+from armdrive.sim.bus.line import BusLine, FrameWire, Side
 from armdrive.sim.wire import Next, Rule, Share, frame_lost, late, lost, overtaken
 from armdrive.transports.can_health import frame_bits, most_frame_bits
+from armdrive.transports.in_process import MemoryLink
 from firmware_protocol.frames import Frame, Unpacker, pack
 
 BITRATE = 500_000
@@ -134,7 +135,7 @@ class Bench:
 
     def __init__(self, after_s: float = 0.0) -> None:
         self.drive = EchoDrive(after_s)
-        self.link = CanMemoryLink(self.drive, BITRATE)
+        self.link = MemoryLink(BusLine(self.drive, BITRATE), "simulated arm")
         self.now_s = 0.0
 
     def write(self, *frames: Frame) -> None:

@@ -10,15 +10,7 @@ import pytest
 from can_bench import LONG_S, FailingBus, until_lost
 from waiting import returns, soon, until
 
-from armdrive.transports import (
-    can_threads as can_reader,
-)
-from armdrive.transports import (
-    can_threads as can_watch,
-)
-from armdrive.transports import (
-    can_threads as can_writer,
-)
+from armdrive.transports import can_threads
 from armdrive.transports.can_health import BusState, of_error_frame, of_status
 from armdrive.transports.can_link import CanLink
 from firmware_protocol.frames import Frame, pack
@@ -80,20 +72,20 @@ class TestWriter:
     def test_more_frames_than_any_bus_carries_are_a_loss(self, failing):
         bus, link = failing
         bus.stuck.clear()
-        link.write(pack(Frame(1)) * (2 * can_writer.MOST_FRAMES), 0.0)
+        link.write(pack(Frame(1)) * (2 * can_threads.MOST_FRAMES), 0.0)
         assert "frames wait to be sent" in until_lost(link)
 
     def test_a_frame_in_hand_while_the_program_was_suspended_is_forgotten(self, monkeypatch):
         bus, now_s = FailingBus(), [0.0]
-        watch = can_watch.Watch(lambda: now_s[0], lambda: None)
-        message = can_writer._message
+        watch = can_threads.Watch(lambda: now_s[0], lambda: None)
+        message = can_threads._message
 
         def suspended(frame):
             now_s[0] += 0.5 if frame.can_id == 1 else 0.0
             return message(frame)
 
-        monkeypatch.setattr(can_writer, "_message", suspended)
-        writer = can_writer.Writer(bus, watch, lambda: now_s[0])
+        monkeypatch.setattr(can_threads, "_message", suspended)
+        writer = can_threads.Writer(bus, watch, lambda: now_s[0])
         writer.put([Frame(1)])
         writer.drain(LONG_S)
         writer.put([Frame(2)])
@@ -144,7 +136,7 @@ REFUSALS = [(None, "refuses frames"), (0x20, "error-passive"), (0xA0, "has left 
 
 @pytest.mark.parametrize(("status", "words"), REFUSALS)
 def test_an_adapter_that_tells_is_asked_why_it_sends_nothing(status, words, monkeypatch):
-    monkeypatch.setattr(can_reader, "STATE_S", 0.01)
+    monkeypatch.setattr(can_threads, "STATE_S", 0.01)
     bus = TellingBus(status)
     with contextlib.closing(CanLink(bus, "can:telling")) as link:
         link.write(pack(Frame(1)), 0.0)

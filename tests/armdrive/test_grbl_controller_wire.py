@@ -147,13 +147,14 @@ def test_a_board_in_a_hold_or_asleep_is_woken_by_connecting_and_moves_nothing():
     from grbl_arm import Disturbed
 
     from armdrive.connect.target import connect_simulated
+    from armdrive.sim.simulated_arm import link_to
 
     arm = found()
     arm.disable()
     arm.sleep(1.0)  # it sags
     arm.close()
     before = arm.twin.world.motors
-    twin = replace(arm.twin, link=Disturbed(type(arm.twin.link.inner)(arm.twin.device, 115_200)))
+    twin = replace(arm.twin, link=Disturbed(link_to(arm.twin.device)))
     again = connect_simulated(arm.config, twin=twin)
     assert again.status.state is State.STANDBY
     assert twin.device.details()["state"] in ("Idle", "Alarm")

@@ -105,7 +105,7 @@ def pyserial_error(number: int) -> serial.SerialException:
 )
 def test_a_forbidden_port_names_the_group_to_join(monkeypatch, group, advice):
     monkeypatch.setattr(refusals, "owning_group", lambda device: group)
-    error = refusal("/dev/ttyUSB0", pyserial_error(errno.EACCES))
+    error = refusal("/dev/ttyUSB0", pyserial_error(errno.EACCES), list)
     assert isinstance(error, PortForbidden)
     assert "no permission to open /dev/ttyUSB0" in str(error)
     assert advice in str(error)
@@ -127,7 +127,7 @@ def test_a_forbidden_port_names_the_group_to_join(monkeypatch, group, advice):
     ],
 )
 def test_each_failure_has_its_kind_and_says_what_to_do(error, kind):
-    made = refusal("/dev/ttyUSB77", error)
+    made = refusal("/dev/ttyUSB77", error, list)
     assert type(made) is kind
     assert "/dev/ttyUSB77" in str(made)
     assert ": " in str(made) or ". " in str(made)

@@ -25,6 +25,7 @@ from armdrive.errors import ArmError, DeviceFault, NoAnswer, Refused, WrongState
 from armdrive.registry import dialect
 from armdrive.sim.robko01.box import RobkoHabits
 from armdrive.sim.robko01.device import SimRobko
+from armdrive.sim.simulated_arm import link_to
 from armdrive.status import Current, State, Trust
 from armdrive.tasks import (
     Alert,
@@ -40,7 +41,6 @@ from armdrive.tasks import (
     SetGripper,
     Silence,
 )
-from armdrive.transports.in_process import MemoryLink
 from firmware_protocol.robko01 import Op
 from kinematics import Motors, Pose
 from kinematics.errors import KinematicsError
@@ -53,7 +53,7 @@ class Script:
 
     def __init__(self, **options):
         self.device = SimRobko(**options)
-        self.link = MemoryLink(self.device, self.device.baud)
+        self.link = link_to(self.device)
         self.controller = RobkoController(dialect("robko01").abilities, RobkoSettings(), 115_200)
         self.now_s = 0.0
         self.events = []

@@ -18,7 +18,7 @@ from waiting import LONG_S, until
 from armdrive.sim.bus.drives import SaysEmergencies
 from armdrive.sim.cia402.kind import KIND
 from armdrive.sim.faults.table import FAULTS
-from armdrive.sim.serving.serve import make_server, run_device
+from armdrive.sim.serving.loop import make_server, run_device
 from armdrive.sim.simulated_arm import make_device
 from firmware_protocol.canopen import (
     DEVICE_TYPE,

@@ -10,10 +10,10 @@ from sim_bench import Bench, descend, grasp, lift
 from armdrive.errors import StateFileError
 from armdrive.sim.simulated_arm import recalled
 from armdrive.sim.teachmover.device import SimTeachMover
+from armdrive.sim.world.arm import World
 from armdrive.sim.world.body import ArmBody
 from armdrive.sim.world.saved import world_from_json, world_to_json
 from armdrive.sim.world.table import Block
-from armdrive.sim.world.world import World
 from firmware_protocol.teachmover import Key, ProgramRow, QWrite, Step
 from kinematics.presets import preset
 

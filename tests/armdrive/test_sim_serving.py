@@ -18,7 +18,7 @@ from waiting import LONG_S, until
 
 from armdrive.errors import PortUnavailable
 from armdrive.sim.faults.request import parse_option
-from armdrive.sim.serving.serve import make_server, run_device
+from armdrive.sim.serving.loop import make_server, run_device
 from armdrive.sim.serving.servers import PtyServer, TcpServer, UdpServer
 from armdrive.sim.teachmover.device import SimTeachMover
 

@@ -11,8 +11,8 @@ from sim_bench import BYTE_S, Bench, descend, grasp, spread
 
 from armdrive.errors import BadRequest, LinkLost
 from armdrive.sim.teachmover.device import SimTeachMover
+from armdrive.sim.world.arm import World
 from armdrive.sim.world.table import Block
-from armdrive.sim.world.world import World
 from firmware_protocol.teachmover import (
     Arm,
     Close,

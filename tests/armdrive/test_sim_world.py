@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from sim_bench import descend, grasp, lift, reach, spread
 
 from armdrive.errors import BadRequest
-from armdrive.sim.world import world as world_module
+from armdrive.sim.world import arm as world_module
+from armdrive.sim.world.arm import World
 from armdrive.sim.world.body import ArmBody
 from armdrive.sim.world.saved import world_from_json, world_to_json
 from armdrive.sim.world.table import Block, IncidentKind
-from armdrive.sim.world.world import World
 from kinematics.presets import preset
 from kinematics.spaces import Joints
 

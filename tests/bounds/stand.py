@@ -13,14 +13,14 @@ from armdrive.arm import Arm
 from armdrive.config.arm import ArmConfig
 from armdrive.runtime.drive import SimulatedPace
 from armdrive.runtime.stop_bounds import StopBound
-from armdrive.sim.bus.bus import CanMemoryLink
 from armdrive.sim.bus.drives import DrivesOnBus
 from armdrive.sim.device import Options, Value
 from armdrive.sim.faults.running import Faults, LinkCable
 from armdrive.sim.kinds import twin_kind
-from armdrive.sim.simulated_arm import SimulatedOperator, Twin
+from armdrive.sim.simulated_arm import TITLE, SimulatedOperator, Twin, line_to
+from armdrive.sim.wire import PacedDevice
+from armdrive.sim.world.arm import World
 from armdrive.sim.world.body import ArmBody
-from armdrive.sim.world.world import World
 from armdrive.status import State
 from armdrive.transports.in_process import MemoryLink
 from kinematics import Joints, Motors
@@ -53,8 +53,8 @@ class RecordingWorld(World):
             self.furthest_mm = max(self.furthest_mm, math.dist(self.mark, self.tip))
 
 
-class SlowWire(MemoryLink):
-    """A serial line that delays every message, and loses those that `loses` picks."""
+class SlowWire(MemoryLink[PacedDevice]):
+    """A wire that delays every message, and loses those that `loses` picks."""
 
     late_s = 0.0
     loses: Callable[[bytes], bool] = staticmethod(lambda data: False)
@@ -95,10 +95,6 @@ class SlowWire(MemoryLink):
         return self._on_the_way
 
 
-class SlowBus(SlowWire, CanMemoryLink):
-    """The same for a CAN bus."""
-
-
 @dataclass(frozen=True, slots=True)
 class Overrun:
     """What was announced at the moment of the cause, and what the physical arm did after it."""
@@ -137,10 +133,9 @@ class Stand:
         device = kind.make(config, self.world, Options(kind.options, options))
         if isinstance(device, DrivesOnBus):
             device.bring_to(at, OPENING_MM)
-            self.link: SlowWire = SlowBus(device, device.bits_s())
         else:
             self.world.drive_to(there)
-            self.link = SlowWire(device, device.baud)
+        self.link = SlowWire(line_to(device), TITLE)
         self.device = device
         faults = Faults(device, self.link.line, LinkCable(self.link))
         self.pace = SimulatedPace()

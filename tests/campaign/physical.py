@@ -16,8 +16,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Protocol
 
+from armdrive.sim.world.arm import World
 from armdrive.sim.world.body import ArmBody
-from armdrive.sim.world.world import World
 from kinematics import Joints, Motors
 from kinematics.guards.guards import GuardedArm
 from tests.conformance.seen import ON_THE_STEP, Point

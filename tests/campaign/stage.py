@@ -18,12 +18,12 @@ from armdrive.dialects.controller import Controller
 from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS
 from armdrive.dialog import PostureRequest
 from armdrive.registry import dialect
-from armdrive.sim.bus.bus import CanMemoryLink
 from armdrive.sim.bus.drives import DrivesOnBus
-from armdrive.sim.device import Options, SimDevice
+from armdrive.sim.device import Options
 from armdrive.sim.faults.running import Faults, LinkCable
 from armdrive.sim.kinds import twin_kind
-from armdrive.sim.simulated_arm import SimulatedOperator, Twin
+from armdrive.sim.simulated_arm import TITLE, SimulatedOperator, Twin, line_to
+from armdrive.sim.wire import PacedDevice
 from armdrive.sim.world.body import ArmBody
 from armdrive.status import State
 from armdrive.storage.record import FileRecorder
@@ -73,7 +73,7 @@ GREETING = ("grbl",)
 LOOKING = (State.STANDBY, State.HOMING, State.MOVING, State.STOPPING)
 
 
-class Deadly(MemoryLink):
+class Deadly(MemoryLink[PacedDevice]):
     """A wire at which a program can be killed, having written a part of its message."""
 
     owner: CampaignPace | None = None
@@ -97,17 +97,6 @@ class Deadly(MemoryLink):
         super().write(data, now_s)
 
 
-class DeadlyBus(Deadly, CanMemoryLink):
-    """The same, on a CAN bus."""
-
-
-def link_to(device: SimDevice) -> Deadly:
-    """Return a wire to a device: a serial line, or the bus of its drives."""
-    if isinstance(device, DrivesOnBus):
-        return DeadlyBus(device, device.bits_s())
-    return Deadly(device, device.baud)
-
-
 class Stage:
     """The arm on its table. `arm` is the program that drives it at present, if there is one."""
 
@@ -117,7 +106,7 @@ class Stage:
         kind = twin_kind(name)
         self.world = WatchedWorld(ArmBody.of_preset(self.config.model))
         device = kind.make(self.config, self.world, Options(kind.options, board_of(name, variant)))
-        self.link = link_to(device)
+        self.link = Deadly(line_to(device), TITLE)
         self.twin = Twin(
             name,
             device,

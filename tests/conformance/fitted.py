@@ -14,7 +14,7 @@ from armdrive.config.arm import ArmConfig, load_arm_file, parse_arm_file
 from armdrive.registry import Dialect
 from armdrive.sim.device import Options
 from armdrive.sim.kinds import twin_kind
-from armdrive.sim.serving.serve import make_server, run_device
+from armdrive.sim.serving.loop import make_server, run_device
 from armdrive.sim.serving.servers import SlcanServer
 from armdrive.sim.simulated_arm import make_device
 

@@ -14,8 +14,8 @@ from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import find
 from armdrive.dialog import Operator
 from armdrive.sim.simulated_arm import SimulatedOperator
+from armdrive.sim.world.arm import World
 from armdrive.sim.world.body import ArmBody
-from armdrive.sim.world.world import World
 from kinematics import Joints, Motors
 
 from .bench import Bench

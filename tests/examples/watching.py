@@ -10,8 +10,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import pairwise
 
+from armdrive.sim.world.arm import World
 from armdrive.sim.world.table import Block, Point
-from armdrive.sim.world.world import World
 from kinematics import Joints
 
 FINE_RAD = 0.01

@@ -12,8 +12,8 @@ from armdrive.arm import Arm
 from armdrive.connect.target import simulated_config
 from armdrive.sim.faults.request import parse_words
 from armdrive.sim.kinds import twin_kind
+from armdrive.sim.world.arm import World
 from armdrive.sim.world.body import ArmBody
-from armdrive.sim.world.world import World
 from kinematics import Motors
 from tests.conformance.port_bench import port_lock
 from tests.conformance.real_time_bench import RealTimeBench

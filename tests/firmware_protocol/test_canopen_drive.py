@@ -5,13 +5,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from firmware_protocol.canopen.drive_device import DriveDevice
+from firmware_protocol.canopen.drive_modes import QuickStopOption
 from firmware_protocol.canopen.drive_states import TRANSITIONS, Happening, transition, way
 from firmware_protocol.canopen.drive_words import (
     Command,
     Controlword,
     DriveState,
 )
-from firmware_protocol.canopen.quick_stop import QuickStopOption
 
 WORDS = st.integers(0, 0xFFFF)
 NEXT = {

@@ -6,7 +6,12 @@ from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
 from firmware_protocol.canopen.datatypes import DataType, Value
-from firmware_protocol.canopen.drive_modes import OperationMode, mode_of, supported_modes
+from firmware_protocol.canopen.drive_modes import (
+    OperationMode,
+    QuickStopOption,
+    mode_of,
+    supported_modes,
+)
 from firmware_protocol.canopen.drive_words import (
     ControlBit,
     Controlword,
@@ -18,7 +23,6 @@ from firmware_protocol.canopen.emcy_codes import ErrorRegister, error_words
 from firmware_protocol.canopen.nmt import HeartbeatWatch
 from firmware_protocol.canopen.objects import Access, Dictionary, Entry
 from firmware_protocol.canopen.pdo_setup import NO_REMOTE, NOT_VALID
-from firmware_protocol.canopen.quick_stop import QuickStopOption
 from firmware_protocol.canopen.sdo_messages import Place
 from firmware_protocol.canopen.standard import (
     CONSUMER_HEARTBEAT,
@@ -40,8 +44,7 @@ from firmware_protocol.errors import RemoteProtocolError
 # What words and numbers of the drive profile CiA 402 mean, in words.
 #
 # Bits 4, 10, 12 and 13 mean what the mode says; where it is not known they are called as in
-# profile
-# position. While a drive has no current, 10 and 12 mean nothing, and are left out.
+# profile position. While a drive has no current, 10 and 12 mean nothing, and are left out.
 
 DRIVES = 402
 """The number of the profile of drives, in object 1000."""

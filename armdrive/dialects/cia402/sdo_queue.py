@@ -31,9 +31,8 @@ from firmware_protocol.canopen import (
 # Whether CiA 402 drives that stand are there still: by their heartbeats, while nothing is asked.
 #
 # In motion each tells what it is with every SYNC. A drive whose heartbeat is missing is asked by
-# SYNC
-# a few times before it counts as lost: frames can be. Where all are silent, it is the bus or this
-# computer, which the next look at the positions finds out.
+# SYNC a few times before it counts as lost: frames can be. Where all are silent, it is the bus or
+# this computer, which the next look at the positions finds out.
 
 BEATS_LOST = 3.5
 """So many of its heartbeats a drive may miss."""

@@ -8,9 +8,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from armdrive.abilities import Abilities, segment_s
+from armdrive.config.arm import ArmConfig
 from armdrive.dialects.controller import Part, Stopping
 from armdrive.dialects.grbl.contact import GrblContact
 from armdrive.dialects.grbl.exchange import Answering, refusal
@@ -50,9 +50,6 @@ from firmware_protocol.grbl import (
     Sleep,
 )
 from firmware_protocol.grbl.events import Event as HostEvent
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
 
 LATENCY_S = 0.03
 """What a host may be late by."""

@@ -124,11 +124,9 @@ def trapezoid_s(one: Way, enter: float, leave: float) -> float:
 # The segment buffer of a GRBL board: motion that it has computed and no longer changes.
 #
 # The stepper driver of the firmware computes segments of 10 ms ahead of the motors. A segment
-# holds
-# at least 1.25 steps of the busiest motor, so that a slow one lasts longer. Nothing that arrives
-# later changes these segments: a feed hold begins to brake after them, the planner reads empty
-# while
-# they are still to be driven, and a queue that ends within them starves.
+# holds at least 1.25 steps of the busiest motor, so that a slow one lasts longer. Nothing that
+# arrives later changes these segments: a feed hold begins to brake after them, the planner reads
+# empty while they are still to be driven, and a queue that ends within them starves.
 #
 # Sources: gnea/grbl grbl/stepper.c (st_prep_buffer), stepper.h; grblHAL/core stepper.h; FluidNC
 # `stepping/segments`. Seen: the Mega goes on for 0.43 s at 31 steps/s, a 328p for 0.24 s.

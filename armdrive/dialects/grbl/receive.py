@@ -37,8 +37,7 @@ from kinematics.spaces import Motors
 # The `?` that a GRBL board has been asked: how long it has been mute, and what they may leave.
 #
 # A board answers a `?` within milliseconds, but in homing and while it starts. One that was
-# changed
-# on the wire is no `?` to it but a character, and stands in front of the next line.
+# changed on the wire is no `?` to it but a character, and stands in front of the next line.
 
 
 class Polls:
@@ -69,9 +68,8 @@ class Polls:
 # The greeting of a GRBL board: whether it answers a reset of our own, or was said unasked.
 #
 # A board that stands and is reset by 0x18 greets within milliseconds. One whose button was
-# pressed,
-# or that had lost its power, takes longer: its loader comes first. Its counts are zero then, which
-# says nothing where they had been zero before; so the time has to.
+# pressed, or that had lost its power, takes longer: its loader comes first. Its counts are zero
+# then, which says nothing where they had been zero before; so the time has to.
 
 GREETS_S = 0.4
 """How long a reset of our own takes a board that stood, and what it says on the wire."""

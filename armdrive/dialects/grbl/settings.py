@@ -7,8 +7,8 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from datetime import date
-from typing import TYPE_CHECKING
 
+from armdrive.config.arm import ArmConfig
 from armdrive.dialects.grbl.in_flight import Limits, Way
 from armdrive.errors import ArmFileError
 from armdrive.tasks import Difference
@@ -16,9 +16,6 @@ from armdrive.text.toml import within
 from firmware_protocol.grbl import AXIS_LETTERS, Variant
 from firmware_protocol.grbl.words import write_number
 from kinematics.spaces import Motors
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
 
 UNITS = ("steps", "degrees")
 SERVOS = re.compile(r"M3|M6[78]E[0-9]{1,2}")
@@ -48,7 +45,7 @@ class GrblSettings:
     Times: a report is asked for every `poll_s` in motion, and a board that gives none for `mute_s`
     is mute; an answer is waited for `answer_s`, a board that was reset by opening its port
     `boot_s`, homing `homing_s`. `segments` is how many segments of motion
-    the board computes ahead; left out, as its firmware does (`grbl_segments`). A motor may be
+    the board computes ahead; left out, as its firmware does (`in_flight`). A motor may be
     `corridor_steps` off the path sent.
     """
 
@@ -139,10 +136,8 @@ _BOUNDS = {
 # How an arm's motors are mapped to a board's axes: letters, units, and how fast they turn.
 #
 # A motion line is relative, in whole motor steps where the board's unit is one: see docs/grbl.md
-# for
-# why. Its feed stands before its axis words and every number has a sign, so that no lost byte
-# makes
-# one number out of two words; none but a lost minus makes a way longer.
+# for why. Its feed stands before its axis words and every number has a sign, so that no lost byte
+# makes one number out of two words; none but a lost minus makes a way longer.
 
 DECIMALS = 4
 """The decimals of a distance in degrees; a motor step is never finer than that."""

@@ -19,8 +19,8 @@ from firmware_protocol.mks import SPEED_MAX_RPM, TARGET_MAX, Event, MotorState
 # What keeps an MKS drive from taking its orders while others go on: it is found, and named.
 #
 # Motors can be coupled: where one of a wrist's two stands, the other turns a joint that nobody
-# meant
-# to turn, beyond its limit perhaps. So a denial is not waited out, till the drive is far behind.
+# meant to turn, beyond its limit perhaps. So a denial is not waited out, till the drive is far
+# behind.
 
 
 class MksRefusing(MksContact):

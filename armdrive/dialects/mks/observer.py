@@ -161,19 +161,15 @@ class Denials:
 # Whether an MKS drive that is seen off its way cannot go on, or was only late and is coming.
 #
 # Orders come late on a busy computer, or to a bus that stands still for a moment: then a drive
-# that
-# is well is as far behind as one that is blocked. It is given time, and looked at again; only who
-# has neither come nearer by then nor kept pace is blamed.
+# that is well is as far behind as one that is blocked. It is given time, and looked at again; only
+# who has neither come nearer by then nor kept pace is blamed.
 #
 # Who keeps pace may be far behind its model without danger, since two others look at what that
-# would
-# hide: whether all are on the way that was checked, only later (mks_beside), and whether a count
-# has
-# leapt, as that of a drive does which begins anew (mks_leap). Before those, such a drive was tried
-# in
-# simulations to go 54,000 counts beyond its target, and one at 60 % of its speed to be 65,000
-# beside
-# its way, and neither was told. A smaller `FOLLOWED` would blame drives whose orders are late.
+# would hide: whether all are on the way that was checked, only later (`MksBeside`), and whether a
+# count has leapt, as that of a drive does which begins anew (`Leap`). Before those, such a drive
+# was tried in simulations to go 54,000 counts beyond its target, and one at 60 % of its speed to
+# be 65,000 beside its way, and neither was told. A smaller `FOLLOWED` would blame drives whose
+# orders are late.
 
 AGAIN_S = 0.05
 """A second look was asked for at least so long after the first one was heard."""
@@ -228,10 +224,8 @@ class Doubt:
 #
 # A drive that loses its supply for a tenth of a second counts from zero again, and obeys the next
 # target from there. Where it counted near zero anyway its count shows nothing. But what it was
-# told
-# meanwhile it never answers, and a drive behind a busy computer or a slow adapter answers all of
-# it,
-# late.
+# told meanwhile it never answers, and a drive behind a busy computer or a slow adapter answers all
+# of it, late.
 
 TICK_S = 0.01
 """Questions that follow each other sooner are one. One that is not answered, while another drive is
@@ -318,12 +312,9 @@ class Gap:
 # Whether the count of an MKS drive has leapt: no shaft turns so far, or that way, between looks.
 #
 # A drive whose firmware begins anew within some hundredths of a second answers everything, and
-# goes
-# on to its targets from a new zero: beyond them by as much as it had counted. Nothing that it
-# tells
-# later shows that, and it keeps pace. A drive that is late, or blocked, stands or turns on; it
-# never
-# turns back. So orders and answers may be as late as they like.
+# goes on to its targets from a new zero: beyond them by as much as it had counted. Nothing that it
+# tells later shows that, and it keeps pace. A drive that is late, or blocked, stands or turns on;
+# it never turns back. So orders and answers may be as late as they like.
 
 MARGIN = COUNTS_PER_TURN // 32
 """Counts by which a loaded shaft may give, without its loop losing it."""
@@ -382,10 +373,9 @@ class Leap:
 # Whether an MKS drive turns as fast as it is told: how far it came, and how far its orders went.
 #
 # A drive that is too weak for its speed is told a higher one to make up for what it lags, so that
-# it
-# stays near its way and gets to its target late. What it turned of what it should have shows that,
-# for as long as it lasts. Orders and answers that are late by some hundredths of a second show in
-# all drives, and go by.
+# it stays near its way and gets to its target late. What it turned of what it should have shows
+# that, for as long as it lasts. Orders and answers that are late by some hundredths of a second
+# show in all drives, and go by.
 
 PACE_LOOKS = 5
 """A drive that is too slow is so at so many looks in a row: half a second."""

@@ -212,12 +212,11 @@ class Trip:
 # A bus that stands still for a moment while MKS drives are steered: they wait, and go on there.
 #
 # Nobody is heard then: another program has the adapter's cable or the processor, or ours had no
-# time.
-# Each drive ends where it was sent, which is announced. Nothing further is sent until somebody is
-# heard. Then all are asked where they are, and the motion goes on from that place of its way: what
-# was drawn for the time since is not made up for. A supply that failed looks the same, but what
-# was
-# asked meanwhile is never answered. Who pauses the arm meanwhile has it stand where it stands.
+# time. Each drive ends where it was sent, which is announced. Nothing further is sent until
+# somebody is heard. Then all are asked where they are, and the motion goes on from that place of
+# its way: what was drawn for the time since is not made up for. A supply that failed looks the
+# same, but what was asked meanwhile is never answered. Who pauses the arm meanwhile has it stand
+# where it stands.
 
 HELD_S = 0.06
 """A bus on which nobody has answered for so long, though somebody was asked, is held up."""
@@ -316,10 +315,8 @@ class MksHoldUps(MksArriving):
 # Whether MKS drives that are steered are beside the way that was checked: one of them lags alone.
 #
 # The model of a drive that turns too slowly is drawn to where it is, and it keeps pace, so that it
-# is
-# not doubted; but the others go on by their own time, and the arm leaves its way by all that it
-# lags.
-# Drives that are late together are on their way, only later, and are well.
+# is not doubted; but the others go on by their own time, and the arm leaves its way by all that it
+# lags. Drives that are late together are on their way, only later, and are well.
 
 LOOKS = 2
 """At so many looks in a row the drives are beside their way, before one is blamed."""

@@ -47,9 +47,8 @@ from firmware_protocol.mks import (
 # What keeps pushing after it has stopped: a drive whose shaft something holds aside is eased.
 #
 # A closed loop pushes towards its set-point for as long as it is held off it, and springs there
-# when
-# it is let free, whenever that may be. So a drive that came to rest elsewhere is sent to where its
-# shaft is. It tells how far that is off (39).
+# when it is let free, whenever that may be. So a drive that came to rest elsewhere is sent to
+# where its shaft is. It tells how far that is off (39).
 
 EASE_S = 0.1
 """A set-point takes so long to come back to its shaft, ramps apart."""
@@ -117,8 +116,8 @@ def _counts_off(heard: Event) -> int:
 # How MKS drives are told to stop, again and again, until each has been heard to brake.
 #
 # A bus may lose a stop, and with it the question whether it was heard. Waiting for that answer
-# would
-# let the drive run on: whoever has not said that it brakes is told, and asked, every `INSIST_S`.
+# would let the drive run on: whoever has not said that it brakes is told, and asked, every
+# `INSIST_S`.
 
 T = TypeVar("T")
 INSIST_S = 0.02

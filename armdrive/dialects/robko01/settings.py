@@ -90,9 +90,8 @@ _BOUNDS = {
 # How a Robko 01 paces its motors: real rates, how long motions last, how far they stray.
 #
 # Steps, seconds. Every axis runs a trapezoid of its own, all with one acceleration. On a board
-# that
-# gives a motor only a chance to make a step every so often, steps come in whole multiples of that:
-# the rates are 1/chance, half of it, a third of it, and so on, and nothing in between.
+# that gives a motor only a chance to make a step every so often, steps come in whole multiples of
+# that: the rates are 1/chance, half of it, a third of it, and so on, and nothing in between.
 
 _ROUNDING = 1e-9
 SLOWEST_HZ = 1.0

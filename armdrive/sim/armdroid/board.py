@@ -1,4 +1,4 @@
-"""What differs between the boards of an Armdroid, and what the sketch makes of a speed.
+"""The boards of an Armdroid: what differs between them, and how they turn their steppers.
 
 Source: Armdroid/Armdroid-Arduino-Library, Armdroid.cpp (setSpeed, the order of the channels).
 """
@@ -52,11 +52,10 @@ def by_motor(by_channel: Sequence[int]) -> tuple[int, ...]:
     return tuple(by_channel[channel - 1] for channel in CHANNELS)
 
 
-# Steppers as the Armdroid's board turns them: all at one rate, each until its own steps are made.
+# --- The steppers: all at one rate, each until its own steps are made ----------------------------
 #
 # Steps, seconds. The board looks at its clock all the time and steps every motor that has steps
-# left
-# as soon as the interval since the last step is over, so a motion begins with a step at once.
+# left as soon as the interval since the last step is over, so a motion begins with a step at once.
 
 _ROUNDING = 1e-6
 """The share of an interval that may be missing through floating-point rounding."""

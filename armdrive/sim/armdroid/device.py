@@ -15,8 +15,8 @@ from typing import ClassVar
 from armdrive.sim.armdroid.board import Board, LockstepRack, by_channel, by_motor
 from armdrive.sim.device import SimBase, lacks
 from armdrive.sim.mechanics.motors import Drive, checked_error
+from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import Json, Saved
-from armdrive.sim.world.world import World
 from firmware_protocol.armdroid import (
     RPM_DEFAULT,
     STEPS_MAX,

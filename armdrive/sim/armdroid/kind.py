@@ -10,7 +10,7 @@ from armdrive.sim.armdroid.device import SimArmdroid
 from armdrive.sim.device import Option, Options
 from armdrive.sim.kinds import TwinKind
 from armdrive.sim.mechanics.motors import checked_error
-from armdrive.sim.world.world import World
+from armdrive.sim.world.arm import World
 
 if TYPE_CHECKING:
     from armdrive.config.arm import ArmConfig

@@ -1,25 +1,23 @@
-"""What a simulated device has that is several drives on a CAN bus, for its wire and its faults."""
+"""Several simulated drives on one CAN bus: shafts, switches, and what all of them share."""
 
 from __future__ import annotations
 
 import abc
 import math
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, runtime_checkable
+from typing import Any, Generic, Protocol, TypeVar, runtime_checkable
 
+from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
-from armdrive.sim.bus.bus import Outbox
+from armdrive.sim.bus.line import Outbox
 from armdrive.sim.device import SimBase, SwitchState
 from armdrive.sim.mechanics.motors import Drive
 from armdrive.sim.mechanics.profiles import Piece, Profile, nearest, standing, to_goal, to_speed
+from armdrive.sim.world.arm import World
 from armdrive.sim.world.body import sagged
 from armdrive.sim.world.saved import Json
-from armdrive.sim.world.world import World
 from firmware_protocol.frames import Frame, Unpacker
 from kinematics.spaces import Motors
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
 
 
 @runtime_checkable
@@ -65,9 +63,10 @@ class SaysEmergencies(Protocol):
         """Have a drive say an error code, and go on."""
 
 
-# The set-point of one closed-loop shaft: where it is to be at any moment, without ticking.
+# --- The set-point of one shaft ------------------------------------------------------------------
 #
-# Counts of the shaft's own, whatever zero was set; seconds; counts a second.
+# Where a closed-loop shaft is meant to be at any moment, without ticking. Counts are the shaft's
+# own, whatever zero was set. Times are in seconds, speeds in counts a second.
 
 _HALVINGS = 60
 
@@ -177,10 +176,10 @@ def at_rate(position: float, speed: float, wanted: float, slope: float, now_s: f
     return Profile((Piece(now_s, position, wanted, 0.0, math.inf),), position)
 
 
-# The shafts of a simulated arm's closed-loop drives: set-points, and the arm that follows them.
+# --- The shafts, and the arm that follows them ---------------------------------------------------
 #
-# A motor that is held in a closed loop makes up for what it has lost, as far as the arm lets it.
-# Counts are those of the world's motors, and of their shafts where there is play behind them.
+# A motor in a closed loop makes up for what it has lost, as far as the arm lets it. Counts are
+# those of the world's motors, and of their shafts where there is play between the two.
 
 P = TypeVar("P", bound=ShaftPoint)
 
@@ -371,7 +370,7 @@ def _clipped(step: int, most: int) -> int:
     return min(max(step, -most), most)
 
 
-# The limit switch at the input of a simulated drive: pressed from a physical place on.
+# --- Limit switches ------------------------------------------------------------------------------
 
 
 class LimitSwitch:
@@ -419,11 +418,10 @@ def _highest(config: ArmConfig, row: tuple[float, ...]) -> int:
     return math.ceil(sum(ends))
 
 
-# What simulated drives on one bus do alike, whatever they speak: power, cables, time, switches.
+# --- Power, cables and time of the drives on one bus ---------------------------------------------
 #
-# What goes in and comes out are packed frames. A drive does not hear what the others say: only
-# where
-# two have one id, or a group has the id of a drive, would it matter.
+# Packed frames go in and come out. A drive does not hear what the others say: it would matter only
+# if two drives shared an id, or a group had the id of a drive.
 
 COUNT_MOST = 1 << 40
 

@@ -1,4 +1,4 @@
-"""An arm on CiA 402 drives that is not there: its drives on one bus, and what they turn."""
+"""A simulated arm on CiA 402 drives on one bus: how they are saved, and turn the arm."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ from firmware_protocol.canopen import (
 from firmware_protocol.errors import ProtocolError
 from firmware_protocol.frames import Frame
 
-# The drives of a simulated arm as plain data: what is to be seen of them, and what is kept.
+# --- The drives as plain data --------------------------------------------------------------------
 
 S = TypeVar("S")
 

@@ -12,7 +12,7 @@ from armdrive.sim.cia402.node import Habits, Node, ServoPoint
 from armdrive.sim.cia402.objects import ENCODER_INCREMENTS, MOST_MOTOR_SPEED, dictionary, without
 from armdrive.sim.device import Option, Options
 from armdrive.sim.kinds import TwinKind
-from armdrive.sim.world.world import World
+from armdrive.sim.world.arm import World
 from firmware_protocol.canopen import (
     DEVICE_TYPE,
     FOLLOWING_ERROR_WINDOW,

@@ -1,4 +1,4 @@
-"""What a simulated CiA 402 drive hears: NMT, SYNC, PDOs, SDO, and its master's heartbeat."""
+"""What a simulated CiA 402 drive hears and says: NMT, SYNC, PDOs, SDO, heartbeats."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ from firmware_protocol.canopen import (
 from firmware_protocol.errors import BadField, RemoteProtocolError
 from firmware_protocol.frames import Frame
 
-# What a simulated CiA 402 drive says of itself at a moment: statusword and what is read.
+# --- The drive's view of itself: statusword and readings -----------------------------------------
 
 _OF_MODE = StatusBit.REACHED | StatusBit.ACKNOWLEDGED
 _OF_MODE_MASK = int(_OF_MODE)
@@ -186,7 +186,7 @@ def tell_changes(node: Node, now_s: float) -> None:
                 pdo.due_s = min(pdo.due_s, pdo.free_s)
 
 
-# SYNC and PDOs.
+# --- SYNC and PDOs -------------------------------------------------------------------------------
 
 
 def _beat(node: Node, now_s: float) -> None:
@@ -245,7 +245,7 @@ def _act(node: Node, pdo: Pdo, data: bytes, now_s: float) -> None:
     written(node, taken, now_s)
 
 
-# SDO.
+# --- SDO -----------------------------------------------------------------------------------------
 
 
 def _serve(node: Node, frame: Frame, now_s: float) -> None:
@@ -283,7 +283,7 @@ def _take(node: Node, ask: WriteAsked, now_s: float) -> Frame | None:
     return accepted
 
 
-# NMT and heartbeats.
+# --- NMT and heartbeats --------------------------------------------------------------------------
 
 
 def _order(node: Node, frame: Frame, now_s: float) -> None:
@@ -310,7 +310,7 @@ def _heartbeat(node: Node, sender: int, now_s: float) -> None:
             over(node)
 
 
-# What a simulated CiA 402 drive does by itself when its time has come, and when that is.
+# --- What the drive does by itself, and when -----------------------------------------------------
 
 _UNWATCHED = 0xFFFF_FFFF
 _OBEYING = (DriveState.ENABLED, DriveState.QUICK_STOP)

@@ -1,4 +1,4 @@
-"""How a simulated CiA 402 drive moves: to a target with ramps, from SYNC to SYNC, to a stand."""
+"""How a simulated CiA 402 drive moves: by ramps, from SYNC to SYNC, to a stop, home."""
 
 from __future__ import annotations
 
@@ -137,11 +137,10 @@ def of_profile(node: Node) -> bool:
     return node.mode == OperationMode.PROFILE_POSITION
 
 
-# How a simulated CiA 402 drive finds its home: by the methods 18, 35 and 37 of object 6098.
+# --- Homing by the methods 18, 35 and 37 of object 6098 ------------------------------------------
 #
-# 18 goes up to the limit switch, and slowly back until that opens; 35 and 37 take the place where
-# the
-# drive stands. Home is where the position is the offset of 607C from then on.
+# Method 18 goes up to the limit switch, and slowly back until it opens. Methods 35 and 37 take the
+# place where the drive stands. From then on the position at home is the offset of 607C.
 
 AT_UPPER_SWITCH = 18
 IN_PLACE = (35, 37)

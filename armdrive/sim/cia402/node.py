@@ -1,7 +1,7 @@
-"""One simulated CiA 402 drive: what it is, what it knows, and what it says.
+"""One simulated CiA 402 drive: its firmware's quirks, its set-point, and what it knows.
 
-What it hears is in `cia402_talk`, its objects in `cia402_objects`, its states in `cia402_states`,
-how it moves in `cia402_course`, and what it watches by itself in `cia402_watch`.
+`messages` is what it hears and says, `objects` and `writes` its objects, `states` its states, and
+`motion` how it moves.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from firmware_protocol.canopen import (
 )
 from firmware_protocol.frames import Frame, pack
 
-# What CiA 402 leaves to the maker of a simulated drive, and how far it may be on its way home.
+# --- What CiA 402 leaves to the maker of a drive, and how far homing has come --------------------
 
 
 class Homing(Enum):
@@ -54,7 +54,7 @@ class Homing(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Habits:
-    """What CiA 402 leaves to the maker; `cia402_twin.KIND` says what each means."""
+    """What CiA 402 leaves to the maker; `kind.KIND` says what each means."""
 
     modes: frozenset[OperationMode]
     extrapolates: bool = False
@@ -65,9 +65,10 @@ class Habits:
     reset_s: float = 0.02
 
 
-# The set-point of one CiA 402 drive: what its motor is able to follow of what it is told.
+# --- The set-point: what the motor can follow of its commands ------------------------------------
 #
-# Increments of the shaft's own, whatever zero was set; seconds; increments a second.
+# Increments are the shaft's own, whatever zero was set. Times are in seconds, speeds in increments
+# a second.
 
 
 class ServoPoint(ShaftPoint):
@@ -111,7 +112,7 @@ _ROUNDING = 1e-6
 
 
 class Node:
-    """A drive on the motor of its index. Its owner calls `cia402_watch` when time has passed."""
+    """A drive on the motor of its index. Its owner calls `messages.live` once time has passed."""
 
     def __init__(
         self,

@@ -1,4 +1,4 @@
-"""The objects of a simulated CiA 402 drive: its EDS, and places of those beside STANDARD."""
+"""The objects of a simulated CiA 402 drive: its EDS, its PDOs, and places beyond STANDARD."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def without(missing: frozenset[int], changed: Mapping[Place, int]) -> Dictionary
     return Dictionary(entries, whole.records)
 
 
-# The PDOs of a simulated CiA 402 drive, as its objects say that they are.
+# --- The PDOs that the objects describe ----------------------------------------------------------
 
 COUNT = 4
 RECEIVED, TRANSMITTED = (0x1400, 0x1600), (0x1800, 0x1A00)

@@ -1,4 +1,4 @@
-"""The states of a simulated CiA 402 drive: what its controlword, a fault, a quick stop changes."""
+"""The states of a simulated CiA 402 drive: what changes them, its errors, and its lost master."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ from firmware_protocol.canopen import (
     Transition,
 )
 
-# What a simulated CiA 402 drive says of its errors: EMCY, error register, error code, history.
+# --- Errors: EMCY, error register, error code, history -------------------------------------------
 
 HEARTBEAT_MISSING = 0x8130
 PDO_TOO_SHORT = 0x8210
@@ -216,7 +216,7 @@ def _happened(node: Node, happening: Happening) -> Iterable[Transition]:
     return () if row is None else (row,)
 
 
-# What a simulated CiA 402 drive does when nobody commands it any more: object 6007.
+# --- A lost master: object 6007 ------------------------------------------------------------------
 
 _FAULT = 1
 _COMMANDS = {2: Command.DISABLE_VOLTAGE, 3: Command.QUICK_STOP}

@@ -1,4 +1,4 @@
-"""What a fault of a simulated arm is: the row of the table, and what it can befall."""
+"""What a fault is: its request in words, what it can befall, and the row of the table."""
 
 from __future__ import annotations
 
@@ -11,11 +11,10 @@ from armdrive.errors import BadRequest
 from armdrive.sim.device import SimDevice
 from armdrive.sim.wire import PacedDevice
 
-# A fault as somebody asks for it: on a command line, at the console, or from a program.
+# --- A requested fault, from a command line, the console or a program ----------------------------
 #
-# On a command line `NAME[:ARGUMENT,..][@SECONDS]`, at the console the same words with spaces;
-# named
-# arguments are written `from=host` or `--from host`.
+# On a command line `NAME[:ARGUMENT,..][@SECONDS]`, at the console the same words with spaces.
+# Named arguments are written `from=host` or `--from host`.
 
 SIDES = ("host", "device", "both")
 _NAMED = ("from", "seed", "for")

@@ -25,7 +25,7 @@ class _Active:
 class LinkCable:
     """The cable of a wire within the process, pulled at the very moment and not when one looks."""
 
-    def __init__(self, link: MemoryLink) -> None:
+    def __init__(self, link: MemoryLink[PacedDevice]) -> None:
         self._link = link
 
     def unplug(self) -> None:
@@ -62,7 +62,7 @@ class Faults:
         after_s: float = 0.0,
         for_s: float | None = None,
     ) -> None:
-        """Have something go wrong: `add("drop", 0.01, side="host")`; see `faults_table.FAULTS`.
+        """Have something go wrong: `add("drop", 0.01, side="host")`; see `table.FAULTS`.
 
         `after_s` counts from the device's present time. Raises `BadRequest`.
         """
@@ -121,7 +121,7 @@ class Faults:
 
 def check_faults(device: SimDevice, requests: Iterable[FaultRequest]) -> None:
     """Raise `BadRequest` for a fault that this device cannot have; nothing happens to it."""
-    link = MemoryLink(device, None)
+    link = MemoryLink(PacedDevice(device, None), "simulated arm")
     try:
         faults = Faults(device, link.line, LinkCable(link))
         for request in requests:

@@ -1,4 +1,7 @@
-"""The faults of the controller and of the arm: power, resets, motors, limit switches."""
+"""The faults that a simulated arm can be given: what each does, and the table that lists them.
+
+The first are those of the controller and of the arm: power, resets, motors, limit switches.
+"""
 
 from __future__ import annotations
 
@@ -113,7 +116,7 @@ def motor_of(bench: Bench, word: str) -> int:
     raise BadRequest(f"motors are 1 to {len(names)} or {', '.join(names)}, not {word!r}")
 
 
-# The faults of the wire: bytes lost, changed, repeated, late, made up; the cable pulled.
+# --- The wire: bytes lost, changed, repeated, late or made up; the cable pulled ------------------
 
 NOISE_BYTES = 8
 NOISE_MOST = 4096
@@ -228,9 +231,9 @@ def replug(bench: Bench, request: FaultRequest) -> Begin:
     return lambda: bench.cable.replug(words[0] if words else None)
 
 
-# The faults of a CAN bus and of the drives on it: frames lost or overtaken, drives mute or reset.
+# --- A CAN bus and its drives: frames lost or overtaken, drives mute or reset --------------------
 #
-# They need no more than a device that is `DrivesOnBus`; some, one that `SaysEmergencies`.
+# They need no more than a device that is `DrivesOnBus`; some need one that `SaysEmergencies`.
 
 _CODE = re.compile(r"[0-9A-Fa-f]{4}")
 FIRST_ERROR = 0x100
@@ -377,9 +380,9 @@ def _discard(_: int) -> None:
     """Take no interest in what was before."""
 
 
-# The table of faults that a simulated arm can be given: name, arguments, what goes wrong.
+# --- The table: name, arguments, what goes wrong -------------------------------------------------
 #
-# Each row checks its arguments when the fault is asked for, and gives back what begins it.
+# Each row checks its arguments when the fault is asked for, and returns what begins it.
 
 _FRAMES = "P|#N|next"
 """How many: each frame with a probability, the one with the n-th byte from now, or the next."""

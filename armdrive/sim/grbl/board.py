@@ -1,8 +1,8 @@
-"""A simulated GRBL board: its receive ring, its main loop, and the state that both look at.
+"""A simulated GRBL board: its receive ring, its main loop, its reports, and its hard limits.
 
 One line is at work at a time, as a script that yields when it wants to go on: a time, or infinity
 for "when something has happened". Real-time commands are picked out of the stream as they arrive
-(`grbl_orders`). What the main loop is doing:
+(`realtime`). What the main loop is doing:
 
     booting   nothing is read; what arrives is lost when the board has started
     critical  a limit alarm: nothing but a reset is heard
@@ -38,7 +38,7 @@ from firmware_protocol.grbl import (
     StatusReport,
 )
 
-# The receive ring of a simulated GRBL board: when it is full, bytes are lost without a word.
+# --- The receive ring: when it is full, bytes are lost without a word ----------------------------
 
 _LINE_END = re.compile(rb"[\r\n]")
 _LONGEST = 4096
@@ -89,7 +89,7 @@ class Ring:
         self._begun.clear()
 
 
-# Things that a simulated GRBL board does bit by bit: generators that yield until when they wait.
+# --- Scripts: generators that yield the time until which they wait -------------------------------
 #
 # Infinity means "until something has happened": such a script looks again after every event.
 
@@ -151,7 +151,7 @@ class Task(Generic[T]):
         self._script, self.until_s = None, math.inf
 
 
-# The status report of a simulated GRBL board, and how often it comes.
+# --- The status report, and how often it comes ---------------------------------------------------
 #
 # Source: gnea/grbl grbl/report.c and config.h: WCO comes with every 30th report while something
 # moves and every 10th while nothing does, Ov with every 20th and 10th, both at once after a
@@ -258,7 +258,7 @@ def _pins(board: Board) -> str | None:
     return (board.inputs + letters) or None
 
 
-# Hard limits of a simulated GRBL board: a switch that changes while the board is not homing.
+# --- Hard limits: a switch that changes while the board is not homing ----------------------------
 #
 # The firmware's interrupt comes with either edge of any of the switches, so that backing off a
 # switch is an alarm as well. Source: gnea/grbl grbl/limits.c.
@@ -520,7 +520,7 @@ class Board:
                 self.say(Ok())
 
 
-# What lines wait for on a simulated GRBL board, as parts of their scripts.
+# --- What lines wait for, as parts of their scripts ----------------------------------------------
 
 Waits = Generator[float, None, None]
 

@@ -1,4 +1,4 @@
-"""The `$` commands of a simulated GRBL board. Source: gnea/grbl grbl/system.c."""
+"""The `$` commands of a simulated GRBL board, and its homing. Source: gnea/grbl grbl/system.c."""
 
 from __future__ import annotations
 
@@ -51,13 +51,11 @@ from firmware_protocol.grbl import (
     parse_line,
 )
 
-# Homing of a simulated GRBL board: towards the switches, off them, slowly on again, and off.
+# --- Homing: towards the switches, off them, slowly on again, and off ----------------------------
 #
 # All axes that are homed move together, each at the homing rate, and drop out as their switches
-# are
-# pressed. Unlike the real firmware, which stops an axis dead, the others pause while one drops
-# out.
-# Source: gnea/grbl grbl/limits.c (limits_go_home).
+# are pressed. Unlike the real firmware, which stops an axis dead, the others pause while one drops
+# out. Source: gnea/grbl grbl/limits.c (limits_go_home).
 
 SEARCH = 1.5
 """The way in which a switch is looked for, in travels."""
@@ -146,9 +144,9 @@ def _set_position(board: Board, axes: Sequence[int]) -> None:
     board.parser.position = board.drive.units_of(counts)
 
 
-# FluidNC's own way to name settings: `$/stepping/idle_ms`, and `=255` behind it to change it.
+# --- FluidNC's names of settings: `$/stepping/idle_ms`, and `=255` to change one -----------------
 #
-# What is changed lasts until the power is gone on a real board: its file is another matter.
+# On a real board such a change lasts until the power is cut: its file is another matter.
 
 UNKNOWN, NO_NUMBER, PATH_NOT_IDLE = 3, 2, 8
 FIRST_TOLD = 10

@@ -1,8 +1,7 @@
-"""A GRBL board that is not there: the device side of its dialect on a simulated physical arm.
+"""A simulated arm on a GRBL board: power, inputs, gripper, what a person does, what is saved.
 
-The board itself is in `grbl_board`; here are its power, its inputs, the gripper that it may drive,
-and what a person can do beside it. A new one has just been switched on, or been reset by opening
-its port: its counts are at zero whatever the posture, and its banner is the first thing it says.
+The board itself is in `board`. A new device has just been switched on, or was reset by opening its
+port: its counts are at zero whatever the posture, and its banner is the first thing it says.
 """
 
 from __future__ import annotations
@@ -28,12 +27,12 @@ from armdrive.sim.grbl.realtime import (
     soft_reset,
     switched_on,
 )
+from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import MEND, Json, Saved
-from armdrive.sim.world.world import World
 from firmware_protocol.grbl import State
 from kinematics.spaces import Motors
 
-# What a simulated GRBL board knows, as plain numbers and texts, beside its saved world.
+# --- What the board knows, as plain numbers and texts --------------------------------------------
 
 _PORT_MOST = 255
 

@@ -1,7 +1,7 @@
-"""The boards of the GRBL family as data: how large, how quick, and what each does its own way.
+"""The boards of the GRBL family as data: firmware quirks, settings, and how one board is built.
 
-Where a figure is not known it is a guess to the harder side. Times are seconds. Those of the 8-bit
-boards were measured on the real firmware in a processor simulator, those of the others are not.
+Where a figure is not known it is a guess to the harder side. Times are in seconds. Those of the
+8-bit boards were measured on the real firmware in a processor simulator, the others were not.
 """
 
 from __future__ import annotations
@@ -268,11 +268,10 @@ FIRMWARES: Mapping[str, Firmware] = MappingProxyType(
 """Every firmware by the name that the option takes."""
 
 
-# The settings of a simulated GRBL board: `$0` to `$132` and beyond, as its EEPROM holds them.
+# --- The settings `$0` to `$132` and beyond, as the board's EEPROM holds them --------------------
 #
 # Source: gnea/grbl doc/markdown/settings.md. Lengths are in the machine's own unit, which the
-# board
-# takes for mm; rates are stored per minute and accelerations per second squared.
+# board takes for mm. Rates are stored per minute and accelerations per second squared.
 
 IDLE_MS, REPORT, JUNCTION = 1, 10, 11
 SOFT_LIMITS, HARD_LIMITS, HOMING, HOMING_DIRECTIONS = 20, 21, 22, 23
@@ -373,7 +372,7 @@ class Settings:
         ]
 
 
-# How one simulated GRBL board is built and wired, as data.
+# --- How one board is built and wired ------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""What a simulated GRBL board drives besides its motors: spindle, coolant, ports, and a gripper."""
+"""What a simulated GRBL board has besides motors: spindle, coolant, ports, gripper, switches."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from armdrive.sim.device import SwitchState
+from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import Json
-from armdrive.sim.world.world import World
 from firmware_protocol.grbl import Modal
 
 
@@ -103,7 +103,7 @@ class Outputs:
         }
 
 
-# The limit switches of a simulated arm on a GRBL board: one for each motor, at one end of it.
+# --- Limit switches: one for each motor, at one end of its travel --------------------------------
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,7 @@ from armdrive.sim.grbl.wiring import (
     well_set_up,
 )
 from armdrive.sim.kinds import TwinKind
-from armdrive.sim.world.world import World
+from armdrive.sim.world.arm import World
 
 if TYPE_CHECKING:
     from armdrive.config.arm import ArmConfig

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from armdrive.sim.grbl.firmware import Build
 from armdrive.sim.mechanics.motors import Drive
 from armdrive.sim.mechanics.planner import PathLimits, PathRack
-from armdrive.sim.world.world import World
+from armdrive.sim.world.arm import World
 from kinematics.spaces import Motors
 
 

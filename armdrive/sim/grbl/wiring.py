@@ -1,15 +1,16 @@
-"""How a simulated GRBL board is wired to an arm and set up, out of the arm's configuration.
+"""How a simulated GRBL board is wired to an arm and set up, and what cannot be wired so.
 
-What the arm file's own section says is read without its class, and the rest worked out here: the
-driver's figures are its own, so that a difference has to be found.
+The arm file's own section is read without the driver's class, and the rest is worked out here. The
+driver's figures stay its own, so that a difference shows.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from armdrive.config.arm import ArmConfig
 from armdrive.errors import ArmFileError, BadRequest
 from armdrive.sim.grbl.firmware import (
     ACCELERATION,
@@ -30,17 +31,13 @@ from armdrive.sim.grbl.firmware import (
     TRAVEL,
 )
 from armdrive.sim.grbl.hardware import Switch, Switches, Wiring
-from armdrive.sim.world.world import World
+from armdrive.sim.world.arm import World
 from firmware_protocol.grbl import AXIS_LETTERS
+from kinematics import Transmission
 
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
-    from kinematics import Transmission
-
-
-# Whether a GRBL board can be built and set up as an arm file says, before one is simulated.
+# --- What the board would trip over in an arm file -----------------------------------------------
 #
-# The driver checks its own part of the file itself; here stands what the board would trip over.
+# The driver checks its own part of the file itself.
 
 LEAST, MOST = 0.001, 1e9
 """What a setting of an axis may be: three decimals are stored, and a float has not many more."""

@@ -1,7 +1,7 @@
-"""Steppers that turn together: where each one stands at any moment, without ticking.
+"""Steppers that turn together, the physical arm that follows them, and how fast they really turn.
 
-Half-steps, seconds, half-steps a second. The rack counts what was commanded; whether the arm
-could follow is the world's business.
+Half-steps, seconds, half-steps a second. A rack counts what was commanded, at any moment and
+without ticking; the world decides whether the arm could follow.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from typing import Generic, Protocol, TypeVar
 
 from armdrive.errors import BadRequest
-from armdrive.sim.world.world import World
+from armdrive.sim.world.arm import World
 from kinematics.spaces import Motors
 
 _ROUNDING = 1e-6
@@ -101,7 +101,7 @@ class MotorRack:
         self._motion = None
 
 
-# The controller's counting and the physical arm that follows it, kept in step on one clock.
+# --- The controller's counting and the arm, kept in step on one clock ----------------------------
 #
 # A rack knows where its motors stand at any moment: `MotorRack` turns them in proportion,
 # `UncoordinatedRack` each by itself, `PathRack` along queued lines.
@@ -228,7 +228,7 @@ class CoordinatedDrive(Drive[MotorRack]):
         self.rack.start(steps, rate_hz, now_s)
 
 
-# How fast a simulated TeachMover really turns: its own table from SP to half-steps a second.
+# --- The real rates of a simulated TeachMover, from SP to half-steps a second --------------------
 #
 # Apart from the driver's table on purpose: where the two differ, the driver has to find out.
 

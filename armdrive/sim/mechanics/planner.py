@@ -1,4 +1,4 @@
-"""One straight line of a path in motor space: its length, and how fast it may be followed.
+"""Queued straight lines in motor space: lines, speeds, and the steppers that follow them.
 
 Steps of the motors; `units` of the controller's own (mm or degrees), seconds.
 """
@@ -115,9 +115,9 @@ def corner_speed(one: Line, other: Line, limits: PathLimits) -> float:
     return math.sqrt(slope * limits.junction_deviation * half_sine / (1.0 - half_sine))
 
 
-# The speed along queued lines: planned backwards from the stand-still at the end, then forwards.
+# --- The speed along the lines: planned backwards from the stop, then forwards -------------------
 #
-# Every plan is a row of stretches of constant acceleration, exact in time. Units and seconds.
+# Every plan is a row of stretches of constant acceleration, exact in time.
 
 Part: TypeAlias = tuple[float, float, float]
 """Speed, acceleration and duration of a part of a line."""
@@ -237,15 +237,13 @@ def _lay(
     return now_s
 
 
-# Steppers that follow queued straight lines with lookahead, as GRBL's planner has them do.
+# --- The steppers, as GRBL's planner has them follow the lines -----------------------------------
 #
 # Known at every moment without ticking: the path's length is quadratic in time, piece by piece,
-# and
-# each motor stands at the step that is nearest to the path. Lines may be queued while others run,
-# the motion can be held and resumed, and its speed overridden. Each of these plans anew, but for
-# the
-# segments that are computed already: they are driven as they are (gnea/grbl grbl/stepper.c,
-# st_prep_buffer).
+# and each motor stands at the step that is nearest to the path. Lines may be queued while others
+# run, the motion can be held and resumed, and its speed overridden. Each of these plans again,
+# except for the segments that are already computed: they are driven as they are (gnea/grbl
+# grbl/stepper.c, st_prep_buffer).
 
 SEGMENT_S = 0.01
 STEPS_A_SEGMENT = 1.25

@@ -1,4 +1,4 @@
-"""Where one axis stands at any moment while it speeds up, runs and slows down, without ticking.
+"""Where each axis stands at any moment while it speeds up, runs and slows down, without ticking.
 
 Steps, seconds, steps a second. A profile is a row of pieces of constant acceleration; beyond its
 last piece the axis stands, unless that piece never ends.
@@ -174,13 +174,13 @@ def nearest(position: float) -> int:
     return math.floor(position + 0.5)
 
 
-# Steppers that each go their own way, in the arithmetic of the AccelStepper library.
+# --- Uncoordinated steppers, in the arithmetic of the AccelStepper library -----------------------
 #
-# Steps, seconds. The library does not follow a trapezoid: each step sets the pause before the next
-# one (D. Austin, "Generate stepper-motor speed profiles in real time", Embedded Systems
-# Programming, January 2005), a pause counts from the step that was really made, and a stop begins
-# as soon as the steps left are no more than v^2 / 2a. On a board that serves its motors in turn, a
-# motor has a chance to make a step only so often, and a step waits for its chance.
+# The library does not follow a trapezoid: each step sets the pause before the next one (D. Austin,
+# "Generate stepper-motor speed profiles in real time", Embedded Systems Programming, January
+# 2005), a pause counts from the step that was really made, and a stop begins as soon as the steps
+# left are no more than v^2 / 2a. On a board that serves its motors in turn, a motor has a chance
+# to make a step only so often, and a step waits for its chance.
 
 LOOK_S = 0.1
 """The way of the arm is looked at this often: it is no straight one."""

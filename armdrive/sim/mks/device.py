@@ -1,11 +1,12 @@
-"""An arm on MKS SERVO42D/57D drives that is not there: drives on one bus, and what they turn."""
+"""A simulated arm on MKS SERVO42D/57D drives: how they are set up, saved, and turn the arm."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
+from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.sim.bus.drives import DrivesBox
 from armdrive.sim.mks.motion import due_s, give_up, happen
@@ -30,11 +31,7 @@ from firmware_protocol.mks import (
     Setting,
 )
 
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
-
-
-# The drives of a simulated arm as plain data: what is to be seen of them, and what is kept.
+# --- The drives as plain data --------------------------------------------------------------------
 
 
 def known_json(nodes: Sequence[Node]) -> dict[str, Json]:
@@ -168,10 +165,10 @@ class SimMks(DrivesBox[Node]):
         recall_known(self.nodes, saved, powered=self.powered)
 
 
-# How the drives of a simulated arm are set up, out of the arm's configuration.
+# --- The settings of the drives, from the arm file -----------------------------------------------
 #
-# What the arm file's own section says is read without its class: the driver's figures are its own,
-# so that a difference has to be found.
+# The arm file's own section is read without the driver's class. The driver's figures stay its own,
+# so that a difference shows.
 
 HOMING_RPM = 60
 USUAL_MA, USUAL_MICROSTEPS = 1600, 16

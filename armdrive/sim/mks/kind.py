@@ -11,7 +11,7 @@ from armdrive.sim.device import Option, Options
 from armdrive.sim.kinds import TwinKind
 from armdrive.sim.mks.device import SimMks, drive_settings
 from armdrive.sim.mks.node import ClosedLoopDrive, Flash, Habits, Node
-from armdrive.sim.world.world import World
+from armdrive.sim.world.arm import World
 from firmware_protocol.errors import BadField
 from firmware_protocol.mks import COUNTS_PER_TURN, LATEST, Bitrate, Version, abilities_of
 

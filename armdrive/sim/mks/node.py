@@ -1,6 +1,6 @@
-"""One simulated MKS drive: what it is set up to be, what it knows, and what it says.
+"""One simulated MKS drive: its settings, its set-point, its shaft, and what it says.
 
-What a request does is in `mks_obey`; how a motion goes on by itself in `mks_course`.
+`requests` carries out its requests; `motion` carries its motions on.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from typing import TypeVar, cast
 from armdrive.errors import StateFileError
 from armdrive.sim.bus.drives import LimitSwitch, ShaftDrive, ShaftPoint, at_rate, dead
 from armdrive.sim.mechanics.profiles import Piece, Profile
+from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import MEND, Json, Saved
-from armdrive.sim.world.world import World
 from firmware_protocol.errors import ProtocolError
 from firmware_protocol.mks import (
     COUNTS_PER_TURN,
@@ -50,7 +50,7 @@ from firmware_protocol.mks import (
     true_rpm,
 )
 
-# What a simulated MKS drive keeps without current: its settings, as shipped or as an arm needs.
+# --- The settings that outlast the power, as shipped or as an arm needs them ---------------------
 
 S = TypeVar("S", bound=Setting)
 
@@ -126,9 +126,9 @@ def _read(code: Code, text: str) -> Setting:
     return setting
 
 
-# The set-point of one MKS drive, in the drive's own measures: rpm, and its steps of acceleration.
+# --- The set-point in the drive's own measures: rpm, and steps of acceleration -------------------
 #
-# Encoder counts of the shaft's own, whatever zero was set; seconds.
+# Encoder counts are the shaft's own, whatever zero was set. Times are in seconds.
 
 _RPM = COUNTS_PER_TURN / 60.0
 """Counts a second of one rpm."""
@@ -186,7 +186,7 @@ def _cut(piece: Piece, over_s: float) -> Piece:
     return replace(piece, duration_s=min(piece.duration_s, over_s - piece.start_s))
 
 
-# The shafts of a simulated arm's MKS drives.
+# --- The shafts ----------------------------------------------------------------------------------
 
 MAKES_UP = SPEED_MAX_RPM / 60.0 * COUNTS_PER_TURN
 """Counts a second: no drive makes up for what it has lost faster than it turns."""
@@ -205,7 +205,7 @@ FULL_STEPS = 200
 
 @dataclass(frozen=True, slots=True)
 class Habits:
-    """What public sources leave open of these drives; `mks_twin.KIND` says what each means."""
+    """What public sources leave open of these drives; `kind.KIND` says what each means."""
 
     says_done: bool = True
     says_refused: bool = True
@@ -222,7 +222,7 @@ class Habits:
 
 
 class Node:
-    """A drive on the motor of its index. Its owner calls `mks_course` whenever time has passed."""
+    """A drive on the motor of its index. Its owner calls `motion.happen` once time has passed."""
 
     def __init__(
         self,

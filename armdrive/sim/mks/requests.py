@@ -1,4 +1,4 @@
-"""What a simulated MKS drive does with each kind of request."""
+"""What a simulated MKS drive does with each request, and what it answers to each reading."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ from firmware_protocol.mks import (
     VersionRead,
 )
 
-# What a simulated MKS drive answers to reads, and says by itself where it was told to.
+# --- Readings, and what the drive reports without being asked ------------------------------------
 
 BOARD = 2
 """A SERVO42D on CAN."""

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from armdrive.sim.mechanics.motors import Drive
 from armdrive.sim.mechanics.profiles import UncoordinatedRack
-from armdrive.sim.world.world import World
+from armdrive.sim.world.arm import World
 from firmware_protocol.robko01 import (
     AXES,
     PAYLOAD_MAX,
@@ -52,11 +52,10 @@ from firmware_protocol.robko01 import (
 from firmware_protocol.robko01.frames import SENTINEL, Kind, check_bytes, frame_bytes
 from kinematics.spaces import Motors
 
-# The frame reader of a Robko 01's firmware, with its faults.
+# --- The firmware's frame reader, with its faults ------------------------------------------------
 #
 # The codec's `Device` finds every good frame. The firmware's reader does not, and the driver has
-# to
-# cope with it, so a simulated board reads its bytes as the firmware does (`SUPER.cpp`,
+# to cope with it, so a simulated board reads its bytes as the firmware does (`SUPER.cpp`,
 # read_frame).
 
 LENGTHS = range(1, PAYLOAD_MAX + 2)
@@ -152,7 +151,7 @@ of the retrofit's `ApplicationConfiguration.h`."""
 
 @dataclass(frozen=True, slots=True)
 class RobkoHabits:
-    """What differs between boards: see `robko01_twin` for each.
+    """What differs between boards: see `kind` for each.
 
     With `grid_s` a motor has a chance to make a step only so often. `watchdog_s` of silence
     switch the motors off (0: there is no watchdog); with `rearms` any frame switches them on.

@@ -13,8 +13,8 @@ from typing import ClassVar
 
 from armdrive.sim.device import SimBase
 from armdrive.sim.robko01.box import RobkoBox, RobkoDrive, RobkoHabits
+from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import Json, Saved
-from armdrive.sim.world.world import World
 from kinematics.spaces import Motors
 
 BAUD = 115_200

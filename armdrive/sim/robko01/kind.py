@@ -17,7 +17,7 @@ from armdrive.sim.robko01.box import (
     RobkoHabits,
 )
 from armdrive.sim.robko01.device import SimRobko
-from armdrive.sim.world.world import World
+from armdrive.sim.world.arm import World
 
 if TYPE_CHECKING:
     from armdrive.config.arm import ArmConfig

@@ -1,4 +1,4 @@
-"""The one-line commands that steer a simulated arm from its standard input.
+"""The console of a simulated arm: one-line commands on standard input, and their table.
 
 Each line gets one line in answer; `--json` anywhere in it makes that answer JSON.
 """
@@ -30,7 +30,7 @@ from armdrive.sim.world.saved import Json
 from armdrive.sim.world.table import Block
 from kinematics.errors import did_you_mean
 
-# What a command of the console is, and what it answers.
+# --- A command and its answer --------------------------------------------------------------------
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +58,7 @@ class ConsoleCommand:
         return f"{self.name} {self.arguments}".strip()
 
 
-# Reads which block somebody puts on the table of a simulated arm: its name, place and size.
+# --- The block of a `block` command: its name, place and size ------------------------------------
 
 DROP_FROM_MM = 1000.0
 """A block comes down from above everything, onto what is there."""
@@ -80,7 +80,7 @@ def block_of(words: Sequence[str]) -> Block:
     return Block(words[0], x_mm, y_mm, DROP_FROM_MM, width_mm, height_mm)
 
 
-# The table of the console's commands: how each is written, and what it does.
+# --- The table: how each command is written, and what it does ------------------------------------
 
 _S_DIGITS = 6
 _SWITCH = {"on": True, "off": False, "1": True, "0": False}

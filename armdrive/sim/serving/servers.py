@@ -1,6 +1,6 @@
-"""The device's end of a wire for other programs, and the pseudo-terminal among them.
+"""The device's end of a wire that other programs open: a pseudo-terminal, TCP, UDP, a CAN adapter.
 
-A server never blocks: bytes that nobody takes are dropped, as on a real line without a listener.
+A server never blocks. Bytes that no client reads are dropped, as on a real line without a listener.
 """
 
 from __future__ import annotations
@@ -18,10 +18,14 @@ from types import MappingProxyType
 from typing import Any, Protocol
 
 from armdrive.errors import PortUnavailable
-from armdrive.sim.bus.bus import BusLine
+from armdrive.sim.bus.line import BusLine
 from armdrive.sim.device import WireDevice
-from armdrive.transports.can_slcan import BELL, CR, ON_BUS, Lines, frame_of, line_of
 from firmware_protocol.frames import Frame, Unpacker, pack
+from firmware_protocol.slcan import BELL, CR, ON_BUS, Lines, frame_of, line_of
+
+if sys.platform != "win32":
+    import pty
+    import tty
 
 CHUNK = 4096
 _PTY_FOLDERS = ("/dev/pts/", "/dev/ttys")
@@ -91,9 +95,6 @@ class PtyServer:
             self._path = Path(address)
         if sys.platform == "win32":
             raise PortUnavailable("this system has no pseudo-terminals: use --tcp 127.0.0.1:PORT")
-        import pty
-        import tty
-
         master, slave = pty.openpty()
         self._ends, self._target = (master, slave), os.ttyname(slave)
         os.set_blocking(master, False)
@@ -157,7 +158,7 @@ class PtyServer:
         return is_pty and (target == self._target or not path.exists())
 
 
-# What a TCP and a UDP port for other programs have in common: an address, and how it is taken.
+# --- Network ports -------------------------------------------------------------------------------
 
 LOOPBACK = "127.0.0.1"
 
@@ -221,9 +222,6 @@ class NetworkServer(ABC):
     @abstractmethod
     def _bound(self, host: str, port: int) -> socket.socket:
         """Return a socket that listens there. Raises `OSError` or `OverflowError`."""
-
-
-# The device's end of a network wire for other programs: a TCP port.
 
 
 class TcpServer(NetworkServer):
@@ -294,15 +292,11 @@ class TcpServer(NetworkServer):
             self._client = None
 
 
-# The device's end of a network wire for other programs: a UDP port.
-#
-# Every datagram is handed on by itself, and what the device says goes to whoever spoke last.
-
 MOST = 65535
 
 
 class UdpServer(NetworkServer):
-    """A UDP port: each datagram is heard by itself."""
+    """A UDP port: passes each datagram on by itself, and answers the last sender."""
 
     paced = False
     _peer: tuple[Any, ...] | None = None
@@ -340,9 +334,6 @@ class UdpServer(NetworkServer):
         return ear
 
 
-# Who can reach an address that a simulated arm is offered at.
-
-
 def beyond_this_computer(address: str) -> str:
     """Return the warning of an address that others can reach; nothing where only we can.
 
@@ -364,11 +355,10 @@ def _is_loopback(host: str) -> bool:
         return False
 
 
-# A simulated serial CAN adapter: lines of slcan in, lines out, frames to its bus and from it.
+# --- A serial CAN adapter ------------------------------------------------------------------------
 #
-# It is a Lawicel adapter: a command is answered by CR or the bell, a frame that was taken by `z`
-# or
-# `Z`, and `F`, `V` and `N` by words. Timestamps are off.
+# It behaves like a Lawicel adapter: it answers a command with CR or the bell, a frame that it
+# accepts with `z` or `Z`, and `F`, `V` and `N` with words. Timestamps are off.
 
 BITRATES: Mapping[bytes, int] = MappingProxyType(
     {
@@ -514,14 +504,11 @@ _ORDERS: Mapping[bytes, Callable[[Adapter, bytes], bool]] = MappingProxyType(
 )
 
 
-# A simulated CAN bus for other programs: a serial CAN adapter (slcan) on a pseudo-terminal.
-#
-# Another program opens `can:slcan:PATH`, or whatever it uses for such adapters. On the simulator's
-# side packed frames come and go, as on every other server of it.
-
-
 class SlcanServer:
     """A `Server` whose other end is a serial CAN adapter; its `adapter` can be made to fail.
+
+    Another program opens `can:slcan:PATH`, or whatever it uses for such adapters. On the
+    simulator's side packed frames come and go, as on every other server.
 
     Unplugging it (`close`, and `open` again) is pulling the adapter out: it forgets its bit rate
     and that it was open.
@@ -581,9 +568,6 @@ class SlcanServer:
             self._port.write(said)
 
 
-# A simulated CAN bus with two adapters on it: what one program sends, the other one hears too.
-
-
 class TwoAdapters(SlcanServer):
     """A `Server` whose bus a second program can listen to, or speak on, by an adapter of its own.
 
@@ -617,9 +601,6 @@ class TwoAdapters(SlcanServer):
         """Pull both adapters out."""
         super().close()
         self.second.close()
-
-
-# A simulated arm on a CAN bus for other programs: its drives behind a serial CAN adapter.
 
 
 class AdapterBus(BusLine):

@@ -212,7 +212,7 @@ def signed(count: int) -> int:
     return (count + _HALF) % _WORD - _HALF
 
 
-# What a simulated TeachMover's controller knows, as plain numbers, beside its saved world.
+# --- What the controller knows, as plain numbers, beside its saved world -------------------------
 
 _LARGEST_WORD = (1 << 16) - 1
 _BYTE = 255

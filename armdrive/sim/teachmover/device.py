@@ -15,8 +15,8 @@ from armdrive.errors import BadRequest
 from armdrive.sim.device import SimBase
 from armdrive.sim.mechanics.motors import DEFAULT_RATES, CoordinatedDrive, RateTable, checked_error
 from armdrive.sim.teachmover.box import ControllerBox, TwinSettings, known_json, recall_known
+from armdrive.sim.world.arm import World
 from armdrive.sim.world.saved import Json, Saved
-from armdrive.sim.world.world import World
 from firmware_protocol.teachmover import Key, ProgramRow
 from kinematics.spaces import Motors
 

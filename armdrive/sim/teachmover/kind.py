@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from armdrive.sim.device import Option, Options
 from armdrive.sim.kinds import TwinKind
 from armdrive.sim.teachmover.device import SimTeachMover
-from armdrive.sim.world.world import World
+from armdrive.sim.world.arm import World
 
 if TYPE_CHECKING:
     from armdrive.config.arm import ArmConfig

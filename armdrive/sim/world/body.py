@@ -1,4 +1,4 @@
-"""The mechanics of a simulated arm as data: geometry, transmission, stops and fingers."""
+"""The mechanics of a simulated arm: geometry, stops, fingers, lost motion, sag, start."""
 
 from __future__ import annotations
 
@@ -115,9 +115,9 @@ def _stalls(transmission: Transmission) -> tuple[tuple[int, ...], ...]:
     )
 
 
-# Lost motion, physically: a pin in a slot between each motor and what it drives.
+# --- Lost motion: a pin in a slot between each motor and what it drives --------------------------
 #
-# The motor moves the slot, which is longer than the pin by the play; the pin follows only where an
+# The motor moves the slot, which is longer than the pin by the play. The pin follows only where an
 # end of the slot pushes it. All in steps.
 
 MOST_STEPS = 10_000
@@ -172,7 +172,7 @@ def play_of(play: int | Sequence[int], count: int) -> tuple[int, ...]:
     return widths
 
 
-# How an arm without motor current comes down: each link a little, until it meets the table.
+# --- How an arm without motor current comes down: each link a little, to the table ---------------
 
 SAG_RAD = (math.radians(3.0), math.radians(5.2), math.radians(4.7))
 """How far upper arm, forearm and hand come down: about 60, 60 and 20 half-steps.
@@ -244,7 +244,7 @@ def _tip_lowered(arm: ArmGeometry, start: Joints) -> Callable[[Joints, float], J
     return lowered
 
 
-# How a new simulated arm stands in the morning: raised and clear of the table.
+# --- The posture of a new simulated arm: raised and clear of the table ---------------------------
 
 FOUND_POSTURE = Joints.of(0.0, 70.0, -95.0, -35.0, 0.0)
 """The posture of an arm of the Mini-mover's build."""

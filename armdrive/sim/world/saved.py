@@ -8,11 +8,11 @@ from types import MappingProxyType
 from typing import TypeAlias
 
 from armdrive.errors import BadRequest, StateFileError
+from armdrive.sim.world.arm import World
 from armdrive.sim.world.body import ArmBody
 from armdrive.sim.world.table import Block, Incident, IncidentKind
-from armdrive.sim.world.world import World
 
-# Read values out of saved state, strictly: whatever does not fit is a `StateFileError`.
+# --- Strict reading: whatever does not fit is a `StateFileError` ---------------------------------
 
 Json: TypeAlias = "bool | int | float | str | list[Json] | dict[str, Json] | None"
 STEPS_MOST = 10_000_000

@@ -1,6 +1,6 @@
-"""The table: the blocks on it, in its own coordinates, and where each arm's base stands on it.
+"""The table of a simulated world: its blocks, where each arm's base stands on it, and incidents.
 
-Lengths in mm, z up from the table. Several arms may stand on one table; each looks at it by a
+Lengths are in mm, z up from the table. Several arms may stand on one table; each looks at it by a
 scene of its own (scene.py). A block that two of them grip goes with the one that gripped it first.
 """
 
@@ -16,10 +16,10 @@ from typing import Protocol
 
 from armdrive.errors import BadRequest
 
-# Blocks that the simulated arm can pick up: upright boxes, and how they rest on one another.
+# --- Blocks: upright boxes, and how they rest on one another -------------------------------------
 #
-# Lengths in mm, z up from the table. A block's footprint is a square along x and y, whichever way
-# the hand turns while it carries the block: rotation is left out of this world.
+# A block's footprint is a square along x and y, whichever way the hand turns while it carries the
+# block: this world leaves rotation out.
 
 Point = tuple[float, float, float]
 REST_MM = 2.0
@@ -253,7 +253,7 @@ class Stand:
         return MappingProxyType(placed)
 
 
-# What can go wrong around an arm, physically: incidents, which no controller hears of.
+# --- Incidents: what goes wrong around an arm, and no controller hears of ------------------------
 
 
 class IncidentKind(Enum):

@@ -12,8 +12,8 @@ from sim_bench import descend, grasp, lift, reach, spread
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest
 from armdrive.sim.simulated_arm import make_twin
+from armdrive.sim.world.arm import World
 from armdrive.sim.world.table import Block, IncidentKind, Stand, Table
-from armdrive.sim.world.world import World
 
 TALL = Block("A", 250.0, 0.0, 0.0, width_mm=30.0, height_mm=60.0)
 """Halfway between two bases that are 500 mm apart and look at one another."""

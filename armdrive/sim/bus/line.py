@@ -1,6 +1,7 @@
 """A CAN bus on simulated time: one frame at a time, the lowest id first, at the bit rate.
 
-Times are in seconds on whatever clock the caller keeps; python-can has no part in it.
+Packed frames take the place of bytes, so that engine, recorder and faults are those of every wire.
+Times are in seconds on the caller's clock. python-can has no part in it.
 """
 
 from __future__ import annotations
@@ -12,11 +13,9 @@ from collections import defaultdict, deque
 from dataclasses import dataclass
 from enum import Enum
 
-from armdrive.errors import LinkLost
 from armdrive.sim.device import WireDevice
 from armdrive.sim.wire import PacedDevice
 from armdrive.transports.can_health import frame_bits
-from armdrive.transports.in_process import MemoryLink
 from firmware_protocol.frames import Frame, Unpacker, pack
 
 
@@ -129,16 +128,11 @@ def _priority(frame: Frame) -> tuple[int, int, int, int]:
     return base, int(frame.extended), rest, int(frame.remote)
 
 
-# A CAN bus within the process: one end is the engine's, on the other hang simulated drives.
-#
-# Packed frames take the place of bytes, so that engine, recorder and faults are those of every
-# wire.
-
 BITRATE = 500_000
 
 
 class BusLine(PacedDevice):
-    """A simulated device (all the drives of an arm) behind a bus, in place of a serial line.
+    """A `Line` to simulated drives (one device: all the drives of an arm) over a bus.
 
     The device is handed packed frames, each at the moment when it has passed, and returns packed
     frames. A message of the fault lanes is one frame; one that they spoil is lost, as by its CRC.
@@ -146,11 +140,27 @@ class BusLine(PacedDevice):
 
     def __init__(self, device: WireDevice, bitrate: int = BITRATE) -> None:
         super().__init__(device, None)
+        self._bitrate = bitrate
         self.bus = FrameWire(bitrate)
         self.bus_off = False
         """Whether the host's controller has left the bus: it neither sends nor hears."""
         self._of_host = Unpacker()
         self._heard: list[tuple[float, bytes]] = []
+
+    @property
+    def pace(self) -> str:
+        """How fast frames travel, for people."""
+        return f"on a CAN bus at {self._bitrate // 1000} kbit/s"
+
+    @property
+    def trouble(self) -> str:
+        """Why the host is cut off: its controller has left the bus."""
+        if not self.bus_off:
+            return ""
+        return (
+            "is bus-off: it saw too many errors and left the bus. Check the cable, its two "
+            "terminating resistors and the bit rate, then connect again"
+        )
 
     @property
     def backlog(self) -> int:
@@ -185,6 +195,10 @@ class BusLine(PacedDevice):
         """Have the host hear bytes that no drive has sent, as noise within its adapter."""
         if self._on_bus:
             self._heard.append((now_s, data))
+
+    def reopen(self) -> None:
+        """Take the adapter up again, which brings its controller back to the bus."""
+        self.leave_bus(off=False)
 
     def leave_bus(self, off: bool = True) -> None:
         """Have the host's controller go bus-off, or come back; what it had to say is lost."""
@@ -228,50 +242,11 @@ class BusLine(PacedDevice):
             self._put(late, Side.DEVICE, now_s)
 
 
-class CanMemoryLink(MemoryLink):
-    """A `Link` to simulated drives over a bus in this process. Only one thread may use it."""
-
-    def __init__(
-        self, device: WireDevice, bitrate: int = BITRATE, name: str = "simulated arm"
-    ) -> None:
-        super().__init__(device, None, name)
-        self._bus_line = BusLine(device, bitrate)
-        self._line = self._bus_line
-        self._bitrate = bitrate
-
-    @property
-    def line(self) -> BusLine:
-        """The bus; its faults are the wire's."""
-        return self._bus_line
-
-    @property
-    def description(self) -> str:
-        """Name the bus for people."""
-        return f"{self._name} on a CAN bus at {self._bitrate // 1000} kbit/s"
-
-    def reopen(self) -> CanMemoryLink:
-        """Take the adapter up again, which brings its controller back to the bus."""
-        super().reopen()
-        self._bus_line.leave_bus(off=False)
-        return self
-
-    def _check(self, now_s: float) -> None:
-        super()._check(now_s)
-        if self._bus_line.bus_off:
-            self._line.advance(now_s)  # the drives live on
-            raise LinkLost(
-                f"the adapter of the {self._name} is bus-off: it saw too many errors and left the "
-                "bus. Check the cable, its two terminating resistors and the bit rate, then "
-                "connect again"
-            )
-
-
-# What simulated drives say on its way to their bus, and what happens to twins of an id.
+# --- Frames on their way from the drives to the bus ----------------------------------------------
 #
-# Several drives of one id answer in the same moment. Frames that are alike lie on each other bit
-# by
-# bit, and the host hears one; others destroy each other until one drive's controller has counted
-# so many errors that it yields, so that both come, late and one after the other.
+# Several drives of one id answer at the same moment. Equal frames overlap bit by bit, and the host
+# hears one. Different frames destroy each other until one drive's controller has counted so many
+# errors that it yields; then both come, late and one after the other.
 
 COLLISION_S = 0.004
 """Sixteen tries of a frame at 500 kbit/s, which make a controller error-passive (ISO 11898-1)."""

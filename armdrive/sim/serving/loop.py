@@ -13,7 +13,7 @@ from pathlib import Path
 from types import FrameType
 from typing import TextIO
 
-from armdrive.sim.bus.bus import BITRATE
+from armdrive.sim.bus.line import BITRATE
 from armdrive.sim.device import SimDevice
 from armdrive.sim.faults.request import FaultRequest
 from armdrive.sim.serving.console import Console
