@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from armdrive.abilities import Abilities
 from armdrive.config.arm import ArmConfig
@@ -23,9 +23,11 @@ from armdrive.runtime.states import Event, after
 from armdrive.status import State, Status
 from armdrive.tasks import Flow, Task, never
 from armdrive.trace.entries import Entry
-from armdrive.trace.log import BACK, LogReader
 from kinematics import ArmModel, Joints, Pose
 from kinematics.errors import finite
+
+if TYPE_CHECKING:
+    from armdrive.trace.log import LogReader
 
 # What is known of a connected arm: its status, its model, its speeds, its frames.
 
@@ -210,6 +212,8 @@ class Connected(Waiting):
         It begins with the latest `back` entries (2000 where none is named), and each `read()` goes
         on from where the last one ended. Raises `WrongState` where nothing is recorded.
         """
+        from armdrive.trace.log import BACK, LogReader  # few programs read it, and all start up
+
         dialect, began_s = self.config.connection.dialect, self.witness.began_s
         return LogReader(self._since, dialect, began_s, back=BACK if back is None else back)
 
