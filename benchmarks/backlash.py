@@ -44,7 +44,7 @@ def ready(dialect: str, play: int, backlash: int) -> Arm:
         model=replace(config.model, verified=True),
         backlash_steps=(backlash,) * count if backlash else (),
     )
-    arm = connect_simulated(config, twin=make_twin(config, play=play))
+    arm = Arm(connect_simulated(config, twin=make_twin(config, play=play)))
     if arm.status.state is State.DISABLED:
         arm.enable()
     arm.move_motors(*[-3 * PLAY_STEPS] * count, speed=1.0)

@@ -52,7 +52,9 @@ class SlowDisk(Files):
 @contextmanager
 def connected(recorder: Recorder | None, pace: str) -> Iterator[Arm]:
     """Connect to a new simulated arm, referenced."""
-    with connect_simulated(simulated_config("teachmover"), pace=pace, recorder=recorder) as arm:
+    with Arm(
+        connect_simulated(simulated_config("teachmover"), pace=pace, recorder=recorder)
+    ) as arm:
         arm.home()
         arm.move_j(shoulder_deg=40.0)
         yield arm

@@ -57,7 +57,7 @@ class Swapped:
 
 @contextlib.contextmanager
 def _simulated(dialect: str) -> Iterator[Swapped]:
-    arm = connect_simulated(simulated_config(dialect), witness=FlightRecorder())
+    arm = Arm(connect_simulated(simulated_config(dialect), witness=FlightRecorder()))
     with arm:
         arm.home()
         arm.move_j(shoulder_deg=30)

@@ -23,7 +23,7 @@ def demonstration() -> Arm:
     """Stack the blocks, and return the arm that did it, closed."""
     config = simulated_config("teachmover")
     twin = make_twin(config, blocks=blocks_of(JOBS))
-    with connect_simulated(config, twin=twin) as arm:
+    with Arm(connect_simulated(config, twin=twin)) as arm:
         perform(arm, JOBS, lambda _: None)
     wrong = misplaced(twin.world, JOBS)
     if wrong:

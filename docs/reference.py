@@ -19,7 +19,8 @@ PAGE = Path(__file__).parent / "reference.md"
 INNER = frozenset(
     (
         "above_mark", "finish", "go_over", "goal_of", "homes_by_switches", "homing_groups", "known",
-        "move_gripper", "on_close", "perform", "reference_request", "stand_still", "submit",
+        "move_gripper", "on_close", "perform", "reference_request", "stand_still", "stops",
+        "submit",
     )
 )  # fmt: skip
 """Names that the parts of armdrive call of one another, and that a program has no use for."""
@@ -84,7 +85,7 @@ def _gripper() -> Iterator[str]:
 
 def _values() -> Iterator[str]:
     yield "## Values and handles\n"
-    for name in armdrive.__all__:
+    for name in sorted(armdrive.__all__):
         kind = getattr(armdrive, name)
         if kind in TOLD or not inspect.isclass(kind) or issubclass(kind, Exception):
             continue

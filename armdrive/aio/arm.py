@@ -19,12 +19,13 @@ from typing import (
     overload,
 )
 
+from armdrive.abilities import Abilities
 from armdrive.aio.loop import goes_in_turn, stage
-from armdrive.arm import Arm
+from armdrive.arm import Arm, anybody
 from armdrive.arm.devices import Place
 from armdrive.arm.gripper import Gripper
 from armdrive.arm.handle import Handle
-from armdrive.connect.port import anybody
+from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import SIM, simulation_forced
 from armdrive.motion.execute import Moved
 from armdrive.motion.jog.session import Jogged
@@ -37,9 +38,7 @@ from armdrive.storage.point_file import Points
 from kinematics import ArmModel, Joints, Pose
 from kinematics.paths.parts import Move
 
-if TYPE_CHECKING:
-    from armdrive.abilities import Abilities
-    from armdrive.config.arm import ArmConfig
+if TYPE_CHECKING:  # a real arm loads no simulation
     from armdrive.sim.simulated_arm import Twin as SimulatedTwin
 
 

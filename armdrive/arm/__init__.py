@@ -1,21 +1,24 @@
-"""`Arm`: all that a program calls. The calls themselves are in armdrive/calls, a file a family.
+"""`Arm`: all that a program calls. The calls themselves are in this package, a file a family.
 
 All of them may be called from any thread; `stop`, `estop` and `status` while another call waits.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import contextlib
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import TracebackType
 from typing import Any, Self
 
-from armdrive.arm.conducting import Conducting, Reconnecting
-from armdrive.arm.connected import PATIENCE_S
+from armdrive.arm.connected import Conducting, Reconnecting
 from armdrive.arm.devices import Pendant, Signalling
 from armdrive.arm.gripper import Gripper
 from armdrive.arm.jogging import Jogging
 from armdrive.arm.moving import Foreseeing, Routing
 from armdrive.arm.reference import Verifying
+from armdrive.connect.control_socket import serve
+from armdrive.connect.parts import PATIENCE_S, Parts
+from armdrive.connect.target import ConnectOptions, connect
 from armdrive.motion import device as comparing
 from armdrive.motion import reference as referencing
 from armdrive.runtime.states import Event, after
@@ -27,6 +30,14 @@ from armdrive.trace.calls import witnessed
 @witnessed
 class Arm(Verifying, Routing, Foreseeing, Jogging, Reconnecting, Conducting, Pendant, Signalling):
     """One arm, connected. Make one with `Arm.connect`; use it in a `with` statement."""
+
+    def __init__(self, parts: Parts) -> None:
+        """Take the parts of a connected arm; `Arm.connect` makes them."""
+        super().__init__(parts)
+        if parts.lock is not None:
+            serve(parts.lock, self)
+        for call in parts.closers:
+            self.on_close(call)
 
     @classmethod
     def connect(cls, target: str | None = None, **options: Any) -> Arm:
@@ -40,9 +51,9 @@ class Arm(Verifying, Routing, Foreseeing, Jogging, Reconnecting, Conducting, Pen
         `ARMDRIVE_FORCE_SIM=1` in the environment every arm is its simulated twin. Raises
         `PortUnavailable`, `ArmFileError`, `BadRequest`, `NoAnswer`.
         """
-        from armdrive.connect.target import connect
-
-        return connect(target, **options)
+        chosen = ConnectOptions(**options)
+        instead = stood_in(target, options)
+        return Arm(connect(target, chosen)) if instead is None else instead
 
     def __enter__(self) -> Self:
         if self.core.state is State.DISABLED:
@@ -81,3 +92,37 @@ class Arm(Verifying, Routing, Foreseeing, Jogging, Reconnecting, Conducting, Pen
         """
         chosen = [each.mend for each in self.core.differences] if lines is None else lines
         return self.perform(comparing.mend_settings(self.wire, tuple(chosen)), PATIENCE_S)
+
+
+# Who connects in the place of a program's own connections: a rehearsal, a run, a test.
+#
+# What stands in is of the whole process on purpose: a thread that the program starts is no way
+# around it, since in a rehearsal its connection would move the real arm.
+
+Standin = Callable[[str | None, Mapping[str, Any]], Arm | None]
+"""Gets what `Arm.connect` was called with; returns an arm, or None to let it go on as it says.
+
+The target is None where the program named none.
+"""
+
+_PRESENT: list[Standin] = []
+
+
+@contextlib.contextmanager
+def standing_in(standin: Standin) -> Iterator[None]:
+    """Have every connection of this process made by somebody else meanwhile; the latest counts."""
+    _PRESENT.append(standin)
+    try:
+        yield
+    finally:
+        _PRESENT.remove(standin)
+
+
+def stood_in(target: str | None, options: Mapping[str, Any]) -> Arm | None:
+    """Return the arm that somebody gives instead; None where nobody stands in."""
+    return _PRESENT[-1](target, options) if _PRESENT else None
+
+
+def anybody() -> bool:
+    """Tell whether somebody stands in at present."""
+    return bool(_PRESENT)

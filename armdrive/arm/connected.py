@@ -7,42 +7,27 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from armdrive.connect.reconnect import Mender
-from armdrive.errors import ArmError, LinkLost, NoAnswer, Stopped
-from armdrive.motion import idle as idling
+from armdrive.abilities import Abilities
+from armdrive.config.arm import ArmConfig
+from armdrive.connect.parts import PATIENCE_S, Parts, TaskRunner
+from armdrive.errors import ArmError, NoAnswer, WrongState
 from armdrive.motion import reference as referencing
 from armdrive.motion.context import Wire
 from armdrive.motion.resolve import frame_names, pose_in_frame
 from armdrive.motion.segments import Speeds
-from armdrive.registry import dialect
 from armdrive.runtime.arm_state import Core
-from armdrive.runtime.deadlines import call_limit_s
 from armdrive.runtime.diagnostics import EMERGENCY_STOP
-from armdrive.runtime.drive import RealPace
+from armdrive.runtime.drive import Pace
 from armdrive.runtime.engine import Engine
-from armdrive.runtime.received import Received
-from armdrive.runtime.registers import alerted
 from armdrive.runtime.states import Event, after
-from armdrive.status import State
-from armdrive.tasks import Alert, Flow, Progress, never
-from armdrive.trace.calls import NO_WITNESS, Witness
+from armdrive.status import State, Status
+from armdrive.tasks import Flow, Task, never
+from armdrive.trace.entries import Entry
 from kinematics import ArmModel, Joints, Pose
 from kinematics.errors import finite
 
 if TYPE_CHECKING:
-    from armdrive.abilities import Abilities
-    from armdrive.config.arm import ArmConfig
-    from armdrive.connect.reconnect import Rewiring
-    from armdrive.dialog import Operator
-    from armdrive.runtime.drive import Pace
-    from armdrive.sim.simulated_arm import Twin
-    from armdrive.status import Status
-    from armdrive.storage.record import Recorder
-    from armdrive.tasks import Task
-    from armdrive.trace.entries import Entry
     from armdrive.trace.log import LogReader
-    from armdrive.transports.link import Link
-
 
 # What is known of a connected arm: its status, its model, its speeds, its frames.
 
@@ -117,33 +102,30 @@ class Knowing:
 
 # Handing work to the engine and waiting for its end, and stopping whatever is at work.
 
-PATIENCE_S = 60.0
-"""Whatever should take no time at all is given up after this long."""
-
 
 class Waiting(Knowing):
     """The calls that stop, and what every other call waits with."""
 
     wire: Wire
-    stops = 0
-    """How often a stop was asked for: what was decided on before the latest is not begun."""
+    runner: TaskRunner
+
     # -- stopping -----------------------------------------------------------------------------
+
+    @property
+    def stops(self) -> int:
+        """How often a stop was asked for: what was decided on before the latest is not begun."""
+        return self.runner.stops
 
     def request_stop(self, *, hard: bool = False) -> None:
         """Ask for a stop and return at once: the one call that a signal handler may make."""
-        self.stops += 1
-        self.core.hold = None
-        self.engine.stop_hard = self.engine.stop_hard or hard
-        self.engine.stop_asked = True
-        self.pace.wake()
+        self.runner.request_stop(hard=hard)
 
     def stop(self) -> None:
         """Stop, and wait until the arm stands. Legal in every state, from any thread.
 
         What a device cannot abort runs to its end; `status.stop_time_s` bounds it.
         """
-        if not self.stand_still():
-            raise NoAnswer("the arm did not confirm that it stands; look at it")
+        self.runner.stop()
 
     def estop(self) -> None:
         """Stop and latch error-stop; does not wait. Only `reset` leaves it, and moves nothing.
@@ -166,60 +148,21 @@ class Waiting(Knowing):
 
     def stand_still(self) -> bool:
         """Stop, and tell whether the arm was seen to stand."""
-        self.request_stop()
-        # a stop that the engine has not seen yet would be taken for one of the next motion
-        return self.pace.wait(lambda: self.engine.at_rest, PATIENCE_S)
+        return self.runner.stand_still()
 
     # -- waiting ------------------------------------------------------------------------------
 
     def submit(self, flow: Flow[T], *, alone: bool = False, within_s: float = math.inf) -> Task[T]:
-        """Hand a flow to the engine. Raises `WrongState` while another is waiting there.
-
-        With `alone` also while one is at work: what moves the arm never waits for its turn. The
-        engine ends a flow that takes longer than `within_s`, with `NoAnswer`.
-        """
-        with self.pace.lock:
-            task = self.engine.start(flow, alone=alone, within_s=within_s)
-        self.pace.wake()
-        return task
+        """Hand a flow to the engine, as `TaskRunner.submit` says."""
+        return self.runner.submit(flow, alone=alone, within_s=within_s)
 
     def finish(self, task: Task[T], timeout_s: float) -> T:
         """Wait for a task; whatever interrupts the wait stops the arm."""
-        try:
-            ended = self._waited(task, timeout_s)
-        except BaseException:
-            self.stand_still()
-            raise
-        if not ended:
-            self.stand_still()
-            raise NoAnswer(f"the motion had not ended after {timeout_s:.0f} s and was stopped")
-        return task.result()
-
-    def _waited(self, task: Task[Any], timeout_s: float) -> bool:
-        """Wait for a task, and for as much longer as it is paused or slowed down."""
-        tempo = self.core.tempo
-        simulated, delay_s = not isinstance(self.pace, RealPace), tempo.delay_s
-        waited_s = -tempo.waited_s
-
-        def ended() -> bool:
-            if simulated and not task.done:
-                tempo.breathe(waited_s + tempo.waited_s)
-            return task.done
-
-        while not self.pace.wait(ended, timeout_s):
-            timeout_s, delay_s = tempo.delay_s - delay_s, tempo.delay_s
-            if timeout_s <= 0.0:
-                return False
-        return True
+        return self.runner.finish(task, timeout_s)
 
     def perform(self, flow: Flow[T], within_s: float | None = None) -> T:
-        """Hand a flow that moves nothing to the engine and wait for its end.
-
-        It ends within `call_limit_s`, or `within_s` where that is given. A motion that is under
-        way is waited for before that, for a minute at most.
-        """
-        limit_s = self.engine.call_limit_s if within_s is None else within_s
-        return self.finish(self.submit(flow, within_s=limit_s), limit_s + PATIENCE_S)
+        """Hand a flow that moves nothing to the engine and wait for its end."""
+        return self.runner.perform(flow, within_s)
 
     def sleep(self, time_s: float) -> None:
         """Let time pass on the arm's own clock.
@@ -227,84 +170,31 @@ class Waiting(Knowing):
         Raises `Stopped` where this program or its computer was suspended meanwhile: who waited
         for something to pass is not to move an arm when nobody expects it any more.
         """
-        absences = self._absences()
+        absences = self.runner.absences()
         self.pace.wait(never, max(finite("time_s", time_s), 0.0))
-        self._require_present(absences)
-
-    def _absences(self) -> int:
-        with self.pace.lock:
-            return self.engine.absences
-
-    def _require_present(self, absences: int) -> None:
-        """Raise `Stopped` where this program has stood still since that count was taken."""
-        if self._absences() != absences:
-            raise Stopped(
-                "the wait was ended: this program or its computer had been suspended, and nothing "
-                "goes on by itself after that"
-            )
-
-
-CLOSING_S = 10.0
-"""A disk that takes longer to remember where the arm was left is not waited for."""
+        self.runner.require_present(absences)
 
 
 class Connected(Waiting):
     """An arm on an open link. Its calls hand flows to the engine and wait for their end."""
 
-    def __init__(
-        self,
-        config: ArmConfig,
-        link: Link,
-        pace: Pace,
-        *,
-        simulated: bool,
-        recorder: Recorder | None = None,
-        allow_restored: bool = False,
-        operator: Operator | None = None,
-        witness: Witness = NO_WITNESS,
-        rewiring: Rewiring | None = None,
-    ) -> None:
-        """Connect over an open link. Raises `NoAnswer` where no such arm answers; moves nothing."""
-        self.config = config
-        self.pace = pace
-        self.simulated = simulated
-        self.twin: Twin | None = None
-        self.operator = operator
-        self.witness = witness
-        self._on_close: list[Callable[[], None]] = []
-        controller = dialect(config.connection.dialect).controller(config)
-        # on simulated time a disk takes no time: what has to be written is written at once
-        wake = pace.wake if isinstance(pace, RealPace) else None
-        self.core = Core(config, controller, recorder, wake)
-        self.core.allow_restored = allow_restored
-        self.core.witness = witness
-        self.core.tempo.others = isinstance(pace, RealPace)
-        self.core.geometry_known |= simulated  # a simulated arm is what its numbers say
-        self.engine = Engine(
-            link,
-            controller,
-            idle=self._idle,
-            stopping=self._stopping,
-            lost=self._lost,
-            noticed=self._noticed,
-            witness=witness,
-            received=Received(on_bus=dialect(config.connection.dialect).can),
-            call_limit_s=call_limit_s(config.device),
-        )
-        self.wire = Wire(self.engine, self.core)
-        self._idling = idling.Idling(self.wire)
+    def __init__(self, parts: Parts) -> None:
+        """Take the parts of a connected arm (connect/parts.py), and give them back in `close`."""
+        self.config = parts.config
+        self.pace = parts.pace
+        self.core = parts.core
+        self.engine = parts.engine
+        self.wire = parts.wire
+        self.runner = parts.runner
+        self.mender = parts.mender
+        self.witness = parts.witness
+        self.operator = parts.operator
+        self.simulated = parts.simulated
+        self.twin = parts.twin
+        self.logbook = parts.logbook
         self.closed = False
-        self.mender = None if rewiring is None else Mender(self.wire, rewiring)
-        self.engine.mending = self.mender
-        witness.begin(config, link.description, pace.now_s, self.core.condition)
-        pace.start(self.engine)
-        try:
-            self.perform(referencing.connect(self.wire))
-            with pace.lock:
-                witness.opened()
-        except BaseException:
-            self._release()
-            raise
+        self._parts = parts
+        self._on_close: list[Callable[[], None]] = []
 
     def save_recording(self, path: Path | str | None = None) -> Path:
         """Write what the flight recorder holds, and return the file.
@@ -322,7 +212,7 @@ class Connected(Waiting):
         It begins with the latest `back` entries (2000 where none is named), and each `read()` goes
         on from where the last one ended. Raises `WrongState` where nothing is recorded.
         """
-        from armdrive.trace.log import BACK, LogReader
+        from armdrive.trace.log import BACK, LogReader  # few programs read it, and all start up
 
         dialect, began_s = self.config.connection.dialect, self.witness.began_s
         return LogReader(self._since, dialect, began_s, back=BACK if back is None else back)
@@ -355,32 +245,84 @@ class Connected(Waiting):
         self._on_close.append(call)
 
     def _release(self) -> None:
-        self.pace.close()
-        self.engine.link.close()
-        self.core.memory.finish(CLOSING_S)
-        self.witness.close()
+        self._parts.release()
         calls, self._on_close = self._on_close, []
         for call in calls:
             call()
 
-    # -- what the engine calls ----------------------------------------------------------------
 
-    def _idle(self, now_s: float) -> tuple[float, Flow[Any] | None]:
-        return self._idling.due(now_s)
+# Pausing, resuming and slowing an arm: for whoever watches it while a program moves it.
 
-    def _stopping(self) -> None:
+
+class Conducting(Connected):
+    """The calls that change when and how fast the arm goes, not where. None of them waits."""
+
+    program: Callable[[], dict[str, Any]] | None = None
+    """Tells other programs what program the arm is at work on, as plain data; None of none."""
+
+    def pause(self) -> None:
+        """Have the arm stand behind its next burst or segment, until `resume` or a stop.
+
+        The motion under way goes on with the same plan when it is resumed, unless the arm was
+        moved meanwhile; motions that are asked for later wait as well. After 8 h they are given up
+        with `WrongState`, and the arm stays paused; on simulated time, a call gives up after 600 s
+        where only its own program could resume. Jogs are given up at once, and refused. The
+        controller's own homing and a servo's way are not paused, only stopped.
+        """
+        self.core.tempo.pause()
+        self.pace.wake()
+
+    def resume(self) -> None:
+        """Let a paused arm go on. Nothing goes on that an error, a stop or a lost wire ended."""
         self.core.tempo.end_pause()
-        if self.core.state in (State.MOVING, State.HOMING):
-            self.core.happen(Event.STOP)
+        self.pace.wake()
 
-    def _noticed(self, event: Alert | Progress) -> None:
-        if isinstance(event, Progress):
-            self.core.progress(event.registers)
-        else:
-            alerted(self.core, event, self.engine.now_s)
+    @property
+    def paused(self) -> bool:
+        """Whether somebody wants the arm to wait: `status.paused`, cheap to ask for."""
+        return self.core.tempo.paused
 
-    def _lost(self, lost: LinkLost) -> None:
-        self.core.lose(lost)
-        self.core.remember()
-        if self.mender is not None:
-            self.mender.lost(self.engine.now_s)
+    @property
+    def speed_override(self) -> float:
+        """The share of the speed asked for that the arm goes with, from 0.01 to 1.
+
+        A change holds for what is sent next: bursts, segments and jogs. Raises `BadRequest`.
+        """
+        return self.core.tempo.override
+
+    @speed_override.setter
+    def speed_override(self, share: float) -> None:
+        self.core.tempo.set_override(share)
+
+
+# Getting the arm back after its wire was lost, by hand.
+
+
+class Reconnecting(Connected):
+    """The call that looks for a lost wire."""
+
+    @property
+    def reconnects(self) -> bool:
+        """Whether a lost wire is looked for without anybody asking, until it is back."""
+        return self.mender is not None and self.mender.automatic
+
+    def reconnect(self) -> None:
+        """Look for the lost wire once, by its USB serial number where it had one. Moves nothing.
+
+        Ends in error-stop (`reset` leaves it), or disabled where the arm was disabled before.
+        What was under way or waiting when the wire was lost is not taken up again. Raises
+        `PortUnavailable` while the wire is not there, `LinkLost` or `DeviceFault` where the arm
+        does not answer over it, and `WrongState` while nothing is lost.
+        """
+        mender = self.mender
+        with self.pace.lock:
+            if self.engine.broken is None:
+                raise WrongState("the wire is there: nothing has to be reconnected")
+            if mender is None or self.closed:
+                raise WrongState("this connection was closed for good: connect anew")
+            before = mender.ask(self.pace.now_s())
+        self.pace.wake()
+        if not self.pace.wait(lambda: mender.tries > before, PATIENCE_S):
+            raise NoAnswer("nobody knows whether the wire is back: look for it again")
+        if self.core.state is State.DISCONNECTED and mender.trouble is not None:
+            raise mender.trouble

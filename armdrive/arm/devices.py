@@ -14,6 +14,7 @@ from armdrive.motion import idle as idling
 from armdrive.motion import reference as referencing
 from armdrive.motion.resolve import BASE, Goal, LineGoal, PoseGoal, PostureGoal
 from armdrive.runtime.drive import RealPace
+from armdrive.runtime.engine import Engine
 from armdrive.runtime.io_lines import Lines, input_bits, output_bits
 from armdrive.runtime.states import Event, after
 from armdrive.status import State, Trust
@@ -24,7 +25,6 @@ from kinematics.errors import finite
 
 if TYPE_CHECKING:
     from armdrive.dialects.teachmover.pendant import PendantProgram
-    from armdrive.runtime.engine import Engine
 
 SIMULATED_S = 3600.0
 """A wait without a deadline ends after so long on simulated time, where nobody could interrupt it.
@@ -93,7 +93,7 @@ class Signalling(Connected):
             with self.pace.lock:
                 core.awaiting -= 1
         self._require_looking(self.engine, stops)
-        self._require_present(absences)
+        self.runner.require_present(absences)
         if not met:
             raise InputTimeout(
                 f"after {patience_s:g} s {_words(want, shun)} is not so: the inputs read "

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from armdrive.arm.moving import Moving
 from armdrive.errors import Refused
 from armdrive.motion.execute import Moved
 from armdrive.motion.gripper import Grasped, grasp, require_gripper
@@ -11,9 +10,6 @@ from armdrive.motion.plan import speed_fraction
 from armdrive.runtime.states import Event, after
 from armdrive.trace.calls import witnessed
 from kinematics.errors import finite
-
-if TYPE_CHECKING:
-    from armdrive.arm import Arm
 
 GRASP_PATIENCE_S = 120.0
 """A grasp that takes longer is given up."""
@@ -23,7 +19,7 @@ GRASP_PATIENCE_S = 120.0
 class Gripper:
     """The fingers of an arm."""
 
-    def __init__(self, arm: Arm) -> None:
+    def __init__(self, arm: Moving) -> None:
         self._arm = arm
 
     @property

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import Generic, TypeVar
 
-if TYPE_CHECKING:
-    from armdrive.arm.connected import Connected
-    from armdrive.tasks import Task
+from armdrive.connect.parts import TaskRunner
+from armdrive.tasks import Task
 
 T = TypeVar("T")
 
@@ -14,8 +13,8 @@ T = TypeVar("T")
 class Handle(Generic[T]):
     """A motion under way, from a call with `wait=False`."""
 
-    def __init__(self, arm: Connected, task: Task[T], timeout_s: float) -> None:
-        self._arm = arm
+    def __init__(self, runner: TaskRunner, task: Task[T], timeout_s: float) -> None:
+        self._runner = runner
         self._task = task
         self._timeout_s = timeout_s
 
@@ -31,12 +30,12 @@ class Handle(Generic[T]):
         still ends: its deadline is computed from the motion, and passing it stops the arm.
         """
         if timeout_s is None:
-            return self._arm.finish(self._task, self._timeout_s)
-        if not self._arm.pace.wait(lambda: self._task.done, timeout_s):
+            return self._runner.finish(self._task, self._timeout_s)
+        if not self._runner.pace.wait(lambda: self._task.done, timeout_s):
             raise TimeoutError(f"the motion had not ended after {timeout_s:g} s")
         return self._task.result()
 
     def cancel(self) -> None:
         """Stop the motion."""
         if not self._task.done:
-            self._arm.stop()
+            self._runner.stop()

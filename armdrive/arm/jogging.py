@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from armdrive.arm.connected import PATIENCE_S, Connected
+from armdrive.arm.connected import Connected
+from armdrive.connect.parts import PATIENCE_S
 from armdrive.errors import BadRequest, Refused, WrongState
 from armdrive.motion.jog.session import Jogged, check_jog, jog_session
 from armdrive.motion.plan import speed_fraction

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Literal, overload
+from typing import Literal, overload
 
-from armdrive.arm.connected import PATIENCE_S
 from armdrive.arm.devices import Place, Teaching
 from armdrive.arm.handle import Handle
+from armdrive.config.arm import ArmConfig
+from armdrive.connect.parts import PATIENCE_S
 from armdrive.errors import BadRequest, OutOfBounds, Refused, Stopped
 from armdrive.motion import execute as motion
 from armdrive.motion.execute import Moved
@@ -21,9 +22,6 @@ from armdrive.runtime.states import Event, after
 from armdrive.status import State, Trust
 from kinematics import Joints, Motors, Pose
 from kinematics.paths.parts import ArcMove, JointMove, Move
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
 
 PATIENCE = 4.0
 """A motion that takes this many times longer than planned, and then some, is given up."""
@@ -188,7 +186,7 @@ class Moving(Teaching):
             if stops is not None and self.stops != stops:
                 raise Stopped("a stop was asked for before the motion began")
             task = self.submit(motion.follow(self.wire, made), alone=True)
-        return Handle(self, task, made.duration_s * PATIENCE + PATIENCE_S)
+        return Handle(self.runner, task, made.duration_s * PATIENCE + PATIENCE_S)
 
 
 def raised(pose: Pose, by_mm: float) -> Pose:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
-from armdrive.arm.connected import Connected
+from armdrive.arm.jogging import Jogging
 from armdrive.arm.moving import Moving
+from armdrive.config.sections import HomingSettings
 from armdrive.dialog import MarkRequest, Operator, PostureRequest
 from armdrive.errors import OperatorNeeded, Refused, Stopped
 from armdrive.motion import reference as referencing
@@ -23,7 +23,6 @@ from kinematics.errors import finite
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm
-    from armdrive.config.sections import HomingSettings
 
 Told = Callable[[tuple[str, ...]], None]
 
@@ -36,7 +35,7 @@ HOMING_PATIENCE_S = 300.0
 """A homing that takes longer is stopped."""
 
 
-class Referencing(Connected):
+class Referencing(Moving, Jogging):
     """The calls that give the position its meaning."""
 
     def home(self, *, operator: Operator | None = None, told: Told = unheard) -> Pose:
@@ -160,11 +159,8 @@ AGAIN = (
 )
 
 
-class Verifying(Moving, Referencing):
+class Verifying(Referencing):
     """The call that compares the position with the world."""
-
-    logbook: Path | None = None
-    """Where verifications are written down; None of a simulated arm that nobody remembers."""
 
     def verify(
         self, *, operator: Operator | None = None, accept: Accept = False, speed: float = 0.5

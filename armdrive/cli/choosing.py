@@ -92,6 +92,7 @@ def connect_chosen(
 
     With `reconnect` a real one's lost wire is looked for; None leaves that to its arm file.
     """
+    from armdrive.arm import Arm
     from armdrive.connect.target import connect_real
 
     target = chosen_target(options)
@@ -101,4 +102,4 @@ def connect_chosen(
         return connect_remembered(
             target.config, fresh=options.fresh, pace=pace, allow_restored=allow_restored
         )
-    return connect_real(target.config, allow_restored=allow_restored, reconnect=reconnect)
+    return Arm(connect_real(target.config, allow_restored=allow_restored, reconnect=reconnect))

@@ -95,10 +95,11 @@ class _Open:
         self._simulated = simulated
 
     def __enter__(self) -> Arm:
+        from armdrive.arm import Arm
         from armdrive.connect.target import connect_real, connect_simulated
 
         open_arm = connect_simulated if self._simulated else connect_real
-        self._arm = open_arm(self._config)
+        self._arm = Arm(open_arm(self._config))
         return self._arm
 
     def __exit__(self, *_error: object) -> None:

@@ -26,7 +26,6 @@ from armdrive.errors import BadRequest
 from armdrive.programs.demo import JOBS, blocks_of, misplaced, perform
 
 if TYPE_CHECKING:
-    from armdrive.arm import Arm
     from armdrive.programs.demo import Carried
     from armdrive.sim.simulated_arm import Twin
 
@@ -90,10 +89,10 @@ def _run_simulated(options: argparse.Namespace) -> int:
 
 
 def _perform_plainly(twin: Twin, config: object, *, as_json: bool) -> tuple[list[Carried], float]:
+    from armdrive.arm import Arm
     from armdrive.connect.target import connect_simulated
 
-    arm: Arm
-    with connect_simulated(config, twin=twin) as arm:  # type: ignore[arg-type]
+    with Arm(connect_simulated(config, twin=twin)) as arm:  # type: ignore[arg-type]
         tell = (lambda text: emit({"step": text})) if as_json else say
         if not as_json:
             say(arm.status.which)

@@ -219,13 +219,14 @@ def _weigh(
 
 def compare(config: ArmConfig, report: Report, options: argparse.Namespace) -> None:
     """Connect as every command does, and compare the settings; mend them where that is agreed."""
+    from armdrive.arm import Arm
     from armdrive.connect.target import connect_real
     from armdrive.dialog import note, ok
     from armdrive.setup.findings import compared, settings_findings
     from armdrive.setup.limits import limit_remarks
 
     try:
-        with closing(connect_real(config)) as arm:  # `with arm` would switch its motors on
+        with closing(Arm(connect_real(config))) as arm:  # `with arm` would switch its motors on
             settings = compared(arm)
             lines = [each.mend for each in settings.differences]
             if lines and options.mend and _mending_agreed(settings, options):

@@ -8,6 +8,7 @@ import sys
 import threading
 from typing import TYPE_CHECKING
 
+from armdrive.arm import Arm
 from armdrive.cli.output import draw_over, put
 from armdrive.connect.target import connect_simulated
 from armdrive.programs.demo import JOBS, Carried, perform
@@ -15,7 +16,6 @@ from armdrive.render.canvas import can_braille
 from armdrive.render.side_view import ArmScene, Box, side_view, top_view
 
 if TYPE_CHECKING:
-    from armdrive.arm import Arm
     from armdrive.config.arm import ArmConfig
     from armdrive.sim.simulated_arm import Twin
 
@@ -50,7 +50,7 @@ def show(
 ) -> tuple[list[Carried], float]:
     """Perform at `pace` times real time, drawn; return what was carried, and the arm's time."""
     braille = braille and can_braille(sys.stdout.encoding, os.environ)
-    with connect_simulated(config, twin=twin, pace=pace) as arm:
+    with Arm(connect_simulated(config, twin=twin, pace=pace)) as arm:
         performance = _Performance(arm)
         performance.start()
         lines = 0

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from armdrive.arm import Arm
+from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import connect_simulated, state_file
 from armdrive.errors import StateFileError
 from armdrive.sim.simulated_arm import Twin, make_twin
@@ -17,11 +19,6 @@ from armdrive.storage.verifications import logbook_file
 from armdrive.text.reading import is_there, read_json
 from armdrive.trace.files import recordings
 from armdrive.trace.recorder import FlightRecorder
-
-if TYPE_CHECKING:
-    from armdrive.arm import Arm
-    from armdrive.config.arm import ArmConfig
-
 
 LARGEST_BYTES = 8_000_000
 """Bytes. A world with a full program memory and thousands of blocks is smaller."""
@@ -45,7 +42,7 @@ def connect_remembered(
         if fresh:
             _forget(config.name)
         twin = _twin(config)
-        arm = connect_simulated(
+        parts = connect_simulated(
             config,
             twin=twin,
             pace=pace,
@@ -56,11 +53,8 @@ def connect_remembered(
     except BaseException:
         holding.release()
         raise
-    arm.logbook = logbook_file(config.name)
-    holding.serve(arm)
-    arm.on_close(lambda: _save(config.name, twin))
-    arm.on_close(holding.release)
-    return arm
+    closers = (lambda: _save(config.name, twin), holding.release)
+    return Arm(replace(parts, logbook=logbook_file(config.name), lock=holding, closers=closers))
 
 
 def _twin(config: ArmConfig) -> Twin:

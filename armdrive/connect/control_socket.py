@@ -2,49 +2,88 @@
 
 Each is one JSON object, `{"request": NAME}` with the request's own words beside it, and is answered
 by one; `watch` and `wire` by one a moment, until either side ends. Only a stop reaches further than
-the next burst: nobody moves an arm from outside. Who is served when stands in control_server.py.
+the next burst: nobody moves an arm from outside. Who is served when stands in
+storage/control_server.py.
 """
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
-from armdrive.errors import ArmError
+from armdrive.errors import ArmError, StateFileError
+from armdrive.runtime.arm_state import Core
+from armdrive.runtime.drive import Pace
+from armdrive.status import Status, status_view
+from armdrive.storage.arm_lock import Holding
+from armdrive.storage.control_server import Json
+from armdrive.trace.calls import Witness
+from armdrive.trace.entries import Entry
 from armdrive.trace.wire_tap import overheard
 from kinematics.errors import KinematicsError
 
-if TYPE_CHECKING:
-    from armdrive.arm import Arm
 
-Json = dict[str, Any]
-Stream = Callable[["Arm", float], Iterator[Json]]
+class ControlledArm(Protocol):
+    """What other programs may see and do of an arm that this one holds."""
+
+    core: Core
+    pace: Pace
+    witness: Witness
+    closed: bool
+    program: Callable[[], Json] | None
+    """Tells what program the arm is at work on; None of none."""
+    speed_override: float
+
+    @property
+    def status(self) -> Status:
+        """A frozen picture of this moment."""
+
+    def request_stop(self) -> None:
+        """Ask for a stop, and return at once."""
+
+    def pause(self) -> None:
+        """Have the arm wait after its next burst or segment."""
+
+    def resume(self) -> None:
+        """Let a paused arm go on."""
+
+    def save_recording(self) -> Path:
+        """Write what the flight recorder holds, and return the file."""
+
+    def close(self) -> None:
+        """Stop, and give the port back."""
+
+
+Stream = Callable[[ControlledArm, float], Iterator[Json]]
 
 WATCH_EVERY_S = 0.2
 WATCH_RANGE_S = (0.02, 3600.0)
 PASSING = ("trust_for_s", "percent", "left_s")
 """What changes by itself as time passes is nothing that has happened."""
 
-MOST_REQUEST_BYTES = 4096
-"""Every request fits into a tenth of that."""
 PERCENT_RANGE = (1, 100)
 
 
 class Neighbours:
     """Answers the other programs about one arm, from as many threads as they are."""
 
-    def __init__(self, arm: Arm) -> None:
+    def __init__(self, arm: ControlledArm) -> None:
         self._arm = arm
 
-    def answer(self, message: Mapping[str, Any], send: Callable[[bytes], None]) -> None:
-        """Answer a message. Raises what `send` raises."""
-        for reply in self._replies(message):
-            send(json.dumps(reply).encode())
+    def is_stop(self, request: Json) -> bool:
+        """Tell whether a request is a stop, which waits for nobody."""
+        return request.get("request") == STOP
 
-    def _replies(self, words: Mapping[str, Any]) -> Iterator[Json]:
+    def is_stream(self, request: Json) -> bool:
+        """Tell whether a request is answered until either side ends."""
+        name = request.get("request")
+        return isinstance(name, str) and name in _STREAMS
+
+    def answers(self, words: Json) -> Iterator[Json]:
+        """Answer a request: by one object, or by a stream of them."""
         request = words.get("request")
         stream = _STREAMS.get(request) if isinstance(request, str) else None
         if stream is not None:
@@ -60,30 +99,22 @@ class Neighbours:
         return iter([_answered(answer, self._arm, words)])
 
 
-def parsed(data: bytes) -> Json:
-    """Return a request's words. Raises `ValueError` with a sentence for what is no JSON object."""
+def serve(lock: Holding, arm: ControlledArm) -> None:
+    """Have a lock's socket answer other programs about its arm.
+
+    Raises `StateFileError` where nobody could find it; the arm is given back then.
+    """
+    arm.core.tempo.others = True  # `armdrive resume` reaches it from now on
     try:
-        message = json.loads(data.decode("utf-8"))
-    except (ValueError, RecursionError):
-        message = None
-    if isinstance(message, dict):
-        return message
-    raise ValueError('a request is a JSON object in UTF-8, like {"request": "status"}')
-
-
-def is_stop(message: Mapping[str, Any]) -> bool:
-    """Tell whether a request is a stop, which waits for nobody."""
-    return message.get("request") == STOP
-
-
-def is_stream(message: Mapping[str, Any]) -> bool:
-    """Tell whether a request is answered until either side ends."""
-    request = message.get("request")
-    return isinstance(request, str) and request in _STREAMS
+        lock.serve(Neighbours(arm))
+    except StateFileError:
+        arm.close()
+        lock.release()
+        raise
 
 
 def _watched(
-    arm: Arm, every_s: float, seen: Callable[[Json], Json] | None = None
+    arm: ControlledArm, every_s: float, seen: Callable[[Json], Json] | None = None
 ) -> Iterator[Json]:
     """Give the status whenever it has changed, and at last when the arm has been closed.
 
@@ -111,7 +142,7 @@ def _lasting(view: Json) -> Json:
     return lasting
 
 
-def _followed(arm: Arm, every_s: float) -> Iterator[Json]:
+def _followed(arm: ControlledArm, every_s: float) -> Iterator[Json]:
     """Give the status as `_watched` does, and whenever a program has come further as well."""
     return _watched(arm, every_s, _shown)
 
@@ -136,8 +167,20 @@ def _every_s(words: Mapping[str, Any]) -> float | None:
     return low_s if asked < low_s else high_s if asked > high_s else float(asked)
 
 
+def _overheard(arm: ControlledArm, every_s: float) -> Iterator[Json]:
+    """Give what passes on the arm's wire, as wire_tap.py says."""
+
+    def since(number: int, most: int, back: int) -> tuple[int, tuple[Entry, ...]]:
+        with arm.pace.lock:
+            return arm.witness.since(number, most, back)
+
+    return overheard(since, arm.pace.now_s, lambda: arm.closed, every_s)
+
+
 def _answered(
-    answer: Callable[[Arm, Mapping[str, Any]], Json], arm: Arm, words: Mapping[str, Any]
+    answer: Callable[[ControlledArm, Mapping[str, Any]], Json],
+    arm: ControlledArm,
+    words: Mapping[str, Any],
 ) -> Json:
     try:
         return answer(arm, words)
@@ -147,29 +190,27 @@ def _answered(
         return {"error": f"the program that holds the arm failed to answer: {error!r:.200}"}
 
 
-def _status(arm: Arm, _: Mapping[str, Any]) -> Json:
-    from armdrive.status import status_view
-
+def _status(arm: ControlledArm, _: Mapping[str, Any]) -> Json:
     view = status_view(arm.status)
     return view if arm.program is None else {**view, "program": arm.program()}
 
 
-def _stop(arm: Arm, _: Mapping[str, Any]) -> Json:
+def _stop(arm: ControlledArm, _: Mapping[str, Any]) -> Json:
     arm.request_stop()
     return {"done": "stop"}
 
 
-def _pause(arm: Arm, _: Mapping[str, Any]) -> Json:
+def _pause(arm: ControlledArm, _: Mapping[str, Any]) -> Json:
     arm.pause()
     return {"done": "pause"}
 
 
-def _resume(arm: Arm, _: Mapping[str, Any]) -> Json:
+def _resume(arm: ControlledArm, _: Mapping[str, Any]) -> Json:
     arm.resume()
     return {"done": "resume"}
 
 
-def _slow(arm: Arm, words: Mapping[str, Any]) -> Json:
+def _slow(arm: ControlledArm, words: Mapping[str, Any]) -> Json:
     percent = words.get("percent")
     low, high = PERCENT_RANGE
     if (
@@ -182,7 +223,7 @@ def _slow(arm: Arm, words: Mapping[str, Any]) -> Json:
     return {"done": "slow", "percent": percent}
 
 
-def _record(arm: Arm, _: Mapping[str, Any]) -> Json:
+def _record(arm: ControlledArm, _: Mapping[str, Any]) -> Json:
     """Have the flight recorder write into its own folder: no caller says where."""
     return {"recording": str(arm.save_recording())}
 
@@ -192,9 +233,9 @@ WATCH = "watch"
 FOLLOW = "follow"
 WIRE = "wire"
 _STREAMS: Mapping[str, Stream] = MappingProxyType(
-    {WATCH: _watched, FOLLOW: _followed, WIRE: overheard}
+    {WATCH: _watched, FOLLOW: _followed, WIRE: _overheard}
 )
-_ANSWERS: Mapping[str, Callable[[Arm, Mapping[str, Any]], Json]] = MappingProxyType(
+_ANSWERS: Mapping[str, Callable[[ControlledArm, Mapping[str, Any]], Json]] = MappingProxyType(
     {
         "status": _status,
         STOP: _stop,

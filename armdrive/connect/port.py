@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
 
+from armdrive.config.arm import ArmConfig
+from armdrive.config.sections import Connection
 from armdrive.errors import DeviceFault, LinkLost, PortUnavailable
 from armdrive.runtime.received import NOT_THE_ANSWER, excerpt
-from armdrive.transports.address import PREFIX, is_can, scheme
-
-if TYPE_CHECKING:
-    from armdrive.arm import Arm
-    from armdrive.config.arm import ArmConfig
-    from armdrive.config.sections import Connection
-    from armdrive.transports.link import Link
+from armdrive.transports.address import PREFIX, CanAddress, is_can, scheme
+from armdrive.transports.link import Link
 
 
 class Wiring:
@@ -63,46 +59,10 @@ class Wiring:
 
     def _heard(self, port: str) -> str:
         """Return a port; of a CAN bus, with the ids of what the drives say: no more is heard."""
-        from armdrive.transports.address import CanAddress, is_can
-
         if not (self._ids and is_can(port)):
             return port
         address = CanAddress.parse(port)
         return port if address.ids else str(replace(address, ids=frozenset(self._ids)))
-
-
-# Who connects in the place of a program's own connections: a rehearsal, a run, a test.
-#
-# What stands in is of the whole process on purpose: a thread that the program starts is no way
-# around it, since in a rehearsal its connection would move the real arm.
-
-Standin = Callable[[str | None, Mapping[str, Any]], "Arm | None"]
-"""Gets what `Arm.connect` was called with; returns an arm, or None to let it go on as it says.
-
-The target is None where the program named none.
-"""
-
-_PRESENT: list[Standin] = []
-
-
-@contextlib.contextmanager
-def standing_in(standin: Standin) -> Iterator[None]:
-    """Have every connection of this process made by somebody else meanwhile; the latest counts."""
-    _PRESENT.append(standin)
-    try:
-        yield
-    finally:
-        _PRESENT.remove(standin)
-
-
-def stood_in(target: str | None, options: Mapping[str, Any]) -> Arm | None:
-    """Return the arm that somebody gives instead; None where nobody stands in."""
-    return _PRESENT[-1](target, options) if _PRESENT else None
-
-
-def anybody() -> bool:
-    """Tell whether somebody stands in at present."""
-    return bool(_PRESENT)
 
 
 # A connection that failed: what was heard instead of the dialect that was asked for.

@@ -1,7 +1,7 @@
 """Getting a lost wire back: looks for it with longer and longer pauses, and hands it to the engine.
 
 Nothing that was asked of the old wire is asked of the new one: the controller is a fresh one, and
-the arm ends in a state in which nothing moves (flows/resuming.py).
+the arm ends in a state in which nothing moves (motion/idle.py).
 """
 
 from __future__ import annotations
@@ -10,19 +10,15 @@ import math
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from armdrive.errors import ArmError, LinkLost
+from armdrive.motion.context import Wire
 from armdrive.motion.idle import resume
 from armdrive.registry import dialect
+from armdrive.runtime.engine import Engine
 from armdrive.runtime.registers import without_reset
-from armdrive.transports.link import AbsentLink
-
-if TYPE_CHECKING:
-    from armdrive.motion.context import Wire
-    from armdrive.runtime.engine import Engine
-    from armdrive.tasks import Flow
-    from armdrive.transports.link import Link
+from armdrive.tasks import Flow
+from armdrive.transports.link import AbsentLink, Link
 
 PAUSES_S = (0.2, 0.3, 0.5, 1.0, 2.0, 5.0)
 """Before each try; the last holds for all further ones. Opening a port can reset a board."""

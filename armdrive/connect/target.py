@@ -1,4 +1,4 @@
-"""From what a person calls an arm to a connected `Arm`: names, arm files, ports, twins."""
+"""From what a person calls an arm to the parts of a connected one: names, files, ports, twins."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from armdrive.arm import Arm
 from armdrive.config.arm import ArmConfig, config_of_preset, load_arm_file
 from armdrive.config.sections import Connection
-from armdrive.connect.port import Wiring, stood_in
+from armdrive.connect.parts import Parts, assemble
+from armdrive.connect.port import Wiring, overheard
 from armdrive.connect.reconnect import Rewiring
 from armdrive.dialog import Operator
 from armdrive.errors import ArmFileError, BadRequest, PortUnavailable
@@ -20,14 +20,15 @@ from armdrive.storage import files as places
 from armdrive.storage.arm_lock import hold
 from armdrive.storage.record import FileRecorder, NoRecorder, Recorder
 from armdrive.storage.verifications import logbook_file
+from armdrive.trace.calls import Witness
 from armdrive.trace.files import recordings
 from armdrive.trace.recorder import FlightRecorder
 from armdrive.transports.address import is_can
+from armdrive.transports.in_process import MemoryLink
 from kinematics.errors import suggestion
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # a real arm loads no simulation
     from armdrive.sim.simulated_arm import Twin
-    from armdrive.trace.calls import Witness
 
 SIM = "sim:"
 DEFAULT_TARGET = f"{SIM}teachmover"
@@ -90,46 +91,38 @@ def simulated_config(name: str) -> ArmConfig:
     return replace(config, motion=replace(config.motion, planned_burst_s=SIM_PLANNED_BURST_S))
 
 
-def connect(
-    target: str | None,
-    *,
-    dialect: str | None = None,
-    baud: int | None = None,
-    pace: PaceChoice = None,
-    allow_restored: bool = False,
-    operator: Operator | None = None,
-    twin: Twin | None = None,
-    reconnect: bool | None = None,
-) -> Arm:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ConnectOptions:
+    """The options of `Arm.connect`, which says what each does."""
+
+    dialect: str | None = None
+    baud: int | None = None
+    pace: PaceChoice = None
+    allow_restored: bool = False
+    operator: Operator | None = None
+    twin: Twin | None = None
+    reconnect: bool | None = None
+
+
+def connect(target: str | None, options: ConnectOptions) -> Parts:
     """Connect as `Arm.connect` says."""
-    instead = stood_in(
-        target,
-        {
-            "dialect": dialect,
-            "baud": baud,
-            "pace": pace,
-            "allow_restored": allow_restored,
-            "operator": operator,
-            "twin": twin,
-            "reconnect": reconnect,
-        },
-    )
-    if instead is not None:
-        return instead
-    found = find(target or DEFAULT_TARGET, dialect_name=dialect, baud=baud)
+    found = find(target or DEFAULT_TARGET, dialect_name=options.dialect, baud=options.baud)
     if found.simulated:
         return connect_simulated(
             found.config,
-            twin=twin,
-            pace=pace,
-            operator=operator,
-            allow_restored=allow_restored,
-            reconnect=reconnect,
+            twin=options.twin,
+            pace=options.pace,
+            operator=options.operator,
+            allow_restored=options.allow_restored,
+            reconnect=options.reconnect,
         )
-    if pace not in (None, "real", 1.0):
+    if options.pace not in (None, "real", 1.0):
         raise BadRequest("a real arm knows one pace: real time")
     return connect_real(
-        found.config, allow_restored=allow_restored, operator=operator, reconnect=reconnect
+        found.config,
+        allow_restored=options.allow_restored,
+        operator=options.operator,
+        reconnect=options.reconnect,
     )
 
 
@@ -143,12 +136,12 @@ def connect_simulated(
     allow_restored: bool = False,
     witness: Witness | None = None,
     reconnect: bool | None = None,
-) -> Arm:
+) -> Parts:
     """Connect to a simulated twin in this process, on simulated time unless `pace` says real."""
     from armdrive.sim.simulated_arm import make_twin
 
     twin = twin or make_twin(config)
-    arm = Arm(
+    parts = assemble(
         config,
         twin.link,
         pace_of(pace),
@@ -159,8 +152,7 @@ def connect_simulated(
         witness=witness or FlightRecorder(),
         rewiring=_rewiring(twin, automatic=_wanted(reconnect, config)),
     )
-    arm.twin = twin
-    return arm
+    return replace(parts, twin=twin)
 
 
 def connect_real(
@@ -169,24 +161,22 @@ def connect_real(
     allow_restored: bool = False,
     operator: Operator | None = None,
     reconnect: bool | None = None,
-) -> Arm:
+) -> Parts:
     """Open the arm's port and connect; one program holds an arm at a time.
 
     With `reconnect` (by default as the arm file says) a lost wire is looked for until it is back.
     Where another dialect answers, the `DeviceFault` says which.
     """
-    from armdrive.connect.port import overheard
-
     if simulation_forced():
         raise PortUnavailable(
             f"ARMDRIVE_FORCE_SIM is set, so the port of {config.name} stays closed: connect to its "
             "simulated twin, or clear that variable"
         )
     wiring = Wiring(config)
-    holding = hold(config.name, wiring.find())
+    lock = hold(config.name, wiring.find())
     try:
         with overheard(wiring.open(), config.connection) as ears:
-            arm = Arm(
+            parts = assemble(
                 config,
                 ears,
                 RealPace(),
@@ -198,12 +188,9 @@ def connect_real(
                 rewiring=Rewiring(wiring.open, automatic=_wanted(reconnect, config), beside=True),
             )
     except BaseException:
-        holding.release()
+        lock.release()
         raise
-    arm.logbook = logbook_file(config.name)
-    holding.serve(arm)
-    arm.on_close(holding.release)
-    return arm
+    return replace(parts, logbook=logbook_file(config.name), lock=lock, closers=(lock.release,))
 
 
 def state_file(arm: str) -> Path:
@@ -213,8 +200,6 @@ def state_file(arm: str) -> Path:
 
 def _rewiring(twin: Twin, *, automatic: bool) -> Rewiring | None:
     """Return how a twin's wire is taken up again; None where somebody has put another there."""
-    from armdrive.transports.in_process import MemoryLink
-
     return Rewiring(twin.link.reopen, automatic) if isinstance(twin.link, MemoryLink) else None
 
 

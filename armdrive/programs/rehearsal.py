@@ -12,6 +12,8 @@ from dataclasses import dataclass, field
 from itertools import count
 from typing import TYPE_CHECKING
 
+from armdrive.arm import Arm
+from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import connect_simulated
 from armdrive.errors import ArmError, Mark, NotReferenced, Refused
 from armdrive.programs.acts import (
@@ -41,8 +43,6 @@ from armdrive.trace.calls import NO_WITNESS
 from kinematics.errors import KinematicsError
 
 if TYPE_CHECKING:
-    from armdrive.arm import Arm
-    from armdrive.config.arm import ArmConfig
     from armdrive.runtime.drive import PaceChoice
     from armdrive.sim.simulated_arm import Twin
     from kinematics.geometry import Point
@@ -226,7 +226,7 @@ def rehearsing_arm(
             assumed(f"the arm stands in {where}")
     if there is not None:
         twin.device.bring_to(there.joints, there.opening_mm)
-    made = connect_simulated(config, twin=twin, pace=clock, witness=NO_WITNESS)
+    made = Arm(connect_simulated(config, twin=twin, pace=clock, witness=NO_WITNESS))
     try:
         _make_ready(made, there)
         if arm is not None:

@@ -18,7 +18,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from armdrive.connect.port import standing_in
+from armdrive.arm import Arm, standing_in
+from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import SIM, connect_simulated, find
 from armdrive.errors import BadRequest, Mark
 from armdrive.programs.rehearsal import (
@@ -40,8 +41,6 @@ from armdrive.trace import calls as recorded
 if TYPE_CHECKING:
     from types import FrameType
 
-    from armdrive.arm import Arm
-    from armdrive.config.arm import ArmConfig
     from armdrive.sim.world.scene import Scene
     from armdrive.sim.world.table import Incident
     from armdrive.trace.calls import Witness
@@ -144,7 +143,7 @@ class Connections:
         self._given = given
 
     def __call__(self, target: str | None, options: Mapping[str, Any]) -> Arm:
-        """Connect as `standins.Standin` says."""
+        """Connect as `armdrive.arm.Standin` says."""
         arm = self._own(options) if target is None else self._given(target, options)
         self.arms.append(arm)
         self._made(arm)
@@ -161,10 +160,8 @@ class Connections:
 
 def as_it_says(target: str, options: Mapping[str, Any]) -> Arm:
     """Connect to an arm that a script names, outside of any standing in."""
-    from armdrive.connect.target import connect
-
     with standing_in(lambda *_: None):
-        return connect(target, **options)
+        return Arm.connect(target, **options)
 
 
 def read_script(path: Path) -> bytes:
@@ -321,11 +318,13 @@ class _Stage:
         if not own_world:
             same = _plain(config.name) == _plain(self._config.name)
             return self._twin_of(config, self._arm if same else None, options)
-        made = connect_simulated(
-            config,
-            twin=options.get("twin"),
-            pace=_clock(options),
-            operator=options.get("operator"),
+        made = Arm(
+            connect_simulated(
+                config,
+                twin=options.get("twin"),
+                pace=_clock(options),
+                operator=options.get("operator"),
+            )
         )
         self._things[id(made)] = self._known(True)
         return made

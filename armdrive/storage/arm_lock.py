@@ -1,9 +1,9 @@
 """One program holds an arm at a time; beside its lock stands a local socket for the same user.
 
-The lock goes by the port and the arm's name. What may be asked over the socket stands in
-neighbours.py, how callers are served in control_server.py. Messages are JSON objects; nothing is
-ever unpickled. The socket lies in a folder of this user's alone, and callers who are another user
-are hung up on, where the system tells.
+The lock goes by the port and the arm's name. How callers are served stands in control_server.py;
+who answers them is passed in. Messages are JSON objects; nothing is ever unpickled. The socket lies
+in a folder of this user's alone, and callers who are another user are hung up on, where the system
+tells.
 """
 
 from __future__ import annotations
@@ -18,10 +18,9 @@ import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from armdrive.connect.control_socket import Neighbours
 from armdrive.errors import ArmInUse, StateFileError
 from armdrive.storage import files as places
-from armdrive.storage.control_server import ControlServer
+from armdrive.storage.control_server import Answerer, ControlServer
 from armdrive.storage.files import create_lock, is_private, replace_file
 from armdrive.storage.lock_client import address_of, holder_words, knock, notice_path
 from armdrive.text.reading import PRIVATE
@@ -30,8 +29,6 @@ if TYPE_CHECKING:
     from multiprocessing.connection import Listener
 
     from filelock import FileLock
-
-    from armdrive.arm import Arm
 
 MOST_WAITING = 16
 """Callers that the system lets wait until they are accepted, which takes no time."""
@@ -79,28 +76,26 @@ class Holding:
                 ) from None
             self._locks.append(lock)
 
-    def serve(self, arm: Arm) -> None:
+    def serve(self, answerer: Answerer) -> None:
         """Answer other programs of the same user about this arm.
 
-        Raises `StateFileError` where nobody could find it; the arm is given back then.
+        Raises `StateFileError` where nobody could find it: close the arm then, and `release` this.
         """
         try:
-            self._listen(arm)
+            self._listen(answerer)
         except OSError as error:
-            arm.close()
-            self.release()
             raise StateFileError(
                 f"other programs could not find out who holds {self._names[0]}: nothing can be "
                 f"written beside {notice_path(self._names[0], 'holder')} "
                 f"({error.strerror or error}); make room, or the folder writable"
             ) from None
 
-    def _listen(self, arm: Arm) -> None:
+    def _listen(self, answerer: Answerer) -> None:
         from multiprocessing.connection import Listener
 
         address = self._address()
         listener = Listener(address, backlog=MOST_WAITING)
-        self._server = ControlServer(listener, Neighbours(arm))
+        self._server = ControlServer(listener, answerer)
         self._listener = listener
         if os.name == "posix":
             Path(address).chmod(PRIVATE)
@@ -112,7 +107,6 @@ class Holding:
         }
         for name in self._names:
             replace_file(notice_path(name, "holder"), json.dumps(notice))
-        arm.core.tempo.others = True  # `armdrive resume` reaches it from now on
         self._server.start()
 
     def release(self) -> None:

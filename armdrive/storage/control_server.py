@@ -4,6 +4,9 @@ One thread accepts, one reads all requests that are still incomplete. A caller t
 costs a place among them and no thread, and loses the place when its time is over or when newer
 callers need it. A stop is carried out by the reading thread itself; other requests are answered in
 threads of their own, since a status waits for the engine, and a recording for the disk.
+
+A request is one JSON object in UTF-8, and so is each answer. What they say is the business of the
+`Answerer` that is passed in.
 """
 
 from __future__ import annotations
@@ -13,24 +16,22 @@ import json
 import os
 import struct
 import threading
-from collections.abc import Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from queue import Empty, Queue
 from time import monotonic
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
-from armdrive.connect.control_socket import (
-    MOST_REQUEST_BYTES,
-    Neighbours,
-    is_stop,
-    is_stream,
-    parsed,
-)
 from armdrive.storage.files import is_ours
 from armdrive.storage.lock_client import AGAIN, PATIENCE_S
 
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection, Listener
+
+Json = dict[str, Any]
+
+MOST_REQUEST_BYTES = 4096
+"""Every request fits into a tenth of that."""
 
 MOST_INCOMPLETE = 32
 """Callers that have not finished their request; a real one sends it with the call."""
@@ -48,6 +49,19 @@ _LENGTH = struct.Struct("!i")
 """What goes before each message on a local socket: its length in bytes."""
 
 
+class Answerer(Protocol):
+    """Answers requests, from as many threads as there are callers."""
+
+    def is_stop(self, request: Json) -> bool:
+        """Tell whether a request is answered at once, in the thread that reads all callers."""
+
+    def is_stream(self, request: Json) -> bool:
+        """Tell whether a request is answered until either side ends."""
+
+    def answers(self, request: Json) -> Iterator[Json]:
+        """Answer a request: by one object, or by a stream of them."""
+
+
 @dataclass(slots=True)
 class _Caller:
     """A caller whose request is incomplete; `until_s` is when its time is over."""
@@ -60,12 +74,12 @@ class _Caller:
 class ControlServer:
     """Answers the callers of one listener until it is closed."""
 
-    def __init__(self, listener: Listener, neighbours: Neighbours) -> None:
-        """Take a listener, which `close` closes."""
+    def __init__(self, listener: Listener, answerer: Answerer) -> None:
+        """Take a listener, which its owner closes after `close`."""
         from multiprocessing.connection import Pipe
 
         self._listener = listener
-        self._neighbours = neighbours
+        self._answerer = answerer
         self._ended = threading.Event()
         self._accepted: Queue[Connection[Any, Any]] = Queue(MOST_INCOMPLETE)
         self._woken, self._wake = Pipe(duplex=False)
@@ -180,14 +194,14 @@ class ControlServer:
     def _answer(self, connection: Connection[Any, Any], request: bytes) -> None:
         """Answer a whole request: a stop here and now, anything else in a thread."""
         try:
-            message = parsed(request)
+            message = _parsed(request)
         except ValueError as error:
             _hang_up(connection, str(error))
             return
-        if is_stop(message):
+        if self._answerer.is_stop(message):
             self._reply(connection, message)
             return
-        if is_stream(message):
+        if self._answerer.is_stream(message):
             slots, full = self._watching, f"{MOST_WATCHERS} programs watch this arm already"
         else:
             slots, full = self._answering, f"{MOST_ANSWERED} requests are being answered already"
@@ -207,9 +221,21 @@ class ControlServer:
             slots.release()
             _hang_up(connection, "the program that holds the arm cannot begin one more thread")
 
-    def _reply(self, connection: Connection[Any, Any], message: Mapping[str, Any]) -> None:
+    def _reply(self, connection: Connection[Any, Any], message: Json) -> None:
         with connection, contextlib.suppress(OSError, EOFError):
-            self._neighbours.answer(message, connection.send_bytes)
+            for answer in self._answerer.answers(message):
+                connection.send_bytes(json.dumps(answer).encode())
+
+
+def _parsed(data: bytes) -> Json:
+    """Return what a request says. Raises `ValueError` with a sentence for what is no object."""
+    try:
+        message = json.loads(data.decode("utf-8"))
+    except (ValueError, RecursionError):
+        message = None
+    if isinstance(message, dict):
+        return message
+    raise ValueError('a request is a JSON object in UTF-8, like {"request": "status"}')
 
 
 def _may_call(connection: Connection[Any, Any]) -> bool:

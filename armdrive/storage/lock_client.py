@@ -1,6 +1,6 @@
 """What other programs ask of the one that holds an arm, over its local socket.
 
-What may be asked stands in neighbours.py. Messages are JSON objects; nothing is ever unpickled.
+What may be asked is up to that program. Messages are JSON objects; nothing is ever unpickled.
 """
 
 from __future__ import annotations
@@ -91,7 +91,10 @@ CALLS = 5
 
 
 def ask_holder(name: str, request: str, **words: object) -> dict[str, Any]:
-    """Ask the holder of an arm (neighbours.py says what). Raises `ArmError` where none is."""
+    """Ask the holder of an arm for what connect/control_socket.py lists.
+
+    Raises `ArmError` where no program holds that arm.
+    """
     for _ in range(CALLS):
         with _called(name) as connection:
             connection.send_bytes(json.dumps({"request": request, **words}).encode())
@@ -115,7 +118,7 @@ def follow_holder(name: str, every_s: float) -> Iterator[dict[str, Any]]:
 
 
 def overhear_holder(name: str, every_s: float) -> Iterator[dict[str, Any]]:
-    """Yield what passes on a held arm's wire (overhearing.py), and `{}` where nothing does.
+    """Yield what passes on a held arm's wire (trace/wire_tap.py), and `{}` where nothing does.
 
     Ends, and raises, as `watch_holder` does.
     """

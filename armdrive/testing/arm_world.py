@@ -11,24 +11,19 @@ from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from types import MappingProxyType, TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
-from armdrive.connect.port import standing_in
+from armdrive.arm import Arm, standing_in
+from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import DEFAULT_TARGET, Target, connect_simulated, find
 from armdrive.errors import ArmFileError, ArmInUse, BadRequest
 from armdrive.runtime.clock import SimulatedClock
+from armdrive.sim.faults.running import Faults
 from armdrive.sim.simulated_arm import Twin, make_twin
-from armdrive.sim.world.table import Block, Stand, Table
+from armdrive.sim.world.table import Block, Incident, Stand, Table
 from armdrive.storage.files import always
 from armdrive.storage.record import Record
-
-if TYPE_CHECKING:
-    from armdrive.arm import Arm
-    from armdrive.config.arm import ArmConfig
-    from armdrive.sim.faults.running import Faults
-    from armdrive.sim.world.table import Incident
-    from kinematics import Joints, Pose
-
+from kinematics import Joints, Pose
 
 # Which simulated arm a program's connection leads to in a test's world.
 
@@ -309,13 +304,15 @@ class ArmWorld:
 
     def _join(self, placed: Placed, options: Mapping[str, Any]) -> Arm:
         placed.twin.link.reopen()
-        placed.arm = connect_simulated(
-            placed.config,
-            twin=placed.twin,
-            pace=self.clock,
-            operator=options.get("operator"),
-            recorder=placed.recorder,
-            allow_restored=bool(options.get("allow_restored")),
-            reconnect=options.get("reconnect"),
+        placed.arm = Arm(
+            connect_simulated(
+                placed.config,
+                twin=placed.twin,
+                pace=self.clock,
+                operator=options.get("operator"),
+                recorder=placed.recorder,
+                allow_restored=bool(options.get("allow_restored")),
+                reconnect=options.get("reconnect"),
+            )
         )
         return placed.arm

@@ -7,13 +7,10 @@ many entries were passed over, "now_s": the arm's clock}`, or `{}` where nothing
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterator
+from typing import Any
 
 from armdrive.trace.entries import WIRE, Entry
-
-if TYPE_CHECKING:
-    from armdrive.arm import Arm
 
 MOST = 200
 """So many entries of the recorder are taken at once."""
@@ -24,32 +21,31 @@ PIECE_BYTES = 1024
 MESSAGE_BYTES = 8192
 
 Piece = tuple[float, str, str]
+Since = Callable[[int, int, int], tuple[int, tuple[Entry, ...]]]
+"""Returns entries of the recorder, as `Ring.since` does."""
 
 
-def overheard(arm: Arm, every_s: float) -> Iterator[dict[str, Any]]:
+def overheard(
+    since: Since, now_s: Callable[[], float], closed: Callable[[], bool], every_s: float
+) -> Iterator[dict[str, Any]]:
     """Give what passes from now on, looked at so often, until the arm has been closed."""
-    number, _ = _since(arm, 0, 0, 0)
+    number, _ = since(0, 0, 0)
     missed = 0
     while True:
-        closed = arm.closed
-        first, entries = _since(arm, number, MOST, BACK)
+        ended = closed()
+        first, entries = since(number, MOST, BACK)
         missed, number = missed + first - number, first + len(entries)
         pieces = [piece for entry in entries if entry.kind in WIRE for piece in _pieces(entry)]
         for message in _messages(pieces):
-            yield {"wire": message, "missed": missed, "now_s": arm.pace.now_s()}
+            yield {"wire": message, "missed": missed, "now_s": now_s()}
             missed = 0
         if len(entries) == MOST:
             continue
-        if closed:
+        if ended:
             return
         if not pieces:
             yield {}
         time.sleep(every_s)
-
-
-def _since(arm: Arm, number: int, most: int, back: int) -> tuple[int, tuple[Entry, ...]]:
-    with arm.pace.lock:
-        return arm.witness.since(number, most, back)
 
 
 def _pieces(entry: Entry) -> Iterator[Piece]:

@@ -47,7 +47,7 @@ def ready_arm(config=CONFIG, **options) -> Arm:
     """An arm that stands over the table, enabled and referenced."""
     twin = make_twin(config, **options)
     twin.world.drive_to(twin.world.body.transmission.to_motors(OVER_THE_TABLE, 20.0))
-    arm = connect_simulated(config, twin=twin)
+    arm = Arm(connect_simulated(config, twin=twin))
     arm.enable()
     arm.declare_posture(OVER_THE_TABLE, opening_mm=20.0)
     return arm

@@ -109,7 +109,7 @@ class Bus:
         if self.tried:  # which brings an adapter that has left the bus back
             self.twin.link.reopen()
         self.tried = True
-        return connect_simulated(self.config, twin=self.twin, pace=self.clock)
+        return Arm(connect_simulated(self.config, twin=self.twin, pace=self.clock))
 
     def ready(self) -> Arm:
         """Connect and have it referenced where it stands."""

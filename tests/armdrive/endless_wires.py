@@ -7,6 +7,7 @@ import random
 from collections.abc import Callable
 
 from armdrive.arm import Arm
+from armdrive.connect.parts import assemble
 from armdrive.connect.target import simulated_config
 from armdrive.registry import DIALECTS
 from armdrive.runtime.drive import SimulatedPace
@@ -188,6 +189,8 @@ def wire_to(dialect: str) -> tuple[Wire, Pace]:
 
 def connected(dialect: str, wire: Wire, pace: Pace) -> Arm:
     """Connect over a wire, as it is."""
-    arm = Arm(simulated_config(dialect), wire, pace, simulated=True, operator=wire.twin.operator)
+    arm = Arm(
+        assemble(simulated_config(dialect), wire, pace, simulated=True, operator=wire.twin.operator)
+    )
     arm.twin = wire.twin
     return arm

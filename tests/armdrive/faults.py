@@ -171,7 +171,7 @@ def sim_arm(config=None, *, speed_error=0.0, blocks=(), at=None, **options) -> A
     if at is not None:
         twin.world.drive_to(twin.world.body.transmission.to_motors(at, 20.0))
     twin = replace(twin, link=FaultyLink(twin.link))
-    arm = connect_simulated(config, twin=twin, **options)
+    arm = Arm(connect_simulated(config, twin=twin, **options))
     if at is not None:
         arm.declare_posture(at, opening_mm=20.0)
     return arm

@@ -98,7 +98,7 @@ def found(made: ArmConfig | None = None, **options) -> Arm:
     twin = make_twin(made, **options)
     body = twin.world.body
     twin.world.drive_to(body.transmission.to_motors(OVER, OPENING_MM))
-    return connect_simulated(made, twin=replace(twin, link=Disturbed(twin.link)))
+    return Arm(connect_simulated(made, twin=replace(twin, link=Disturbed(twin.link))))
 
 
 def ready(made: ArmConfig | None = None, **options) -> Arm:

@@ -43,7 +43,7 @@ class Stand:
         self.config = replace(config, model=replace(config.model, guards=guards))
         self.draw = random.Random(f"{seed} {dialect} {over_base}")
         self.twin = make_twin(self.config)
-        self.arm: Arm = connect_simulated(self.config, twin=self.twin)
+        self.arm: Arm = Arm(connect_simulated(self.config, twin=self.twin))
         if self.arm.status.state is State.DISABLED:
             self.arm.enable()
         self.probe = Probe(self.config)

@@ -8,6 +8,7 @@ from faults import OVER_THE_TABLE, sim_config
 from power_disk import MortalLink, PowerDisk
 
 from armdrive.arm import Arm
+from armdrive.connect.parts import assemble
 from armdrive.runtime.drive import SimulatedPace
 from armdrive.sim.simulated_arm import TITLE, line_to, make_twin
 from armdrive.status import Trust
@@ -44,7 +45,9 @@ class Life:
         self.link.moments = self.disk.moments
         self.pace = LaterPace(self.now_s)
         recorder = FileRecorder(PATH, self.disk)
-        self.arm = Arm(CONFIG, self.link, self.pace, simulated=True, recorder=recorder, **options)
+        self.arm = Arm(
+            assemble(CONFIG, self.link, self.pace, simulated=True, recorder=recorder, **options)
+        )
         return self.arm
 
     def end(self):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from armdrive import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.trace.entries import Entry, Kind, Ring
 from armdrive.trace.files import Recording, read_recording
@@ -13,7 +14,7 @@ from armdrive.trace.recorder import FlightRecorder
 def recorded_arm(dialect="teachmover", folder: Path | None = None, ring: Ring | None = None, **how):
     """Connect to a simulated arm that is recorded, its motors on."""
     witness = FlightRecorder(folder, ring=ring)
-    arm = connect_simulated(simulated_config(dialect), witness=witness, **how)
+    arm = Arm(connect_simulated(simulated_config(dialect), witness=witness, **how))
     arm.__enter__()
     return arm
 

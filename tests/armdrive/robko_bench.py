@@ -157,7 +157,7 @@ def robko_arm(config=None, **options) -> Arm:
     body = twin.world.body
     twin.world.drive_to(body.transmission.to_motors(OVER_THE_TABLE, 20.0))
     twin = replace(twin, link=FrameLink(twin.link))
-    return connect_simulated(config, twin=twin)
+    return Arm(connect_simulated(config, twin=twin))
 
 
 def ready_robko(config=None, **options) -> Arm:

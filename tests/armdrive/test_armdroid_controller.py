@@ -7,7 +7,7 @@ import math
 import pytest
 from armdroid_bench import CONFIG, configured, honest, ready_arm
 
-from armdrive import ArmFileError, DeviceFault, Jog, NoAnswer, Refused
+from armdrive import Arm, ArmFileError, DeviceFault, Jog, NoAnswer, Refused
 from armdrive.config.arm import parse_arm_file
 from armdrive.connect.target import connect_simulated
 from armdrive.dialects.armdroid.controller import ArmdroidController
@@ -300,7 +300,7 @@ class TestNumbers:
 def test_an_arm_is_met_disabled_and_nothing_has_moved():
     twin = make_twin(CONFIG)
     before = twin.world.motors
-    arm = connect_simulated(CONFIG, twin=twin)
+    arm = Arm(connect_simulated(CONFIG, twin=twin))
     assert arm.status.state is State.DISABLED
     assert twin.world.motors == before
     arm.enable()
@@ -447,7 +447,7 @@ def test_digits_that_another_program_left_are_no_part_of_a_motion():
     twin.link.write(b"7,7,7,7,7,777", 0.0)
     twin.link.read(1.0)
     before = twin.world.motors
-    arm = connect_simulated(CONFIG, twin=twin)
+    arm = Arm(connect_simulated(CONFIG, twin=twin))
     arm.enable()
     assert twin.world.motors == before
     arm.move_motors(10, 0, 0, 0, 0, -3)
@@ -464,7 +464,7 @@ def test_a_mute_board_is_no_arm():
 def test_a_board_that_resets_as_its_port_is_opened_is_waited_for():
     twin = make_twin(CONFIG, greets=False, resets_on_open=True)
     twin.device.opened()
-    arm = connect_simulated(CONFIG, twin=twin)
+    arm = Arm(connect_simulated(CONFIG, twin=twin))
     assert arm.status.state is State.DISABLED
 
 

@@ -3,6 +3,7 @@
 import pytest
 from armdroid_bench import CONFIG
 
+from armdrive import Arm
 from armdrive.connect.target import connect_simulated
 from armdrive.errors import DeviceFault
 from armdrive.sim.simulated_arm import make_twin
@@ -18,7 +19,7 @@ def left(tmp_path):
     twin = make_twin(CONFIG)
     recorder = FileRecorder(tmp_path / "record.json")
     twin.device.jog(TURNED)
-    with connect_simulated(CONFIG, twin=twin, recorder=recorder) as arm:
+    with Arm(connect_simulated(CONFIG, twin=twin, recorder=recorder)) as arm:
         arm.declare_posture(twin.world.joints, opening_mm=twin.world.opening_mm)
     twin.link.reopen()
     return twin, recorder
@@ -28,7 +29,7 @@ def test_motors_that_are_told_to_be_off_while_connecting_leave_no_record_to_be_b
     twin, recorder = left
     before = twin.world.motors
     twin.link.line.send(b"t", twin.device.now_s)  # the 1 before it was lost with a program
-    arm = connect_simulated(CONFIG, twin=twin, recorder=recorder, allow_restored=True)
+    arm = Arm(connect_simulated(CONFIG, twin=twin, recorder=recorder, allow_restored=True))
     assert twin.world.motors != before
     assert arm.status.trust is Trust.SUSPECT
     assert "motors are off" in arm.status.trust_reason
@@ -36,13 +37,13 @@ def test_motors_that_are_told_to_be_off_while_connecting_leave_no_record_to_be_b
     assert arm.status.error == ""
     arm.close()
     twin.link.reopen()
-    again = connect_simulated(CONFIG, twin=twin, recorder=recorder)
+    again = Arm(connect_simulated(CONFIG, twin=twin, recorder=recorder))
     assert again.status.trust is Trust.SUSPECT
 
 
 def test_an_arm_that_sagged_as_it_was_switched_on_is_not_believed(left):
     twin, recorder = left
-    arm = connect_simulated(CONFIG, twin=twin, recorder=recorder, allow_restored=True)
+    arm = Arm(connect_simulated(CONFIG, twin=twin, recorder=recorder, allow_restored=True))
     assert arm.status.trust is Trust.RESTORED
     before = twin.world.motors
     twin.faults.add("drop", "#1", side="host")

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from armdrive.arm import Arm
 from armdrive.config.arm import config_of_preset, load_arm_file, parse_arm_file
+from armdrive.connect.parts import assemble
 from armdrive.connect.target import connect_simulated
 from armdrive.errors import ArmFileError, Refused
 from armdrive.runtime.drive import SimulatedPace
@@ -121,7 +122,7 @@ def test_two_lines_are_enough_and_the_arm_can_be_driven(tmp_path):
     path.write_text('model = "teachmover"\nconnection.port = "/dev/ttyS0"\n', encoding="utf-8")
     config = load_arm_file(path)
     assert config.name == "lab"
-    with connect_simulated(config) as arm:
+    with Arm(connect_simulated(config)) as arm:
         arm.home()
 
 
@@ -260,7 +261,7 @@ def test_a_template_becomes_an_arm_when_every_number_is_filled_in():
 def test_a_real_template_refuses_cartesian_goals_and_moves_joints():
     config = parse_arm_file(tomllib.loads(ALPHA_STEPS), name="half")
     twin = make_twin(config)
-    arm = Arm(config, twin.link, SimulatedPace(), simulated=False)
+    arm = Arm(assemble(config, twin.link, SimulatedPace(), simulated=False))
     here = twin.world.joints
     arm.declare_posture(here)
     arm.move_j(base_deg=5)

@@ -15,6 +15,7 @@ from backlash_bench import (
     shaken,
 )
 
+from armdrive import Arm
 from armdrive.config.arm import parse_arm_file
 from armdrive.connect.target import connect_simulated
 from armdrive.errors import ArmError, BadRequest
@@ -34,7 +35,9 @@ def test_the_next_program_knows_which_way_the_backlash_is_taken_up(dialect, tmp_
         arm.close()
         twin = make_twin(config, arm.twin.save())
         recorder = FileRecorder(tmp_path / "record.json")
-        with connect_simulated(config, twin=twin, recorder=recorder, allow_restored=True) as arm:
+        with Arm(
+            connect_simulated(config, twin=twin, recorder=recorder, allow_restored=True)
+        ) as arm:
             arm.enable()
             if number == 0:
                 refer(arm)
@@ -51,7 +54,7 @@ def test_another_backlash_needs_another_reference(tmp_path):
         config = replace(arm.config, backlash_steps=widths)
         recorder = FileRecorder(tmp_path / "record.json")
         twin = make_twin(config, play=12)
-        with connect_simulated(config, twin=twin, recorder=recorder) as again:
+        with Arm(connect_simulated(config, twin=twin, recorder=recorder)) as again:
             trusts.append(again.status.trust)
             if len(trusts) == 1:
                 again.declare_posture(Joints.of(0, 40, -80, -40, 0), opening_mm=20)
@@ -94,7 +97,7 @@ elbow = 0.5
 
 
 def test_homing_by_switches_ends_in_the_same_place_and_says_what_nobody_knows():
-    arm = connect_simulated(parse_arm_file(tomllib.loads(HOMED), name="homed"))
+    arm = Arm(connect_simulated(parse_arm_file(tomllib.loads(HOMED), name="homed")))
     places = []
     for way in (-3.0, 4.0):
         arm.home()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from cia402_rig import Rig, steps
 
+from armdrive import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.sim.simulated_arm import make_twin
 from armdrive.status import State, Trust
@@ -103,7 +104,7 @@ def test_a_whole_arm_says_that_it_is_paused_stands_and_goes_on_when_it_is_resume
     config = simulated_config("cia402")
     twin = make_twin(config)
     twin.device.bring_to(START, 20.0)
-    with connect_simulated(config, twin=twin) as arm:
+    with Arm(connect_simulated(config, twin=twin)) as arm:
         arm.enable()
         arm.declare_posture(START, opening_mm=20.0)
         began_s = arm.pace.now_s()

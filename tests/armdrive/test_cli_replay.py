@@ -11,6 +11,7 @@ from cli_calls import Caller
 from recorder_bench import recorded_arm
 
 from armdrive import Arm, ArmError
+from armdrive.connect.control_socket import serve
 from armdrive.storage.arm_lock import hold
 from armdrive.storage.lock_client import ask_holder
 from armdrive.trace.files import recordings
@@ -95,7 +96,7 @@ def test_a_broken_file_is_one_sentence(call, tmp_path):
 def test_the_holder_of_an_arm_writes_on_request(call, tmp_path):
     arm = Arm.connect("sim:teachmover")
     holding = hold("sim:teachmover")
-    holding.serve(arm)
+    serve(holding, arm)
     try:
         (file,) = [each["recording"] for each in call("record", "--json", code=0).json_lines]
         assert Path(file).parent == recordings()
@@ -115,7 +116,7 @@ def test_nothing_held_is_nothing_to_record(call):
 def test_a_recording_that_cannot_be_written_says_why(call):
     arm = Arm.connect("sim:teachmover")
     holding = hold("sim:teachmover")
-    holding.serve(arm)
+    serve(holding, arm)
     recordings().parent.mkdir(parents=True, exist_ok=True)
     recordings().write_text("a file where the folder belongs")
     try:

@@ -7,6 +7,7 @@ import tomllib
 
 import pytest
 
+from armdrive import Arm
 from armdrive.cli.config_new import write
 from armdrive.config.arm import load_arm_file
 from armdrive.config.link_model import parse_model
@@ -62,7 +63,7 @@ def test_every_template_loads_and_drives_its_simulated_twin(tmp_path, template):
     config = loaded(tmp_path, template)
     assert config.connection.dialect == TEMPLATES[template].dialect
     first, second = config.model.arm.joint_names[:2]
-    with connect_simulated(config) as arm:
+    with Arm(connect_simulated(config)) as arm:
         if config.homing is None:
             arm.jog_j(**{f"{first}_deg": -2.0})
             arm.declare_posture(arm.twin.world.joints)

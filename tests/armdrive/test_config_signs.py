@@ -11,6 +11,7 @@ from cli_calls import Caller
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from armdrive import Arm
 from armdrive.cli import config_signs
 from armdrive.cli.config_files import ArmText
 from armdrive.cli.config_new import write
@@ -66,7 +67,7 @@ def reversed_of(names, signs):
 def test_what_is_reversed_is_found_on_the_twin(dialect, motors, roll):
     config = simulated_config(dialect)
     twin = make_twin(really(config, motors, (1, 1, 1, 1, roll, 1)))
-    with connect_simulated(config, twin=twin) as arm:
+    with Arm(connect_simulated(config, twin=twin)) as arm:
         before = twin.world.joints
         found = find_signs(arm, alone=True)
         assert tuple(twin.world.joints) == pytest.approx(tuple(before), abs=1e-9)
@@ -184,7 +185,7 @@ def test_a_six_axis_board_that_is_locked_until_it_homes_is_looked_at_too(tmp_pat
     config = six_axis(tmp_path)
     truth = config.model.transmission.with_signs((-1, 1, -1, -1, 1, -1))
     twin = make_twin(replace(config, model=replace(config.model, transmission=truth)))
-    with connect_simulated(config, twin=twin) as arm:
+    with Arm(connect_simulated(config, twin=twin)) as arm:
         found = find_signs(arm, alone=True)
     assert found.motors == ("base", "elbow", "forearm_roll", "wrist_roll")
     assert found.joints == found.unclear == ()

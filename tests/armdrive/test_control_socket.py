@@ -12,13 +12,19 @@ from pathlib import Path
 
 import pytest
 
-from armdrive.connect.control_socket import MOST_REQUEST_BYTES
+from armdrive import Arm
+from armdrive.connect.control_socket import serve
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import ArmError
 from armdrive.storage import control_server
 from armdrive.storage import lock_client as holder_notice
 from armdrive.storage.arm_lock import hold
-from armdrive.storage.control_server import MOST_ANSWERED, MOST_INCOMPLETE, MOST_WATCHERS
+from armdrive.storage.control_server import (
+    MOST_ANSWERED,
+    MOST_INCOMPLETE,
+    MOST_REQUEST_BYTES,
+    MOST_WATCHERS,
+)
 from armdrive.storage.lock_client import ask_holder, called, notice_of, watch_holder
 
 posix = pytest.mark.skipif(os.name != "posix", reason="Windows' pipes keep messages whole")
@@ -28,7 +34,7 @@ LONG_S = 3600.0
 
 @pytest.fixture
 def arm():
-    with connect_simulated(simulated_config("teachmover")) as arm:
+    with Arm(connect_simulated(simulated_config("teachmover"))) as arm:
         yield arm
 
 
@@ -41,7 +47,7 @@ def patient(monkeypatch):
 @pytest.fixture
 def holding(arm):
     holding = hold("bench")
-    holding.serve(arm)
+    serve(holding, arm)
     yield holding
     holding.release()
 
@@ -133,7 +139,7 @@ def test_a_caller_who_was_crowded_out_calls_again_by_itself(arm, monkeypatch):
 def test_a_silent_caller_is_told_and_let_go_when_its_time_is_over(arm, monkeypatch):
     monkeypatch.setattr(control_server, "PATIENCE_S", 0.05)
     holding = hold("bench")
-    holding.serve(arm)
+    serve(holding, arm)
     try:
         with called(notice_of("bench")["address"]) as connection:
             assert "no whole request came within" in answered(connection)["error"]
@@ -153,7 +159,7 @@ def test_a_caller_who_drips_is_let_go_when_its_time_is_over(arm, monkeypatch):
 
     monkeypatch.setattr(control_server, "monotonic", monotonic)
     holding = hold("bench")
-    holding.serve(arm)
+    serve(holding, arm)
     data = struct.pack("!i", 20) + b'{"request": "pause"}'
     try:
         with called(notice_of("bench")["address"]) as connection:
@@ -245,7 +251,7 @@ def test_a_system_without_threads_is_told(arm, holding, call, monkeypatch):
 def test_giving_back_ends_every_thread_and_every_silent_call(arm, patient):
     before = own_threads()
     holding = hold("bench")
-    holding.serve(arm)
+    serve(holding, arm)
     begun = [each for each in own_threads() if each not in before]
     with called(notice_of("bench")["address"]) as connection:
         holding.release()

@@ -13,7 +13,7 @@ from armdrive.tasks import ReadPosition
 
 def connected() -> Arm:
     config = simulated_config("cia402")
-    return connect_simulated(config, twin=make_twin(config))
+    return Arm(connect_simulated(config, twin=make_twin(config)))
 
 
 def test_drives_that_are_found_switched_off_are_told_as_off():

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from uart import RECEIVERS, Receiver
 
 from armdrive.arm import Arm
+from armdrive.connect.parts import assemble
 from armdrive.connect.target import simulated_config
 from armdrive.dialects.probes import (
     DETAILS,
@@ -162,7 +163,7 @@ def test_afterwards_the_arm_connects_as_if_nothing_had_been(dialect, state):
     port.tune(port.device.baud)
     pace = SimulatedPace()
     pace._now_s = port.now
-    arm = Arm(simulated_config(dialect), port, pace, simulated=True)
+    arm = Arm(assemble(simulated_config(dialect), port, pace, simulated=True))
     assert arm.status.state in (State.STANDBY, State.DISABLED)
     arm.close()
     assert port.device.world.motors == before

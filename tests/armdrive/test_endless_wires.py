@@ -10,6 +10,7 @@ from endless_wires import KINDS, Pace, connected, wire_to
 
 from armdrive.arm import Arm
 from armdrive.config.sections import HomingSettings
+from armdrive.connect.parts import assemble
 from armdrive.connect.target import simulated_config
 from armdrive.dialects.grbl.settings import GrblSettings
 from armdrive.errors import ArmError, DeviceFault, NoAnswer, Refused
@@ -215,7 +216,7 @@ def test_homing_by_switches_ends_on_time_and_says_what_was_received(kind):
     config = simulated_config("grbl")
     joints = config.model.arm.ik(config.model.reference.pose)
     config = replace(config, homing=HomingSettings(joints=joints))
-    arm = Arm(config, wire, pace, simulated=True, operator=wire.twin.operator)
+    arm = Arm(assemble(config, wire, pace, simulated=True, operator=wire.twin.operator))
     arm.enable()
     wire.spoil(kind)
     began_s = pace.now_s()

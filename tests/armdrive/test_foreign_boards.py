@@ -7,8 +7,8 @@ from cli_calls import write_arm_file
 from doctor_bench import THREE_AXES, Echo, EchoingBoard, Rewritten, SimPort, Talker, made
 from test_wrong_dialect import ON_SERIAL, connected, refused
 
-from armdrive.arm import Arm
 from armdrive.connect import target as connecting
+from armdrive.connect.parts import assemble
 from armdrive.connect.port import overheard
 from armdrive.dialects.signs import comes_back
 from armdrive.dialog import Grade
@@ -129,7 +129,7 @@ def test_the_doctor_on_a_board_with_too_few_axes_says_what_is_wrong_and_what_hel
 
     def connect(config):
         with overheard(board, config.connection) as ears:
-            return Arm(config, ears, SimulatedPace(), simulated=True)
+            return assemble(config, ears, SimulatedPace(), simulated=True)
 
     monkeypatch.setattr(connecting, "connect_real", connect)
     said = call("doctor", "--arm", "bench", "--yes", code=1).out

@@ -6,6 +6,7 @@ import pytest
 from grbl_arm import Disturbed, config, found, ready, rule
 
 from armdrive.arm import Arm
+from armdrive.connect.parts import assemble
 from armdrive.connect.target import connect_simulated
 from armdrive.errors import DeviceFault
 from armdrive.runtime.drive import SimulatedPace
@@ -62,7 +63,7 @@ def left(made, said, **options):
     before = twin.world.motors, twin.world.opening_mm, twin.device.registers
     pace = SimulatedPace()
     pace._now_s = 9.0 * len(said)
-    arm = Arm(made, twin.link, pace, simulated=True)
+    arm = Arm(assemble(made, twin.link, pace, simulated=True))
     arm.twin = twin
     return arm, before
 
@@ -153,7 +154,7 @@ def test_one_false_report_of_outputs_that_are_off_lets_go_of_nothing():
     link.back.append(rule(rb"<.*\|A:S", lambda line: line.replace(b"|A:S", b"|C:S")))
     pace = SimulatedPace()
     pace._now_s = 9.0
-    Arm(made, link, pace, simulated=True)
+    Arm(assemble(made, link, pace, simulated=True))
     assert not link.back[0][3]
     assert not link.pressed(b"\x18")
     assert twin.device.details()["outputs"]["spindle"] == "M3"
@@ -183,7 +184,7 @@ def test_a_firmware_that_is_not_read_without_a_flaw_counts_as_the_slowest(times,
     twin = make_twin(made, firmware="grblhal")
     link = Disturbed(twin.link)
     link.back.append(rule(rb"\[FIRMWARE", lambda line: line[:4] + b"\x7f" + line[5:], times=times))
-    arm = connect_simulated(made, twin=replace(twin, link=link))
+    arm = Arm(connect_simulated(made, twin=replace(twin, link=link)))
     assert segments(arm) == wanted
 
 
@@ -195,7 +196,7 @@ def disturbed_build(pattern, changed, times=1, **options):
     twin = make_twin(made, **options)
     link = Disturbed(twin.link)
     link.back.append(rule(pattern, lambda _: changed, times=times))
-    return connect_simulated(made, twin=replace(twin, link=link))
+    return Arm(connect_simulated(made, twin=replace(twin, link=link)))
 
 
 @pytest.mark.parametrize("ring", [b"2", b"12", b"28", b"0", b"65536"])

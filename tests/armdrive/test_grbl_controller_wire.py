@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from grbl_arm import OVER, config, found, lost, ready, rule, stands, without
 
-from armdrive import Jog, Pose
+from armdrive import Arm, Jog, Pose
 from armdrive.errors import DeviceFault, NoAnswer
 from armdrive.status import Evidence, State, Trust
 
@@ -155,7 +155,7 @@ def test_a_board_in_a_hold_or_asleep_is_woken_by_connecting_and_moves_nothing():
     arm.close()
     before = arm.twin.world.motors
     twin = replace(arm.twin, link=Disturbed(link_to(arm.twin.device)))
-    again = connect_simulated(arm.config, twin=twin)
+    again = Arm(connect_simulated(arm.config, twin=twin))
     assert again.status.state is State.STANDBY
     assert twin.device.details()["state"] in ("Idle", "Alarm")
     assert twin.world.motors == before

@@ -15,7 +15,7 @@ import pytest
 from waiting import LONG_S, looks, returns, soon
 
 from armdrive import Arm
-from armdrive.connect.control_socket import REQUESTS
+from armdrive.connect.control_socket import REQUESTS, serve
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import ArmError, ArmInUse, StateFileError
 from armdrive.storage import files as places
@@ -28,14 +28,14 @@ from armdrive.storage.lock_client import ask_holder, follow_holder, held_arms, w
 
 @pytest.fixture
 def arm():
-    with connect_simulated(simulated_config("teachmover")) as arm:
+    with Arm(connect_simulated(simulated_config("teachmover"))) as arm:
         yield arm
 
 
 @pytest.fixture
 def holding(arm):
     holding = hold("bench", "/dev/ttyUSB0")
-    holding.serve(arm)
+    serve(holding, arm)
     yield holding
     holding.release()
 
@@ -82,7 +82,7 @@ def test_giving_back_twice_is_no_error(holding):
 def test_nobody_goes_on_listening_for_an_arm_that_was_given_back(arm):
     before = socket_threads()
     holding = hold("bench")
-    holding.serve(arm)
+    serve(holding, arm)
     (listening,) = [each for each in socket_threads() if each not in before]
     holding.release()
     listening.join(LONG_S)
@@ -209,7 +209,7 @@ def test_a_long_port_name_in_a_deep_folder_is_still_served(arm, tmp_path, monkey
     name = "/dev/serial/by-id/usb-FTDI_FT232R_USB_UART_A50285BI-if00-port0"
     holding = hold(name)
     try:
-        holding.serve(arm)
+        serve(holding, arm)
         assert ask_holder(name, "status")["state"] == "standby"
         assert len(held_arms()) == 1
     finally:
@@ -219,10 +219,12 @@ def test_a_long_port_name_in_a_deep_folder_is_still_served(arm, tmp_path, monkey
 def test_what_a_killed_program_left_behind_is_recognised(arm):
     program = (
         "import os, signal\n"
+        "from armdrive import Arm\n"
+        "from armdrive.connect.control_socket import serve\n"
         "from armdrive.connect.target import connect_simulated, simulated_config\n"
         "from armdrive.storage.arm_lock import hold\n"
-        "arm = connect_simulated(simulated_config('teachmover'))\n"
-        "holding = hold('bench'); holding.serve(arm)\n"
+        "arm = Arm(connect_simulated(simulated_config('teachmover')))\n"
+        "holding = hold('bench'); serve(holding, arm)\n"
         "print('holding', flush=True)\n"
         "input()\n"
     )
@@ -238,7 +240,7 @@ def test_what_a_killed_program_left_behind_is_recognised(arm):
     with pytest.raises(ArmError, match="ended without a chance"):
         ask_holder("bench", "stop")
     holding = hold("bench")
-    holding.serve(arm)
+    serve(holding, arm)
     assert ask_holder("bench", "status")["state"] == "standby"
     holding.release()
 
@@ -246,7 +248,7 @@ def test_what_a_killed_program_left_behind_is_recognised(arm):
 def test_closing_an_arm_gives_it_back():
     arm = Arm.connect("sim:teachmover")
     holding = hold("bench")
-    holding.serve(arm)
+    serve(holding, arm)
     arm.on_close(holding.release)
     arm.close()
     hold("bench").release()

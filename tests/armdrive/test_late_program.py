@@ -12,6 +12,7 @@ import random
 import pytest
 
 from armdrive.arm import Arm
+from armdrive.connect.parts import assemble
 from armdrive.connect.target import simulated_config
 from armdrive.dialects.exchange import Scripted
 from armdrive.registry import DIALECTS
@@ -59,7 +60,7 @@ def test_every_motion_ends_as_it_was_asked_to(dialect, seed):
     twin = make_twin(config)
     clock = LateClock(seed, LATE_S[dialect])
     pace = SimulatedPace(clock)
-    with Arm(config, twin.link, pace, simulated=True, operator=twin.operator) as arm:
+    with Arm(assemble(config, twin.link, pace, simulated=True, operator=twin.operator)) as arm:
         if arm.status.state is State.DISABLED:
             arm.enable()
         joints, opening_mm = twin.world.body.transmission.to_joints(twin.world.motors)

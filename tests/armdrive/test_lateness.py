@@ -5,6 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from waiting import until
 
+from armdrive import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.dialog import Grade
 from armdrive.setup.findings import finding, measure
@@ -40,7 +41,7 @@ def test_on_simulated_time_nothing_is_late():
 
 def test_a_thread_that_drives_an_arm_counts_its_deadlines():
     config = simulated_config("teachmover")
-    with connect_simulated(config, pace="real") as arm:
+    with Arm(connect_simulated(config, pace="real")) as arm:
         until(lambda: arm.status.wakes.count)
         status = arm.status
     assert status.wakes.count > 0

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import pytest
 from grbl_arm import config, found, ready
 
+from armdrive import Arm
 from armdrive.cli import config_limits
 from armdrive.cli.config_limits import check
 from armdrive.config.arm import load_arm_file
@@ -168,7 +169,7 @@ def test_a_person_presses_each_switch_and_the_day_is_written(monkeypatch, call):
     def opened(made, *, simulated, alone, wanted):
         assert not alone
         twin = make_twin(made, limit_interrupts=True)
-        person.arm = connect_simulated(made, twin=twin)
+        person.arm = Arm(connect_simulated(made, twin=twin))
         person.arm.simulated = False
         return person.arm
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from recorder_bench import recorded_arm
 
-from armdrive import ArmError, WrongState
+from armdrive import Arm, ArmError, WrongState
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors.table import found
 from armdrive.trace.calls import NO_WITNESS
@@ -102,7 +102,7 @@ def test_frames_of_a_bus_are_written_as_frames():
 
 
 def test_an_arm_that_is_not_recorded_has_no_log():
-    arm = connect_simulated(simulated_config("teachmover"), witness=NO_WITNESS)
+    arm = Arm(connect_simulated(simulated_config("teachmover"), witness=NO_WITNESS))
     with pytest.raises(WrongState, match="flight recorder"):
         arm.log()
     arm.close()

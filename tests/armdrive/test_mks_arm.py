@@ -28,7 +28,7 @@ def mks_arm(homing=None, gripper=None, options=None, **settings) -> Arm:
         config = replace(config, gripper=replace(config.gripper, kind=gripper))
     twin = make_twin(config, **(options or {}))
     twin.device.bring_to(START, 20.0)
-    return connect_simulated(config, twin=twin)
+    return Arm(connect_simulated(config, twin=twin))
 
 
 def ready(**settings) -> Arm:
@@ -183,7 +183,7 @@ def test_nothing_moves_while_a_drive_is_in_another_mode():
     twin = make_twin(config)
     twin.faults.add("drive-mode", "3", "2")
     stood = twin.world.motors
-    arm = connect_simulated(config, twin=twin)
+    arm = Arm(connect_simulated(config, twin=twin))
     assert "drive 3 (elbow)" in arm.status.notice
     with pytest.raises(DeviceFault, match=r"drive 3 \(elbow\) is in mode"):
         arm.enable()

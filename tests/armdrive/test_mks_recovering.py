@@ -6,6 +6,7 @@ import pytest
 from mks_bench import MksBench
 from test_mks_controller_motion import along, straight
 
+from armdrive import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import ArmError, DeviceFault
 from armdrive.sim.simulated_arm import make_twin
@@ -42,7 +43,7 @@ def other_mode():
     config = simulated_config("mks")
     twin = make_twin(config)
     twin.faults.add("drive-mode", "3", "2")
-    arm = connect_simulated(config, twin=twin)
+    arm = Arm(connect_simulated(config, twin=twin))
     with pytest.raises(DeviceFault, match="in mode 2"):
         arm.enable()
     return arm

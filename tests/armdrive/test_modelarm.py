@@ -46,8 +46,8 @@ def test_a_reference_and_a_park_posture_of_six_joints_have_a_yaw(tmp_path):
 def test_six_joints_home_and_park_with_the_simulated_operator(tmp_path):
     posture = "x_mm = 500\ny_mm = 100\nz_mm = 400\npitch_deg = -80\nyaw_deg = 15\n"
     config = six_joints(tmp_path, f"[reference]\n{posture}")
-    with connect_simulated(
-        replace(config, motion=replace(config.motion, planned_burst_s=2.0))
+    with Arm(
+        connect_simulated(replace(config, motion=replace(config.motion, planned_burst_s=2.0)))
     ) as arm:
         assert isinstance(arm, Arm)
         arm.home()

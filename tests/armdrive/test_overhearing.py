@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import threading
 from types import SimpleNamespace
 
 from armdrive.connect.control_socket import REQUESTS, WIRE
@@ -15,13 +14,17 @@ def held():
     """An arm of which nothing is there but its recorder."""
     ring = Ring()
     ring.seal()
-    pace = SimpleNamespace(lock=threading.Lock(), now_s=lambda: 7.0)
-    return ring, SimpleNamespace(witness=ring, pace=pace, closed=False)
+    return ring, SimpleNamespace(witness=ring, closed=False)
+
+
+def tapped(arm):
+    """Listen to the wire of an arm whose clock stands still."""
+    return overheard(arm.witness.since, lambda: 7.0, lambda: arm.closed, 0.0)
 
 
 def told(arm, ring, entries):
     """Begin to listen, have entries come, and return all that is told until the arm is closed."""
-    stream = overheard(arm, 0.0)
+    stream = tapped(arm)
     assert next(stream) == {}
     for each in entries:
         ring.add(each)
@@ -66,5 +69,5 @@ def test_who_reads_too_slowly_is_told_how_much_was_passed_over():
 
 def test_it_is_a_request_that_others_know_of():
     assert WIRE in REQUESTS
-    with contextlib.closing(overheard(held()[1], 0.0)) as stream:
+    with contextlib.closing(tapped(held()[1])) as stream:
         assert next(stream) == {}

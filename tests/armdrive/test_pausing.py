@@ -346,7 +346,7 @@ def test_an_arm_that_is_killed_in_a_pause_is_remembered_where_it_stands(tmp_path
     from armdrive.storage.record import FileRecorder
 
     recorder = FileRecorder(tmp_path / "record.json")
-    arm = connect_simulated(simulated_config(BY_BURSTS), recorder=recorder)
+    arm = Arm(connect_simulated(simulated_config(BY_BURSTS), recorder=recorder))
     arm.home()
     paused(arm)
     record = FileRecorder(tmp_path / "record.json").load()

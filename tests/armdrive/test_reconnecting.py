@@ -101,7 +101,7 @@ def test_who_waited_for_a_motion_hears_of_the_loss_and_nothing_goes_on_later(con
 def test_the_status_of_a_lost_arm_bounds_what_was_under_way(reconnect):
     config = simulated_config("teachmover")
     config = replace(config, motion=replace(config.motion, planned_burst_s=1.5))
-    arm = connect_simulated(config, reconnect=reconnect)
+    arm = Arm(connect_simulated(config, reconnect=reconnect))
     world = arm.twin.world
     arm.declare_posture(world.joints, opening_mm=world.opening_mm)
     idle_s = arm.status.silent_time_s

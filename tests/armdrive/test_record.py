@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 from faults import OVER_THE_TABLE, FaultyLink, sim_config
 
+from armdrive import Arm
 from armdrive.connect.target import connect_simulated, state_file
 from armdrive.errors import ArmError, NotReferenced, StateFileError
 from armdrive.sim.simulated_arm import make_twin
@@ -33,7 +34,7 @@ def bench(tmp_path):
             self.link = FaultyLink(inner)
             options.setdefault("config", config)
             used = replace(twin, link=self.link)
-            return connect_simulated(twin=used, recorder=self.recorder, **options)
+            return Arm(connect_simulated(twin=used, recorder=self.recorder, **options))
 
         def edit(self, **changes):
             """Write other entries with a checksum that fits them, as another program would."""

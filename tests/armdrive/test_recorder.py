@@ -7,7 +7,7 @@ import threading
 import pytest
 from recorder_bench import of_kind, recorded_arm, saved, written
 
-from armdrive import Jog, LinkLost, OutOfBounds, Space
+from armdrive import Arm, Jog, LinkLost, OutOfBounds, Space
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import StateFileError, WrongState
 from armdrive.moves import Hold
@@ -174,7 +174,7 @@ def test_a_file_is_whole_or_not_there(tmp_path, monkeypatch):
 
 def test_scripts_on_a_simulated_arm_leave_no_files(tmp_path, monkeypatch):
     monkeypatch.setenv("ARMDRIVE_HOME", str(tmp_path))
-    arm = connect_simulated(simulated_config("teachmover"))
+    arm = Arm(connect_simulated(simulated_config("teachmover")))
     arm.estop()
     arm.close()
     assert written(tmp_path) == []
@@ -182,7 +182,7 @@ def test_scripts_on_a_simulated_arm_leave_no_files(tmp_path, monkeypatch):
 
 
 def test_without_a_recorder_nothing_can_be_saved():
-    arm = connect_simulated(simulated_config("teachmover"), witness=NO_WITNESS)
+    arm = Arm(connect_simulated(simulated_config("teachmover"), witness=NO_WITNESS))
     arm.move_motors(0, 0, 0, 0, 3, 0)
     with pytest.raises(WrongState, match="without a flight recorder"):
         arm.save_recording()

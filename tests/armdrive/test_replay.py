@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from recorder_bench import recorded_arm, saved, written
 
-from armdrive import ArmError
+from armdrive import Arm, ArmError
 from armdrive.registry import DIALECTS
 from armdrive.trace import replay as replaying
 from armdrive.trace.describe import TALKS
@@ -191,12 +191,14 @@ def test_a_position_that_was_restored_is_where_the_twin_stands(tmp_path):
     config = simulated_config("teachmover")
     twin = make_twin(config)
     memory = FileRecorder(state_file(config.name))
-    with connect_simulated(config, twin=twin, recorder=memory) as arm:
+    with Arm(connect_simulated(config, twin=twin, recorder=memory)) as arm:
         arm.home()
         arm.move_j(shoulder_deg=40)
         arm.sleep(3.0)
-    later = connect_simulated(
-        config, twin=make_twin(config, twin.save()), recorder=memory, witness=FlightRecorder()
+    later = Arm(
+        connect_simulated(
+            config, twin=make_twin(config, twin.save()), recorder=memory, witness=FlightRecorder()
+        )
     )
     with later:
         later.confirm_restored()

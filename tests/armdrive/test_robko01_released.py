@@ -1,6 +1,6 @@
 """A jog of a Robko 01 whose first command is lost, and which is let go of meanwhile."""
 
-from armdrive import Jog
+from armdrive import Arm, Jog
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.sim.simulated_arm import make_twin
 
@@ -19,7 +19,7 @@ def test_a_lost_jog_is_not_sent_again_once_it_is_released(monkeypatch):
             return
         write(data, now_s)
 
-    with connect_simulated(config, twin=twin) as arm:
+    with Arm(connect_simulated(config, twin=twin)) as arm:
         monkeypatch.setattr(twin.link, "write", losing)
         before = twin.world.motors
         arm.hold(Jog.joint(base=1.0), speed=1.0, for_s=1.0)

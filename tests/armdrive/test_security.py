@@ -14,6 +14,8 @@ from pathlib import Path
 import pytest
 
 import armdrive
+from armdrive import Arm
+from armdrive.connect.control_socket import serve
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import ArmError, PortUnavailable
 from armdrive.sim.serving.servers import TcpServer, UdpServer, beyond_this_computer
@@ -42,14 +44,14 @@ posix = pytest.mark.skipif(os.name != "posix", reason="files have modes and owne
 
 @pytest.fixture
 def arm():
-    with connect_simulated(simulated_config("teachmover")) as arm:
+    with Arm(connect_simulated(simulated_config("teachmover"))) as arm:
         yield arm
 
 
 @pytest.fixture
 def holding(arm):
     holding = hold("bench")
-    holding.serve(arm)
+    serve(holding, arm)
     yield holding
     holding.release()
 
@@ -111,7 +113,7 @@ def test_a_folder_that_others_may_enter_does_not_get_the_socket(arm):
     places.states().chmod(0o755)
     holding = hold("bench")
     try:
-        holding.serve(arm)
+        serve(holding, arm)
         address = Path(str(holding._listener.address))
         assert address.parent != places.states()
         assert stat.S_IMODE(address.parent.stat().st_mode) == 0o700

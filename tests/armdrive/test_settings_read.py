@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 from grbl_arm import Disturbed, config, rule, without
 
+from armdrive import Arm
 from armdrive.connect.target import connect_simulated
 from armdrive.errors import SettingsDiffer
 from armdrive.sim.simulated_arm import make_twin
@@ -17,7 +18,7 @@ def connected(times):
     twin = make_twin(config())
     link = Disturbed(twin.link)
     link.back.append(rule(rb"\$100=", A_HUNDRED_BECOMES_TEN, times=times))
-    return connect_simulated(config(), twin=replace(twin, link=link))
+    return Arm(connect_simulated(config(), twin=replace(twin, link=link)))
 
 
 def test_a_setting_that_lost_a_byte_on_the_wire_keeps_no_arm_from_moving():

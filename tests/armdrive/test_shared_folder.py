@@ -10,7 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from armdrive import Arm
 from armdrive.cli import config_files, shell_lines, worlds
+from armdrive.connect.control_socket import serve
 from armdrive.connect.target import connect_simulated, simulated_config, state_file
 from armdrive.errors import ArmError, PointsFileError, StateFileError
 from armdrive.programs.journal import interrupted, journal_file
@@ -69,7 +71,7 @@ HEADER = Header(**dict.fromkeys(Header.__dataclass_fields__, "") | {"began_s": 0
 def a_record():
     path = state_file("bench")
     config = simulated_config("teachmover")
-    with connect_simulated(config, recorder=FileRecorder(path)) as arm:
+    with Arm(connect_simulated(config, recorder=FileRecorder(path))) as arm:
         arm.confirm_reference()
     return path
 
@@ -108,9 +110,9 @@ def a_recording():
 
 
 def a_notice():
-    with connect_simulated(simulated_config("teachmover")) as arm:
+    with Arm(connect_simulated(simulated_config("teachmover"))) as arm:
         holding = hold("bench")
-        holding.serve(arm)
+        serve(holding, arm)
         path = notice_path("bench", "holder")
         seen = path.lstat()
         holding.release()
@@ -403,23 +405,23 @@ def test_a_lock_is_its_users_alone():
 
 def test_nothing_but_a_dead_programs_socket_is_removed_for_a_new_one(shared):
     shared.chmod(0o700)
-    with connect_simulated(simulated_config("teachmover")) as arm:
+    with Arm(connect_simulated(simulated_config("teachmover"))) as arm:
         first = hold("bench")
-        first.serve(arm)
+        serve(first, arm)
         address = Path(str(first._listener.address))
         first.release()
         address.write_text(PRECIOUS)
         second = hold("bench")
-        second.serve(arm)
+        serve(second, arm)
         assert ask_holder("bench", "status")["state"] == "standby"
         second.release()
     assert address.read_text() == PRECIOUS
 
 
 def test_another_users_program_is_asked_nothing(monkeypatch):
-    with connect_simulated(simulated_config("teachmover")) as arm:
+    with Arm(connect_simulated(simulated_config("teachmover"))) as arm:
         holding = hold("bench")
-        holding.serve(arm)
+        serve(holding, arm)
         monkeypatch.setattr("armdrive.storage.lock_client.is_ours", lambda fileno: False)
         with pytest.raises(ArmError, match="another user's program"):
             ask_holder("bench", "stop")

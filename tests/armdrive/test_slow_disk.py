@@ -9,6 +9,7 @@ import pytest
 from faults import OVER_THE_TABLE, sim_config
 from waiting import LONG_S, returns
 
+from armdrive import Arm
 from armdrive.arm import connected
 from armdrive.connect.target import connect_simulated
 from armdrive.errors import ArmError, StateFileError, Stopped
@@ -55,8 +56,8 @@ class Bench:
         world.drive_to(world.body.transmission.to_motors(OVER_THE_TABLE, 20.0))
         self.disk = SlowDisk()
         self.recorder = FileRecorder(path, self.disk)
-        self.arm = connect_simulated(
-            self.config, twin=self.twin, recorder=self.recorder, pace=FASTER
+        self.arm = Arm(
+            connect_simulated(self.config, twin=self.twin, recorder=self.recorder, pace=FASTER)
         )
         self.arm.declare_posture(OVER_THE_TABLE, opening_mm=20.0)
         self.start = self.motors

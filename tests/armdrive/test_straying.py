@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from armdrive import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.motion.deviation import SMALL_STEPS, Corridor, has_room, turns
 from armdrive.registry import DIALECTS, dialect
@@ -26,7 +27,7 @@ def standing(name, joints=OVER_THE_TABLE, **motion):
     config = replace(config, motion=replace(config.motion, **motion))
     twin = make_twin(config)
     twin.world.drive_to(twin.world.body.transmission.to_motors(joints, 20.0))
-    arm = connect_simulated(config, twin=twin)
+    arm = Arm(connect_simulated(config, twin=twin))
     arm.enable()
     arm.declare_posture(joints, opening_mm=20.0)
     return arm

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from armdrive.arm import Arm
+from armdrive.connect.parts import assemble
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import DeviceFault, Stopped
 from armdrive.registry import DIALECTS
@@ -27,7 +28,7 @@ class SleepyPace(SimulatedPace):
 def connected(dialect):
     config = simulated_config(dialect)
     twin = make_twin(config)
-    arm = Arm(config, twin.link, SleepyPace(), simulated=True, operator=twin.operator)
+    arm = Arm(assemble(config, twin.link, SleepyPace(), simulated=True, operator=twin.operator))
     if arm.status.state is State.DISABLED:
         arm.enable()
     refer(arm, twin)
@@ -81,7 +82,7 @@ def test_a_motion_does_not_go_on_when_its_program_wakes(dialect):
 def test_a_lost_answer_makes_a_robko_no_slower():
     config = simulated_config("robko01")
     twin = make_twin(config)
-    with connect_simulated(config, twin=twin) as arm:
+    with Arm(connect_simulated(config, twin=twin)) as arm:
         refer(arm, twin)
         arm.move_j(base_deg=30.0)
         arm.move_j(base_deg=0.0)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from armdrive.arm.connected import CLOSING_S
+from armdrive.connect.parts import CLOSING_S
 from armdrive.motion import idle as idling
 from armdrive.runtime import trust
 from armdrive.runtime.registers import LONGEST_S

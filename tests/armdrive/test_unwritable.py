@@ -111,14 +111,14 @@ def test_a_position_that_nobody_could_keep_up_to_date_is_unknown_and_nothing_mov
     """What docs/trust.md promises of an arm that is connected all the same."""
     path = state_file("bench")
     config = simulated_config("teachmover")
-    with connect_simulated(config, recorder=FileRecorder(path)) as arm:
+    with Arm(connect_simulated(config, recorder=FileRecorder(path))) as arm:
         arm.confirm_reference()
         world = arm.twin.save()
     before = path.read_bytes()
     with monkeypatch.context() as patched:
         a_read_only_disk_of_this(patched)
-        with connect_simulated(
-            config, twin=make_twin(config, world), recorder=FileRecorder(path)
+        with Arm(
+            connect_simulated(config, twin=make_twin(config, world), recorder=FileRecorder(path))
         ) as arm:
             assert arm.status.trust is Trust.UNKNOWN
             assert "make the folder writable" in arm.status.trust_reason

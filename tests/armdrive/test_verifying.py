@@ -202,17 +202,19 @@ def test_a_stop_while_the_operator_is_at_work_ends_the_verification():
 
 def test_a_restored_position_that_is_right_at_the_mark_is_referenced(tmp_path):
     config = simulated_config("teachmover")
-    first = connect_simulated(config, recorder=FileRecorder(tmp_path / "r.json"))
+    first = Arm(connect_simulated(config, recorder=FileRecorder(tmp_path / "r.json")))
     first.home()
     first.park()
     first.close()
     from armdrive.sim.simulated_arm import make_twin
 
-    arm = connect_simulated(
-        config,
-        twin=make_twin(config, first.twin.save()),
-        recorder=FileRecorder(tmp_path / "r.json"),
-        allow_restored=True,
+    arm = Arm(
+        connect_simulated(
+            config,
+            twin=make_twin(config, first.twin.save()),
+            recorder=FileRecorder(tmp_path / "r.json"),
+            allow_restored=True,
+        )
     )
     assert arm.status.trust is Trust.RESTORED
     assert arm.verify().verdict is Verdict.ROUNDING

@@ -99,7 +99,7 @@ CALLS = {
 
 
 def referenced(pace) -> Arm:
-    arm = connect_simulated(simulated_config("teachmover"), pace=pace)
+    arm = Arm(connect_simulated(simulated_config("teachmover"), pace=pace))
     joints = arm.twin.world.joints
     arm.declare_posture(joints, opening_mm=arm.twin.world.opening_mm)
     return arm

@@ -19,7 +19,7 @@ from faults import (
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armdrive import Jog
+from armdrive import Arm, Jog
 from armdrive.errors import (
     ArmError,
     DeviceFault,
@@ -268,8 +268,10 @@ def test_registers_that_are_not_zero_at_first_do_not_make_the_first_jog_a_leap()
     twin = make_twin(simulated_config("teachmover"))
     twin.device.count_from((4000, -3000, 2500, 100, -900, 32000))
     before = twin.world.motors
-    arm = connect_simulated(
-        simulated_config("teachmover"), twin=replace(twin, link=FaultyLink(twin.link))
+    arm = Arm(
+        connect_simulated(
+            simulated_config("teachmover"), twin=replace(twin, link=FaultyLink(twin.link))
+        )
     )
     arm.jog_j(base_deg=1.0)
     assert tuple(arm.twin.world.motors - before) == (20, 0, 0, 0, 0, 0)

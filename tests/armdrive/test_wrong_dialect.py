@@ -11,6 +11,7 @@ from test_doctor_harmless import LINE_ENDS_ACT, PREPARED, check_unmoved, prepare
 
 from armdrive.arm import Arm
 from armdrive.config.sections import Connection
+from armdrive.connect.parts import assemble
 from armdrive.connect.port import explained, overheard
 from armdrive.connect.target import simulated_config
 from armdrive.errors import DeviceFault
@@ -30,7 +31,7 @@ def connected(dialect: str, port: SimPort, baud: int | None = None) -> Arm:
     pace._now_s = port.now
     try:
         with overheard(port, wire) as ears:
-            return Arm(config, ears, pace, simulated=True)
+            return Arm(assemble(config, ears, pace, simulated=True))
     finally:
         port.now = max(port.now, pace._now_s)
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 from armdrive.arm import Arm
 from armdrive.config.arm import ArmConfig
+from armdrive.connect.parts import assemble
 from armdrive.runtime.drive import SimulatedPace
 from armdrive.runtime.stop_bounds import StopBound
 from armdrive.sim.bus.drives import DrivesOnBus
@@ -139,7 +140,7 @@ class Stand:
         self.device = device
         faults = Faults(device, self.link.line, LinkCable(self.link))
         self.pace = SimulatedPace()
-        self.arm = Arm(config, self.link, self.pace, simulated=True)
+        self.arm = Arm(assemble(config, self.link, self.pace, simulated=True))
         self.arm.twin = Twin(
             config.connection.dialect, device, self.link, SimulatedOperator(self.world), faults
         )

@@ -9,9 +9,9 @@ from types import MappingProxyType
 from typing import Any
 
 from armdrive.arm import Arm
-from armdrive.arm.connected import PATIENCE_S
 from armdrive.arm.handle import Handle
 from armdrive.arm.moving import PATIENCE
+from armdrive.connect.parts import PATIENCE_S
 from armdrive.motion.execute import Moved
 from armdrive.moves import Jog
 from armdrive.sim.world.table import Block

@@ -12,6 +12,7 @@ from pathlib import Path
 from armdrive.abilities import Abilities
 from armdrive.arm import Arm
 from armdrive.config.arm import ArmConfig
+from armdrive.connect.parts import assemble
 from armdrive.connect.reconnect import Rewiring
 from armdrive.connect.target import simulated_config
 from armdrive.dialects.controller import Controller
@@ -172,15 +173,17 @@ class Stage:
         self.connecting = True
         try:
             self.arm = arm = Arm(
-                self.config,
-                self.link,
-                pace,
-                simulated=True,
-                recorder=FileRecorder(STATE, self.disk),
-                allow_restored=allow_restored,
-                operator=self._look_and_vouch,
-                witness=FlightRecorder() if recorded else NO_WITNESS,
-                rewiring=Rewiring(self.link.reopen, automatic=automatic),
+                assemble(
+                    self.config,
+                    self.link,
+                    pace,
+                    simulated=True,
+                    recorder=FileRecorder(STATE, self.disk),
+                    allow_restored=allow_restored,
+                    operator=self._look_and_vouch,
+                    witness=FlightRecorder() if recorded else NO_WITNESS,
+                    rewiring=Rewiring(self.link.reopen, automatic=automatic),
+                )
             )
         finally:
             self.connecting = False

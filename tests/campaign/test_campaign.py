@@ -8,8 +8,8 @@ from dataclasses import replace
 import pytest
 from amounts import amount
 
-from armdrive.arm.connected import Waiting
 from armdrive.arm.gripper import Gripper
+from armdrive.connect.parts import TaskRunner
 from armdrive.errors import OutOfBounds
 from armdrive.motion import execute as motion
 from armdrive.motion import gripper as gripping
@@ -207,7 +207,7 @@ def test_a_hold_that_expires_late_or_never_is_found_out(monkeypatch, dialect, mo
 
 
 def test_a_stop_that_is_ignored_is_found_out(monkeypatch):
-    monkeypatch.setattr(Waiting, "request_stop", lambda *_, **__: None)
+    monkeypatch.setattr(TaskRunner, "request_stop", lambda *_, **__: None)
     assert "stop" in found_by_the_campaign("grbl")
 
 

@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 
 from armdrive.arm import Arm
 from armdrive.config.arm import load_arm_file, parse_arm_file
+from armdrive.connect.parts import assemble
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import ArmError, ArmFileError, RecordingError, StateFileError
 from armdrive.runtime.drive import SimulatedPace
@@ -56,7 +57,7 @@ def spoilt(draw, text):
 
 def drive(config):
     """Connect, reference and move a simulated arm; only typed errors are allowed."""
-    arm = connect_simulated(config)
+    arm = Arm(connect_simulated(config))
     if arm.status.state is State.DISABLED:
         arm.enable()
     arm.declare_posture(arm.twin.world.joints, opening_mm=arm.twin.world.opening_mm)
@@ -124,7 +125,9 @@ def left():
     config, disk = simulated_config("teachmover"), Disk()
     twin = make_twin(config)
     arm = Arm(
-        config, twin.link, SimulatedPace(), simulated=True, recorder=FileRecorder(STATE, disk)
+        assemble(
+            config, twin.link, SimulatedPace(), simulated=True, recorder=FileRecorder(STATE, disk)
+        )
     )
     arm.declare_posture(twin.world.joints, opening_mm=twin.world.opening_mm)
     arm.move_j(base_deg=3.0)
@@ -144,7 +147,7 @@ def test_a_spoilt_state_file_is_refused_or_true(left, data):
     twin.link.reopen()
     pace = SimulatedPace()
     pace._now_s = twin.device.now_s
-    arm = Arm(config, twin.link, pace, simulated=True, recorder=FileRecorder(STATE, disk))
+    arm = Arm(assemble(config, twin.link, pace, simulated=True, recorder=FileRecorder(STATE, disk)))
     status = arm.status
     assert status.trust in (Trust.UNKNOWN, Trust.RESTORED)
     if status.trust is Trust.RESTORED:
@@ -155,7 +158,7 @@ def test_a_spoilt_state_file_is_refused_or_true(left, data):
 @pytest.fixture(scope="module", params=DIALECTS)
 def recording(request, tmp_path_factory):
     """The text of a short recording."""
-    arm = connect_simulated(simulated_config(request.param), witness=FlightRecorder())
+    arm = Arm(connect_simulated(simulated_config(request.param), witness=FlightRecorder()))
     arm.jog_j(base_deg=0.2) if arm.status.state is State.STANDBY else arm.enable()
     path = arm.save_recording(tmp_path_factory.mktemp("recording") / "it.jsonl")
     arm.close()

@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 
 from armdrive.arm import Arm
 from armdrive.config.arm import ArmConfig
+from armdrive.connect.parts import assemble
 from armdrive.connect.reconnect import Rewiring
 from armdrive.connect.target import simulated_config
 from armdrive.dialog import Operator
@@ -69,14 +70,16 @@ class MemoryBench(Bench):
     def _open(self, *, reconnect: bool = False, **options: Any) -> Arm:
         # by the constructor, since a later driver has to go on in the device's own time
         arm = Arm(
-            self._config,
-            self.twin.link,
-            LaterPace(self._now_s),
-            simulated=True,
-            recorder=FileRecorder(self._record_file),
-            operator=self.twin.operator,
-            rewiring=Rewiring(self.twin.link.reopen, reconnect),
-            **options,
+            assemble(
+                self._config,
+                self.twin.link,
+                LaterPace(self._now_s),
+                simulated=True,
+                recorder=FileRecorder(self._record_file),
+                operator=self.twin.operator,
+                rewiring=Rewiring(self.twin.link.reopen, reconnect),
+                **options,
+            )
         )
         arm.twin = self.twin
         return arm

@@ -13,8 +13,8 @@ from typing import Any
 
 from armdrive import Arm
 from armdrive.abilities import Abilities
+from armdrive.arm import standing_in
 from armdrive.config.arm import ArmConfig
-from armdrive.connect.port import standing_in
 from armdrive.connect.target import simulated_config
 from armdrive.programs.performing import Performer
 from armdrive.programs.program import ENDING, ArmProgram, read_program

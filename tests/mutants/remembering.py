@@ -162,9 +162,9 @@ MUTANTS = (
     Mutant(
         name="a lost wire clears the mark of motion",
         promise="a program that ends in mid-motion leaves no wrong position that is believed",
-        path="armdrive/arm/connected.py",
-        old=("        self.core.lose(lost)\n        self.core.remember()\n"),
-        new=("        self.core.lose(lost)\n        self.core.mark_still()\n"),
+        path="armdrive/connect/parts.py",
+        old=("        self._core.lose(lost)\n        self._core.remember()\n"),
+        new=("        self._core.lose(lost)\n        self._core.mark_still()\n"),
         tests=tests_of(
             "tests/armdrive/test_record.py",
             "test_a_wire_that_is_lost_soon_after_a_motion_leaves_the_mark",

@@ -8,7 +8,7 @@ MUTANTS = (
     Mutant(
         name="a stop is not asked for",
         promise="a stop goes first, in every state, and ends what moves",
-        path="armdrive/arm/connected.py",
+        path="armdrive/connect/parts.py",
         old=("        self.engine.stop_asked = True\n        self.pace.wake()"),
         new="        self.pace.wake()",
         tests=tests_of(
@@ -136,7 +136,7 @@ MUTANTS = (
     Mutant(
         name="an emergency stop is a soft one",
         promise="an emergency stop stops a device dead that can be",
-        path="armdrive/arm/connected.py",
+        path="armdrive/connect/parts.py",
         old="        self.engine.stop_hard = self.engine.stop_hard or hard\n",
         new="",
         tests=tests_of(

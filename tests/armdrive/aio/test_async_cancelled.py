@@ -8,7 +8,8 @@ import pytest
 from amounts import amount
 from async_bench import LONG_S, PLACE, moving, still
 
-from armdrive import Arm, AsyncArm, State, Stopped
+from armdrive import AsyncArm, State, Stopped
+from armdrive.connect.parts import TaskRunner
 
 
 @pytest.mark.parametrize("dialect", ["teachmover", "robko01", "grbl", "armdroid", "mks"])
@@ -143,20 +144,20 @@ async def test_a_cancelled_homing_leaves_nothing_referenced_and_nothing_at_work(
 
 async def test_a_cancelled_connection_leaves_nothing_connected(monkeypatch):
     made = []
-    inner = Arm.__init__
+    inner = TaskRunner.__init__
 
     def noted(self, *words, **named):
         made.append(self)
         inner(self, *words, **named)
 
-    monkeypatch.setattr(Arm, "__init__", noted)
+    monkeypatch.setattr(TaskRunner, "__init__", noted)
     task = asyncio.create_task(AsyncArm.connect("sim:teachmover")._connected())
     await asyncio.sleep(0)
     task.cancel()
     with pytest.raises(asyncio.CancelledError):
         await task
-    (arm,) = made
-    assert arm.pace.clock.engines == ()
+    (runner,) = made
+    assert runner.pace.clock.engines == ()
 
 
 async def test_a_close_is_carried_out_whoever_cancels_it():

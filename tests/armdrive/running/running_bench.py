@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from armdrive import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import Mark
 from armdrive.programs.acts import Fingers, Go, Grasp, Ready, Stage
@@ -106,7 +107,7 @@ BLOCK = Block("A", 250.0, 60.0, 0.0, 30.0, 30.0)
 def table_arm(dialect="teachmover", *blocks):
     """Return a simulated arm in its reference posture, with blocks on its table."""
     config = simulated_config(dialect)
-    arm = connect_simulated(config, twin=standing_twin(config, blocks))
+    arm = Arm(connect_simulated(config, twin=standing_twin(config, blocks)))
     arm.enable()
     arm.confirm_reference()
     return arm

@@ -6,6 +6,7 @@ import pytest
 from running_bench import BLOCK, PICK_AND_PLACE, Listener, Script, down, performer, table_arm
 from waiting import until
 
+from armdrive import Arm
 from armdrive.errors import BadRequest, Refused, Stopped
 from armdrive.programs import performing
 from armdrive.programs.acts import (
@@ -260,7 +261,7 @@ def test_another_thread_stops_a_run_in_real_time():
     from armdrive.connect.target import connect_simulated, simulated_config
 
     config = simulated_config("teachmover")
-    with connect_simulated(config, pace=200.0) as arm:
+    with Arm(connect_simulated(config, pace=200.0)) as arm:
         arm.home()
         ended = threading.Event()
 

@@ -4,6 +4,7 @@ import pytest
 from amounts import THOROUGH
 from running_bench import BLOCK, PICK_AND_PLACE, Script, down, performer, table_arm
 
+from armdrive import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import ArmError, NotReferenced, Refused
 from armdrive.programs import rehearsal as rehearsals
@@ -193,7 +194,7 @@ def test_two_loops_stand_for_all_that_follow(loops, rehearsed):
 
 def test_an_arm_without_a_reference_is_refused_unless_one_may_be_assumed():
     config = simulated_config("teachmover")
-    arm = connect_simulated(config)
+    arm = Arm(connect_simulated(config))
     arm.enable()
     script = Script(TOUR)
     refused = rehearse(config, arm, Plan(script))

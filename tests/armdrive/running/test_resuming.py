@@ -3,6 +3,7 @@
 import pytest
 from running_bench import BLOCK, PICK_AND_PLACE, Listener, Script
 
+from armdrive import Arm
 from armdrive.connect.target import connect_simulated, simulated_config, state_file
 from armdrive.errors import ArmError, NotReferenced, Refused, StateFileError, Stopped
 from armdrive.programs.acts import Go, Grasp, Home
@@ -57,7 +58,7 @@ def reborn(arm):
 
 def connected(config, twin):
     recorder = FileRecorder(state_file(config.name))
-    return connect_simulated(config, twin=twin, recorder=recorder, allow_restored=True)
+    return Arm(connect_simulated(config, twin=twin, recorder=recorder, allow_restored=True))
 
 
 def journal_of(arm, performer, tmp_path):

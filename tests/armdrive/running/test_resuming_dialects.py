@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import pytest
 from running_bench import Listener, standing_twin
 
+from armdrive import Arm
 from armdrive.connect.target import connect_simulated, simulated_config, state_file
 from armdrive.errors import Stopped
 from armdrive.programs.journal import Journal, interrupted, require_place, require_same_program
@@ -57,7 +58,7 @@ def kill(step):
 
 def connected(config, twin):
     recorder = FileRecorder(state_file(config.name))
-    arm = connect_simulated(config, twin=twin, recorder=recorder, allow_restored=True)
+    arm = Arm(connect_simulated(config, twin=twin, recorder=recorder, allow_restored=True))
     if arm.status.state is State.DISABLED:
         arm.enable()
     return arm

@@ -10,8 +10,8 @@ from cli_calls import TRACEBACK, write_arm_file
 from running_bench import Keys
 
 from armdrive import Arm
+from armdrive.arm import standing_in, stood_in
 from armdrive.cli import main
-from armdrive.connect.port import standing_in, stood_in
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import BadRequest
 from armdrive.programs.scripts import (
@@ -315,7 +315,7 @@ def test_calls_within_calls_are_not_the_scripts(tmp_path):
     heard, made = [], []
     connections = Connections(
         script,
-        lambda _: connect_simulated(simulated_config("teachmover")),
+        lambda _: Arm(connect_simulated(simulated_config("teachmover"))),
         lambda arm, call: heard.append((call.name, call.line)),
         made.append,
         as_it_says,

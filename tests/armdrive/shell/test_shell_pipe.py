@@ -7,6 +7,7 @@ from contextlib import closing
 
 import pytest
 
+from armdrive import Arm
 from armdrive.cli.shell_entries import Shell
 from armdrive.cli.shell_words import OWN_WORDS
 from armdrive.connect.target import connect_simulated, simulated_config
@@ -138,7 +139,7 @@ def test_switching_off_wants_a_yes_and_nothing_moves_until_it_is_on_again(homed)
 
 
 def test_after_an_emergency_stop_it_is_said_what_leads_on(capsys):
-    with closing(connect_simulated(simulated_config("robko01"))) as arm:
+    with closing(Arm(connect_simulated(simulated_config("robko01")))) as arm:
         arm.enable()
         arm.home()
         shell = Shell(arm, Namespace(json=False), typing=True)

@@ -234,6 +234,6 @@ def test_a_row_of_an_unknown_kind_is_kept_but_not_shifted():
 def test_the_dump_of_a_slow_wire_is_waited_for():
     config = find("sim:teachmover").config
     slow = replace(config, connection=replace(config.connection, baud=300))
-    with connect_simulated(slow) as arm:
+    with Arm(connect_simulated(slow)) as arm:
         arm.write_pendant_program(program(1, 2, 3, 4, 5))
         assert len(arm.read_pendant_program().rows) == 5

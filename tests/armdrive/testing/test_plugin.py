@@ -107,12 +107,12 @@ def test_no_real_port_can_be_opened_and_what_is_remembered_goes_into_the_tests_f
         import os
         import pytest
         from armdrive import PortUnavailable
-        from armdrive.storage import files as places
         from armdrive.connect.target import connect_real, simulated_config
+        from armdrive.storage.files import states
 
         def test_within(arm_world, tmp_path):
             assert os.environ["ARMDRIVE_FORCE_SIM"] == "1"
-            assert places.states().is_relative_to(tmp_path)
+            assert states().is_relative_to(tmp_path)
             with pytest.raises(PortUnavailable):
                 connect_real(simulated_config("teachmover"))
 

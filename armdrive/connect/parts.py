@@ -1,0 +1,256 @@
+"""The parts of a connected arm: its state, engine and clock, and what runs tasks on them.
+
+`assemble` puts them together over an open link and connects. `Parts` knows nothing of the calls
+that a program makes: `Arm(parts)` adds those.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from armdrive.config.arm import ArmConfig
+from armdrive.connect.reconnect import Mender, Rewiring
+from armdrive.dialog import Operator
+from armdrive.errors import LinkLost, NoAnswer, Stopped
+from armdrive.motion.context import Wire
+from armdrive.motion.idle import Idling
+from armdrive.motion.reference import connect
+from armdrive.registry import dialect
+from armdrive.runtime.arm_state import Core
+from armdrive.runtime.deadlines import call_limit_s
+from armdrive.runtime.drive import Pace, RealPace
+from armdrive.runtime.engine import Engine
+from armdrive.runtime.received import Received
+from armdrive.runtime.registers import alerted
+from armdrive.runtime.states import Event
+from armdrive.status import State
+from armdrive.storage.arm_lock import Holding
+from armdrive.storage.record import Recorder
+from armdrive.tasks import Alert, Flow, Progress, Task
+from armdrive.trace.calls import NO_WITNESS, Witness
+from armdrive.transports.link import Link
+
+if TYPE_CHECKING:  # a real arm loads no simulation
+    from armdrive.sim.simulated_arm import Twin
+
+PATIENCE_S = 60.0
+"""Whatever should take no time at all is given up after this long."""
+
+CLOSING_S = 10.0
+"""A disk that takes longer to remember where the arm was left is not waited for."""
+
+T = TypeVar("T")
+
+
+class TaskRunner:
+    """Hands tasks to one arm's engine, waits for their end, and stops what is at work."""
+
+    def __init__(self, core: Core, engine: Engine, pace: Pace) -> None:
+        self.core = core
+        self.engine = engine
+        self.pace = pace
+        self.stops = 0
+        """How often a stop was asked for."""
+
+    # -- stopping -----------------------------------------------------------------------------
+
+    def request_stop(self, *, hard: bool = False) -> None:
+        """Ask for a stop and return at once. Takes no lock: a signal handler may call this."""
+        self.stops += 1
+        self.core.hold = None
+        self.engine.stop_hard = self.engine.stop_hard or hard
+        self.engine.stop_asked = True
+        self.pace.wake()
+
+    def stop(self) -> None:
+        """Stop, and wait until the arm stands. Raises `NoAnswer` where that is not seen."""
+        if not self.stand_still():
+            raise NoAnswer("the arm did not confirm that it stands; look at it")
+
+    def stand_still(self) -> bool:
+        """Stop, and tell whether the arm was seen to stand."""
+        self.request_stop()
+        # a stop that the engine has not seen yet would be taken for one of the next motion
+        return self.pace.wait(lambda: self.engine.at_rest, PATIENCE_S)
+
+    # -- running ------------------------------------------------------------------------------
+
+    def submit(self, flow: Flow[T], *, alone: bool = False, within_s: float = math.inf) -> Task[T]:
+        """Hand a flow to the engine. Raises `WrongState` while another is waiting there.
+
+        With `alone` also while one is at work: what moves the arm never waits for its turn. The
+        engine ends a flow that takes longer than `within_s`, with `NoAnswer`.
+        """
+        with self.pace.lock:
+            task = self.engine.start(flow, alone=alone, within_s=within_s)
+        self.pace.wake()
+        return task
+
+    def finish(self, task: Task[T], timeout_s: float) -> T:
+        """Wait for a task; whatever interrupts the wait stops the arm."""
+        try:
+            ended = self._waited(task, timeout_s)
+        except BaseException:
+            self.stand_still()
+            raise
+        if not ended:
+            self.stand_still()
+            raise NoAnswer(f"the motion had not ended after {timeout_s:.0f} s and was stopped")
+        return task.result()
+
+    def perform(self, flow: Flow[T], within_s: float | None = None) -> T:
+        """Hand a flow that moves nothing to the engine and wait for its end.
+
+        It ends within `call_limit_s`, or `within_s` where that is given. A motion that is under
+        way is waited for before that, for a minute at most.
+        """
+        limit_s = self.engine.call_limit_s if within_s is None else within_s
+        return self.finish(self.submit(flow, within_s=limit_s), limit_s + PATIENCE_S)
+
+    def _waited(self, task: Task[Any], timeout_s: float) -> bool:
+        """Wait for a task, and for as much longer as it is paused or slowed down."""
+        tempo = self.core.tempo
+        simulated, delay_s = not isinstance(self.pace, RealPace), tempo.delay_s
+        waited_s = -tempo.waited_s
+
+        def ended() -> bool:
+            if simulated and not task.done:
+                tempo.breathe(waited_s + tempo.waited_s)
+            return task.done
+
+        while not self.pace.wait(ended, timeout_s):
+            timeout_s, delay_s = tempo.delay_s - delay_s, tempo.delay_s
+            if timeout_s <= 0.0:
+                return False
+        return True
+
+    # -- suspensions --------------------------------------------------------------------------
+
+    def absences(self) -> int:
+        """Return how often this program or its computer was suspended."""
+        with self.pace.lock:
+            return self.engine.absences
+
+    def require_present(self, absences: int) -> None:
+        """Raise `Stopped` where this program has stood still since that count was taken."""
+        if self.absences() != absences:
+            raise Stopped(
+                "the wait was ended: this program or its computer had been suspended, and nothing "
+                "goes on by itself after that"
+            )
+
+
+@dataclass(frozen=True, slots=True)
+class Parts:
+    """A connected arm in parts. Whoever takes them calls `release` at the end."""
+
+    config: ArmConfig
+    pace: Pace
+    core: Core
+    engine: Engine
+    wire: Wire
+    runner: TaskRunner
+    mender: Mender | None
+    witness: Witness
+    operator: Operator | None
+    simulated: bool
+    twin: Twin | None = None
+    """The simulated device; None of a real arm."""
+    logbook: Path | None = None
+    """Where verifications are written down; None of a simulated arm that nobody remembers."""
+    lock: Holding | None = None
+    """Keeps other programs off the arm, and answers them; None where none can reach it."""
+    closers: tuple[Callable[[], None], ...] = ()
+    """Called in this order once the arm is closed."""
+
+    def release(self) -> None:
+        """Stop driving the engine, give the wire back, and finish what is being written."""
+        self.pace.close()
+        self.engine.link.close()
+        self.core.memory.finish(CLOSING_S)
+        self.witness.close()
+
+
+def assemble(
+    config: ArmConfig,
+    link: Link,
+    pace: Pace,
+    *,
+    simulated: bool,
+    recorder: Recorder | None = None,
+    allow_restored: bool = False,
+    operator: Operator | None = None,
+    witness: Witness = NO_WITNESS,
+    rewiring: Rewiring | None = None,
+) -> Parts:
+    """Connect over an open link. Raises `NoAnswer` where no such arm answers; moves nothing."""
+    controller = dialect(config.connection.dialect).controller(config)
+    # on simulated time a disk takes no time: what has to be written is written at once
+    wake = pace.wake if isinstance(pace, RealPace) else None
+    core = Core(config, controller, recorder, wake)
+    core.allow_restored = allow_restored
+    core.witness = witness
+    core.tempo.others = isinstance(pace, RealPace)
+    core.geometry_known |= simulated  # a simulated arm is what its numbers say
+    driven = _Driven(core, link, rewiring)
+    runner = TaskRunner(core, driven.engine, pace)
+    parts = Parts(
+        config, pace, core, driven.engine, driven.wire, runner, driven.mender, witness, operator,
+        simulated,
+    )  # fmt: skip
+    witness.begin(config, link.description, pace.now_s, core.condition)
+    pace.start(driven.engine)
+    try:
+        runner.perform(connect(driven.wire))
+        with pace.lock:
+            witness.opened()
+    except BaseException:
+        parts.release()
+        raise
+    return parts
+
+
+class _Driven:
+    """The engine of one arm, and what it calls: the state hears of stops, losses and alerts."""
+
+    def __init__(self, core: Core, link: Link, rewiring: Rewiring | None) -> None:
+        self._core = core
+        self.engine = Engine(
+            link,
+            core.controller,
+            idle=self._idle,
+            stopping=self._stopping,
+            lost=self._lost,
+            noticed=self._noticed,
+            witness=core.witness,
+            received=Received(on_bus=dialect(core.config.connection.dialect).can),
+            call_limit_s=call_limit_s(core.config.device),
+        )
+        self.wire = Wire(self.engine, core)
+        self.mender = None if rewiring is None else Mender(self.wire, rewiring)
+        self.engine.mending = self.mender
+        self._idling = Idling(self.wire)
+
+    def _idle(self, now_s: float) -> tuple[float, Flow[Any] | None]:
+        return self._idling.due(now_s)
+
+    def _stopping(self) -> None:
+        self._core.tempo.end_pause()
+        if self._core.state in (State.MOVING, State.HOMING):
+            self._core.happen(Event.STOP)
+
+    def _noticed(self, event: Alert | Progress) -> None:
+        if isinstance(event, Progress):
+            self._core.progress(event.registers)
+        else:
+            alerted(self._core, event, self.engine.now_s)
+
+    def _lost(self, lost: LinkLost) -> None:
+        self._core.lose(lost)
+        self._core.remember()
+        if self.mender is not None:
+            self.mender.lost(self.engine.now_s)
