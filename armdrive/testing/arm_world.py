@@ -16,8 +16,9 @@ from typing import TYPE_CHECKING, Any, Self
 from armdrive.connect.port import standing_in
 from armdrive.connect.target import DEFAULT_TARGET, Target, connect_simulated, find
 from armdrive.errors import ArmFileError, ArmInUse, BadRequest
+from armdrive.registry import simulate
 from armdrive.runtime.clock import SimulatedClock
-from armdrive.sim.simulated_arm import Twin, make_twin
+from armdrive.sim.simulated_arm import Twin
 from armdrive.sim.world.table import Block, Stand, Table
 from armdrive.storage.files import always
 from armdrive.storage.record import Record
@@ -140,7 +141,7 @@ class Places:
     ) -> Placed:
         x_mm, y_mm, turned_deg = place
         stand = Stand(self._table, x_mm, y_mm, math.radians(turned_deg))
-        placed = Placed(config, make_twin(config, stand=stand, **options))
+        placed = Placed(config, simulate(config, stand=stand, **options))
         self._placed[name] = placed
         return placed
 

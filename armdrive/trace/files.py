@@ -190,7 +190,7 @@ class Recording:
 
     def config(self) -> ArmConfig:
         """Return the arm as its own file describes it. Raises `RecordingError`."""
-        from armdrive.config.arm import parse_arm_file
+        from armdrive.registry import parse_arm
 
         header = self.header
         if not header.arm_file:
@@ -202,7 +202,7 @@ class Recording:
             table = parse_toml(header.arm_file, RecordingError)
             with tempfile.TemporaryDirectory(prefix="armdrive-") as folder:
                 _put_model(table, Path(folder), header.model_file)
-                return parse_arm_file(table, name=header.arm, folder=Path(folder))
+                return parse_arm(table, name=header.arm, folder=Path(folder))
         except (ArmError, KinematicsError, OSError) as error:
             raise RecordingError(f"the recording's arm file cannot be used: {error}") from None
 

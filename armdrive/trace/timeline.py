@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+from armdrive.trace.describe import talk
 from armdrive.trace.entries import Entry, Kind
 
 if TYPE_CHECKING:
@@ -34,8 +35,6 @@ class Teller:
     """Puts entries into words, one after another: a message may come in several pieces."""
 
     def __init__(self, dialect: str) -> None:
-        from armdrive.trace.describe import talk  # every codec, and words for each
-
         self._talk = talk(dialect)
         self._splitter = self._talk.splitter()
 

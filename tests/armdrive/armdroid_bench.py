@@ -6,9 +6,9 @@ from dataclasses import replace
 
 from armdrive.arm import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.registry import simulate
 from armdrive.sim.armdroid.board import Board
 from armdrive.sim.armdroid.device import SimArmdroid
-from armdrive.sim.simulated_arm import make_twin
 from armdrive.status import Trust
 from armdrive.transports.in_process import MemoryLink
 from kinematics import Joints
@@ -46,7 +46,7 @@ def configured(burst_s=None, **device):
 
 def ready_arm(config=CONFIG, **options) -> Arm:
     """An arm that stands over the table, enabled and referenced."""
-    twin = make_twin(config, **options)
+    twin = simulate(config, **options)
     twin.world.drive_to(twin.world.body.transmission.to_motors(OVER_THE_TABLE, 20.0))
     arm = connect_simulated(config, twin=twin)
     arm.enable()

@@ -8,8 +8,8 @@ from faults import OVER_THE_TABLE, sim_config
 from power_disk import MortalLink, PowerDisk
 
 from armdrive.arm import Arm
+from armdrive.registry import simulate
 from armdrive.runtime.drive import SimulatedPace
-from armdrive.sim.simulated_arm import make_twin
 from armdrive.status import Trust
 from armdrive.storage.record import FileRecorder
 
@@ -31,7 +31,7 @@ class Life:
 
     def __init__(self, disk=None):
         self.disk = disk or PowerDisk()
-        self.twin = make_twin(CONFIG)
+        self.twin = simulate(CONFIG)
         world = self.twin.world
         world.drive_to(world.body.transmission.to_motors(OVER_THE_TABLE, 20.0))
         self.now_s = 0.0

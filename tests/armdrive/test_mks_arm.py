@@ -12,8 +12,8 @@ from armdrive import registry as dialects
 from armdrive.config.sections import HomingSettings
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import DeviceFault, Refused, Stopped
+from armdrive.registry import simulate
 from armdrive.runtime.trust import Evidence
-from armdrive.sim.simulated_arm import make_twin
 from armdrive.status import Current, State, Trust
 from kinematics import Joints, Pose
 
@@ -27,7 +27,7 @@ def mks_arm(homing=None, gripper=None, options=None, **settings) -> Arm:
     config = replace(config, device=replace(config.device, **settings), homing=homing)
     if gripper:
         config = replace(config, gripper=replace(config.gripper, kind=gripper))
-    twin = make_twin(config, **(options or {}))
+    twin = simulate(config, **(options or {}))
     twin.device.bring_to(START, 20.0)
     return connect_simulated(config, twin=twin)
 
@@ -181,7 +181,7 @@ def test_a_gripper_that_no_drive_moves_is_refused():
 
 def test_nothing_moves_while_a_drive_is_in_another_mode():
     config = simulated_config("mks")
-    twin = make_twin(config)
+    twin = simulate(config)
     twin.faults.add("drive-mode", "3", "2")
     stood = twin.world.motors
     arm = connect_simulated(config, twin=twin)

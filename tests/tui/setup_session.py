@@ -5,9 +5,9 @@ from dataclasses import replace
 from desk_session import Session
 
 from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.registry import simulate
 from armdrive.setup.directions import sight
 from armdrive.setup.finding import Candidate, Found
-from armdrive.sim.simulated_arm import make_twin
 from armdrive.storage import files as places
 from tui import setup_new
 
@@ -28,7 +28,7 @@ class Simulated:
         if signs is not None:
             true = true.with_signs(signs, (1,) * len(true.motors))
         really = replace(config, model=replace(config.model, transmission=true))
-        self.arm = connect_simulated(config, twin=make_twin(really))
+        self.arm = connect_simulated(config, twin=simulate(really))
         self.asked = []
         self.before = lambda: None
         self._move = self.arm.move_motors

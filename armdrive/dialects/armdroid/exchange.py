@@ -8,8 +8,10 @@ The board keeps what is half received, and no line end clears it. `settle` does,
 from __future__ import annotations
 
 from collections.abc import Callable, Generator
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
+from armdrive.abilities import Abilities
+from armdrive.dialects.armdroid.settings import ArmdroidSettings
 from armdrive.dialects.exchange import Scripted
 from firmware_protocol.armdroid import (
     LINE_BYTES,
@@ -31,10 +33,6 @@ from firmware_protocol.armdroid import (
 )
 from firmware_protocol.armdroid.host import Event as Heard
 from firmware_protocol.armdroid.wire import encode_answer
-
-if TYPE_CHECKING:
-    from armdrive.abilities import Abilities
-    from armdrive.dialects.armdroid.settings import ArmdroidSettings
 
 Offsets: TypeAlias = tuple[int, ...]
 

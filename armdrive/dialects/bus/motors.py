@@ -5,13 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
+from armdrive.config.arm import ArmConfig
 from armdrive.errors import ArmFileError, Refused
 from armdrive.transports.address import is_can
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
 
 ALL_SILENT = (
     "Check that the drives have power, that the bus's cable sits and has a resistor of 120 ohm at "

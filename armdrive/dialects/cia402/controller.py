@@ -9,16 +9,18 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from armdrive.abilities import Abilities, segment_s
+from armdrive.config.arm import ArmConfig
 from armdrive.dialects.bus.motors import bus_motors
 from armdrive.dialects.cia402 import contact as setup
 from armdrive.dialects.cia402.compare import Cia402Comparing
 from armdrive.dialects.cia402.cycle import Script
 from armdrive.dialects.cia402.profile import BESIDE, TOP_HZ
-from armdrive.dialects.cia402.settings import CYCLIC
+from armdrive.dialects.cia402.settings import CYCLIC, Cia402Settings
+from armdrive.dialects.cia402.words import TALK
 from armdrive.dialects.controller import Part, Stopping
+from armdrive.dialects.dialect import Driver
 from armdrive.errors import Refused
 from armdrive.tasks import (
     Alert,
@@ -36,10 +38,6 @@ from armdrive.tasks import (
 )
 from firmware_protocol.canopen import OperationMode
 from kinematics.spaces import Motors
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
-    from armdrive.dialects.cia402.settings import Cia402Settings
 
 HOST_S = 0.03
 """What an operating system, an adapter and a bus with other traffic may add to a frame's way."""
@@ -194,3 +192,6 @@ _KNOWN = (
     MoveBy, MoveAlong, ReadPosition, ReadSettings, MendSetting, SwitchOn, DropCurrent, HomeDevice,
     ClearFault,
 )  # fmt: skip
+
+
+DRIVER = Driver(Cia402Settings, Cia402Controller, TALK)

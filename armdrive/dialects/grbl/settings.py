@@ -7,8 +7,8 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from datetime import date
-from typing import TYPE_CHECKING
 
+from armdrive.config.arm import ArmConfig
 from armdrive.dialects.grbl.in_flight import Limits, Way
 from armdrive.errors import ArmFileError
 from armdrive.tasks import Difference
@@ -16,9 +16,6 @@ from armdrive.text.toml import within
 from firmware_protocol.grbl import AXIS_LETTERS, Variant
 from firmware_protocol.grbl.words import write_number
 from kinematics.spaces import Motors
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
 
 UNITS = ("steps", "degrees")
 SERVOS = re.compile(r"M3|M6[78]E[0-9]{1,2}")

@@ -9,19 +9,22 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from armdrive.abilities import Abilities
+from armdrive.config.arm import ArmConfig
 from armdrive.dialects.bus.motors import bus_motors
 from armdrive.dialects.bus.segments import trapezoid_s
 from armdrive.dialects.controller import Part, Stopping
+from armdrive.dialects.dialect import Driver
 from armdrive.dialects.mks.bursts import MksBursts
 from armdrive.dialects.mks.compare import MksComparing
 from armdrive.dialects.mks.drive import COUNTS_S_PER_RPM, WAY_S, slope_of
 from armdrive.dialects.mks.exchange import Script
 from armdrive.dialects.mks.homing import MksHoming
+from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.steering import CATCH_UP, CATCH_UP_RPM
 from armdrive.dialects.mks.stops import STOP_POLL_S
+from armdrive.dialects.mks.words import TALK
 from armdrive.errors import Refused
 from armdrive.tasks import (
     ClearFault,
@@ -38,10 +41,6 @@ from armdrive.tasks import (
 )
 from firmware_protocol.mks import SPEED_MAX_RPM, Ability
 from kinematics.spaces import Motors
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
-    from armdrive.dialects.mks.settings import MksSettings
 
 HOST_S = 0.03
 """What an operating system, an adapter and a bus with other traffic may add to a frame's way."""
@@ -195,3 +194,6 @@ _KNOWN = (
     MoveBy, MoveAlong, ReadPosition, ReadSettings, MendSetting, SwitchOn, DropCurrent, HomeDevice,
     ClearFault,
 )  # fmt: skip
+
+
+DRIVER = Driver(MksSettings, MksController, TALK)
