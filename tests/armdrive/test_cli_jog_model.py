@@ -7,6 +7,8 @@ from types import SimpleNamespace
 import pytest
 
 from armdrive.cli import screens
+from armdrive.cli.jog_model import find_subject
+from armdrive.errors import BadRequest
 from kinematics.textbook.study import subject_names
 
 
@@ -45,6 +47,12 @@ def test_an_unknown_name_is_answered_with_the_nearest(call):
     called = call("jog", "--model", "minimover", code=2)
     assert "did you mean 'minimover5'" in called.err
     assert "two-link-1" in called.err
+
+
+def test_an_unknown_name_is_answered_with_all_that_could_be_meant():
+    with pytest.raises(BadRequest, match="did you mean 'puma'") as said:
+        find_subject("pumma")
+    assert all(name in str(said.value) for name in subject_names())
 
 
 def test_a_model_and_an_arm_are_not_both_jogged(call):

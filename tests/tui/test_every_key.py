@@ -9,7 +9,7 @@ from desk_planner import CONFIG, PlannerArm
 from desk_session import Session
 
 from armdrive.status import State, status_view
-from kinematics.textbook.study import find_subject
+from kinematics.textbook.study import named_subject
 from tui.keyboard import DEFAULT_KEYS
 from tui.keys import TABLE
 from tui.model_desk import ModelDesk
@@ -78,7 +78,7 @@ def place(name, memory):
         return running(app, tuple(row for row in app.keys.rows if row.place in ("watch", "")))
     if name == "model":
         rows = tuple(row for row in model_keys().rows if row.place in ("theory", ""))
-        return running(ModelDesk(find_subject("puma"), braille=True), rows)
+        return running(ModelDesk(named_subject("puma"), braille=True), rows)
     return at_dialog(name, memory)
 
 

@@ -6,9 +6,9 @@ import math
 
 import pytest
 
+from armdrive.cli.jog_model import find_subject
 from armdrive.errors import KeyFileError
 from armdrive.render.camera import VIEWS
-from kinematics.textbook.study import find_subject
 from kinematics.textbook.worked_example import example_posture
 from tui.framework import PlainText
 from tui.keyboard import DEFAULT_KEYS, label

@@ -6,7 +6,6 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from kinematics.chains.jacobians import task_jacobian
 from kinematics.five_axis.closed_form import forward
 from kinematics.five_axis.jog_rates import (
     braked,
@@ -15,6 +14,7 @@ from kinematics.five_axis.jog_rates import (
     share_of_limits,
     shares_to_stop,
 )
+from kinematics.five_axis.singularities import task_jacobian
 from kinematics.frames.matrices import times
 from kinematics.presets import preset
 from kinematics.spaces import Joints

@@ -10,7 +10,7 @@ from kinematics_cases import TEACHMOVER, arm_and_posture
 
 from kinematics import Joints, KinematicsError
 from kinematics.chains.chain import Chain
-from kinematics.chains.jacobians import manipulability, task_jacobian
+from kinematics.chains.jacobians import manipulability
 from kinematics.chains.links import DHLink, JointKind
 from kinematics.chains.singularities import (
     SINGULAR,
@@ -23,6 +23,7 @@ from kinematics.five_axis.singularities import (
     FiveAxisSingularity,
     five_axis_singularities,
     nearest_five_axis_singularity,
+    task_jacobian,
 )
 
 TWO_LINK = Chain((DHLink(a_mm=200.0), DHLink(a_mm=100.0)))

@@ -7,8 +7,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from kinematics.chains.arm import ChainArm
-from kinematics.chains.task import chain_near, near
+from kinematics.chains.arm import ChainArm, chain_near, near
 from kinematics.errors import KinematicsError
 from kinematics.frames.transforms import translation
 from kinematics.presets import preset

@@ -24,9 +24,9 @@ from kinematics.chains.jacobians import (
     geometric_jacobian,
     joint_rates,
     manipulability,
-    task_jacobian,
 )
 from kinematics.chains.links import DHLink, JointKind
+from kinematics.five_axis.singularities import task_jacobian
 from kinematics.frames.matrices import singular, transposed
 
 

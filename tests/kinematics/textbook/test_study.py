@@ -7,18 +7,25 @@ from pathlib import Path
 
 import pytest
 
-from armdrive.errors import BadRequest
-from kinematics import preset
+from armdrive.config.link_model import read_model
+from kinematics import UnknownSystem, preset
 from kinematics.chains.arm import ChainArm
 from kinematics.frames.transforms import position_of
 from kinematics.textbook.jacobians import ROW_NAMES
 from kinematics.textbook.pages import fixed, laid, sections, summary, symbol_sections
 from kinematics.textbook.stepping import axes_of, axis_unit, has_inverse, step_axis, step_joint
-from kinematics.textbook.study import find_subject, searched, study, subject_names, subject_of_arm
+from kinematics.textbook.study import (
+    named_subject,
+    searched,
+    study,
+    subject_names,
+    subject_of_arm,
+    subject_of_chain,
+)
 from kinematics.textbook.systems import SYSTEMS
 from kinematics.textbook.worked_example import Section, example_posture
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
+EXAMPLES = Path(__file__).parents[3] / "examples"
 
 SCARA = """
 title = "A SCARA"
@@ -41,15 +48,20 @@ high_deg = 180
 """
 
 
+def read_subject(file):
+    model = read_model(file)
+    return subject_of_chain(model.name, model.title, model.source, model.chain)
+
+
 @pytest.fixture
 def scara(tmp_path):
     file = tmp_path / "scara.toml"
     file.write_text(SCARA, encoding="utf-8")
-    return find_subject(str(file))
+    return read_subject(file)
 
 
 def example(name):
-    subject = find_subject(name)
+    subject = named_subject(name)
     return subject, example_posture(subject.chain)
 
 
@@ -70,13 +82,13 @@ def test_every_name_has_its_matrices_and_their_product(name):
 
 
 def test_an_unknown_name_is_answered_with_the_nearest_and_all():
-    with pytest.raises(BadRequest, match="did you mean 'puma'") as said:
-        find_subject("pumma")
+    with pytest.raises(UnknownSystem, match="did you mean 'puma'") as said:
+        named_subject("pumma")
     assert all(name in str(said.value) for name in subject_names())
 
 
 def test_the_study_of_the_two_link_arm_reads_as_section_7_prints_it():
-    subject = find_subject("two-link-1")
+    subject = named_subject("two-link-1")
     of = study(subject, (math.radians(30), math.radians(40)))
     c1, s12 = math.cos(math.radians(30)), math.sin(math.radians(70))
     x = 200 * c1 + 150 * math.cos(math.radians(70))
@@ -91,7 +103,7 @@ def test_the_study_of_the_two_link_arm_reads_as_section_7_prints_it():
 
 
 def test_a_stretched_elbow_is_singular_in_the_summary():
-    of = study(find_subject("two-link-1"), (0.3, 0.0))
+    of = study(named_subject("two-link-1"), (0.3, 0.0))
     assert summary(of).startswith("manipulability 0.000, condition infinite: SINGULAR; 0.0°")
     assert of.conditioning == math.inf
     assert "singular: the tip cannot move along" in text_of(of, 200)
@@ -144,7 +156,7 @@ def test_a_table_without_closed_form_follows_its_jacobian(scara):
 @pytest.mark.parametrize("name", ["scara", "stanford"])
 @pytest.mark.parametrize("sense", [1.0, -1.0])
 def test_the_hand_of_an_example_table_goes_along_every_axis_and_stays_beside_it(name, sense):
-    subject = find_subject(str(EXAMPLES / f"{name}.toml"))
+    subject = read_subject(EXAMPLES / f"{name}.toml")
     values = example_posture(subject.chain)
     x, y, z = position_of(subject.chain.fk(values))
     for index, axis in enumerate(axes_of(subject)):
@@ -185,7 +197,7 @@ def test_a_tip_that_keeps_to_a_sphere_goes_as_far_as_it_can():
 
 
 def test_a_roll_that_turns_back_at_its_limit_is_no_singularity():
-    subject = find_subject("minimover5")
+    subject = named_subject("minimover5")
     values = tuple(math.radians(one) for one in (0, 40, -60, -20, 358))
     stepped = step_axis(subject, values, axes_of(subject).index("roll"), math.radians(5))
     assert stepped.said.startswith("wrist_roll turned by 355° at once: its limit")
@@ -202,7 +214,7 @@ def test_the_singularity_of_a_table_is_found_by_searching(scara):
 
 
 def test_a_joint_stops_at_its_limit_and_says_how_much_is_left():
-    subject = find_subject("two-link-3")
+    subject = named_subject("two-link-3")
     stepped = step_joint(subject, (0.0, 295.0), 1, 20.0)
     assert stepped.values == (0.0, 300.0)
     assert stepped.said == "d2 stands at its limit of 300 mm: 15 mm of the step are left"
@@ -217,7 +229,7 @@ def test_a_goal_out_of_reach_leaves_the_model_where_it_is():
 
 
 def test_a_step_that_would_break_a_limit_is_not_made():
-    subject = find_subject("minimover5")
+    subject = named_subject("minimover5")
     values = tuple(math.radians(one) for one in (0, 40, -60, -89, 0))
     stepped = step_axis(subject, values, axes_of(subject).index("pitch"), math.radians(-5))
     assert stepped.values == values

@@ -19,7 +19,7 @@ from kinematics_cases import (
 )
 
 from kinematics import FiveAxisArm, JointRange, Joints, Pose, RollFrame
-from kinematics.five_axis import nearest
+from kinematics.five_axis.nearest import nearest
 
 frames = st.sampled_from(RollFrame)
 

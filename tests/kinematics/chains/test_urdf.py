@@ -11,12 +11,13 @@ from kinematics_cases import TEACHMOVER, postures
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import Convention, DHLink, JointKind
-from kinematics.chains.urdf import urdf_of_arm, urdf_of_chain
+from kinematics.chains.urdf import urdf_of_chain
 from kinematics.errors import KinematicsError
 from kinematics.frames.rotations import multiply, rot_x, rot_y, rot_z
 from kinematics.frames.transforms import compose, transform
 from kinematics.textbook.efficiency import Ledger
 from kinematics.textbook.systems import SYSTEMS
+from kinematics.textbook.systems.mini_movers import urdf_of_arm
 
 SLIDE = {"kind": JointKind.PRISMATIC, "low": -200.0, "high": 200.0}
 
