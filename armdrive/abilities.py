@@ -164,7 +164,7 @@ class Switching(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Abilities:
-    """A row of the table of dialects (dialects.py).
+    """What a dialect states in its entry (dialects/NAME/entry.py).
 
     `jog_burst_s` and `planned_burst_s` are the longest motion sent at once, by default; an arm
     file accepts longer planned bursts with `motion.planned_burst_s`. `traffic` is what one of them
