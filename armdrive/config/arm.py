@@ -58,9 +58,8 @@ class ArmConfig:
     """One physical arm, ready to be driven: its model with every correction applied.
 
     `device` holds what the section of the dialect's own name says, checked, as that dialect's
-    settings.
-    `source` is no part of the arm: it lets the arm's file be written again. `untooled` is the model
-    with nothing in its fingers, where `model` holds a tool.
+    settings. `source` is no part of the arm: it lets the arm's file be written again. `untooled`
+    is the model with nothing in its fingers, where `model` holds a tool.
     """
 
     name: str

@@ -75,8 +75,7 @@ SENTENCES: Sentences = MappingProxyType(
 # What passes on a bus of MKS drives, in words: one frame at a time, for whoever listens.
 #
 # A frame does not say whether it is a request or its answer. Where its bytes could be either, it
-# is
-# an answer to a request of the same code that was heard before, and else a request.
+# is an answer to a request of the same code that was heard before, and else a request.
 
 LEAST_BYTES = 2
 """Of a frame of this dialect: a code and a check byte."""
