@@ -1,7 +1,7 @@
 """The arm file: everything that is particular to one physical arm, one number in one place.
 
 TOML. `model` names a preset of kinematics; every other key corrects it or describes the wiring.
-Or it names a model file, and the other keys say what its link table does not (modelarm.py).
+Or it names a model file, and the other keys say what its link table does not (link_model.py).
 A file without corrections is two lines long. Unknown keys are refused with the nearest known one.
 """
 
