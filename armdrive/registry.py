@@ -1,346 +1,101 @@
-"""The table of dialects: what each device can do, and the makers of its two ends.
+"""The dialects: a row for each, of what it states about itself and of its simulated device.
 
-The driver chooses its strategies from `abilities` alone; no other file asks which dialect it is.
+No other file names a dialect: where it matters what a device can do, its row is asked. To add one,
+write its subpackages and add its row to `_ROWS` (docs/adding-a-controller.md).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from armdrive.abilities import Abilities, Abort, Switching, Torque, Traffic
-from armdrive.dialects.bus.words import Ear
-from armdrive.dialects.cia402.frames import CanopenEar
-from armdrive.dialects.mks.frames import MksEar
+from armdrive.config.arm import ArmConfig, DialectSections, config_of_preset, load, parse
+from armdrive.config.check import problems_of
+from armdrive.config.sections import Connection
+from armdrive.dialects.armdroid.entry import ENTRY as ARMDROID
+from armdrive.dialects.cia402.entry import ENTRY as CIA402
+from armdrive.dialects.dialect import Dialect, Language
+from armdrive.dialects.grbl.entry import ENTRY as GRBL
+from armdrive.dialects.mks.entry import ENTRY as MKS
+from armdrive.dialects.recognition import Recogniser
+from armdrive.dialects.robko01.entry import ENTRY as ROBKO01
+from armdrive.dialects.teachmover.entry import ENTRY as TEACHMOVER
 from armdrive.errors import BadRequest
 from firmware_protocol.frames import Frame
 from kinematics.errors import suggestion
 
 if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
-    from armdrive.dialects.controller import Controller
+    from armdrive.sim.device import SimDevice, SimDeviceKind, Value
+    from armdrive.sim.simulated_arm import Twin
+    from armdrive.sim.world.table import Block, Stand
+
+
+# Simulated devices are imported when one is made: an arm on a real wire needs none.
+
+
+def _teachmover() -> SimDeviceKind:
+    from armdrive.sim.teachmover.kind import KIND
+
+    return KIND
+
+
+def _robko01() -> SimDeviceKind:
+    from armdrive.sim.robko01.kind import KIND
+
+    return KIND
+
+
+def _armdroid() -> SimDeviceKind:
+    from armdrive.sim.armdroid.kind import KIND
+
+    return KIND
+
+
+def _grbl() -> SimDeviceKind:
+    from armdrive.sim.grbl.kind import KIND
+
+    return KIND
+
+
+def _mks() -> SimDeviceKind:
+    from armdrive.sim.mks.kind import KIND
+
+    return KIND
+
+
+def _cia402() -> SimDeviceKind:
+    from armdrive.sim.cia402.kind import KIND
+
+    return KIND
 
 
 @dataclass(frozen=True, slots=True)
-class Dialect:
-    """One row: `preset` is the arm that speaks it where no arm file says otherwise.
+class Row:
+    """One dialect: what it states about itself, and how its simulated device is made."""
 
-    `raise_dtr` is how its port is opened by default: a board with native USB is mute without it.
-    `settings` gives the class of what an arm file says in the section of the dialect's name, and
-    `controller` the driver's end for an arm. `can` says that it is spoken on a CAN bus: its port is
-    an adapter's, and `baud` the bus's bit rate.
-    """
-
-    name: str
-    title: str
-    preset: str
-    baud: int
-    raise_dtr: bool
-    quick_stop: str
-    torque: Torque
-    abilities: Abilities
-    settings: Callable[[], type[Any]]
-    controller: Callable[[ArmConfig], Controller]
-    can: bool = False
+    entry: Dialect
+    simulated: Callable[[], SimDeviceKind]
 
 
-def _teachmover_settings() -> type[Any]:
-    from armdrive.dialects.teachmover.controller import TeachMoverSettings
-
-    return TeachMoverSettings
-
-
-def _teachmover(config: ArmConfig) -> Controller:
-    from armdrive.dialects.teachmover.controller import TeachMoverController
-
-    return TeachMoverController(
-        DIALECTS["teachmover"].abilities, config.device, config.connection.baud
-    )
-
-
-def _armdroid_settings() -> type[Any]:
-    from armdrive.dialects.armdroid.settings import ArmdroidSettings
-
-    return ArmdroidSettings
-
-
-def _armdroid(config: ArmConfig) -> Controller:
-    from armdrive.dialects.armdroid.controller import ArmdroidController
-
-    return ArmdroidController(DIALECTS["armdroid"].abilities, config.device, config.connection.baud)
-
-
-def _robko01_settings() -> type[Any]:
-    from armdrive.dialects.robko01.settings import RobkoSettings
-
-    return RobkoSettings
-
-
-def _robko01(config: ArmConfig) -> Controller:
-    from armdrive.dialects.robko01.controller import RobkoController
-
-    return RobkoController(DIALECTS["robko01"].abilities, config.device, config.connection.baud)
-
-
-def _grbl_settings() -> type[Any]:
-    from armdrive.dialects.grbl.settings import GrblSettings
-
-    return GrblSettings
-
-
-def _grbl(config: ArmConfig) -> Controller:
-    from armdrive.dialects.grbl.controller import GrblController
-
-    return GrblController(DIALECTS["grbl"].abilities, config)
-
-
-def _mks_settings() -> type[Any]:
-    from armdrive.dialects.mks.settings import MksSettings
-
-    return MksSettings
-
-
-def _mks(config: ArmConfig) -> Controller:
-    from armdrive.dialects.mks.controller import MksController
-
-    return MksController(DIALECTS["mks"].abilities, config)
-
-
-def _cia402_settings() -> type[Any]:
-    from armdrive.dialects.cia402.settings import Cia402Settings
-
-    return Cia402Settings
-
-
-def _cia402(config: ArmConfig) -> Controller:
-    from armdrive.dialects.cia402.controller import Cia402Controller
-
-    return Cia402Controller(DIALECTS["cia402"].abilities, config)
-
-
-DIALECTS: Mapping[str, Dialect] = MappingProxyType(
-    {
-        "teachmover": Dialect(
-            name="teachmover",
-            title="TeachMover",
-            preset="teachmover",
-            baud=9600,
-            raise_dtr=False,
-            quick_stop="The STOP key of the pendant is the quicker stop: it ends a burst at once.",
-            torque=Torque(
-                disable="sags: `@RESET` takes the current away until the next motion",
-                estop="is held: the burst under way is finished, and the current stays on",
-                power_loss="sags, and the registers are zero afterwards",
-                closed_port="is held: nothing is sent, and DTR and RTS stay down",
-            ),
-            abilities=Abilities(
-                motors=6,
-                coordinated=True,
-                abort=Abort.NONE,
-                queued_segments=0,
-                speed_mode_with_watchdog=False,
-                reports_while_moving=False,
-                own_homing=False,
-                resets_on_open=False,
-                check_bytes=False,
-                current=Switching.DROPS,
-                grip_switch=True,
-                pendant=True,
-                jog_burst_s=0.15,
-                planned_burst_s=0.15,
-                traffic=Traffic(line_chars=36, answer_chars=2),
-                register_bits=16,
-                program_rows=64,
-                inputs=7,
-            ),
-            settings=_teachmover_settings,
-            controller=_teachmover,
-        ),
-        "robko01": Dialect(
-            name="robko01",
-            title="Robko 01",
-            preset="robko01",
-            baud=115_200,
-            raise_dtr=False,
-            quick_stop="The switch of its power supply is the quicker stop: the arm sags then.",
-            torque=Torque(
-                disable="sags: the motors are switched off",
-                estop="is held: the burst ramps down; whether an AVR board holds, feel once",
-                power_loss="sags, and the registers are zero afterwards",
-                closed_port="is held on a serial port; sags when the retrofit's TCP link ends",
-            ),
-            abilities=Abilities(
-                motors=6,
-                coordinated=False,
-                abort=Abort.RAMP,
-                queued_segments=0,
-                speed_mode_with_watchdog=False,
-                reports_while_moving=True,
-                own_homing=False,
-                resets_on_open=False,
-                check_bytes=True,
-                current=Switching.BOTH,
-                grip_switch=False,
-                pendant=False,
-                jog_burst_s=0.25,
-                planned_burst_s=0.5,
-                traffic=Traffic(line_chars=32, answer_chars=12),
-                register_bits=16,
-                inputs=8,
-            ),
-            settings=_robko01_settings,
-            controller=_robko01,
-        ),
-        "armdroid": Dialect(
-            name="armdroid",
-            title="Armdroid 1",
-            preset="armdroid1",
-            baud=9600,
-            raise_dtr=True,
-            quick_stop="The motors' power switch is the only quicker stop, and the arm sags then.",
-            torque=Torque(
-                disable="sags: `0t` takes the current away; firmware before 2.0 cannot, and holds",
-                estop="is held: the burst under way is finished, and the current stays on",
-                power_loss="sags; a reset of the board alone is up to the interface",
-                closed_port="is held, unless the board is reset by the next opening of its port",
-            ),
-            abilities=Abilities(
-                motors=6,
-                coordinated=False,
-                abort=Abort.NONE,
-                queued_segments=0,
-                speed_mode_with_watchdog=False,
-                reports_while_moving=False,
-                own_homing=False,
-                resets_on_open=True,
-                check_bytes=False,
-                current=Switching.BOTH,
-                grip_switch=False,
-                pendant=False,
-                jog_burst_s=0.15,
-                planned_burst_s=0.15,
-                traffic=Traffic(line_chars=22, answer_chars=60, device_s=0.2),
-                register_bits=16,
-            ),
-            settings=_armdroid_settings,
-            controller=_armdroid,
-        ),
-        "grbl": Dialect(
-            name="grbl",
-            title="GRBL board",
-            preset="minimover5",
-            baud=115_200,
-            raise_dtr=False,
-            quick_stop="The switch of the motors' supply is the quicker stop: the arm sags then.",
-            torque=Torque(
-                disable="sags: `$SLP` puts the board and its motors to sleep",
-                estop="sags for 0.5 s in motion (`ALARM:3`), then is held; grblHAL holds it",
-                power_loss="sags, and the position is zero afterwards",
-                closed_port="is held where `$1` is 255; opening the port resets most boards",
-            ),
-            abilities=Abilities(
-                motors=6,
-                coordinated=True,
-                abort=Abort.RAMP,
-                queued_segments=15,
-                speed_mode_with_watchdog=False,
-                reports_while_moving=True,
-                own_homing=True,
-                resets_on_open=True,
-                check_bytes=False,
-                current=Switching.DROPS,
-                grip_switch=False,
-                pendant=False,
-                jog_burst_s=0.15,
-                planned_burst_s=0.4,
-                traffic=Traffic(line_chars=34, answer_chars=4),
-                register_bits=32,
-                ramp_s=0.15,
-                jerk_s=0.05,
-                inputs=11,
-            ),
-            settings=_grbl_settings,
-            controller=_grbl,
-        ),
-        "mks": Dialect(
-            name="mks",
-            title="MKS servo drives",
-            preset="minimover5-mks",
-            baud=500_000,
-            raise_dtr=False,
-            quick_stop="The switch of the motors' supply is the quicker stop: the arm sags then.",
-            torque=Torque(
-                disable="sags: every drive switches its motor off",
-                estop="is held: the drives stop dead and hold; above 1000 rpm they ramp down",
-                power_loss="sags, and the drives count from zero afterwards",
-                closed_port="is held: the drives stand and hold, whoever is silent",
-            ),
-            abilities=Abilities(
-                motors=6,
-                coordinated=True,
-                abort=Abort.RAMP,
-                queued_segments=3,
-                speed_mode_with_watchdog=False,
-                reports_while_moving=True,
-                own_homing=True,
-                resets_on_open=False,
-                check_bytes=True,
-                current=Switching.BOTH,
-                grip_switch=False,
-                pendant=False,
-                jog_burst_s=0.15,
-                planned_burst_s=0.3,
-                traffic=Traffic(line_chars=78, answer_chars=60),
-                register_bits=48,
-                ramp_s=0.15,
-                jerk_s=0.05,
-            ),
-            settings=_mks_settings,
-            controller=_mks,
-            can=True,
-        ),
-        "cia402": Dialect(
-            name="cia402",
-            title="CiA 402 drives",
-            preset="minimover5-cia402",
-            baud=500_000,
-            raise_dtr=False,
-            quick_stop="The switch of the motors' supply is the quicker stop: the arm sags then.",
-            torque=Torque(
-                disable="sags: every drive switches its motor off",
-                estop="is held: the drives brake on their quick-stop ramps and hold",
-                power_loss="sags, and most drives count from zero afterwards",
-                closed_port="is held: the drives miss the heartbeat, brake if they move, and hold",
-            ),
-            abilities=Abilities(
-                motors=6,
-                coordinated=True,
-                abort=Abort.RAMP,
-                queued_segments=3,
-                speed_mode_with_watchdog=False,
-                reports_while_moving=True,
-                own_homing=True,
-                resets_on_open=False,
-                check_bytes=True,
-                current=Switching.BOTH,
-                grip_switch=False,
-                pendant=False,
-                jog_burst_s=0.15,
-                planned_burst_s=0.3,
-                traffic=Traffic(line_chars=80, answer_chars=74),
-                register_bits=32,
-                ramp_s=0.15,
-                jerk_s=0.05,
-                beats=True,
-            ),
-            settings=_cia402_settings,
-            controller=_cia402,
-            can=True,
-        ),
-    }
+_ROWS = (
+    Row(TEACHMOVER, _teachmover),
+    Row(ROBKO01, _robko01),
+    Row(ARMDROID, _armdroid),
+    Row(GRBL, _grbl),
+    Row(MKS, _mks),
+    Row(CIA402, _cia402),
 )
+
+DIALECTS: Mapping[str, Dialect] = MappingProxyType({row.entry.name: row.entry for row in _ROWS})
+"""What each dialect states about itself, by its name."""
+_SIMULATED = MappingProxyType({row.entry.name: row.simulated for row in _ROWS})
+
+DEFAULT = TEACHMOVER.name
+"""The dialect of an arm file that names none, and of the simulated arm where no arm is named."""
 
 
 def dialect(name: str) -> Dialect:
@@ -354,49 +109,98 @@ def dialect(name: str) -> Dialect:
         ) from None
 
 
-# The table of what drives on a CAN bus speak: who hears it, and which dialects speak it.
+# Arms: an arm file is read with the sections of the dialects that are known here.
 
 
-@dataclass(frozen=True, slots=True)
-class Language:
-    """One row. `silence` says what it means that nothing passes."""
+def sections() -> DialectSections:
+    """Return the dialects that an arm file may name."""
+    return DialectSections(DEFAULT, dialect)
 
-    name: str
-    title: str
-    dialect: str
-    ear: Callable[[], Ear]
-    silence: str
 
+def load_arm(path: Path) -> ArmConfig:
+    """Read an arm file. Raises `ArmFileError` that names the file, the key and the mend."""
+    return load(path, sections())
+
+
+def parse_arm(table: Mapping[str, Any], *, name: str, folder: Path = Path()) -> ArmConfig:
+    """Turn a parsed TOML document into an arm; a model file is looked for from `folder`."""
+    return parse(table, sections(), name=name, folder=folder)
+
+
+def arm_problems(table: dict[str, Any], name: str, folder: Path) -> list[str]:
+    """Return a sentence for everything that is wrong with an arm file, as it is found."""
+    return problems_of(table, sections(), name, folder)
+
+
+def preset_arm(key: str, *, name: str, connection: Connection) -> ArmConfig:
+    """Return an arm as it leaves the factory, on the given wire."""
+    return config_of_preset(key, dialect(connection.dialect), name=name, connection=connection)
+
+
+# Simulated devices.
+
+
+def simulated_kind(name: str) -> SimDeviceKind:
+    """Return how the simulated device of a dialect is made; raises as `dialect` does."""
+    return _SIMULATED[dialect(name).name]()
+
+
+def simulate(
+    config: ArmConfig,
+    saved: object = None,
+    *,
+    blocks: Iterable[Block] = (),
+    play: int | Sequence[int] | None = None,
+    stand: Stand | None = None,
+    **options: Value,
+) -> Twin:
+    """Build the simulated counterpart of an arm, as `simulated_arm` says."""
+    from armdrive.sim.simulated_arm import simulated_arm
+
+    kind = simulated_kind(config.connection.dialect)
+    saved = _with_dialect(saved)
+    return simulated_arm(config, kind, saved, blocks=blocks, play=play, stand=stand, **options)
+
+
+def simulate_device(
+    config: ArmConfig,
+    saved: object = None,
+    *,
+    play: int | Sequence[int] | None = None,
+    settings: Mapping[str, Value] | None = None,
+) -> SimDevice:
+    """Build the simulated device of an arm alone, for a process of its own."""
+    from armdrive.sim.simulated_arm import simulated_device
+
+    kind = simulated_kind(config.connection.dialect)
+    return simulated_device(config, kind, _with_dialect(saved), play=play, settings=settings)
+
+
+def _with_dialect(saved: object) -> object:
+    """Return a saved world with its dialect: those of the first versions do not name it."""
+    return {"dialect": DEFAULT, **saved} if isinstance(saved, Mapping) else saved
+
+
+@cache
+def recogniser() -> Recogniser:
+    """Return what recognises the devices of every dialect that is not spoken on a bus."""
+    found = {name: row.driver().recognition for name, row in DIALECTS.items()}
+    return Recogniser(MappingProxyType({name: each for name, each in found.items() if each}))
+
+
+# What drives on a CAN bus speak.
 
 LANGUAGES: Mapping[str, Language] = MappingProxyType(
-    {
-        each.name: each
-        for each in (
-            Language(
-                "mks",
-                "MKS drives",
-                "mks",
-                MksEar,
-                "An idle bus of drives is silent: they speak when they are asked",
-            ),
-            Language(
-                "canopen",
-                "CANopen",
-                "cia402",
-                CanopenEar,
-                "An idle bus is silent where no drive was told to say heartbeats (object 1017)",
-            ),
-        )
-    }
+    {row.language.name: row.language for row in DIALECTS.values() if row.language is not None}
 )
 """Every language by its name."""
-USUAL = LANGUAGES["mks"]
-"""Taken where nobody says otherwise."""
+USUAL = next(iter(LANGUAGES.values()))
+"""Taken where nobody says otherwise: that of the first row that is spoken on a bus."""
 
 
-def language_of(dialect: str) -> Language:
+def language_of(name: str) -> Language:
     """Return the language of a dialect that is spoken on a bus, the usual one of any other."""
-    return next((each for each in LANGUAGES.values() if each.dialect == dialect), USUAL)
+    return DIALECTS[name].language or USUAL
 
 
 def likely(frames: Iterable[Frame]) -> Language:

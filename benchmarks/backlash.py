@@ -20,7 +20,7 @@ from reporting import report
 
 from armdrive import Arm, Pose
 from armdrive.connect.target import connect_simulated, simulated_config
-from armdrive.sim.simulated_arm import make_twin
+from armdrive.registry import simulate
 from armdrive.status import State
 
 PLAY_STEPS = 12
@@ -44,7 +44,7 @@ def ready(dialect: str, play: int, backlash: int) -> Arm:
         model=replace(config.model, verified=True),
         backlash_steps=(backlash,) * count if backlash else (),
     )
-    arm = Arm(connect_simulated(config, twin=make_twin(config, play=play)))
+    arm = Arm(connect_simulated(config, twin=simulate(config, play=play)))
     if arm.status.state is State.DISABLED:
         arm.enable()
     arm.move_motors(*[-3 * PLAY_STEPS] * count, speed=1.0)

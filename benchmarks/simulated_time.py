@@ -12,7 +12,7 @@ from measuring import Row, Section
 from armdrive import Arm, Pose
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.programs.demo import JOBS, blocks_of, misplaced, perform
-from armdrive.sim.simulated_arm import make_twin
+from armdrive.registry import simulate
 
 SEED = 1982
 RISE_MM = 80.0
@@ -22,7 +22,7 @@ RISE_MM = 80.0
 def demonstration() -> Arm:
     """Stack the blocks, and return the arm that did it, closed."""
     config = simulated_config("teachmover")
-    twin = make_twin(config, blocks=blocks_of(JOBS))
+    twin = simulate(config, blocks=blocks_of(JOBS))
     with Arm(connect_simulated(config, twin=twin)) as arm:
         perform(arm, JOBS, lambda _: None)
     wrong = misplaced(twin.world, JOBS)

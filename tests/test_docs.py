@@ -11,6 +11,7 @@ import pytest
 from armdrive.config import arm as armfile
 from armdrive.config import sections as armsections
 from armdrive.dialects.teachmover.controller import TeachMoverSettings
+from armdrive.registry import parse_arm
 from kinematics import preset
 from kinematics.tool import Tool
 
@@ -44,10 +45,10 @@ def test_the_shown_frame_has_every_key():
 
 
 def test_the_shown_arm_file_shows_the_defaults():
-    config = armfile.parse_arm_file(shown_arm_file(), name="shown")
+    config = parse_arm(shown_arm_file(), name="shown")
     model = preset("teachmover")
     assert config.motion == armsections.MotionSettings()
-    assert config.connection == armsections.Connection()
+    assert config.connection == armsections.Connection("teachmover")
     assert config.gripper == armsections.GripperSettings()
     assert config.device == TeachMoverSettings()
     assert config.model.arm == model.arm

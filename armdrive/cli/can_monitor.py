@@ -32,8 +32,9 @@ from armdrive.cli.can_overhearing import held_frames, holder_of
 from armdrive.cli.choosing import add_json_option
 from armdrive.cli.numbers import count, number
 from armdrive.cli.output import emit, put_error, say
+from armdrive.dialects.dialect import Language
 from armdrive.errors import BadRequest
-from armdrive.registry import LANGUAGES, USUAL, Language, language_of
+from armdrive.registry import LANGUAGES, USUAL, language_of
 
 if TYPE_CHECKING:
     from armdrive.config.arm import ArmConfig

@@ -84,19 +84,18 @@ def run(options: argparse.Namespace) -> int:
 
 def _config(name: str) -> ArmConfig:
     """Return the arm of a file, or that of the preset for one that is not there yet."""
-    from armdrive.config.arm import config_of_preset, load_arm_file
     from armdrive.config.sections import Connection
-    from armdrive.registry import dialect
+    from armdrive.registry import dialect, load_arm, preset_arm
 
     path = _path(name)
     if path.is_file():
-        return load_arm_file(path)
+        return load_arm(path)
     word = path.stem if name.endswith(".toml") else name
     if places.file_name(word) != word:
         raise BadRequest(f"{name!r} is no name for a file: use small letters, digits, - and _")
     row = dialect("mks")
     wire = Connection(dialect=row.name, port="", baud=row.baud)
-    return config_of_preset(row.preset, name=path.stem, connection=wire)
+    return preset_arm(row.preset, name=path.stem, connection=wire)
 
 
 def _path(name: str) -> Path:
@@ -156,12 +155,12 @@ def _known_port(config: ArmConfig) -> str:
 
 def _practise(config: ArmConfig, plan: Plan, options: argparse.Namespace, *, alone: bool) -> int:
     """Commission simulated drives as they are shipped. Nothing is kept, and no file is written."""
+    from armdrive.registry import simulate
     from armdrive.setup.commissioning import Practice
-    from armdrive.sim.simulated_arm import make_twin
 
     if options.port:
         raise BadRequest("--sim needs no --port: the drives are within this program")
-    twin = make_twin(config, factory=True)
+    twin = simulate(config, factory=True)
     terminal = TerminalPerson(f"{plan.name} --sim")
     tell = (lambda _text: None) if options.json else say
     person = Practice(twin, plan, tell, None if alone else terminal.answer)
@@ -179,12 +178,12 @@ def _end(
     config: ArmConfig, plan: Plan, outcome: Outcome, port: str, options: argparse.Namespace
 ) -> None:
     """Show the arm file, and write it once that is agreed to."""
-    from armdrive.config.arm import parse_arm_file
+    from armdrive.registry import parse_arm
 
     table = merged(config, plan, outcome.notes, port)
     text = text_of(table, plan.name, outcome.left_out)
     path = _path(options.name)
-    parse_arm_file(tomllib.loads(text), name=plan.name, folder=path.parent)
+    parse_arm(tomllib.loads(text), name=plan.name, folder=path.parent)
     if unclear := signs_of(plan, outcome.notes).unclear:
         say(f"The directions of {', '.join(unclear)} contradict each other: try them with --again.")
     if outcome.left_out:
@@ -195,7 +194,7 @@ def _end(
         say(f"{path} says all this already.")
     elif agree(_question(path, there=there), "no leaves it as it is; the notes are kept."):
         _write(path, text, there=there)
-        written = parse_arm_file(tomllib.loads(text), name=plan.name, folder=path.parent)
+        written = parse_arm(tomllib.loads(text), name=plan.name, folder=path.parent)
         found = {name: kept.absorbed(each) for name, each in outcome.notes.items()}
         kept.write(plan.name, written.calibration, found)
         _say_next(path, plan.name)

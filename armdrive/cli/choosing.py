@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 
 from armdrive.cli.numbers import count, positive
 from armdrive.errors import BadRequest
-from armdrive.registry import DIALECTS
+from armdrive.registry import DEFAULT, DIALECTS
 from armdrive.storage import files as places
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm
     from armdrive.connect.target import Target
 
-DEFAULT_SIM = "sim:teachmover"
+DEFAULT_SIM = f"sim:{DEFAULT}"
 DEFAULT_FILE = "default"
 
 

@@ -7,8 +7,8 @@ import argparse
 from armdrive.cli.choosing import add_json_option
 from armdrive.cli.config_files import arm_paths, read
 from armdrive.cli.output import emit, say
-from armdrive.config.arm import load_arm_file
 from armdrive.errors import ArmFileError
+from armdrive.registry import arm_problems, load_arm
 
 WRONG = 2
 
@@ -29,7 +29,7 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _check(name: str, json: bool) -> bool:
-    from armdrive.config.check import problems_of, remarks_on
+    from armdrive.config.check import remarks_on
     from armdrive.setup.limits import limit_remarks
 
     remarks: list[str] = []
@@ -39,9 +39,9 @@ def _check(name: str, json: bool) -> bool:
         called, problems = name, [str(error)]
     else:
         called = arm.name
-        problems = problems_of(arm.table, arm.name, arm.path.parent)
+        problems = arm_problems(arm.table, arm.name, arm.path.parent)
         if not problems:
-            config = load_arm_file(arm.path)
+            config = load_arm(arm.path)
             remarks += [*remarks_on(config), *limit_remarks(config)]
     if json:
         emit({"arm": called, "ok": not problems, "problems": problems, "remarks": remarks})

@@ -43,6 +43,6 @@ def _check(name: str) -> None:
         return
     if name.endswith(".toml"):
         raise BadRequest(f"the name of an arm file, not its path: {name!r}")
-    from armdrive.config.arm import load_arm_file
+    from armdrive.registry import load_arm
 
-    load_arm_file(path_of(name))
+    load_arm(path_of(name))

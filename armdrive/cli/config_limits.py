@@ -54,10 +54,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Look at each switch, and write down the day on which all work."""
-    from armdrive.config.arm import load_arm_file
+    from armdrive.registry import load_arm
 
     path = read(options.name).path
-    config = load_arm_file(path)
+    config = load_arm(path)
     switches = switches_of(config)
     alone = options.yes or options.json
     with connected(config, simulated=options.sim, alone=alone, wanted=PERSON) as arm:

@@ -44,11 +44,11 @@ _COLUMNS = ("name", "model", "dialect")
 
 
 def _row(path: Path, default: str) -> dict[str, Any]:
-    from armdrive.config.arm import load_arm_file
+    from armdrive.registry import load_arm
 
     row = {"name": path.stem, "default": path.stem == default, "error": ""}
     try:
-        config = load_arm_file(path)
+        config = load_arm(path)
     except ArmFileError as error:
         return row | {"model": "", "title": "", "dialect": "", "port": "", "error": str(error)}
     return row | {

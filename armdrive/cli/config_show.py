@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 from armdrive.cli.choosing import add_json_option
 from armdrive.cli.config_files import ArmText, read
 from armdrive.cli.output import emit, say, say_lines
-from armdrive.config.arm import parse_arm_file
 from armdrive.errors import ArmFileError
+from armdrive.registry import parse_arm
 from armdrive.status import pose_view
 from kinematics import KinematicsError
 
@@ -48,7 +48,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _config(arm: ArmText) -> ArmConfig:
     try:
-        return parse_arm_file(arm.table, name=arm.name, folder=arm.path.parent)
+        return parse_arm(arm.table, name=arm.name, folder=arm.path.parent)
     except (ArmFileError, KinematicsError) as error:
         raise ArmFileError(f"{arm.path}: {error}; `armdrive config check` tells all") from None
 
@@ -88,7 +88,7 @@ def arm_view(config: ArmConfig) -> dict[str, Any]:
 
 
 def _lengths(config: ArmConfig) -> dict[str, Any]:
-    from armdrive.setup.questions.arm import LENGTHS
+    from armdrive.config.preset import LENGTHS
     from kinematics import ArmPreset
 
     if not isinstance(config.bare, ArmPreset):

@@ -48,10 +48,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Find the directions, and print the lines."""
-    from armdrive.config.arm import load_arm_file
+    from armdrive.registry import load_arm
 
     text = read(options.name)
-    config = load_arm_file(text.path)
+    config = load_arm(text.path)
     with connected(config, simulated=options.sim, alone=options.yes or options.json) as arm:
         signs = find_signs(arm, alone=options.yes or options.json)
     lines = lines_for(text, signs)

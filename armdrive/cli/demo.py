@@ -24,13 +24,14 @@ from armdrive.cli.numbers import positive
 from armdrive.cli.output import emit, say
 from armdrive.errors import BadRequest
 from armdrive.programs.demo import JOBS, blocks_of, misplaced, perform
+from armdrive.registry import DEFAULT, simulate
 
 if TYPE_CHECKING:
     from armdrive.programs.demo import Carried
     from armdrive.sim.simulated_arm import Twin
 
 SPEED = 8.0
-DIALECT = "teachmover"
+DIALECT = DEFAULT
 """Its blocks are measured by a grip switch, which the other simulated arms do not have."""
 ELSEWHERE = "`armdrive run examples/stacking.arm --fresh --put A,190,50,25 ...` (docs/examples.md)"
 
@@ -68,10 +69,9 @@ def run(options: argparse.Namespace) -> int:
 
 def _run_simulated(options: argparse.Namespace) -> int:
     from armdrive.connect.target import simulated_config
-    from armdrive.sim.simulated_arm import make_twin
 
     config = simulated_config(DIALECT)
-    twin = make_twin(config, blocks=blocks_of(JOBS))
+    twin = simulate(config, blocks=blocks_of(JOBS))
     drawn = sys.stdout.isatty() and not (options.plain or options.json)
     began_s = time.monotonic()
     if drawn:
@@ -137,7 +137,7 @@ def _tell_end(carried: list[Carried], wrong: list[str], simulated_s: float, took
 
 def _simulated() -> str:
     """Return what keeps the next commands on the simulated arm, where another is the default."""
-    return "" if default_arm() == DEFAULT_SIM else " --sim teachmover"
+    return "" if default_arm() == DEFAULT_SIM else f" --sim {DIALECT}"
 
 
 def _program() -> str:

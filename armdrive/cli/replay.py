@@ -60,12 +60,12 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _replayed(recording: Recording, words: list[str]) -> Replayed:
+    from armdrive.registry import simulated_kind
     from armdrive.sim.device import Options
-    from armdrive.sim.kinds import twin_kind
     from armdrive.trace.replay import replay
 
     dialect = recording.config().connection.dialect
-    return replay(recording, Options.parse(twin_kind(dialect).options, words))
+    return replay(recording, Options.parse(simulated_kind(dialect).options, words))
 
 
 def _print_json(recording: Recording, replayed: Replayed | None) -> None:

@@ -21,12 +21,12 @@ from pathlib import Path
 
 from armdrive.cli.numbers import count, number
 from armdrive.cli.output import put_error, say, say_lines
-from armdrive.sim.kinds import TWINS
+from armdrive.registry import DIALECTS, simulate_device, simulated_kind
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
-    parser.add_argument("dialect", nargs="?", choices=list(TWINS), help="what it speaks")
+    parser.add_argument("dialect", nargs="?", choices=list(DIALECTS), help="what it speaks")
     where = parser.add_mutually_exclusive_group()
     where.add_argument("--pty", metavar="PATH", help="a new serial port, linked from PATH")
     where.add_argument("--slcan", metavar="PATH", help="a new CAN adapter on a serial port")
@@ -72,10 +72,11 @@ def run(options: argparse.Namespace) -> int:
     if options.list:
         from armdrive.sim.listing import listing
 
-        say_lines(listing([options.dialect] if options.dialect else list(TWINS)))
+        names = [options.dialect] if options.dialect else list(DIALECTS)
+        say_lines(listing({name: simulated_kind(name) for name in names}))
         return 0
     if options.dialect is None:
-        raise BadRequest(f"a dialect is required, one of {', '.join(TWINS)}")
+        raise BadRequest(f"a dialect is required, one of {', '.join(DIALECTS)}")
     _check_door(options)
     return _serve(options)
 
@@ -83,10 +84,8 @@ def run(options: argparse.Namespace) -> int:
 def _check_door(options: argparse.Namespace) -> None:
     """Raise `BadRequest` unless the device is offered over a wire of its kind."""
     from armdrive.errors import BadRequest
-    from armdrive.sim.bus.drives import DrivesOnBus
-    from armdrive.sim.kinds import twin_kind
 
-    on_bus = issubclass(twin_kind(options.dialect).device, DrivesOnBus)
+    on_bus = DIALECTS[options.dialect].can
     if on_bus and not options.slcan:
         raise BadRequest(f"{options.dialect} is spoken on a CAN bus: --slcan PATH is required")
     if options.beside and not options.slcan:
@@ -104,18 +103,16 @@ def _serve(options: argparse.Namespace) -> int:
     from armdrive.sim.device import Options
     from armdrive.sim.faults.request import parse_option
     from armdrive.sim.faults.running import check_faults
-    from armdrive.sim.kinds import twin_kind
     from armdrive.sim.serving.loop import make_server, run_device
     from armdrive.sim.serving.servers import SlcanServer, beyond_this_computer
-    from armdrive.sim.simulated_arm import make_device
 
     config = simulated_config(options.dialect)
     if options.baud is not None:
         config = replace(config, connection=replace(config.connection, baud=options.baud))
-    settings = Options.parse(twin_kind(options.dialect).options, options.set)
+    settings = Options.parse(simulated_kind(options.dialect).options, options.set)
     if options.speed_error is not None:
         settings["speed_error"] = options.speed_error
-    device = make_device(config, play=options.play, settings=settings)
+    device = simulate_device(config, play=options.play, settings=settings)
     faults = [parse_option(text) for text in options.fault]
     check_faults(device, faults)
     server = make_server(

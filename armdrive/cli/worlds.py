@@ -10,7 +10,8 @@ from armdrive.arm import Arm
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import connect_simulated, state_file
 from armdrive.errors import StateFileError
-from armdrive.sim.simulated_arm import Twin, make_twin
+from armdrive.registry import simulate
+from armdrive.sim.simulated_arm import Twin
 from armdrive.storage import files as places
 from armdrive.storage.arm_lock import hold
 from armdrive.storage.files import replace_file
@@ -59,7 +60,7 @@ def connect_remembered(
 
 def _twin(config: ArmConfig) -> Twin:
     try:
-        return make_twin(config, _load(config.name))
+        return simulate(config, _load(config.name))
     except StateFileError as error:
         raise StateFileError(
             f"the remembered world {world_file(config.name)} cannot be used: {error}; "

@@ -1,19 +1,19 @@
 """The arm file: everything that is particular to one physical arm, one number in one place.
 
 TOML. `model` names a preset of kinematics; every other key corrects it or describes the wiring.
-Or it names a model file, and the other keys say what its link table does not (modelarm.py).
+Or it names a model file, and the other keys say what its link table does not (link_model.py).
 A file without corrections is two lines long. Unknown keys are refused with the nearest known one.
 """
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
-from armdrive.abilities import budget
+from armdrive.abilities import Abilities, budget
 from armdrive.config.backlash import read_backlash
 from armdrive.config.preset import corrected
 from armdrive.config.sections import (
@@ -27,7 +27,6 @@ from armdrive.config.sections import (
     read_posture,
 )
 from armdrive.errors import ArmFileError, BadRequest
-from armdrive.registry import Dialect, dialect
 from armdrive.text.reading import read_toml
 from armdrive.text.toml import read_section, refuse_unknown, require_table
 from kinematics import (
@@ -58,18 +57,18 @@ class Source:
 class ArmConfig:
     """One physical arm, ready to be driven: its model with every correction applied.
 
-    `device` holds what the section of the dialect's own name says, as that dialect's settings.
-    `source` is no part of the arm: it lets the arm's file be written again. `untooled` is the model
-    with nothing in its fingers, where `model` holds a tool.
+    `device` holds what the section of the dialect's own name says, checked, as that dialect's
+    settings. `source` is no part of the arm: it lets the arm's file be written again. `untooled`
+    is the model with nothing in its fingers, where `model` holds a tool.
     """
 
     name: str
     title: str
     model: ArmModel
-    connection: Connection = field(default_factory=Connection)
+    connection: Connection
+    device: Any
     motion: MotionSettings = field(default_factory=MotionSettings)
     gripper: GripperSettings = field(default_factory=GripperSettings)
-    device: Any = None
     homing: HomingSettings | None = None
     park: Pose | None = None
     tool: Tool = field(default_factory=Tool)
@@ -78,10 +77,6 @@ class ArmConfig:
     backlash_steps: tuple[int, ...] = ()
     source: Source | None = field(default=None, compare=False, repr=False)
     untooled: ArmModel | None = None
-
-    def __post_init__(self) -> None:
-        if self.device is None:
-            object.__setattr__(self, "device", dialect(self.connection.dialect).settings()())
 
     @property
     def bare(self) -> ArmModel:
@@ -100,27 +95,75 @@ class ArmConfig:
         return hashlib.sha256(meaning.encode()).hexdigest()[:16]
 
 
-def config_of_preset(key: str, *, name: str, connection: Connection) -> ArmConfig:
+class DialectSection(Protocol):
+    """What an arm file needs to know of the dialect that its arm speaks."""
+
+    @property
+    def name(self) -> str:
+        """The dialect's name, and that of its own section."""
+
+    @property
+    def title(self) -> str:
+        """The controller, for people."""
+
+    @property
+    def baud(self) -> int:
+        """The rate of its wire where the file gives no other."""
+
+    @property
+    def raise_dtr(self) -> bool:
+        """How its port is opened where the file does not say."""
+
+    @property
+    def abilities(self) -> Abilities:
+        """What the device can do before an arm's settings are known."""
+
+    def settings(self) -> type[Any]:
+        """Return the dataclass that checks its own section."""
+
+    def abilities_with(self, config: ArmConfig) -> Abilities:
+        """Return what the device can do with an arm's settings; raises where they do not fit."""
+
+
+@dataclass(frozen=True, slots=True)
+class DialectSections:
+    """The dialects that an arm file may name: `default` is the one of a file that names none.
+
+    `find` looks one up by its name; raises `BadRequest` that suggests the nearest name.
+    """
+
+    default: str
+    find: Callable[[str], DialectSection]
+
+
+def config_of_preset(
+    key: str, dialect: DialectSection, *, name: str, connection: Connection
+) -> ArmConfig:
     """Return an arm as it leaves the factory, on the given wire."""
     model = preset(key)
-    bursts = _bursts(dialect(connection.dialect), connection.baud)
-    settings = MotionSettings(**bursts)
-    source = Source({"model": key})
-    return ArmConfig(name, model.title, model, connection, settings, source=source)
+    return ArmConfig(
+        name,
+        model.title,
+        model,
+        connection,
+        dialect.settings()(),
+        MotionSettings(**_bursts(dialect, connection.baud)),
+        source=Source({"model": key}),
+    )
 
 
-def _port_of(row: Dialect) -> dict[str, Any]:
+def _port_of(dialect: DialectSection) -> dict[str, Any]:
     """Return how a dialect's port is opened unless an arm file says otherwise."""
-    return {"baud": row.baud, "raise_dtr": row.raise_dtr}
+    return {"dialect": dialect.name, "baud": dialect.baud, "raise_dtr": dialect.raise_dtr}
 
 
-def _bursts(row: Dialect, baud: int) -> dict[str, float]:
+def _bursts(dialect: DialectSection, baud: int) -> dict[str, float]:
     """Return how long a dialect's motions are on this wire, unless an arm file says otherwise."""
-    able = row.abilities
+    able = dialect.abilities
     found = budget(
         able.traffic,
         baud,
-        usual_baud=row.baud,
+        usual_baud=dialect.baud,
         jog_burst_s=able.jog_burst_s,
         planned_burst_s=able.planned_burst_s,
         queued=able.queued_segments,
@@ -129,11 +172,11 @@ def _bursts(row: Dialect, baud: int) -> dict[str, float]:
     return lengths | {"ramp_s": able.ramp_s, "jerk_s": able.jerk_s}
 
 
-def load_arm_file(path: Path) -> ArmConfig:
+def load(path: Path, sections: DialectSections) -> ArmConfig:
     """Read an arm file. Raises `ArmFileError` that names the file, the key and the mend."""
     table = read_arm_table(path)
     try:
-        return parse_arm_file(table, name=path.stem, folder=path.parent)
+        return parse(table, sections, name=path.stem, folder=path.parent)
     except (ArmFileError, KinematicsError) as error:
         raise ArmFileError(f"{path}: {error}") from None
 
@@ -143,16 +186,18 @@ def read_arm_table(path: Path) -> dict[str, Any]:
     return read_toml(path, "the arm file", ArmFileError)
 
 
-def parse_arm_file(table: Mapping[str, Any], *, name: str, folder: Path = Path()) -> ArmConfig:
+def parse(
+    table: Mapping[str, Any], sections: DialectSections, *, name: str, folder: Path = Path()
+) -> ArmConfig:
     """Turn a parsed TOML document into an arm; a model file is looked for from `folder`."""
     word = table.get("model")
     if not isinstance(word, str):
         raise ArmFileError('the key model is missing, for example model = "teachmover"')
     wiring = require_table(table.get("connection", {}), "connection")
-    row = _dialect_of(wiring)
+    dialect = _dialect_of(wiring, sections)
     given = word not in PRESETS and word.lower().endswith(MODEL_FILE)
     keys = _MODEL_KEYS if given else _TOP_KEYS
-    refuse_unknown(table, [*keys, row.name], "")
+    refuse_unknown(table, [*keys, dialect.name], "")
     title = table.get("title", "")
     if not isinstance(title, str):
         raise ArmFileError(f"title must be text, not {title!r}")
@@ -160,8 +205,10 @@ def parse_arm_file(table: Mapping[str, Any], *, name: str, folder: Path = Path()
     model = _described(table, folder) if given else corrected(preset(word), table)
     model = _with_gripper(model, gripper)
     tool = read_section(Tool, table.get("tool", {}), "tool")
-    connection = read_section(Connection, _port_of(row) | dict(wiring), "connection")
-    motion = _bursts(row, connection.baud) | dict(require_table(table.get("motion", {}), "motion"))
+    connection = read_section(Connection, _port_of(dialect) | dict(wiring), "connection")
+    motion = _bursts(dialect, connection.baud) | dict(
+        require_table(table.get("motion", {}), "motion")
+    )
     park = table.get("park")
     return ArmConfig(
         name=name,
@@ -170,7 +217,7 @@ def parse_arm_file(table: Mapping[str, Any], *, name: str, folder: Path = Path()
         connection=connection,
         motion=read_section(MotionSettings, motion, "motion"),
         gripper=gripper,
-        device=read_section(row.settings(), table.get(row.name, {}), row.name),
+        device=read_section(dialect.settings(), table.get(dialect.name, {}), dialect.name),
         homing=read_homing(table["homing"], model) if "homing" in table else None,
         park=read_posture(park, "park", model.arm.has_yaw) if park is not None else None,
         tool=tool,
@@ -182,12 +229,12 @@ def parse_arm_file(table: Mapping[str, Any], *, name: str, folder: Path = Path()
     )
 
 
-def _dialect_of(wiring: Mapping[str, Any]) -> Dialect:
-    word = wiring.get("dialect", Connection().dialect)
+def _dialect_of(wiring: Mapping[str, Any], sections: DialectSections) -> DialectSection:
+    word = wiring.get("dialect", sections.default)
     if not isinstance(word, str):
         raise ArmFileError(f"connection.dialect must be text, not {word!r}")
     try:
-        return dialect(word)
+        return sections.find(word)
     except BadRequest as error:
         raise ArmFileError(f"connection.dialect: {error}") from None
 

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
-from armdrive.config.arm import ArmConfig, parse_arm_file
+from armdrive.config.arm import ArmConfig, DialectSection, DialectSections, parse
 from armdrive.errors import ArmError, ArmFileError
-from armdrive.registry import dialect
 from kinematics import KinematicsError, Pose
 
 MOST_PROBLEMS = 50
@@ -25,46 +25,50 @@ often in all, which takes a few seconds. Ten faulty keys of a file with 300 keys
 _BASIC = (("model",), ("connection", "dialect"))
 """Where one of these is wrong, nothing else can be judged."""
 
-Path_ = tuple[str | int, ...]
+Path_: TypeAlias = tuple[str | int, ...]
+Read: TypeAlias = Callable[[dict[str, Any]], ArmConfig]
+"""Turns a table into an arm, or raises what is wrong with it."""
 
 
-def problems_of(table: dict[str, Any], name: str, folder: Path) -> list[str]:
+def problems_of(
+    table: dict[str, Any], sections: DialectSections, name: str, folder: Path
+) -> list[str]:
     """Return one sentence for each thing that is wrong, in the order in which they are found."""
+    read_table = partial(parse, sections=sections, name=name, folder=folder)
     left = copy.deepcopy(table)
     found: list[str] = []
     read = 0
     while len(found) < MOST_PROBLEMS:
-        complaint = _complaint(left, name, folder)
+        complaint = _complaint(left, read_table)
         if complaint is None:
             break
         found.append(complaint)
         read += sum(1 for _ in _paths(left))
         if read > MOST_READ:
             break
-        smaller = _without_fault(left, complaint, name, folder)
+        smaller = _without_fault(left, complaint, read_table)
         if smaller is None:
             return found
         left = smaller
     if not found:
-        found += _unusable(parse_arm_file(table, name=name, folder=folder))
+        config = read_table(table)
+        found += _unusable(config, sections.find(config.connection.dialect))
     return found
 
 
-def _complaint(table: dict[str, Any], name: str, folder: Path) -> str | None:
+def _complaint(table: dict[str, Any], read: Read) -> str | None:
     try:
-        parse_arm_file(table, name=name, folder=folder)
+        read(table)
     except (ArmFileError, KinematicsError) as error:
         return str(error)
     return None
 
 
-def _without_fault(
-    table: dict[str, Any], complaint: str, name: str, folder: Path
-) -> dict[str, Any] | None:
+def _without_fault(table: dict[str, Any], complaint: str, read: Read) -> dict[str, Any] | None:
     """Return the table without the key at fault, None where no single key is."""
     for path in sorted(_paths(table), key=len, reverse=True):
         smaller = _without(table, path)
-        now = _complaint(smaller, name, folder)
+        now = _complaint(smaller, read)
         if now != complaint and not (now and _blames_absence(now, path)):
             return None if path in _BASIC else smaller
     return None
@@ -94,9 +98,9 @@ def _without(table: dict[str, Any], path: Path_) -> dict[str, Any]:
     return copied
 
 
-def _unusable(config: ArmConfig) -> Iterator[str]:
+def _unusable(config: ArmConfig, dialect: DialectSection) -> Iterator[str]:
     """Give what every key allows and the arm does not: motors, postures out of reach."""
-    yield from _motors(config)
+    yield from _motors(config, dialect)
     postures = [("park", config.park)]
     if config.model.reference is not None:
         postures.append(("reference", config.model.reference.pose))
@@ -112,9 +116,8 @@ def _unusable(config: ArmConfig) -> Iterator[str]:
             )
 
 
-def _motors(config: ArmConfig) -> Iterator[str]:
+def _motors(config: ArmConfig, dialect: DialectSection) -> Iterator[str]:
     transmission = config.model.transmission
-    row = dialect(config.connection.dialect)
     if transmission is None:
         yield (
             f"no motor steps are known of the {config.model.title}: give steps_per_mm and "
@@ -122,13 +125,13 @@ def _motors(config: ArmConfig) -> Iterator[str]:
         )
         return
     try:
-        driven = row.controller(config).abilities.motors
+        driven = dialect.abilities_with(config).motors
     except (ArmError, KinematicsError) as error:
         yield str(error)
         return
     if len(transmission.motors) != driven:
         yield (
-            f"the arm has {len(transmission.motors)} motors, but its controller ({row.title}) "
+            f"the arm has {len(transmission.motors)} motors, but its controller ({dialect.title}) "
             f"drives {driven}: list every motor of the controller, or correct gripper.kind"
         )
 

@@ -21,6 +21,8 @@ from kinematics import (
 )
 from kinematics.spaces import JOINT_NAMES
 
+LENGTHS = ("base_height_mm", "upper_arm_mm", "forearm_mm", "hand_mm")
+"""The keys of a preset's lengths."""
 LONGEST_MM = 10_000.0
 """No link of an arm is longer."""
 
@@ -29,7 +31,7 @@ def corrected(model: ArmPreset, table: Mapping[str, Any]) -> ArmPreset:
     """Apply an arm file's corrections to its preset."""
     arm = model.arm
     lengths = require_table(table.get("lengths", {}), "lengths")
-    refuse_unknown(lengths, list(_LENGTHS), "lengths")
+    refuse_unknown(lengths, list(LENGTHS), "lengths")
     changed: dict[str, Any] = {key: number(v, f"lengths.{key}") for key, v in lengths.items()}
     for key, length_mm in changed.items():  # others would take for ever to be guarded
         within(f"lengths.{key}", length_mm, -LONGEST_MM, LONGEST_MM)
@@ -55,14 +57,11 @@ def _filled_in(model: ArmPreset, table: Mapping[str, Any]) -> bool:
     turning = [] if model.transmission is None else model.transmission.motors[:5]
     whole = (
         bool(turning)
-        and set(table.get("lengths", {})) == set(_LENGTHS)
+        and set(table.get("lengths", {})) == set(LENGTHS)
         and {motor.name for motor in turning} == set(table.get("steps_per_turn", {}))
     )
     known = preset(model.key)
     return whole and (model.arm, model.transmission) != (known.arm, known.transmission)
-
-
-_LENGTHS = ("base_height_mm", "upper_arm_mm", "forearm_mm", "hand_mm")
 
 
 def _joint_table(table: object, where: str) -> Mapping[str, Any]:

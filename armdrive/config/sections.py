@@ -6,15 +6,12 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from armdrive.errors import ArmFileError
 from armdrive.text.toml import number, read_section, refuse_unknown, require_table, within
-from kinematics import Joints, Pose
+from kinematics import ArmModel, Joints, Pose
 from kinematics.frames.graph import UserFrame
-
-if TYPE_CHECKING:
-    from kinematics import ArmModel
 
 RESERVED_FRAMES = ("base", "tool")
 """Names of frames that every arm has (frames.py)."""
@@ -30,7 +27,7 @@ class Connection:
     looked for until it is back; the arm then stands in error-stop.
     """
 
-    dialect: str = "teachmover"
+    dialect: str
     port: str = ""
     baud: int = 9600
     raise_dtr: bool = False

@@ -8,7 +8,9 @@ from dataclasses import replace
 
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection
+from armdrive.dialects.recognition import comes_back, says_something_readable
 from armdrive.errors import DeviceFault, LinkLost, PortUnavailable
+from armdrive.registry import recogniser
 from armdrive.runtime.received import NOT_THE_ANSWER, excerpt
 from armdrive.transports.address import PREFIX, CanAddress, is_can, scheme
 from armdrive.transports.link import Link
@@ -154,14 +156,12 @@ def bare(fault: BaseException, wire: Connection) -> str:
 
 
 def _instead(heard: bytes, dialect: str, sent: Sequence[bytes], told: str) -> str:
-    from armdrive.dialects.signs import comes_back, recognise, says_something_readable
-
     if comes_back(sent, heard):
         return (
             "What is sent comes straight back: transmit and receive are joined somewhere, or the "
             "adapter or the board echoes. Switch the echo off, and check the wiring."
         )
-    identity = recognise(heard)
+    identity = recogniser().recognise(heard)
     if identity is not None and identity.dialect != dialect:
         choice = f"say dialect {identity.dialect}" if identity.dialect else identity.remedy
         chosen = f": {choice}" if choice else ""

@@ -7,14 +7,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from armdrive.config.arm import ArmConfig, config_of_preset, load_arm_file
+from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection
 from armdrive.connect.parts import Parts, assemble
 from armdrive.connect.port import Wiring, overheard
 from armdrive.connect.reconnect import Rewiring
 from armdrive.dialog import Operator
 from armdrive.errors import ArmFileError, BadRequest, PortUnavailable
-from armdrive.registry import DIALECTS, dialect
+from armdrive.registry import DEFAULT, DIALECTS, dialect, load_arm, preset_arm, simulate
 from armdrive.runtime.drive import PaceChoice, RealPace, pace_of
 from armdrive.storage import files as places
 from armdrive.storage.arm_lock import hold
@@ -31,7 +31,7 @@ if TYPE_CHECKING:  # a real arm loads no simulation
     from armdrive.sim.simulated_arm import Twin
 
 SIM = "sim:"
-DEFAULT_TARGET = f"{SIM}teachmover"
+DEFAULT_TARGET = f"{SIM}{DEFAULT}"
 """What a program connects to that names nothing."""
 SIM_PLANNED_BURST_S = 0.5
 """A simulated arm harms nobody: its planned bursts are longer than an unconfigured real arm's."""
@@ -55,7 +55,7 @@ def find(name: str, *, dialect_name: str | None = None, baud: int | None = None)
         return Target(simulated_config(name.removeprefix(SIM)), simulated=True)
     path = _arm_file(name)
     if path is not None:
-        return _real_unless_forced(load_arm_file(path))
+        return _real_unless_forced(load_arm(path))
     if not _looks_like_port(name):
         raise ArmFileError(_unknown(name))
     if dialect_name is None:
@@ -65,7 +65,7 @@ def find(name: str, *, dialect_name: str | None = None, baud: int | None = None)
         )
     row = dialect(dialect_name)
     wire = Connection(row.name, name, baud or row.baud, row.raise_dtr)
-    return _real_unless_forced(config_of_preset(row.preset, name=name, connection=wire))
+    return _real_unless_forced(preset_arm(row.preset, name=name, connection=wire))
 
 
 def simulation_forced() -> bool:
@@ -87,7 +87,7 @@ def simulated_config(name: str) -> ArmConfig:
     """Return the arm that speaks a dialect, as a simulated one."""
     row = dialect(name)
     wire = Connection(dialect=row.name, port="", baud=row.baud)
-    config = config_of_preset(row.preset, name=f"{SIM}{row.name}", connection=wire)
+    config = preset_arm(row.preset, name=f"{SIM}{row.name}", connection=wire)
     return replace(config, motion=replace(config.motion, planned_burst_s=SIM_PLANNED_BURST_S))
 
 
@@ -138,9 +138,7 @@ def connect_simulated(
     reconnect: bool | None = None,
 ) -> Parts:
     """Connect to a simulated twin in this process, on simulated time unless `pace` says real."""
-    from armdrive.sim.simulated_arm import make_twin
-
-    twin = twin or make_twin(config)
+    twin = twin or simulate(config)
     parts = assemble(
         config,
         twin.link,

@@ -1,12 +1,19 @@
-"""Any message in words, made of its name and its fields; and how counts of motors are written."""
+"""What every dialect needs to put its messages into words, and to compare them in a recording."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, fields, is_dataclass
 from enum import Enum
-from typing import Protocol
+from types import MappingProxyType
+from typing import Any, Protocol, TypeAlias
+
+from firmware_protocol.errors import ProtocolError
+from firmware_protocol.lines import LineSplitter
+
+Sentences: TypeAlias = Mapping[type, Callable[[Any], str]]
+"""For each class of message, the sentence that says what it does."""
 
 _SPLIT = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
 
@@ -26,6 +33,12 @@ def plain(message: object) -> str:
     told = ", ".join(each for each in said if each)
     name = _SPLIT.sub(" ", type(message).__name__).lower()
     return f"{name}: {told}" if told else name
+
+
+def wording(message: object, sentences: Sentences) -> str:
+    """Return a message as its sentence, or in plain words where its class has none."""
+    sentence = sentences.get(type(message))
+    return plain(message) if sentence is None else sentence(message)
 
 
 def moved(names: Sequence[str], counts: Sequence[int]) -> str:
@@ -94,3 +107,69 @@ class Splitter(Protocol):
 
     def feed(self, data: bytes) -> list[Message]:
         """Take bytes; return the messages that are whole by now."""
+
+
+# How the bytes of one dialect are cut into messages and put into words.
+
+LONGEST_LINE = 4096
+MOST_LINES = 65536
+
+
+class Lines:
+    """Messages that are lines."""
+
+    def __init__(self, ends: bytes, weigh: Callable[[bytes], Message]) -> None:
+        self._lines = LineSplitter(ends, max_length=LONGEST_LINE, max_lines=MOST_LINES)
+        self._weigh = weigh
+
+    def feed(self, data: bytes) -> list[Message]:
+        """Take bytes; return the lines that have ended."""
+        self._lines.feed(data)
+        found = []
+        while (line := self._lines.next_line()) is not None:
+            data = line if isinstance(line, bytes) else line.start
+            if data.strip():
+                found.append(self._weigh(data.strip()))
+        return found
+
+
+def answer(line: bytes) -> Message:
+    """Return a line as an answer, which is compared to the byte."""
+    return Message(line, Weight.ANSWER)
+
+
+def escaped(data: bytes) -> str:
+    """Return bytes as text, with every control character escaped."""
+    return data.decode("latin-1").encode("unicode_escape").decode("ascii")
+
+
+@dataclass(frozen=True, slots=True)
+class Talk:
+    """How one dialect is cut into messages and put into words.
+
+    `sent` reads what a host writes at once, as a message or in words; `heard` reads one message;
+    `shown` writes bytes for people. None where nothing is known of the dialect. `sentences` are
+    for the messages whose plain words would not say what they do.
+    """
+
+    splitter: Callable[[], Splitter]
+    heard: Callable[[bytes], object] | None
+    sent: Callable[[bytes], object] | None = None
+    shown: Callable[[bytes], str] = escaped
+    sentences: Sentences = field(default_factory=lambda: MappingProxyType({}))
+
+    def said(self, data: bytes) -> str:
+        """Return one message for people, with its meaning where its bytes do not show it."""
+        words = "" if self.shown is escaped else self.words(data, self.heard)
+        return f"{self.shown(data)} ({words})" if words else self.shown(data)
+
+    def words(self, data: bytes, read: Callable[[bytes], object] | None) -> str:
+        """Return what bytes mean; nothing where that is not known."""
+        try:
+            return "" if read is None else self.wording(read(data))
+        except ProtocolError:
+            return "unreadable"
+
+    def wording(self, message: object) -> str:
+        """Return one message of this dialect in words; text is returned as it is."""
+        return wording(message, self.sentences)

@@ -134,7 +134,8 @@ def _close_until_grip(wire: Wire, speeds: Speeds, steps: int, depth_mm: float) -
         _raise_if_stopped(wire)
         if core.coordinates.opening_mm < -behind_mm:
             raise DeviceFault(
-                "the gripper is closed and its switch did not trip: check teachmover.grip_bit and "
+                "the gripper is closed and its switch did not trip: check "
+                f"{core.config.connection.dialect}.grip_bit and "
                 "gripper.trip_force_n in the arm file"
             )
         yield from _slide(wire, speeds, -steps)
@@ -151,7 +152,7 @@ def _open_until_free(wire: Wire, speeds: Speeds, deepest_steps: float) -> Flow[N
         if core.coordinates.opening_mm > furthest_mm:
             raise DeviceFault(
                 "the gripper was opened and its switch did not let go: look at the switch, and "
-                "check teachmover.grip_bit in the arm file"
+                f"check {core.config.connection.dialect}.grip_bit in the arm file"
             )
         yield from _slide(wire, speeds, FINE_STEPS)
         yield from wire.verify()

@@ -34,9 +34,9 @@ from armdrive.programs.acts import (
 )
 from armdrive.programs.performing import Performer, place_of
 from armdrive.programs.running import FOR_EVER, LOOPS_REHEARSED, Run, Source, Step, Took
+from armdrive.registry import simulate
 from armdrive.runtime.io_lines import input_bits
 from armdrive.runtime.position import Coordinates
-from armdrive.sim.simulated_arm import make_twin
 from armdrive.sim.world.table import Block
 from armdrive.status import State, Trust
 from armdrive.trace.calls import NO_WITNESS
@@ -244,10 +244,10 @@ def knows_its_world(arm: Arm | None) -> bool:
 
 def _twin(config: ArmConfig, arm: Arm | None) -> Twin:
     if arm is None or arm.twin is None:
-        return make_twin(config)
+        return simulate(config)
     with arm.pace.lock:
         saved = arm.twin.save()
-    return make_twin(config, saved)
+    return simulate(config, saved)
 
 
 def _make_ready(made: Arm, there: Coordinates | None) -> None:

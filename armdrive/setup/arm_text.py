@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from armdrive.config.arm import ArmConfig
+from armdrive.config.preset import LENGTHS
 from armdrive.setup.directions import Seen, Signs, conclude
 from armdrive.setup.draft import GRIPPER_MOTOR, HALF_STEP, Draft
 from armdrive.setup.plan import MM, Notes, Plan
-from armdrive.setup.questions.arm import LENGTHS
 from armdrive.setup.templates import COUPLED, model_text, typed_text
 from armdrive.text.toml import Entry, Section, document
 from firmware_protocol.mks import COUNTS_PER_TURN

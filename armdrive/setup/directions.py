@@ -14,6 +14,7 @@ from enum import Enum
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+from armdrive.config.write import Change
 from armdrive.dialog import WrongAnswer
 from armdrive.errors import BadRequest, Refused
 from kinematics import Joints, Transmission
@@ -281,20 +282,6 @@ class Verdict:
     def right(self) -> bool:
         """Whether nothing at all has to be changed or looked at."""
         return not (self.farther or self.order or any((self.signs.motors, self.signs.joints)))
-
-
-@dataclass(frozen=True, slots=True)
-class Change:
-    """One key of an arm file, its new value, and why: `motors` are reached by their index."""
-
-    path: tuple[str | int, ...]
-    value: Any
-    why: str
-
-    @property
-    def name(self) -> str:
-        """The key as people write it."""
-        return ".".join(map(str, self.path))
 
 
 def judge(looks: Iterable[Look], roll_joint: str) -> Verdict:

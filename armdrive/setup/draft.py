@@ -12,8 +12,9 @@ from fractions import Fraction
 from types import MappingProxyType
 from typing import Any
 
+from armdrive.dialects.dialect import Dialect
 from armdrive.dialog import WrongAnswer, plain_number
-from armdrive.registry import DIALECTS, Dialect
+from armdrive.registry import DIALECTS
 from armdrive.setup.templates import COUPLED, NOTHING, OUTPUT, OWN_MOTOR, SERVO, TEMPLATES, Template
 from kinematics import PRESETS, ArmPreset
 from kinematics.chains.chain import Chain

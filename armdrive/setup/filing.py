@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from armdrive.config.check import problems_of
 from armdrive.config.write import amended
 from armdrive.errors import ArmFileError
+from armdrive.registry import arm_problems, load_arm
 from armdrive.setup.directions import Verdict, changes, swapped
 from armdrive.text.reading import read_text
 
@@ -23,12 +23,10 @@ if TYPE_CHECKING:
 
 def checked(files: Files, name: str) -> ArmConfig:
     """Read the texts back as they would be read; nothing stays on the disk."""
-    from armdrive.config.arm import load_arm_file
-
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"{name}.toml"
         write(files, path)
-        return load_arm_file(path)
+        return load_arm(path)
 
 
 def write(files: Files, path: Path) -> None:
@@ -75,12 +73,12 @@ def propose(path: Path, transmission: Transmission, verdict: Verdict) -> Proposa
     """Return how an arm file should be changed. Writes nothing; raises `ArmFileError`."""
     before = _text(path)
     table = tomllib.loads(before)
-    known = set(problems_of(table, path.stem, path.parent))
+    known = set(arm_problems(table, path.stem, path.parent))
     order = dict(verdict.order) if "motors" in table and swapped(verdict) else {}
     text = amended(before, changes(table, transmission, verdict), order)
     new = [
         each
-        for each in problems_of(tomllib.loads(text), path.stem, path.parent)
+        for each in arm_problems(tomllib.loads(text), path.stem, path.parent)
         if each not in known
     ]
     if new:

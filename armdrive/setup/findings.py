@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from armdrive.dialects.mks.survey import Known, Survey
-from armdrive.dialects.signs import Identity, says_something_readable
+from armdrive.dialects.recognition import Identity, says_something_readable
 from armdrive.dialog import Finding, note, ok, problem
 from armdrive.registry import DIALECTS, likely
 from armdrive.runtime.received import excerpt

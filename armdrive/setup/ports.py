@@ -56,10 +56,10 @@ def arm_files() -> tuple[Naming, ...]:
 
 
 def _naming(path: Path) -> Naming:
-    from armdrive.config.arm import load_arm_file
+    from armdrive.registry import load_arm
 
     try:
-        wire = load_arm_file(path).connection
+        wire = load_arm(path).connection
     except ArmError as error:
         return Naming(path.stem, error=str(error))
     return Naming(path.stem, wire.port, wire.usb_serial)

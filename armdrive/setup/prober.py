@@ -11,21 +11,23 @@ from collections.abc import Callable, Generator
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
-from armdrive.dialects.probes import (
-    DETAILS,
-    LISTEN_S,
-    QUICK_BAUD,
-    SETTLE_S,
-    Probe,
-    own_probe,
-    sequence,
-)
-from armdrive.dialects.signs import Identity, recognise
+from armdrive.dialects.recognition import Identity, Probe
 from armdrive.errors import PortUnavailable
+from armdrive.registry import recogniser
 from armdrive.transports.address import host_and_port, scheme
 from armdrive.transports.link import Link
 from armdrive.transports.serial_port import SerialLink
 from armdrive.transports.udp import UdpLink
+
+LISTEN_S = 2.5
+"""How long is only listened at first: a board that restarts says so within this time, and its
+boot loader, which would take probes for its own commands, has ended."""
+SETTLE_S = 0.3
+"""How long is only listened after the baud rate was changed."""
+QUICK_BAUD = 115_200
+"""The rate at which boards say their first words. Slow bytes are harmless at it, since one slow
+bit fills a whole quick byte: nothing is heard but 0x00, and bytes from 0x80 up whose ones are all
+on top."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +100,7 @@ Script = Generator[Turn, bytes, Examination]
 
 def examine(given_baud: int | None = None, *, datagrams: bool = False) -> Script:
     """Find out what a port leads to; with `given_baud` at that baud rate alone."""
-    probes = sequence(given_baud, datagrams=datagrams)
+    probes = recogniser().sequence(given_baud, datagrams=datagrams)
     first_baud = given_baud or QUICK_BAUD  # whoever has something to say at the start says it so
     found = yield from _listen(Examination(), first_baud, 0.0 if datagrams else LISTEN_S)
     for probe in probes:
@@ -129,11 +131,11 @@ def _turn(found: Examination, probe: Probe) -> Script:
     before = b"".join(each.answer for each in found.heard if each.baud == probe.baud)
 
     def known(data: bytes) -> bool:
-        return recognise(before + _without_echo(probe.data, data)) is not None
+        return recogniser().recognise(before + _without_echo(probe.data, data)) is not None
 
     data = yield Turn(probe.baud, probe.data, probe.wait_s, known)
     heard = Heard(probe.name, probe.baud, probe.data, data)
-    identity = _better(found.identity, recognise(before + heard.answer))
+    identity = _better(found.identity, recogniser().recognise(before + heard.answer))
     return replace(found, identity=identity, heard=(*found.heard, heard))
 
 
@@ -147,19 +149,19 @@ def _better(known: Identity | None, told: Identity | None) -> Identity | None:
 def _at_usual_rate(found: Examination) -> Script:
     """Ask once more at the usual rate where another was heard: native USB hears at any."""
     identity = found.identity
-    probe = own_probe(identity.dialect) if identity is not None else None
+    probe = recogniser().own_probe(identity.dialect) if identity is not None else None
     if identity is None or probe is None or probe.baud == found.baud:
         return found
     heard_at = found.baud
     found = yield from _turn(found, probe)
-    answered = recognise(found.heard[-1].answer) is not None
+    answered = recogniser().recognise(found.heard[-1].answer) is not None
     return replace(found, baud=probe.baud if answered else heard_at)
 
 
 def _details(found: Examination, given_baud: int | None) -> Script:
     """Ask a board that has just said its first words which version it is."""
     identity = found.identity
-    probe = DETAILS.get(identity.dialect) if identity is not None else None
+    probe = recogniser().details(identity.dialect) if identity is not None else None
     if identity is None or probe is None or not identity.restarted:
         return found
     probe = replace(probe, baud=given_baud or found.baud or probe.baud)

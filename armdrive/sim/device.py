@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any, ClassVar, Protocol, TypeAlias, runtime_checkable
 
+from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
 from armdrive.sim.mechanics.motors import Drive
 from armdrive.sim.world.arm import World
@@ -513,6 +514,21 @@ def _row(rows: Mapping[str, Option], name: str) -> Option:
     known = f"known are {', '.join(rows)}" if rows else "this device has none"
     hint = did_you_mean(name, rows, known)
     raise BadRequest(f"the simulated device has no setting {name!r}; {hint}")
+
+
+@dataclass(frozen=True, slots=True)
+class SimDeviceKind:
+    """How the simulated device of one dialect is made, and what can be set of it.
+
+    `make(config, world, options)` builds it as it stands when its power has come; a saved one is
+    made the same way and then recalls what it knew. `device` is its class, which tells what it is
+    able to do.
+    """
+
+    title: str
+    device: type[SimDevice]
+    make: Callable[[ArmConfig, World, Options], SimDevice]
+    options: tuple[Option, ...] = ()
 
 
 # --- The report: the whole state, physical and commanded, for people and programs ----------------

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Mapping
 
+from armdrive.sim.device import SimDeviceKind
 from armdrive.sim.faults.table import faults_of
-from armdrive.sim.kinds import twin_kind
 
 _FAULT_NOTE = (
     "P is a probability for each byte, #N the N-th byte from now, next the whole next message;\n"
@@ -14,13 +14,12 @@ _FAULT_NOTE = (
 )
 
 
-def listing(dialects: Iterable[str]) -> str:
+def listing(kinds: Mapping[str, SimDeviceKind]) -> str:
     """Return the tables of these dialects, made from the tables themselves."""
-    return "\n\n".join([*map(_one, dialects), _FAULT_NOTE])
+    return "\n\n".join([*(_one(name, kind) for name, kind in kinds.items()), _FAULT_NOTE])
 
 
-def _one(dialect: str) -> str:
-    kind = twin_kind(dialect)
+def _one(dialect: str, kind: SimDeviceKind) -> str:
     settings = [
         (f"{row.name}={_shown(row.default)}", _with_choices(row.summary, row.choices))
         for row in kind.options

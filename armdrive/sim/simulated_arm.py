@@ -12,9 +12,8 @@ from armdrive.dialog import PostureRequest
 from armdrive.errors import BadRequest, StateFileError
 from armdrive.sim.bus.drives import DrivesOnBus
 from armdrive.sim.bus.line import BusLine
-from armdrive.sim.device import Options, SimDevice, Value
+from armdrive.sim.device import Options, SimDevice, SimDeviceKind, Value
 from armdrive.sim.faults.running import Faults, LinkCable
-from armdrive.sim.kinds import twin_kind
 from armdrive.sim.wire import PacedDevice
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.body import ArmBody, play_of
@@ -88,8 +87,7 @@ def recalled(
 
 
 DIALECT = "dialect"
-"""The entry of a saved world that names the dialect; without it, the only one that there was."""
-_FIRST = "teachmover"
+"""The entry of a saved world that names the dialect."""
 TITLE = "simulated arm"
 """What links call the far end of their wire."""
 
@@ -117,8 +115,9 @@ class Twin:
         return {DIALECT: self.dialect, **self.device.to_json()}
 
 
-def make_twin(
+def simulated_arm(
     config: ArmConfig,
+    kind: SimDeviceKind,
     saved: object = None,
     *,
     blocks: Iterable[Block] = (),
@@ -130,11 +129,13 @@ def make_twin(
 
     `play` is the lost motion of every motor's train, or of each, in steps: without it, the
     backlash of the arm file, which is what the driver takes up. `stand` puts the arm on a table
-    with others, which a saved world cannot be put on. `options` are settings of the
-    dialect's device, `speed_error=0.2` say. Raises `StateFileError` where what was
-    saved fits no such arm, and `BadRequest` for the rest.
+    with others, which a saved world cannot be put on. `kind` is that of the arm's dialect, and
+    `options` are settings of its device, `speed_error=0.2` say. Raises `StateFileError` where what
+    was saved fits no such arm, and `BadRequest` for the rest.
     """
-    device = make_device(config, saved, blocks=blocks, play=play, stand=stand, settings=options)
+    device = simulated_device(
+        config, kind, saved, blocks=blocks, play=play, stand=stand, settings=options
+    )
     link = link_to(device)
     operator, faults = SimulatedOperator(device.world), Faults(device, link.line, LinkCable(link))
     return Twin(config.connection.dialect, device, link, operator, faults)
@@ -152,8 +153,9 @@ def line_to(device: SimDevice) -> PacedDevice:
     return PacedDevice(device, device.baud)
 
 
-def make_device(
+def simulated_device(
     config: ArmConfig,
+    kind: SimDeviceKind,
     saved: object = None,
     *,
     blocks: Iterable[Block] = (),
@@ -162,8 +164,6 @@ def make_device(
     settings: Mapping[str, Value] | None = None,
 ) -> SimDevice:
     """Build the simulated device alone, for a process of its own."""
-    dialect = config.connection.dialect
-    kind = twin_kind(dialect)
     body = ArmBody.of_preset(config.model)
     widths = config.backlash_steps if play is None else play_of(play, len(body.transmission.motors))
     body = replace(body, play=widths)
@@ -172,7 +172,7 @@ def make_device(
         return kind.make(config, World(body, blocks=blocks, stand=stand), chosen)
     if stand is not None:
         raise BadRequest("a saved world has a table of its own: it cannot be put on another")
-    known = _of_dialect(saved, dialect)
+    known = _of_dialect(saved, config.connection.dialect)
     what = f"simulated {kind.title}"
     return recalled(known, lambda world: kind.make(config, world, chosen), body, what=what)
 
@@ -181,7 +181,7 @@ def _of_dialect(saved: object, dialect: str) -> object:
     """Return a saved world without its dialect, which must be this one."""
     if not isinstance(saved, Mapping):
         return saved
-    spoken = saved.get(DIALECT, _FIRST)
+    spoken = saved.get(DIALECT)
     if spoken != dialect:
         raise StateFileError(
             f"the saved arm speaks {spoken!r}, not {dialect!r}: they have nothing in common; {MEND}"

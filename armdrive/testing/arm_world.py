@@ -17,9 +17,10 @@ from armdrive.arm import Arm, standing_in
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import DEFAULT_TARGET, Target, connect_simulated, find
 from armdrive.errors import ArmFileError, ArmInUse, BadRequest
+from armdrive.registry import simulate
 from armdrive.runtime.clock import SimulatedClock
 from armdrive.sim.faults.running import Faults
-from armdrive.sim.simulated_arm import Twin, make_twin
+from armdrive.sim.simulated_arm import Twin
 from armdrive.sim.world.table import Block, Incident, Stand, Table
 from armdrive.storage.files import always
 from armdrive.storage.record import Record
@@ -135,7 +136,7 @@ class Places:
     ) -> Placed:
         x_mm, y_mm, turned_deg = place
         stand = Stand(self._table, x_mm, y_mm, math.radians(turned_deg))
-        placed = Placed(config, make_twin(config, stand=stand, **options))
+        placed = Placed(config, simulate(config, stand=stand, **options))
         self._placed[name] = placed
         return placed
 

@@ -9,10 +9,11 @@ from collections.abc import Mapping, Sequence
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects.words import Message, Weight
 from armdrive.errors import ArmError, BadRequest, RecordingError
+from armdrive.registry import simulate_device
 from armdrive.sim.bus.drives import DrivesOnBus
 from armdrive.sim.bus.line import BusLine
 from armdrive.sim.device import SimDevice, Value, state_json, state_line
-from armdrive.sim.simulated_arm import DIALECT, make_device
+from armdrive.sim.simulated_arm import DIALECT
 from armdrive.sim.wire import PacedDevice
 from armdrive.sim.world.saved import Json
 from armdrive.trace.describe import talk
@@ -159,7 +160,7 @@ class Bench:
 
     def _make(self, saved: object) -> None:
         try:
-            self._device: SimDevice = make_device(self._config, saved, settings=self._settings)
+            self._device: SimDevice = simulate_device(self._config, saved, settings=self._settings)
         except BadRequest:  # a setting that the caller has chosen
             raise
         except (ArmError, KinematicsError, ArithmeticError, LookupError) as error:

@@ -19,9 +19,10 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from armdrive.config.arm import MODEL_FILE, ArmConfig, Source, parse_arm_file
+from armdrive.config.arm import MODEL_FILE, ArmConfig, Source
 from armdrive.config.write import complete
 from armdrive.errors import ArmError, ArmFileError, RecordingError, StateFileError
+from armdrive.registry import parse_arm
 from armdrive.storage import files as places
 from armdrive.storage.files import DISK, replace_durably
 from armdrive.text.reading import parse_toml, read_bytes, read_text
@@ -194,7 +195,7 @@ class Recording:
             table = parse_toml(header.arm_file, RecordingError)
             with tempfile.TemporaryDirectory(prefix="armdrive-") as folder:
                 _put_model(table, Path(folder), header.model_file)
-                return parse_arm_file(table, name=header.arm, folder=Path(folder))
+                return parse_arm(table, name=header.arm, folder=Path(folder))
         except (ArmError, KinematicsError, OSError) as error:
             raise RecordingError(f"the recording's arm file cannot be used: {error}") from None
 

@@ -13,12 +13,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from armdrive.dialects.words import Message, Weight
+from armdrive.dialects.words import Message, Talk, Weight
 from armdrive.errors import RecordingError
 from armdrive.sim.device import Value
 from armdrive.tasks import AlertKind
 from armdrive.trace.bench import Bench
-from armdrive.trace.describe import Talk, talk
+from armdrive.trace.describe import talk
 from armdrive.trace.entries import Entry, Kind
 from armdrive.trace.files import Recording
 from armdrive.trace.timeline import Parting

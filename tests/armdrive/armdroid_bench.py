@@ -6,9 +6,10 @@ from dataclasses import replace
 
 from armdrive.arm import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.registry import simulate
 from armdrive.sim.armdroid.board import Board
 from armdrive.sim.armdroid.device import SimArmdroid
-from armdrive.sim.simulated_arm import link_to, make_twin
+from armdrive.sim.simulated_arm import link_to
 from armdrive.status import Trust
 from kinematics import Joints
 
@@ -45,7 +46,7 @@ def configured(burst_s=None, **device):
 
 def ready_arm(config=CONFIG, **options) -> Arm:
     """An arm that stands over the table, enabled and referenced."""
-    twin = make_twin(config, **options)
+    twin = simulate(config, **options)
     twin.world.drive_to(twin.world.body.transmission.to_motors(OVER_THE_TABLE, 20.0))
     arm = Arm(connect_simulated(config, twin=twin))
     arm.enable()

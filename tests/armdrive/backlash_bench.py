@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from armdrive import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
-from armdrive.sim.simulated_arm import make_twin
+from armdrive.registry import simulate
 from armdrive.status import State
 
 PLAY = 12
@@ -31,7 +31,7 @@ def config_of(dialect, backlash=PLAY, **motion):
 def played_arm(dialect, *, play=PLAY, backlash=PLAY, home=True, motion=None, **options):
     """Connect to an arm with play, by a driver that takes it for so much backlash."""
     config = config_of(dialect, backlash, **(motion or {}))
-    arm = Arm(connect_simulated(config, twin=make_twin(config, play=play, **options)))
+    arm = Arm(connect_simulated(config, twin=simulate(config, play=play, **options)))
     if home:
         if arm.status.state is State.DISABLED:
             arm.enable()

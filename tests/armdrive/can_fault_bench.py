@@ -14,8 +14,9 @@ import pytest
 from armdrive import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import ArmError, DeviceFault
+from armdrive.registry import simulate
 from armdrive.runtime.clock import SimulatedClock
-from armdrive.sim.simulated_arm import Twin, make_twin
+from armdrive.sim.simulated_arm import Twin
 from armdrive.status import State, Trust
 from firmware_protocol.canopen import CONTROLWORD, MODE, TARGET_POSITION, Service, service_of
 from firmware_protocol.frames import Frame, Unpacker
@@ -70,7 +71,7 @@ class Bus:
         self.clock = SimulatedClock()
         self.sent: list[Frame] = []
         self.tried = False
-        self.find(make_twin(self.config, **self.options))
+        self.find(simulate(self.config, **self.options))
         self.twin.device.bring_to(START, 20.0)
 
     def find(self, twin: Twin) -> None:

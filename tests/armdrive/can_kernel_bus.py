@@ -16,9 +16,9 @@ from typing import Any
 import can
 
 from armdrive.connect.target import simulated_config
+from armdrive.registry import simulate_device
 from armdrive.sim.bus.line import BusLine
 from armdrive.sim.device import SimDevice
-from armdrive.sim.simulated_arm import make_device
 from firmware_protocol.frames import Frame, Unpacker, pack
 
 LOOK_S = 0.001
@@ -28,7 +28,7 @@ class Interface:
     """`can0`: drives in real time, and every socket that is open on them."""
 
     def __init__(self) -> None:
-        self.device: SimDevice = make_device(simulated_config("mks"))
+        self.device: SimDevice = simulate_device(simulated_config("mks"))
         self.up = self.there = True
         self.sockets: list[Socket] = []
         self._line = BusLine(self.device)

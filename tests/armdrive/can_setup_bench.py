@@ -15,12 +15,12 @@ from armdrive.config.arm import ArmConfig, Source
 from armdrive.config.sections import Connection
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialog import About, Ask
+from armdrive.registry import simulate, simulate_device
 from armdrive.setup.commissioning import Outcome, Practice, one, walk
 from armdrive.setup.dialog_runner import Carrier, SimulatedClock
 from armdrive.setup.plan import Plan, plan_of
 from armdrive.sim.mks.device import SimMks
 from armdrive.sim.serving.loop import make_server, run_device
-from armdrive.sim.simulated_arm import make_device, make_twin
 from firmware_protocol.errors import ProtocolError
 from firmware_protocol.frames import Frame, Unpacker
 from firmware_protocol.mks import Code, Request, decode_request
@@ -96,7 +96,7 @@ class Bench:
     ) -> None:
         self.config = config or arm()
         self.plan = plan_of(self.config)
-        self.twin = make_twin(arm(truth), **({"factory": True} | settings))
+        self.twin = simulate(arm(truth), **({"factory": True} | settings))
         assert isinstance(self.twin.device, SimMks)
         self.device: SimMks = self.twin.device
         self.clock = SimulatedClock()
@@ -154,7 +154,7 @@ class ServedBus:
 
     def __init__(self, folder: Any, **settings: Any) -> None:
         self.server = make_server(slcan=folder / "can0", beside=folder / "can1")
-        self.device = make_device(arm(), settings=settings)
+        self.device = simulate_device(arm(), settings=settings)
         self.port = self.server.can_address
         self.beside = self.server.second.can_address
         self.out = io.StringIO()

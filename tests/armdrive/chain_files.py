@@ -5,7 +5,7 @@ from pathlib import Path
 
 from faults import sim_arm
 
-from armdrive.config.arm import load_arm_file
+from armdrive.registry import load_arm
 
 PAGE = Path(__file__).parents[2] / "docs" / "arm-file.md"
 
@@ -51,7 +51,7 @@ def six_joints(folder, extra=""):
 def written(folder, text):
     path = folder / "bench.toml"
     path.write_text(text, encoding="utf-8")
-    return load_arm_file(path)
+    return load_arm(path)
 
 
 def connected(config, **options):

@@ -8,8 +8,7 @@ from dataclasses import replace
 
 from armdrive.connect.target import simulated_config
 from armdrive.dialects.cia402.controller import Cia402Controller
-from armdrive.registry import DIALECTS
-from armdrive.sim.simulated_arm import make_twin
+from armdrive.registry import DIALECTS, simulate
 from armdrive.tasks import Alert, Event, MoveAlong, MoveBy, Oddity, Progress, SwitchOn
 from firmware_protocol.canopen import Service, Statusword, service_of
 from firmware_protocol.frames import Frame, Unpacker
@@ -22,7 +21,7 @@ class Rig:
     def __init__(self, settings: dict | None = None, **options) -> None:
         config = simulated_config("cia402")
         self.config = replace(config, device=replace(config.device, **(settings or {})))
-        self.twin = make_twin(self.config, **options)
+        self.twin = simulate(self.config, **options)
         self.device, self.link = self.twin.device, self.twin.link
         self.controller = Cia402Controller(DIALECTS["cia402"].abilities, self.config)
         self.now_s = 0.0

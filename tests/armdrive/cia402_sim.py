@@ -7,9 +7,10 @@ from typing import Any
 
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection, HomingSettings
+from armdrive.registry import simulate
 from armdrive.sim.cia402.device import SimCia402
 from armdrive.sim.cia402.objects import dictionary
-from armdrive.sim.simulated_arm import Twin, make_twin
+from armdrive.sim.simulated_arm import Twin
 from firmware_protocol.canopen import (
     CONSUMER_HEARTBEAT,
     CONTROLWORD,
@@ -80,7 +81,7 @@ class Bench:
     def __init__(
         self, *, config: ArmConfig | None = None, saved: object = None, **settings: Any
     ) -> None:
-        self.twin: Twin = make_twin(config or arm_config(), saved, **settings)
+        self.twin: Twin = simulate(config or arm_config(), saved, **settings)
         assert isinstance(self.twin.device, SimCia402)
         self.device: SimCia402 = self.twin.device
         self.world = self.twin.world

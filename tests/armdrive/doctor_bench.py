@@ -12,21 +12,21 @@ from serial.tools import list_ports as pyserial
 from uart import Receiver
 
 from armdrive.connect.target import simulated_config
-from armdrive.dialects.probes import PROBES
+from armdrive.registry import recogniser, simulate_device
 from armdrive.setup import prober as carrying
 from armdrive.setup.prober import Examination, carry_out, examine
 from armdrive.sim.device import SimDevice
-from armdrive.sim.kinds import TWINS
-from armdrive.sim.simulated_arm import make_device
 from armdrive.sim.wire import PacedDevice
 
-SPOKEN = sorted({probe.dialect for probe in PROBES} & set(TWINS))
+WHO = recogniser()
+PROBES = WHO.probes
+SPOKEN = sorted({probe.dialect for probe in PROBES})
 """The dialects of the table of probes that have a simulated arm."""
 
 
 def made(dialect: str, **settings: object) -> SimDevice:
     """Return a simulated arm, its motors holding it."""
-    device = make_device(simulated_config(dialect), settings=settings)
+    device = simulate_device(simulated_config(dialect), settings=settings)
     device.world.energised = True
     return device
 

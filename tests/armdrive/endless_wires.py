@@ -9,10 +9,10 @@ from collections.abc import Callable
 from armdrive.arm import Arm
 from armdrive.connect.parts import assemble
 from armdrive.connect.target import simulated_config
-from armdrive.registry import DIALECTS
+from armdrive.registry import DIALECTS, simulate
 from armdrive.runtime.drive import SimulatedPace
 from armdrive.runtime.engine import Engine
-from armdrive.sim.simulated_arm import Twin, make_twin
+from armdrive.sim.simulated_arm import Twin
 from armdrive.transports.link import Link
 from firmware_protocol.frames import Frame, Unpacker, pack
 
@@ -183,7 +183,7 @@ class Pace(SimulatedPace):
 
 def wire_to(dialect: str) -> tuple[Wire, Pace]:
     """Return a wire to a simulated arm of a dialect, and the time in which it is."""
-    wire = Wire(make_twin(simulated_config(dialect)))
+    wire = Wire(simulate(simulated_config(dialect)))
     return wire, Pace(wire)
 
 

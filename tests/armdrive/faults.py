@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from armdrive.arm import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import LinkLost
-from armdrive.sim.simulated_arm import make_twin
+from armdrive.registry import simulate
 from kinematics import Joints
 
 CR = b"\r"
@@ -167,7 +167,7 @@ def sim_config(**motion):
 def sim_arm(config=None, *, speed_error=0.0, blocks=(), at=None, **options) -> Arm:
     """Connect to a fresh twin over a faulty wire (`arm.twin.link`); `at` puts and references it."""
     config = config or simulated_config("teachmover")
-    twin = make_twin(config, blocks=blocks, speed_error=speed_error)
+    twin = simulate(config, blocks=blocks, speed_error=speed_error)
     if at is not None:
         twin.world.drive_to(twin.world.body.transmission.to_motors(at, 20.0))
     twin = replace(twin, link=FaultyLink(twin.link))

@@ -11,7 +11,7 @@ from armdrive import Jog
 from armdrive.arm import Arm
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import connect_simulated, simulated_config
-from armdrive.sim.simulated_arm import make_twin
+from armdrive.registry import simulate
 from kinematics import Joints, Pose
 
 OVER = Joints.of(0.0, 40.0, -80.0, -40.0, 0.0)
@@ -95,7 +95,7 @@ def config(device=None, gripper=None, **motion) -> ArmConfig:
 def found(made: ArmConfig | None = None, **options) -> Arm:
     """Connect to a board whose arm stands over the table, without a reference."""
     made = made or config()
-    twin = make_twin(made, **options)
+    twin = simulate(made, **options)
     body = twin.world.body
     twin.world.drive_to(body.transmission.to_motors(OVER, OPENING_MM))
     return Arm(connect_simulated(made, twin=replace(twin, link=Disturbed(twin.link))))

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 from armdrive.config.sections import GripperSettings
 from armdrive.connect.target import simulated_config
+from armdrive.registry import simulate_device
 from armdrive.sim.grbl.hardware import Switch
-from armdrive.sim.simulated_arm import make_device
 from armdrive.sim.wire import PacedDevice
 from armdrive.transports.in_process import MemoryLink
 from firmware_protocol.grbl import Banner, Host, LineReader, StatusReport
@@ -49,7 +49,7 @@ class Bench:
 
     def __init__(self, values=MACHINE, *, baud=BAUD, config=None, saved=None, **options):
         config = config or config_of()
-        self.device = make_device(config, saved, settings=options)
+        self.device = simulate_device(config, saved, settings=options)
         self.board = self.device.board
         self.board.settings.values.update(values)
         self.board.drive.rack.limits = self.board.settings.limits()

@@ -12,8 +12,8 @@ from armdrive import Jog
 from armdrive.arm import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.moves import CARTESIAN_AXES, GRIPPER_AXIS
+from armdrive.registry import simulate
 from armdrive.runtime.position import Coordinates
-from armdrive.sim.simulated_arm import make_twin
 from armdrive.status import State
 from kinematics import Joints
 from kinematics.guards.shapes import Box
@@ -42,7 +42,7 @@ class Stand:
             guards = replace(guards, inner_radius_mm=None, hand_wrist_radius_mm=None)
         self.config = replace(config, model=replace(config.model, guards=guards))
         self.draw = random.Random(f"{seed} {dialect} {over_base}")
-        self.twin = make_twin(self.config)
+        self.twin = simulate(self.config)
         self.arm: Arm = Arm(connect_simulated(self.config, twin=self.twin))
         if self.arm.status.state is State.DISABLED:
             self.arm.enable()

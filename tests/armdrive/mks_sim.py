@@ -7,8 +7,9 @@ from typing import Any
 
 from armdrive.config.arm import ArmConfig
 from armdrive.config.sections import Connection, HomingSettings
+from armdrive.registry import simulate
 from armdrive.sim.mks.device import SimMks
-from armdrive.sim.simulated_arm import Twin, make_twin
+from armdrive.sim.simulated_arm import Twin
 from firmware_protocol.mks import (
     Answered,
     EncoderRead,
@@ -46,7 +47,7 @@ class Bench:
         saved: object = None,
         **settings: Any,
     ) -> None:
-        self.twin: Twin = make_twin(config or arm_config(), saved, **settings)
+        self.twin: Twin = simulate(config or arm_config(), saved, **settings)
         assert isinstance(self.twin.device, SimMks)
         self.device: SimMks = self.twin.device
         self.world = self.twin.world

@@ -9,8 +9,9 @@ from power_disk import MortalLink, PowerDisk
 
 from armdrive.arm import Arm
 from armdrive.connect.parts import assemble
+from armdrive.registry import simulate
 from armdrive.runtime.drive import SimulatedPace
-from armdrive.sim.simulated_arm import TITLE, line_to, make_twin
+from armdrive.sim.simulated_arm import TITLE, line_to
 from armdrive.status import Trust
 from armdrive.storage.record import FileRecorder
 
@@ -32,7 +33,7 @@ class Life:
 
     def __init__(self, disk=None):
         self.disk = disk or PowerDisk()
-        self.twin = make_twin(CONFIG)
+        self.twin = simulate(CONFIG)
         world = self.twin.world
         world.drive_to(world.body.transmission.to_motors(OVER_THE_TABLE, 20.0))
         self.now_s = 0.0

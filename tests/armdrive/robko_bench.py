@@ -7,8 +7,9 @@ from dataclasses import dataclass, field, replace
 
 from armdrive.arm import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.registry import simulate
 from armdrive.sim.robko01.device import SimRobko
-from armdrive.sim.simulated_arm import link_to, make_twin
+from armdrive.sim.simulated_arm import link_to
 from firmware_protocol.robko01 import Answer, Answered, Axes, Enable, Host, Op, Request
 from kinematics import Joints
 
@@ -153,7 +154,7 @@ def robko_config(*, device=None, **motion):
 def robko_arm(config=None, **options) -> Arm:
     """Connect to a fresh twin that stands over the table, its motors still off."""
     config = config or robko_config()
-    twin = make_twin(config, **options)
+    twin = simulate(config, **options)
     body = twin.world.body
     twin.world.drive_to(body.transmission.to_motors(OVER_THE_TABLE, 20.0))
     twin = replace(twin, link=FrameLink(twin.link))

@@ -12,8 +12,8 @@ from typing import Any
 from waiting import LONG_S, until
 
 from armdrive.connect.target import simulated_config
+from armdrive.registry import simulate_device
 from armdrive.sim.serving.loop import make_server, run_device
-from armdrive.sim.simulated_arm import make_device
 
 
 class Served:
@@ -29,7 +29,7 @@ class Served:
     ) -> None:
         self.server = make_server(pty=pty, tcp=tcp, udp=udp)
         self._scheme = "socket" if udp is None else "udp"
-        self.device = make_device(simulated_config(dialect))
+        self.device = simulate_device(simulated_config(dialect))
         self.out = io.StringIO()
         ear, self._mouth = os.pipe()
         self._thread = threading.Thread(

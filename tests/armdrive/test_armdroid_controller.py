@@ -8,12 +8,10 @@ import pytest
 from armdroid_bench import CONFIG, configured, honest, ready_arm
 
 from armdrive import Arm, ArmFileError, DeviceFault, Jog, NoAnswer, Refused
-from armdrive.config.arm import parse_arm_file
 from armdrive.connect.target import connect_simulated
 from armdrive.dialects.armdroid.controller import ArmdroidController
 from armdrive.errors import ArmError, Stopped
-from armdrive.registry import dialect
-from armdrive.sim.simulated_arm import make_twin
+from armdrive.registry import dialect, parse_arm, simulate
 from armdrive.status import Current, State, Trust
 from armdrive.tasks import (
     Alert,
@@ -294,11 +292,11 @@ class TestNumbers:
     def test_an_arm_files_section_is_checked(self, text, words):
         table = {"model": "armdroid1", "connection": {"dialect": "armdroid"}, "armdroid": text}
         with pytest.raises(ArmFileError, match=words):
-            parse_arm_file(table, name="bench")
+            parse_arm(table, name="bench")
 
 
 def test_an_arm_is_met_disabled_and_nothing_has_moved():
-    twin = make_twin(CONFIG)
+    twin = simulate(CONFIG)
     before = twin.world.motors
     arm = Arm(connect_simulated(CONFIG, twin=twin))
     assert arm.status.state is State.DISABLED
@@ -443,7 +441,7 @@ def test_a_welcome_between_two_bursts_ends_a_motion():
 
 
 def test_digits_that_another_program_left_are_no_part_of_a_motion():
-    twin = make_twin(CONFIG)
+    twin = simulate(CONFIG)
     twin.link.write(b"7,7,7,7,7,777", 0.0)
     twin.link.read(1.0)
     before = twin.world.motors
@@ -455,14 +453,14 @@ def test_digits_that_another_program_left_are_no_part_of_a_motion():
 
 
 def test_a_mute_board_is_no_arm():
-    twin = make_twin(CONFIG)
+    twin = simulate(CONFIG)
     twin.faults.add("mute")
     with pytest.raises(NoAnswer, match="switched on"):
         connect_simulated(CONFIG, twin=twin)
 
 
 def test_a_board_that_resets_as_its_port_is_opened_is_waited_for():
-    twin = make_twin(CONFIG, greets=False, resets_on_open=True)
+    twin = simulate(CONFIG, greets=False, resets_on_open=True)
     twin.device.opened()
     arm = Arm(connect_simulated(CONFIG, twin=twin))
     assert arm.status.state is State.DISABLED

@@ -6,7 +6,7 @@ from armdroid_bench import CONFIG
 from armdrive import Arm
 from armdrive.connect.target import connect_simulated
 from armdrive.errors import DeviceFault
-from armdrive.sim.simulated_arm import make_twin
+from armdrive.registry import simulate
 from armdrive.status import State, Trust
 from armdrive.storage.record import FileRecorder
 
@@ -16,7 +16,7 @@ TURNED = (40, 30, -20, 5, 9, 12)
 @pytest.fixture
 def left(tmp_path):
     """A twin on which a program has ended well, and the record that it left."""
-    twin = make_twin(CONFIG)
+    twin = simulate(CONFIG)
     recorder = FileRecorder(tmp_path / "record.json")
     twin.device.jog(TURNED)
     with Arm(connect_simulated(CONFIG, twin=twin, recorder=recorder)) as arm:

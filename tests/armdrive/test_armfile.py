@@ -10,12 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from armdrive.arm import Arm
-from armdrive.config.arm import config_of_preset, load_arm_file, parse_arm_file
 from armdrive.connect.parts import assemble
 from armdrive.connect.target import connect_simulated
 from armdrive.errors import ArmFileError, Refused
+from armdrive.registry import load_arm, parse_arm, preset_arm, simulate
 from armdrive.runtime.drive import SimulatedPace
-from armdrive.sim.simulated_arm import make_twin
 from kinematics import KinematicsError, preset
 from kinematics.spaces import Joints
 
@@ -80,7 +79,7 @@ inner_radius_mm = 60
 
 
 def test_every_section_is_taken_over():
-    config = parse_arm_file(tomllib.loads(WHOLE), name="window")
+    config = parse_arm(tomllib.loads(WHOLE), name="window")
     assert (config.name, config.title) == ("window", "The one by the window")
     assert (config.connection.port, config.connection.baud) == ("/dev/ttyUSB3", 4800)
     assert config.connection.raise_dtr is True
@@ -106,7 +105,7 @@ def test_every_section_is_taken_over():
 
 
 def test_a_turned_motor_keeps_the_fingers_still_while_the_elbow_moves():
-    config = parse_arm_file({"model": "teachmover", "motor_signs": {"elbow": -1}}, name="a")
+    config = parse_arm({"model": "teachmover", "motor_signs": {"elbow": -1}}, name="a")
     plain = preset("teachmover").transmission
     for elbow in (-20.0, -90.0):
         joints = Joints.of(0, 40, elbow, 0, 0)
@@ -120,7 +119,7 @@ def test_a_turned_motor_keeps_the_fingers_still_while_the_elbow_moves():
 def test_two_lines_are_enough_and_the_arm_can_be_driven(tmp_path):
     path = tmp_path / "lab.toml"
     path.write_text('model = "teachmover"\nconnection.port = "/dev/ttyS0"\n', encoding="utf-8")
-    config = load_arm_file(path)
+    config = load_arm(path)
     assert config.name == "lab"
     with Arm(connect_simulated(config)) as arm:
         arm.home()
@@ -167,17 +166,17 @@ def test_what_is_wrong_is_said_with_the_file_and_the_key(tmp_path, text, words):
     path = tmp_path / "bad.toml"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(ArmFileError) as refusal:
-        load_arm_file(path)
+        load_arm(path)
     assert words in str(refusal.value)
     assert "bad.toml" in str(refusal.value)
 
 
 def test_a_file_that_is_not_there_or_no_text_is_said_so(tmp_path):
     with pytest.raises(ArmFileError, match="cannot be read"):
-        load_arm_file(tmp_path / "none.toml")
+        load_arm(tmp_path / "none.toml")
     (tmp_path / "bin.toml").write_bytes(b"\xff\xfe\x00")
     with pytest.raises(ArmFileError, match="no text in UTF-8"):
-        load_arm_file(tmp_path / "bin.toml")
+        load_arm(tmp_path / "bin.toml")
 
 
 KEYS = st.sampled_from(
@@ -199,7 +198,7 @@ TABLES = st.dictionaries(KEYS, st.one_of(VALUES, st.dictionaries(KEYS, VALUES)))
 
 def parse_or_refuse(table):
     with contextlib.suppress(ArmFileError, KinematicsError):
-        assert parse_arm_file(table, name="fuzz").calibration
+        assert parse_arm(table, name="fuzz").calibration
 
 
 @settings(max_examples=amount(40, 1000))
@@ -223,12 +222,12 @@ def test_whatever_stands_in_a_section_the_answer_is_an_arm_or_a_sentence(data):
 
 def test_the_calibration_changes_with_what_gives_steps_their_meaning_and_only_with_that():
     def of(**changes):
-        return parse_arm_file({"model": "teachmover", **changes}, name="a").calibration
+        return parse_arm({"model": "teachmover", **changes}, name="a").calibration
 
     assert of() == of(motion={"jog_burst_s": 0.1}) == of(limits_deg={"base": [-80, 80]})
     assert len({of(), of(lengths={"hand_mm": 97}), of(motor_signs={"base": -1})}) == 3
-    wire = parse_arm_file({"model": "teachmover"}, name="a").connection
-    assert of() == config_of_preset("teachmover", name="b", connection=wire).calibration
+    wire = parse_arm({"model": "teachmover"}, name="a").connection
+    assert of() == preset_arm("teachmover", name="b", connection=wire).calibration
 
 
 ALPHA_STEPS = """
@@ -251,16 +250,16 @@ hand_mm = 129.5
 
 
 def test_a_template_becomes_an_arm_when_every_number_is_filled_in():
-    half = parse_arm_file(tomllib.loads(ALPHA_STEPS), name="half")
+    half = parse_arm(tomllib.loads(ALPHA_STEPS), name="half")
     assert len(half.model.transmission.motors) == 6
     assert not half.model.verified
-    whole = parse_arm_file(tomllib.loads(ALPHA_STEPS + ALPHA_LENGTHS), name="whole")
+    whole = parse_arm(tomllib.loads(ALPHA_STEPS + ALPHA_LENGTHS), name="whole")
     assert whole.model.verified
 
 
 def test_a_real_template_refuses_cartesian_goals_and_moves_joints():
-    config = parse_arm_file(tomllib.loads(ALPHA_STEPS), name="half")
-    twin = make_twin(config)
+    config = parse_arm(tomllib.loads(ALPHA_STEPS), name="half")
+    twin = simulate(config)
     arm = Arm(assemble(config, twin.link, SimulatedPace(), simulated=False))
     here = twin.world.joints
     arm.declare_posture(here)

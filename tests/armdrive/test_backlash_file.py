@@ -5,14 +5,13 @@ import tomllib
 import pytest
 from chain_files import six_arm, six_links, written
 
-from armdrive.config.arm import parse_arm_file
 from armdrive.config.write import complete
 from armdrive.errors import ArmFileError
-from armdrive.sim.simulated_arm import make_twin
+from armdrive.registry import parse_arm, simulate
 
 
 def of(text):
-    return parse_arm_file(tomllib.loads(text), name="lab")
+    return parse_arm(tomllib.loads(text), name="lab")
 
 
 TEACHMOVER = 'model = "teachmover"\n'
@@ -64,8 +63,8 @@ def test_an_arm_of_a_model_file_gives_backlash_with_its_motors(tmp_path):
     text = six_arm().replace("sees = { elbow = 1 }", "sees = { elbow = 1 }\nbacklash_deg = 0.5")
     config = written(tmp_path, text)
     assert config.backlash_steps == (0, 0, 20, 0, 0, 0)
-    assert make_twin(config).world.play.widths == config.backlash_steps
-    again = parse_arm_file(
+    assert simulate(config).world.play.widths == config.backlash_steps
+    again = parse_arm(
         tomllib.loads(complete(config, config.source.table)), name=config.name, folder=tmp_path
     )
     assert again.backlash_steps == config.backlash_steps

@@ -16,10 +16,9 @@ from backlash_bench import (
 )
 
 from armdrive import Arm
-from armdrive.config.arm import parse_arm_file
 from armdrive.connect.target import connect_simulated
 from armdrive.errors import ArmError, BadRequest
-from armdrive.sim.simulated_arm import make_twin
+from armdrive.registry import parse_arm, simulate
 from armdrive.status import Trust
 from armdrive.storage.record import FileRecorder
 from kinematics import Joints
@@ -33,7 +32,7 @@ def test_the_next_program_knows_which_way_the_backlash_is_taken_up(dialect, tmp_
     config = arm.config
     for number in range(3):
         arm.close()
-        twin = make_twin(config, arm.twin.save())
+        twin = simulate(config, arm.twin.save())
         recorder = FileRecorder(tmp_path / "record.json")
         with Arm(
             connect_simulated(config, twin=twin, recorder=recorder, allow_restored=True)
@@ -53,7 +52,7 @@ def test_another_backlash_needs_another_reference(tmp_path):
     for widths in ((12,) * 6, (12,) * 6, (11,) * 6, ()):
         config = replace(arm.config, backlash_steps=widths)
         recorder = FileRecorder(tmp_path / "record.json")
-        twin = make_twin(config, play=12)
+        twin = simulate(config, play=12)
         with Arm(connect_simulated(config, twin=twin, recorder=recorder)) as again:
             trusts.append(again.status.trust)
             if len(trusts) == 1:
@@ -97,7 +96,7 @@ elbow = 0.5
 
 
 def test_homing_by_switches_ends_in_the_same_place_and_says_what_nobody_knows():
-    arm = Arm(connect_simulated(parse_arm_file(tomllib.loads(HOMED), name="homed")))
+    arm = Arm(connect_simulated(parse_arm(tomllib.loads(HOMED), name="homed")))
     places = []
     for way in (-3.0, 4.0):
         arm.home()
@@ -141,10 +140,10 @@ def test_a_controller_that_lost_its_power_leaves_the_backlash_in_doubt():
 def test_a_saved_twin_keeps_where_its_play_is():
     arm = played_arm("teachmover")
     saved = arm.twin.save()
-    again = make_twin(arm.config, saved)
+    again = simulate(arm.config, saved)
     assert again.world.play.ahead == arm.twin.world.play.ahead
     assert any(again.world.play.ahead)
-    assert make_twin(arm.config, saved, play=3).world.play.widths == (3,) * 6
+    assert simulate(arm.config, saved, play=3).world.play.widths == (3,) * 6
 
 
 def test_the_command_line_gives_a_simulated_arm_play(monkeypatch):
@@ -165,4 +164,4 @@ def test_the_command_line_gives_a_simulated_arm_play(monkeypatch):
 @pytest.mark.parametrize("play", [-1, (1, 2), 1.5, 10**6, (True,) * 6])
 def test_a_play_that_cannot_be_is_refused(play):
     with pytest.raises(BadRequest, match="play is a whole number"):
-        make_twin(config_of("teachmover", 0), play=play)
+        simulate(config_of("teachmover", 0), play=play)

@@ -14,8 +14,7 @@ from armdrive.abilities import (
     budget,
     segment_s,
 )
-from armdrive.config.arm import parse_arm_file
-from armdrive.registry import DIALECTS
+from armdrive.registry import DIALECTS, parse_arm
 
 BAUDS = st.sampled_from([300, 1200, 2400, 4800, 9600, 19_200, 57_600, 115_200, 1_000_000])
 TRAFFIC = st.builds(Traffic, st.integers(5, 80), st.integers(1, 80))
@@ -51,7 +50,7 @@ def test_a_queue_never_runs_empty_where_patience_allows(traffic, baud):
 
 @pytest.mark.parametrize("row", DIALECTS.values(), ids=lambda row: row.name)
 def test_every_dialect_keeps_its_own_lengths_on_its_own_wire(row):
-    config = parse_arm_file({"model": row.preset, "connection": {"dialect": row.name}}, name="x")
+    config = parse_arm({"model": row.preset, "connection": {"dialect": row.name}}, name="x")
     assert config.motion.jog_burst_s == row.abilities.jog_burst_s
     assert config.motion.planned_burst_s == row.abilities.planned_burst_s
     share = Budget(0.15, row.abilities.planned_burst_s).moving_share(
@@ -63,8 +62,8 @@ def test_every_dialect_keeps_its_own_lengths_on_its_own_wire(row):
 
 def test_an_old_cable_gets_longer_bursts_and_the_file_has_the_last_word():
     wire = {"dialect": "teachmover", "baud": 4800}
-    slow = parse_arm_file({"model": "teachmover", "connection": wire}, name="x")
+    slow = parse_arm({"model": "teachmover", "connection": wire}, name="x")
     assert slow.motion.planned_burst_s == pytest.approx(0.30)
     own = {"model": "teachmover", "connection": wire, "motion": {"planned_burst_s": 0.1}}
-    assert parse_arm_file(own, name="x").motion.planned_burst_s == 0.1
+    assert parse_arm(own, name="x").motion.planned_burst_s == 0.1
     assert SEGMENTS_AHEAD * segment_s(0.3) == pytest.approx(0.3)

@@ -13,7 +13,7 @@ from waiting import at_last, soon
 
 from armdrive import Arm
 from armdrive.dialects.bus.words import Check, Kind
-from armdrive.dialects.mks.frames import MksEar
+from armdrive.dialects.mks.words import MksEar
 from armdrive.errors import NoAnswer
 from armdrive.transports.open import open_link
 from firmware_protocol.canopen import Heartbeat, NodeState

@@ -8,9 +8,10 @@ from dataclasses import replace
 import pytest
 from can_setup_bench import NAMES, READING, TURNING, Bench, arm, really
 
-from armdrive.config.arm import Source, parse_arm_file
+from armdrive.config.arm import Source
 from armdrive.dialog import About
 from armdrive.errors import BadRequest
+from armdrive.registry import parse_arm
 from armdrive.setup.arm_text import merged, signs_of, text_of
 from armdrive.setup.plan import Notes, plan_of
 from firmware_protocol.mks import (
@@ -69,7 +70,7 @@ def test_the_arm_file_that_comes_of_it_is_the_arm_as_it_is_built(walked):
     assert read["mks"]["ids"] == list(IDS)
     assert read["connection"] == {"dialect": "mks", "port": port}
     assert read["motor_signs"] == {"shoulder": -1, "left wrist": -1, "gripper": -1}
-    built = parse_arm_file(read, name="bench").model.transmission
+    built = parse_arm(read, name="bench").model.transmission
     for is_so, found in zip(TRUTH.transmission.motors, built.motors, strict=True):
         assert found.steps_per_unit == pytest.approx(is_so.steps_per_unit, rel=0.01)
         assert found.sees == is_so.sees

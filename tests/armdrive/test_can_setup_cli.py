@@ -12,11 +12,11 @@ from cli_calls import state_files, write_arm_file
 from armdrive.cli import can_setup
 from armdrive.dialog import About
 from armdrive.errors import StateFileError
+from armdrive.registry import simulate
 from armdrive.setup import plan as kept
 from armdrive.setup.commissioning import Practice
 from armdrive.setup.dialog_runner import SimulatedClock
 from armdrive.setup.plan import plan_of
-from armdrive.sim.simulated_arm import make_twin
 from armdrive.storage import files as places
 
 PORT = "can:slcan:/dev/ttyACM7?bitrate=500000"
@@ -39,7 +39,7 @@ class Lines:
 def drives(monkeypatch):
     """Have the adapter lead to simulated new drives, with eyes and hands that need no terminal."""
     config = arm()
-    twin = make_twin(config, factory=True)
+    twin = simulate(config, factory=True)
     link = twin.link
     monkeypatch.setattr(link, "close", lambda: None)
     monkeypatch.setattr("armdrive.transports.open.open_link", lambda port, baud: link)

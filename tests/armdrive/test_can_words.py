@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from armdrive.dialects.bus.words import Check, Kind, PackedFrames
-from armdrive.dialects.cia402 import frames as messages_canopen
-from armdrive.dialects.cia402.frames import CanopenEar
+from armdrive.dialects.cia402 import words as messages_canopen
 from armdrive.dialects.cia402.objects import held_words
+from armdrive.dialects.cia402.words import CanopenEar
 from armdrive.dialects.words import Weight
 from armdrive.registry import DIALECTS, LANGUAGES, language_of, likely
 from firmware_protocol.canopen import (
@@ -246,7 +246,7 @@ def test_nothing_on_a_bus_confuses_the_ear_for_good(noise):
 
 def test_every_dialect_of_a_bus_has_its_language():
     of_a_bus = {name for name, row in DIALECTS.items() if row.can}
-    assert of_a_bus <= {each.dialect for each in LANGUAGES.values()}
+    assert {DIALECTS[name].language.name for name in of_a_bus} == set(LANGUAGES)
     assert language_of("cia402").name == "canopen"
     assert language_of("mks").name == language_of("grbl").name == "mks"
 

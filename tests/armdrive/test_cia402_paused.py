@@ -7,7 +7,7 @@ from cia402_rig import Rig, steps
 
 from armdrive import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
-from armdrive.sim.simulated_arm import make_twin
+from armdrive.registry import simulate
 from armdrive.status import State, Trust
 from armdrive.tasks import Denied, Done, Halted, MoveAlong, MoveBy
 from kinematics import Joints
@@ -102,7 +102,7 @@ def test_a_drive_that_falls_silent_in_such_a_pause_is_told():
 
 def test_a_whole_arm_says_that_it_is_paused_stands_and_goes_on_when_it_is_resumed():
     config = simulated_config("cia402")
-    twin = make_twin(config)
+    twin = simulate(config)
     twin.device.bring_to(START, 20.0)
     with Arm(connect_simulated(config, twin=twin)) as arm:
         arm.enable()

@@ -8,7 +8,7 @@ import pytest
 from chain_files import NAMES, shown_files, six_arm, six_links
 from cli_calls import Caller, write_arm_file
 
-from armdrive.config.arm import load_arm_file, parse_arm_file
+from armdrive.registry import load_arm, parse_arm
 
 PLAIN = 'model = "teachmover"\n[connection]\nport = "/dev/ttyNOWHERE"\n'
 
@@ -109,8 +109,8 @@ def test_the_complete_file_is_the_same_arm_to_the_last_bit(call, text):
     path = write_arm_file("bench", text)
     whole = call("config", "show", "bench", "--toml", code=0).out
     ours, again = (
-        load_arm_file(path),
-        parse_arm_file(tomllib.loads(whole), name="bench", folder=path.parent),
+        load_arm(path),
+        parse_arm(tomllib.loads(whole), name="bench", folder=path.parent),
     )
     assert again == ours
     assert again.calibration == ours.calibration

@@ -9,7 +9,7 @@ from pathlib import Path
 from cli_calls import Caller
 
 from armdrive.cli.config import ACTIONS
-from armdrive.config.arm import load_arm_file
+from armdrive.registry import load_arm
 from armdrive.setup.interview import ROWS
 from armdrive.setup.templates import PRINTED_SIX, TEMPLATES
 from armdrive.storage import files as places
@@ -38,5 +38,5 @@ def test_the_answers_of_the_page_make_an_arm(capsys, tmp_path):
     answers.write_text(shown, encoding="utf-8")
     Caller(capsys)("config", "new", "--answers", str(answers), code=0)
     path = places.arm_files() / "lab3.toml"
-    assert load_arm_file(path).park.x_mm == 200
+    assert load_arm(path).park.x_mm == 200
     assert tomllib.loads(path.read_text())["motor_signs"] == {"elbow": -1}

@@ -9,10 +9,10 @@ import pytest
 
 from armdrive import Arm
 from armdrive.cli.config_new import write
-from armdrive.config.arm import load_arm_file
 from armdrive.config.link_model import parse_model
 from armdrive.connect.target import connect_simulated
 from armdrive.dialog import WrongAnswer
+from armdrive.registry import load_arm
 from armdrive.setup.arm_text import files_of
 from armdrive.setup.draft import LinkFile, Surroundings
 from armdrive.setup.interview import Interview
@@ -52,7 +52,7 @@ def files(template, answers=(), **around):
 
 def loaded(folder, template, answers=(), **around):
     write(files(template, answers, **around), folder / "bench.toml")
-    return load_arm_file(folder / "bench.toml")
+    return load_arm(folder / "bench.toml")
 
 
 # -- templates --------------------------------------------------------------------------------
@@ -123,7 +123,7 @@ def test_a_model_file_is_taken_over_with_its_limits(tmp_path):
     given = {"name": "bench", "template": "own", **answers}
     texts = files_of(interview_of(given, read_links=lambda _path: link_file).draft)
     write(texts, tmp_path / "bench.toml")
-    config = load_arm_file(tmp_path / "bench.toml")
+    config = load_arm(tmp_path / "bench.toml")
     assert texts.model == rows
     assert config.model.arm.joint_names == tuple(f"j{n}" for n in range(1, 7))
     assert math.degrees(config.model.arm.limits[5].high_rad) == pytest.approx(106)

@@ -8,8 +8,8 @@ import tomllib
 import pytest
 from cli_calls import Caller, write_arm_file
 
-from armdrive.config.arm import load_arm_file
 from armdrive.connect.target import simulated_config
+from armdrive.registry import load_arm
 from armdrive.sim import simulated_arm as twins
 from armdrive.storage import files as places
 
@@ -48,7 +48,7 @@ def test_an_interview_by_a_pipe_writes_a_file_that_drives_the_twin(call, typing,
     assert "Which port leads to it?" in said.out
     assert f"written: {arm_path('bench')}" in said.out
     assert "armdrive config check bench" in said.out
-    assert load_arm_file(arm_path("bench")).title == "The one"
+    assert load_arm(arm_path("bench")).title == "The one"
     monkeypatch.setenv("ARMDRIVE_FORCE_SIM", "1")
     call("home", "--arm", "bench", code=0)
     moved = call("move", "--arm", "bench", "--x", "250", "--z", "120", "--json", code=0).json
@@ -59,13 +59,13 @@ def test_a_question_mark_explains_and_back_goes_back(call, typing):
     typing("bench", "robko01", "back", "teachmover", "?", *DEFAULTS, "skip", "yes")
     said = call("config", "new", code=0)
     assert "Shown wherever the arm is named." in said.out
-    assert load_arm_file(arm_path("bench")).model.key == "teachmover"
+    assert load_arm(arm_path("bench")).model.key == "teachmover"
 
 
 def test_back_passes_over_what_was_given_beforehand(call, typing):
     typing("one", "back", "two", *DEFAULTS[1:], "skip", "yes")
     call("config", "new", "bench", "--template", "teachmover", code=0)
-    assert load_arm_file(arm_path("bench")).title == "two"
+    assert load_arm(arm_path("bench")).title == "two"
 
 
 def test_a_wrong_answer_is_named_and_asked_again(call, typing):
@@ -130,7 +130,7 @@ def test_answers_from_a_file_ask_nothing(call, tmp_path):
     assert table["lengths"]["hand_mm"] == 97.5
     assert table["motor_signs"] == {"base": -1}
     assert table["connection"]["port"] == "/dev/ttyUSB7"
-    assert load_arm_file(arm_path("bench")).park.x_mm == 200
+    assert load_arm(arm_path("bench")).park.x_mm == 200
 
 
 @pytest.mark.parametrize(

@@ -16,9 +16,9 @@ from armdrive.cli import config_signs
 from armdrive.cli.config_files import ArmText
 from armdrive.cli.config_new import write
 from armdrive.cli.config_signs import find_signs, lines_for
-from armdrive.config.arm import load_arm_file, parse_arm_file
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.dialog import WrongAnswer
+from armdrive.registry import load_arm, parse_arm, simulate
 from armdrive.setup.arm_text import files_of
 from armdrive.setup.directions import (
     NOTHING,
@@ -32,7 +32,6 @@ from armdrive.setup.directions import (
 )
 from armdrive.setup.draft import Surroundings
 from armdrive.setup.interview import Interview
-from armdrive.sim.simulated_arm import make_twin
 from armdrive.sim.world.body import found_posture
 from armdrive.storage import files as places
 from kinematics import Joints, preset
@@ -66,7 +65,7 @@ def reversed_of(names, signs):
 )
 def test_what_is_reversed_is_found_on_the_twin(dialect, motors, roll):
     config = simulated_config(dialect)
-    twin = make_twin(really(config, motors, (1, 1, 1, 1, roll, 1)))
+    twin = simulate(really(config, motors, (1, 1, 1, 1, roll, 1)))
     with Arm(connect_simulated(config, twin=twin)) as arm:
         before = twin.world.joints
         found = find_signs(arm, alone=True)
@@ -166,7 +165,7 @@ def test_lines_for_the_file_turn_over_what_it_says(known, turned):
     if turned < 0:
         assert lines == ["[motor_signs]", f'"elbow" = {-known}']
         table = {"model": "teachmover", "motor_signs": {"elbow": -known}}
-        assert parse_arm_file(table, name="a").name == "a"
+        assert parse_arm(table, name="a").name == "a"
     else:
         assert lines == ["every direction is right as it is"]
 
@@ -178,13 +177,13 @@ def six_axis(folder):
     while interview.question is not None:
         interview.answer("")
     write(files_of(interview.draft), folder / "bench.toml")
-    return load_arm_file(folder / "bench.toml")
+    return load_arm(folder / "bench.toml")
 
 
 def test_a_six_axis_board_that_is_locked_until_it_homes_is_looked_at_too(tmp_path):
     config = six_axis(tmp_path)
     truth = config.model.transmission.with_signs((-1, 1, -1, -1, 1, -1))
-    twin = make_twin(replace(config, model=replace(config.model, transmission=truth)))
+    twin = simulate(replace(config, model=replace(config.model, transmission=truth)))
     with Arm(connect_simulated(config, twin=twin)) as arm:
         found = find_signs(arm, alone=True)
     assert found.motors == ("base", "elbow", "forearm_roll", "wrist_roll")

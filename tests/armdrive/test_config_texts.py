@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armdrive.config.arm import load_arm_file
 from armdrive.config.write import complete, shortest
 from armdrive.dialog import WrongAnswer
+from armdrive.registry import load_arm
 from armdrive.setup.draft import Gearing, flattened, ratio
 from armdrive.text.toml import Entry, Section, document
 
@@ -88,6 +88,6 @@ def test_a_complete_file_keeps_boxes_and_sums(tmp_path):
     )
     path = tmp_path / "boxed.toml"
     path.write_text(text, encoding="utf-8")
-    config = load_arm_file(path)
+    config = load_arm(path)
     path.write_text(complete(config, tomllib.loads(text)), encoding="utf-8")
-    assert load_arm_file(path).model.guards == config.model.guards
+    assert load_arm(path).model.guards == config.model.guards

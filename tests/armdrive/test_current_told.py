@@ -6,14 +6,14 @@ from cia402_rig import Rig
 
 from armdrive import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
-from armdrive.sim.simulated_arm import make_twin
+from armdrive.registry import simulate
 from armdrive.status import Current, State
 from armdrive.tasks import ReadPosition
 
 
 def connected() -> Arm:
     config = simulated_config("cia402")
-    return Arm(connect_simulated(config, twin=make_twin(config)))
+    return Arm(connect_simulated(config, twin=simulate(config)))
 
 
 def test_drives_that_are_found_switched_off_are_told_as_off():

@@ -156,11 +156,11 @@ def test_in_a_terminal_it_is_drawn_and_leaves_the_terminal_as_it_was():
 def test_what_is_said_under_an_ascii_picture_is_ascii_too(capsys, monkeypatch):
     from armdrive.cli import showing
     from armdrive.connect.target import simulated_config
-    from armdrive.sim.simulated_arm import make_twin
+    from armdrive.registry import simulate
 
     monkeypatch.setattr(showing, "perform", lambda arm, jobs, tell: [tell("turned by 90°")])
     config = simulated_config("teachmover")
-    showing.show(config, make_twin(config), pace=200.0, braille=False)
+    showing.show(config, simulate(config), pace=200.0, braille=False)
     shown = capsys.readouterr().out
     assert "turned by 90 deg" in shown
     assert shown.isascii()

@@ -5,12 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from doctor_bench import BANNER, SPOKEN, Deaf, Echo, SimPort, made
+from doctor_bench import BANNER, PROBES, SPOKEN, WHO, Deaf, Echo, SimPort, made
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armdrive.dialects.probes import PROBES
-from armdrive.dialects.signs import Identity, recognise
+from armdrive.dialects.recognition import Identity
 from armdrive.dialog import Grade, any_problem
 from armdrive.registry import DIALECTS
 from armdrive.runtime.received import excerpt
@@ -48,7 +47,7 @@ from armdrive.tasks import Difference, Settings
     ],
 )
 def test_each_is_known_by_what_it_says(heard, dialect, firmware, restarted):
-    assert recognise(heard) == Identity(dialect, firmware, restarted)
+    assert WHO.recognise(heard) == Identity(dialect, firmware, restarted)
 
 
 @pytest.mark.parametrize(
@@ -56,12 +55,12 @@ def test_each_is_known_by_what_it_says(heard, dialect, firmware, restarted):
     [b"", b"ok\r\n", b"0\r", b"1\r", b"1\r1,2,3", b"Gr", b"offsets = 1,2", b"\xaa\x02\x02\x01\x01"],
 )
 def test_too_little_is_nobody(heard):
-    assert recognise(heard) is None
+    assert WHO.recognise(heard) is None
 
 
 @given(st.binary(max_size=200))
 def test_no_bytes_whatever_make_it_fail(heard):
-    recognise(heard)
+    WHO.recognise(heard)
     excerpt(heard)
 
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 
 import pytest
-from doctor_bench import SPOKEN, SimPort, made
+from doctor_bench import PROBES, SPOKEN, WHO, SimPort, made
 from hypothesis import given
 from hypothesis import strategies as st
 from uart import RECEIVERS, Receiver
@@ -13,15 +14,7 @@ from uart import RECEIVERS, Receiver
 from armdrive.arm import Arm
 from armdrive.connect.parts import assemble
 from armdrive.connect.target import simulated_config
-from armdrive.dialects.probes import (
-    DETAILS,
-    PROBES,
-    QUICK_BAUD,
-    SLOW_BAUD,
-    Probe,
-    own_probe,
-    sequence,
-)
+from armdrive.dialects.recognition import Probe, Recogniser, Risk, in_safe_order
 from armdrive.registry import DIALECTS
 from armdrive.runtime.drive import SimulatedPace
 from armdrive.status import State
@@ -30,6 +23,7 @@ from firmware_protocol.robko01 import Axes, Enable, Host, MoveRelative
 
 AFTER_S = 40.0
 """Longer than any motion below lasts."""
+QUICK_BAUD, SLOW_BAUD = 115_200, 9600
 
 
 def robko(*requests) -> bytes:
@@ -110,7 +104,7 @@ def check_unmoved(port: SimPort, dialect: str, state: str) -> None:
 @pytest.mark.parametrize("rate", ["given", "to be found", "none: native USB"])
 def test_an_examination_moves_nothing(dialect, state, rate):
     port = prepared(dialect, state, any_rate=rate.startswith("none"))
-    usual_baud = own_probe(dialect).baud
+    usual_baud = WHO.own_probe(dialect).baud
     found = port.examine(usual_baud if rate == "given" else None)
     assert port.closed
     if (dialect, state) in STILL:
@@ -127,7 +121,7 @@ def test_an_examination_moves_nothing(dialect, state, rate):
 @pytest.mark.parametrize("given_baud", [True, False])
 def test_even_the_whole_table_said_to_the_end_moves_nothing(dialect, state, given_baud):
     port = prepared(dialect, state)
-    for probe in sequence(port.device.baud if given_baud else None):
+    for probe in WHO.sequence(port.device.baud if given_baud else None):
         say(port, probe)
     check_unmoved(port, dialect, state)
 
@@ -155,6 +149,71 @@ def test_read_alone_would_move_an_armdroid():
     assert port.device.world.motors != before
 
 
+def test_every_order_that_the_declared_risks_forbid_is_refused_and_would_move_an_armdroid():
+    """And every order that they allow leaves it where it stands, its last motion unrepeated."""
+    forbidden = 0
+    for order in itertools.permutations(PROBES):
+        port = prepared("armdroid", "with numbers to repeat")
+        before = port.device.world.motors
+        for probe in order:
+            port.tune(port.device.baud)
+            port.write(probe.data, port.now)
+            port.pass_time(probe.wait_s)
+        port.pass_time(AFTER_S)
+        moved = port.device.world.motors != before
+        try:
+            in_safe_order(order)
+        except ValueError:
+            forbidden += 1
+            assert moved, [probe.name for probe in order]
+        else:
+            assert not moved, [probe.name for probe in order]
+    assert forbidden == 60
+
+
+@given(known=st.permutations(list(WHO.known.items())))
+def test_probes_are_ordered_by_their_risk_however_the_dialects_are_listed(known):
+    who = Recogniser(dict(known))
+    assert who.probes == PROBES
+    assert who.sequence() == WHO.sequence()
+    assert who.sequence(SLOW_BAUD) == WHO.sequence(SLOW_BAUD)
+
+
+def test_the_order_is_that_of_the_page():
+    assert [probe.name for probe in PROBES] == [
+        "?",
+        "ping",
+        "v",
+        "a line that moves no arm",
+        "@READ",
+    ]
+    assert [probe.data for probe in PROBES] == [
+        b"?",
+        b"\xaa\x01\x01\x01\xab\x00",
+        b"v\r",
+        b"@25sd,,,,,d\r",
+        b"@READ\r",
+    ]
+    assert [(probe.name, probe.baud) for probe in WHO.sequence()[:3]] == [
+        ("?", SLOW_BAUD),
+        ("v", SLOW_BAUD),
+        ("?", QUICK_BAUD),
+    ]
+    assert [probe.name for probe in WHO.sequence(datagrams=True)] == ["ping"]
+
+
+def test_a_probe_that_could_move_another_arm_says_what_prevents_it():
+    with pytest.raises(ValueError, match="name the probe that prevents it"):
+        Probe("go", "mine", SLOW_BAUD, b"D", 0.5, risk=Risk.MOTION)
+
+
+def test_a_dialect_without_the_probe_that_makes_its_own_harmless_is_refused():
+    line, read = PROBES[-2:]
+    alone = Recogniser({"teachmover": replace(WHO.known["teachmover"], probes=(read,))})
+    with pytest.raises(ValueError, match=line.name):
+        alone.sequence()
+
+
 @pytest.mark.parametrize(("dialect", "state"), STILL)
 def test_afterwards_the_arm_connects_as_if_nothing_had_been(dialect, state):
     port = prepared(dialect, state)
@@ -172,7 +231,7 @@ def test_afterwards_the_arm_connects_as_if_nothing_had_been(dialect, state):
 def test_an_armdroid_in_motion_has_room_for_all_that_is_said():
     room_bytes = 63  # of the ring of 64 of an Arduino
     for given_baud in (SLOW_BAUD, None):
-        said = [each for each in sequence(given_baud) if each.baud == SLOW_BAUD]
+        said = [each for each in WHO.sequence(given_baud) if each.baud == SLOW_BAUD]
         assert sum(len(each.data) * each.times for each in said) <= room_bytes
 
 
@@ -182,7 +241,8 @@ def test_no_byte_of_the_quick_probes_means_anything_to_an_armdroid():
 
 
 def test_the_table_knows_the_baud_rates_of_the_dialects():
-    for probe in (*PROBES, *DETAILS.values()):
+    details = filter(None, map(WHO.details, DIALECTS))
+    for probe in (*PROBES, *details):
         if probe.dialect in DIALECTS:
             assert probe.baud == DIALECTS[probe.dialect].baud
     serial = {name for name, row in DIALECTS.items() if not row.can}

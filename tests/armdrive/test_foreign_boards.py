@@ -10,7 +10,7 @@ from test_wrong_dialect import ON_SERIAL, connected, refused
 from armdrive.connect import target as connecting
 from armdrive.connect.parts import assemble
 from armdrive.connect.port import overheard
-from armdrive.dialects.signs import comes_back
+from armdrive.dialects.recognition import comes_back
 from armdrive.dialog import Grade
 from armdrive.errors import SettingsDiffer
 from armdrive.runtime.drive import SimulatedPace

@@ -6,11 +6,11 @@ from dataclasses import replace
 import pytest
 from faults import ready_arm
 
-from armdrive.config.arm import parse_arm_file
 from armdrive.config.write import complete
 from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmFileError, BadRequest
 from armdrive.motion.resolve import axes_of, frame_names
+from armdrive.registry import parse_arm
 from kinematics import Pose
 from kinematics.frames.graph import UserFrame
 
@@ -65,15 +65,15 @@ TABLE = {
 
 
 def test_a_tool_of_the_arm_file_is_what_poses_are_of():
-    held = parse_arm_file(TABLE, name="held")
-    bare = parse_arm_file({"model": "teachmover"}, name="bare")
+    held = parse_arm(TABLE, name="held")
+    bare = parse_arm({"model": "teachmover"}, name="bare")
     joints = bare.model.arm.ik(Pose.of(x_mm=250, y_mm=0, z_mm=150, pitch_deg=0))
     assert place(held.model.arm.fk(joints)) == pytest.approx((290.0, 0.0, 160.0))
     assert held.calibration == bare.calibration  # a remembered position is of the joints
 
 
 def test_a_tool_is_driven_to_where_its_point_is_wanted():
-    config = replace(parse_arm_file(TABLE, name="held"), connection=framed().connection)
+    config = replace(parse_arm(TABLE, name="held"), connection=framed().connection)
     with ready_arm(config) as arm:
         goal = Pose.of(x_mm=260, y_mm=60, z_mm=120, pitch_deg=-60, roll_deg=20)
         arm.move_l(goal)
@@ -81,23 +81,23 @@ def test_a_tool_is_driven_to_where_its_point_is_wanted():
 
 
 def test_a_complete_arm_file_has_tool_and_frames_in_it():
-    config = parse_arm_file(TABLE, name="held")
+    config = parse_arm(TABLE, name="held")
     import tomllib
 
-    again = parse_arm_file(tomllib.loads(complete(config, TABLE)), name="held")
+    again = parse_arm(tomllib.loads(complete(config, TABLE)), name="held")
     assert (again.model, again.tool, again.frames) == (config.model, config.tool, config.frames)
 
 
 @pytest.mark.parametrize("name", ["tool", "base", "two words"])
 def test_a_frame_needs_a_name_of_its_own(name):
     with pytest.raises(ArmFileError, match="one word"):
-        parse_arm_file({"model": "teachmover", "frames": {name: {}}}, name="x")
+        parse_arm({"model": "teachmover", "frames": {name: {}}}, name="x")
 
 
 def test_links_that_guards_look_at_are_one_more_with_a_tool():
     guards = {"radii_mm": [35.0, 30.0, 25.0], "base_radius_mm": 60.0, "base_top_mm": 150.0}
     table = TABLE | {"guards": guards}
     bare = {key: value for key, value in table.items() if key != "tool"}
-    assert len(parse_arm_file(bare, name="x").model.guards.radii_mm) == 3
-    held = parse_arm_file(table | {"tool": {"along_mm": 40.0, "radius_mm": 8.0}}, name="x")
+    assert len(parse_arm(bare, name="x").model.guards.radii_mm) == 3
+    held = parse_arm(table | {"tool": {"along_mm": 40.0, "radius_mm": 8.0}}, name="x")
     assert held.model.guards.radii_mm == (35.0, 30.0, 25.0, 8.0)

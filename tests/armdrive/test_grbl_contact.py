@@ -9,8 +9,8 @@ from armdrive.arm import Arm
 from armdrive.connect.parts import assemble
 from armdrive.connect.target import connect_simulated
 from armdrive.errors import DeviceFault
+from armdrive.registry import simulate
 from armdrive.runtime.drive import SimulatedPace
-from armdrive.sim.simulated_arm import make_twin
 from armdrive.status import State
 
 FIRMWARES = ["grbl", "mega5x", "grblhal", "fluidnc"]
@@ -42,7 +42,7 @@ def test_the_axes_are_learnt_whether_the_board_begins_anew_or_not(banner):
 
 @pytest.mark.parametrize("firmware", FIRMWARES)
 def test_a_board_with_too_few_axes_is_told_of_in_words(firmware):
-    twin = make_twin(config(gripper="servo", device={"axes": "XYZAB"}), firmware=firmware)
+    twin = simulate(config(gripper="servo", device={"axes": "XYZAB"}), firmware=firmware)
     with pytest.raises(DeviceFault, match=r"the board has 5 axes \(XYZAB\).* on C too"):
         connect_simulated(config(), twin=twin)
 
@@ -55,7 +55,7 @@ IN_A_COMMENT = "G1G91X10F300;a"
 
 def left(made, said, **options):
     """Return an arm whose board another program has used, and what it had counted by then."""
-    twin = make_twin(made, **options)
+    twin = simulate(made, **options)
     twin.link.read(0.05)
     for number, data in enumerate(said):
         twin.link.write(data.encode("latin-1"), 1.0 + 9.0 * number)
@@ -147,7 +147,7 @@ def test_where_the_gripper_is_told_to_be_off_no_half_line_is_carried_out(
 
 def test_one_false_report_of_outputs_that_are_off_lets_go_of_nothing():
     made = config(gripper="servo")
-    twin = make_twin(made)
+    twin = simulate(made)
     twin.link.write(b"M3S1000\n", 0.1)
     twin.link.read(9.0)
     link = Disturbed(twin.link)
@@ -181,7 +181,7 @@ def test_what_a_board_computes_ahead_is_that_of_its_firmware(firmware, wanted):
 @pytest.mark.parametrize(("times", "wanted"), [(1, 10), (2, 10), (99, 12)])
 def test_a_firmware_that_is_not_read_without_a_flaw_counts_as_the_slowest(times, wanted):
     made = config()
-    twin = make_twin(made, firmware="grblhal")
+    twin = simulate(made, firmware="grblhal")
     link = Disturbed(twin.link)
     link.back.append(rule(rb"\[FIRMWARE", lambda line: line[:4] + b"\x7f" + line[5:], times=times))
     arm = Arm(connect_simulated(made, twin=replace(twin, link=link)))
@@ -193,7 +193,7 @@ def test_a_firmware_that_is_not_read_without_a_flaw_counts_as_the_slowest(times,
 
 def disturbed_build(pattern, changed, times=1, **options):
     made = config()
-    twin = make_twin(made, **options)
+    twin = simulate(made, **options)
     link = Disturbed(twin.link)
     link.back.append(rule(pattern, lambda _: changed, times=times))
     return Arm(connect_simulated(made, twin=replace(twin, link=link)))

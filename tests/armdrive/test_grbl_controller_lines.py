@@ -8,10 +8,10 @@ from grbl_arm import config
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from armdrive.config.arm import parse_arm_file
 from armdrive.dialects.grbl.in_flight import Limits, Road, SegmentBuffer, planned_s, way
 from armdrive.dialects.grbl.settings import Axes, Comparison, feed
 from armdrive.errors import ArmFileError
+from armdrive.registry import parse_arm
 from armdrive.sim.mechanics.planner import PathLimits, PathRack
 from firmware_protocol.grbl import GRBL, MEGA_5X, Block, GcodeError, Modal, parse_line
 from kinematics import Motors
@@ -198,7 +198,7 @@ def test_axes_are_found_in_the_boards_own_order():
 def test_an_arm_file_is_refused_by_the_name_of_its_key(section, words):
     table = {"model": "minimover5", "connection": {"dialect": "grbl"}, "grbl": section}
     with pytest.raises(ArmFileError, match=words):
-        Axes.of(parse_arm_file(table, name="bench"))
+        Axes.of(parse_arm(table, name="bench"))
 
 
 def test_a_line_fits_the_shortest_board():

@@ -131,9 +131,9 @@ def test_no_board_at_all_is_told_after_a_while():
     from grbl_arm import Disturbed
 
     from armdrive.connect.target import connect_simulated
-    from armdrive.sim.simulated_arm import make_twin
+    from armdrive.registry import simulate
 
-    twin = make_twin(made)
+    twin = simulate(made)
     link = Disturbed(twin.link)
     link.to.append(rule(b"", lost, times=1e9))
     with pytest.raises(NoAnswer, match="switched on"):

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 from chain_files import six_joints
 
-from armdrive.config.arm import parse_arm_file
 from armdrive.config.guards import guard_table, guards_of
 from armdrive.errors import ArmFileError
+from armdrive.registry import parse_arm
 from armdrive.text.toml import value
 from kinematics import Guards, preset
 from kinematics.guards.shapes import Box
@@ -36,7 +36,7 @@ BOX = 'name = "vice"\nmin_mm = [150, -60, 0]\nmax_mm = [230, 60, 60]\n'
 
 
 def guards(text):
-    return parse_arm_file(tomllib.loads(text), name="bench").model.guards
+    return parse_arm(tomllib.loads(text), name="bench").model.guards
 
 
 def test_boxes_radii_the_base_and_sums_are_taken_over():

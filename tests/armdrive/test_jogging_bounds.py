@@ -6,8 +6,8 @@ import pytest
 from faults import ready_arm
 
 from armdrive import Jog
-from armdrive.config.arm import parse_arm_file
 from armdrive.errors import BadRequest, WrongState
+from armdrive.registry import parse_arm
 from armdrive.status import State
 
 
@@ -107,7 +107,7 @@ def test_what_ended_a_jog_is_said_no_more_once_it_leads_back():
 
 
 def test_a_pens_tip_is_jogged_along_its_own_line():
-    config = parse_arm_file(
+    config = parse_arm(
         {"model": "teachmover", "tool": {"along_mm": 60.0, "up_mm": 12.0}}, name="with a pen"
     )
     arm = ready_arm(config)

@@ -15,10 +15,9 @@ from armdrive.arm import Arm
 from armdrive.connect.parts import assemble
 from armdrive.connect.target import simulated_config
 from armdrive.dialects.exchange import Scripted
-from armdrive.registry import DIALECTS
+from armdrive.registry import DIALECTS, simulate
 from armdrive.runtime.clock import SimulatedClock
 from armdrive.runtime.drive import SimulatedPace
-from armdrive.sim.simulated_arm import make_twin
 from armdrive.status import State, Trust
 from armdrive.tasks import ReadPosition, Registers, Silence
 from kinematics import Motors
@@ -57,7 +56,7 @@ class LateClock(SimulatedClock):
 @pytest.mark.parametrize("dialect", LATE_S)
 def test_every_motion_ends_as_it_was_asked_to(dialect, seed):
     config = simulated_config(dialect)
-    twin = make_twin(config)
+    twin = simulate(config)
     clock = LateClock(seed, LATE_S[dialect])
     pace = SimulatedPace(clock)
     with Arm(assemble(config, twin.link, pace, simulated=True, operator=twin.operator)) as arm:

@@ -12,13 +12,12 @@ from grbl_arm import config, found, ready
 from armdrive import Arm
 from armdrive.cli import config_limits
 from armdrive.cli.config_limits import check
-from armdrive.config.arm import load_arm_file
 from armdrive.connect.target import connect_simulated
 from armdrive.dialects.grbl.settings import GrblSettings
 from armdrive.errors import ArmFileError, Refused, SettingsDiffer
+from armdrive.registry import load_arm, simulate
 from armdrive.setup.limits import Saw, all_work, limit_remarks, make_ready, record, switches_of
 from armdrive.sim.device import SwitchState
-from armdrive.sim.simulated_arm import make_twin
 from armdrive.status import State
 from armdrive.storage import files as places
 
@@ -105,11 +104,11 @@ def test_a_board_without_the_setting_is_to_be_mended_first():
 def test_the_day_is_written_into_the_arm_file_and_nothing_else_changes(tmp_path):
     path = tmp_path / "bench.toml"
     path.write_text(FILE, encoding="utf-8")
-    made = load_arm_file(path)
+    made = load_arm(path)
     assert "config limits bench" in limit_remarks(made)[0]
     record(path, made, date(2026, 11, 23)).write()
     assert path.read_text(encoding="utf-8").startswith(FILE)
-    again = load_arm_file(path)
+    again = load_arm(path)
     assert again.device.hard_limits_checked == "2026-11-23"
     assert limit_remarks(again) == ()
 
@@ -168,7 +167,7 @@ def test_a_person_presses_each_switch_and_the_day_is_written(monkeypatch, call):
 
     def opened(made, *, simulated, alone, wanted):
         assert not alone
-        twin = make_twin(made, limit_interrupts=True)
+        twin = simulate(made, limit_interrupts=True)
         person.arm = Arm(connect_simulated(made, twin=twin))
         person.arm.simulated = False
         return person.arm
@@ -179,4 +178,4 @@ def test_a_person_presses_each_switch_and_the_day_is_written(monkeypatch, call):
     monkeypatch.setattr("sys.stdin", person)
     said = call("config", "limits", "bench", code=0).out
     assert "Press the limit switch of base (X) by hand" in said
-    assert load_arm_file(path).device.hard_limits_checked == "2026-05-04"
+    assert load_arm(path).device.hard_limits_checked == "2026-05-04"

@@ -12,7 +12,7 @@ from armdrive import registry as dialects
 from armdrive.config.sections import HomingSettings
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import DeviceFault, Refused, Stopped
-from armdrive.sim.simulated_arm import make_twin
+from armdrive.registry import simulate
 from armdrive.status import Current, Evidence, State, Trust
 from kinematics import Joints, Pose
 
@@ -26,7 +26,7 @@ def mks_arm(homing=None, gripper=None, options=None, **settings) -> Arm:
     config = replace(config, device=replace(config.device, **settings), homing=homing)
     if gripper:
         config = replace(config, gripper=replace(config.gripper, kind=gripper))
-    twin = make_twin(config, **(options or {}))
+    twin = simulate(config, **(options or {}))
     twin.device.bring_to(START, 20.0)
     return Arm(connect_simulated(config, twin=twin))
 
@@ -180,7 +180,7 @@ def test_a_gripper_that_no_drive_moves_is_refused():
 
 def test_nothing_moves_while_a_drive_is_in_another_mode():
     config = simulated_config("mks")
-    twin = make_twin(config)
+    twin = simulate(config)
     twin.faults.add("drive-mode", "3", "2")
     stood = twin.world.motors
     arm = Arm(connect_simulated(config, twin=twin))

@@ -22,8 +22,8 @@ from watched_sim import Watch
 from armdrive import Arm
 from armdrive.connect.target import simulated_config
 from armdrive.errors import DeviceFault, LinkLost, NoAnswer, PortUnavailable
+from armdrive.registry import simulate_device
 from armdrive.sim.serving.loop import make_server, run_device
-from armdrive.sim.simulated_arm import make_device
 from armdrive.status import State, Trust
 from armdrive.transports import open_errors as can_refusals
 
@@ -154,7 +154,7 @@ class SerialBus:
 
     def __init__(self, path) -> None:
         self.server = make_server(slcan=path)
-        self.device = make_device(simulated_config("mks"))
+        self.device = simulate_device(simulated_config("mks"))
         self.port = self.server.can_address
         self._out = io.StringIO()
         ear, self._mouth = os.pipe()

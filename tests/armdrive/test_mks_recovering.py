@@ -9,7 +9,7 @@ from test_mks_controller_motion import along, straight
 from armdrive import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import ArmError, DeviceFault
-from armdrive.sim.simulated_arm import make_twin
+from armdrive.registry import simulate
 from armdrive.status import State
 from armdrive.tasks import AlertKind, Halted
 
@@ -41,7 +41,7 @@ def test_drives_that_stop_as_they_should_alarm_nobody(hard, after_s):
 def other_mode():
     """An arm of which one drive was in another mode while it was connected, and the fault."""
     config = simulated_config("mks")
-    twin = make_twin(config)
+    twin = simulate(config)
     twin.faults.add("drive-mode", "3", "2")
     arm = Arm(connect_simulated(config, twin=twin))
     with pytest.raises(DeviceFault, match="in mode 2"):

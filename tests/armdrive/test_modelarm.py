@@ -18,7 +18,7 @@ def test_the_shown_files_are_the_teachmover(tmp_path):
     config = five_joints(tmp_path)
     theirs = preset("teachmover")
     assert config.title == "TeachMover by its link table"
-    assert config.connection == Connection(port="/dev/ttyUSB0")
+    assert config.connection == Connection("teachmover", port="/dev/ttyUSB0")
     arm = config.model.arm
     assert isinstance(arm, ChainArm)
     assert arm.joint_names == theirs.arm.joint_names

@@ -9,11 +9,11 @@ from hostile import unprintable
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from armdrive.config.arm import parse_arm_file
 from armdrive.config.link_model import parse_model
 from armdrive.dialects.teachmover.pendant import parse_pendant
 from armdrive.errors import ArmError, ArmFileError
 from armdrive.programs.program import read_program
+from armdrive.registry import parse_arm
 from armdrive.storage.points import parse_points
 from armdrive.text.printable import printable
 from armdrive.text.reading import parse_toml
@@ -89,7 +89,7 @@ def recording(text):
 
 
 PARSERS = {
-    "arm": (ARM, lambda text: parse_arm_file(parse_toml(text, ArmFileError), name="x")),
+    "arm": (ARM, lambda text: parse_arm(parse_toml(text, ArmFileError), name="x")),
     "model": (MODEL, lambda text: parse_model(parse_toml(text, ArmFileError))),
     "points": (POINTS, lambda text: parse_points(text, JOINTS)),
     "program": (PROGRAM, read_program),

@@ -16,11 +16,11 @@ from armdrive import (
     Pose,
     PoseMove,
 )
-from armdrive.config.arm import parse_arm_file
 from armdrive.connect.target import simulated_config
 from armdrive.errors import ArmFileError
 from armdrive.motion.plan import plan_joints, plan_route
 from armdrive.motion.segments import Speeds, fewer, legs_along
+from armdrive.registry import parse_arm
 from armdrive.runtime.position import Coordinates
 from kinematics import Joints, preset
 
@@ -172,12 +172,12 @@ def test_with_ramps_the_speed_grows_and_falls_within_its_limits():
 
 def test_an_acceleration_of_the_arm_file_is_that_joints_own():
     table = {"model": "teachmover", "accelerations_deg_s2": {"base": 40.0}}
-    config = parse_arm_file(table, name="x")
+    config = parse_arm(table, name="x")
     own = speeds(accelerations_rad_s2=config.accelerations_rad_s2)
     assert own.limits.accelerations[0] == pytest.approx(math.radians(40.0))
     assert math.isinf(own.limits.accelerations[1])
     with pytest.raises(ArmFileError, match=r"accelerations_deg_s2\.base"):
-        parse_arm_file({"model": "teachmover", "accelerations_deg_s2": {"base": 0}}, name="x")
+        parse_arm({"model": "teachmover", "accelerations_deg_s2": {"base": 0}}, name="x")
 
 
 def test_boards_that_queue_are_driven_with_ramps_and_others_are_not():

@@ -68,7 +68,7 @@ class TestFinding:
 
     def test_an_arm_file_may_give_the_number_alone(self, plugged):
         config = find("/dev/ttyUSB0", dialect_name="teachmover").config
-        wiring = Wiring(replace(config, connection=Connection(usb_serial=NUMBER)))
+        wiring = Wiring(replace(config, connection=Connection("teachmover", usb_serial=NUMBER)))
         with pytest.raises(NoSuchPort):
             wiring.open()
         plugged["/dev/no-such-port"] = NUMBER
@@ -76,7 +76,7 @@ class TestFinding:
         with pytest.raises(PortUnavailable, match="/dev/no-such-port"):
             wiring.open()
         with pytest.raises(PortUnavailable, match="usb_serial"):
-            Wiring(replace(config, connection=Connection()))
+            Wiring(replace(config, connection=Connection("teachmover")))
 
 
 def moving(arm, there):

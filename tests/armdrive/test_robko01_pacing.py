@@ -7,9 +7,9 @@ from amounts import amount
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from armdrive.config.arm import parse_arm_file
 from armdrive.dialects.robko01.settings import BOARDS, Board, PaceMeter, Pacing, RobkoSettings
 from armdrive.errors import ArmFileError
+from armdrive.registry import parse_arm
 from armdrive.sim.mechanics.profiles import UncoordinatedRack
 
 BOARD = st.sampled_from([*BOARDS.values(), Board(700.0, 300.0, 0.0), Board(75.0, 125.0, 0.008)])
@@ -115,7 +115,7 @@ def test_short_motions_end_a_suspicion_but_raise_none():
 def test_a_setting_out_of_bounds_is_refused_by_name(key, value):
     table = {"model": "robko01", "connection": {"dialect": "robko01"}, "robko01": {key: value}}
     with pytest.raises(ArmFileError, match=rf"robko01\.{key}"):
-        parse_arm_file(table, name="bench")
+        parse_arm(table, name="bench")
 
 
 def test_an_arm_file_corrects_what_is_known_of_a_board():
@@ -124,7 +124,7 @@ def test_an_arm_file_corrects_what_is_known_of_a_board():
         "connection": {"dialect": "robko01", "port": "udp://192.168.1.9:10182"},
         "robko01": {"board": "esp32", "acceleration_steps_s2": 700, "watchdog_s": 3},
     }
-    config = parse_arm_file(table, name="bench")
+    config = parse_arm(table, name="bench")
     assert config.connection.baud == 115_200
     assert config.motion.planned_burst_s == 0.5
     assert config.device.known == Board(700.0, 100.0, 0.0, obeys_speed=False)

@@ -2,14 +2,14 @@
 
 from armdrive import Arm, Jog
 from armdrive.connect.target import connect_simulated, simulated_config
-from armdrive.sim.simulated_arm import make_twin
+from armdrive.registry import simulate
 
 MOVE = 0x07
 
 
 def test_a_lost_jog_is_not_sent_again_once_it_is_released(monkeypatch):
     config = simulated_config("robko01")
-    twin = make_twin(config)
+    twin = simulate(config)
     sent, write = [], twin.link.write
 
     def losing(data, now_s):

@@ -8,14 +8,14 @@ from grbl_arm import Disturbed, config, rule, without
 from armdrive import Arm
 from armdrive.connect.target import connect_simulated
 from armdrive.errors import SettingsDiffer
-from armdrive.sim.simulated_arm import make_twin
+from armdrive.registry import simulate
 
 A_HUNDRED_BECOMES_TEN = without(3)
 """What is left of `$100=` sets what reports tell to another number."""
 
 
 def connected(times):
-    twin = make_twin(config())
+    twin = simulate(config())
     link = Disturbed(twin.link)
     link.back.append(rule(rb"\$100=", A_HUNDRED_BECOMES_TEN, times=times))
     return Arm(connect_simulated(config(), twin=replace(twin, link=link)))

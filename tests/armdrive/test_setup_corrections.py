@@ -4,10 +4,10 @@ import tomllib
 
 import pytest
 
-from armdrive.config.arm import load_arm_file
-from armdrive.config.write import amended
+from armdrive.config.write import Change, amended
 from armdrive.errors import ArmFileError, BadRequest
-from armdrive.setup.directions import WAYS, Change, Check, Saw, Verdict
+from armdrive.registry import load_arm
+from armdrive.setup.directions import WAYS, Check, Saw, Verdict
 from armdrive.setup.filing import propose
 from armdrive.sim.world.body import found_posture
 from kinematics import preset
@@ -81,7 +81,7 @@ def test_directions_and_gears_are_written_and_every_other_line_stays(tmp_path):
     for line in PRESET.splitlines():
         assert line in text
     before = transmission.motors[0].steps_per_unit
-    after = load_arm_file(proposal.path).model.transmission
+    after = load_arm(proposal.path).model.transmission
     assert after.motors[0].steps_per_unit == pytest.approx(before / 2.0)
     assert tomllib.loads(text)["motor_signs"] == {"elbow": -1}
     assert any(line.startswith("+elbow = -1") for line in proposal.difference)
@@ -99,7 +99,7 @@ def test_half_as_far_at_the_fingers_is_of_their_own_key(tmp_path):
     verdict, transmission = checked({"gripper": Saw.HALF})
     path = arm_file(tmp_path)
     propose(path, transmission, verdict).write()
-    after = load_arm_file(path).model.transmission.motors[-1].steps_per_unit
+    after = load_arm(path).model.transmission.motors[-1].steps_per_unit
     assert abs(after) == pytest.approx(2.0 * abs(transmission.motors[-1].steps_per_unit))
 
 

@@ -141,7 +141,7 @@ def test_a_found_answer_that_does_not_fit_is_asked_for_after_all():
 
 
 def test_the_file_of_an_arm_is_known_until_somebody_changes_it(tmp_path, monkeypatch):
-    from armdrive.config.arm import load_arm_file
+    from armdrive.registry import load_arm
 
     monkeypatch.setenv("ARMDRIVE_HOME", str(tmp_path))
     describing = Describing({})
@@ -151,7 +151,7 @@ def test_the_file_of_an_arm_is_known_until_somebody_changes_it(tmp_path, monkeyp
     path = path_of("lab")
     path.parent.mkdir(parents=True)
     write(describing.files(), path)
-    config = load_arm_file(path)
+    config = load_arm(path)
     assert file_of(config) == path
     path.write_text(path.read_text(encoding="utf-8") + "\n[limits_deg]\nbase = [-1, 1]\n")
     assert file_of(config) is None

@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from armdrive.errors import BadRequest, StateFileError
+from armdrive.registry import simulate
 from armdrive.sim.armdroid.board import LockstepRack
-from armdrive.sim.simulated_arm import make_twin
 
 ZERO = "offsets = 0,0,0,0,0,0\r\n"
 WELCOME = "Welcome, Armdroid!\r\n"
@@ -175,22 +175,22 @@ class TestOpening:
 
 class TestSaved:
     def test_a_saved_arm_counts_on_at_its_speed(self):
-        twin = make_twin(CONFIG)
+        twin = simulate(CONFIG)
         twin.link.write(b"250s6,20d", 0.0)
         twin.link.read(3.0)
-        again = make_twin(CONFIG, twin.save())
+        again = simulate(CONFIG, twin.save())
         assert again.world.motors == twin.world.motors
         assert again.device.registers[0] == 20
         assert again.device.details()["rpm"] == 250
 
     def test_it_is_no_other_dialects_arm(self):
         with pytest.raises(StateFileError, match="speaks"):
-            make_twin(CONFIG, {**make_twin(CONFIG).save(), "dialect": "teachmover"})
+            simulate(CONFIG, {**simulate(CONFIG).save(), "dialect": "teachmover"})
 
     @pytest.mark.parametrize("option", [{"character_s": -1.0}, {"speed_error": -2.0}, {"greet": 1}])
     def test_settings_that_no_board_has_are_refused(self, option):
         with pytest.raises(BadRequest):
-            make_twin(CONFIG, **option)
+            simulate(CONFIG, **option)
 
     def test_there_are_no_inputs(self, bench):
         with pytest.raises(BadRequest, match="input"):

@@ -21,8 +21,8 @@ from cia402_sim import (
 
 from armdrive.config.sections import HomingSettings
 from armdrive.errors import BadRequest, StateFileError
+from armdrive.registry import simulate
 from armdrive.sim.device import SwitchState
-from armdrive.sim.simulated_arm import make_twin
 from firmware_protocol.canopen import (
     CONTROLWORD,
     ERROR_CODE,
@@ -321,7 +321,7 @@ class TestHoming:
     AHEAD = TURN
 
     def fitted(self, ahead=AHEAD, **settings):
-        probe = make_twin(arm_config())
+        probe = simulate(arm_config())
         goal = probe.world.motors + Motors((ahead, 0, 0, 0, 0, 0))
         joints, opening_mm = probe.world.body.transmission.to_joints(goal)
         bench = Bench(config=arm_config(HomingSettings(joints, opening_mm)), **settings)

@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest, LinkLost
+from armdrive.registry import simulate
 from armdrive.sim.bus.drives import DrivesOnBus, SaysEmergencies
 from armdrive.sim.device import SwitchState
 from armdrive.sim.faults.request import FaultRequest, parse_option, parse_words
 from armdrive.sim.faults.running import Faults
 from armdrive.sim.faults.table import FAULTS, faults_of
-from armdrive.sim.simulated_arm import make_twin
 from armdrive.sim.teachmover.device import SimTeachMover
 from armdrive.sim.wire import (
     Lane,
@@ -37,7 +37,7 @@ class Wired:
     """A twin, and a host that writes and reads bytes on simulated time."""
 
     def __init__(self):
-        self.twin = make_twin(simulated_config("teachmover"))
+        self.twin = simulate(simulated_config("teachmover"))
         self.faults = self.twin.faults
         self.now_s = 0.0
 

@@ -8,9 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armdrive.config.arm import parse_arm_file
 from armdrive.errors import ArmError, ArmFileError
-from armdrive.sim.simulated_arm import make_device
+from armdrive.registry import parse_arm, simulate_device
 from kinematics import JOINT_NAMES, KinematicsError
 
 HUGE = 1.7e308
@@ -18,8 +17,8 @@ HUGE = 1.7e308
 
 def board(**table):
     connection = {"dialect": "grbl"}
-    return make_device(
-        parse_arm_file({"model": "teachmover", "connection": connection, **table}, name="bench")
+    return simulate_device(
+        parse_arm({"model": "teachmover", "connection": connection, **table}, name="bench")
     )
 
 

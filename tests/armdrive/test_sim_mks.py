@@ -11,8 +11,8 @@ from mks_sim import outcomes as said
 
 from armdrive.config.sections import HomingSettings
 from armdrive.errors import BadRequest, StateFileError
+from armdrive.registry import simulate
 from armdrive.sim.device import SwitchState
-from armdrive.sim.simulated_arm import make_twin
 from firmware_protocol.frames import Frame, Unpacker, pack
 from firmware_protocol.mks import (
     Answered,
@@ -400,7 +400,7 @@ class TestPower:
         saved = bench.twin.save()
         saved["drives"][0]["settings"][entry] = value
         with pytest.raises(StateFileError, match=r"--fresh"):
-            make_twin(arm_config(), saved)
+            simulate(arm_config(), saved)
 
     @pytest.mark.parametrize(
         ("setting", "named"),

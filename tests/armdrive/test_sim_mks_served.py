@@ -15,11 +15,11 @@ from cli_calls import Caller
 from mks_sim import TURN, arm_config
 from waiting import LONG_S, until
 
+from armdrive.registry import simulate_device
 from armdrive.sim.bus.drives import DrivesOnBus
 from armdrive.sim.faults.table import FAULTS
 from armdrive.sim.mks.kind import KIND
 from armdrive.sim.serving.loop import make_server, run_device
-from armdrive.sim.simulated_arm import make_device
 from firmware_protocol.frames import Frame
 from firmware_protocol.mks import (
     Code,
@@ -40,7 +40,7 @@ class Served:
 
     def __init__(self, path) -> None:
         self.server = make_server(slcan=path)
-        self.device = make_device(arm_config())
+        self.device = simulate_device(arm_config())
         self.out = io.StringIO()
         ear, self._mouth = os.pipe()
         self._thread = threading.Thread(

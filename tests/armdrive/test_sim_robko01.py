@@ -9,9 +9,9 @@ from robko_bench import RobkoBench, axes
 
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest
+from armdrive.registry import simulate, simulate_device
 from armdrive.sim.robko01.box import ESP32, RobkoHabits
 from armdrive.sim.robko01.device import SimRobko
-from armdrive.sim.simulated_arm import make_device, make_twin
 from firmware_protocol.robko01 import (
     Axes,
     Busy,
@@ -376,12 +376,12 @@ class TestPower:
         assert not device.world.energised
 
     def test_a_saved_one_knows_its_motors_positions_and_outputs(self):
-        twin = make_twin(simulated_config("robko01"))
+        twin = simulate(simulated_config("robko01"))
         twin.device.receive(frame_bytes(Kind.REQUEST, Op.ENABLE, b""), 0.0)
         twin.device.receive(frame_bytes(Kind.REQUEST, Op.OUTPUTS, b"\x07"), 0.1)
         twin.device.transmit(0.2)
         twin.device.jog((10, 0, -3, 0, 0, 7))
-        again = make_twin(simulated_config("robko01"), twin.save())
+        again = simulate(simulated_config("robko01"), twin.save())
         assert again.device.to_json() == twin.device.to_json()
         assert again.device.details()["enabled"] is True
         assert again.device.registers == (10, 0, -3, 0, 0, 7)
@@ -389,11 +389,11 @@ class TestPower:
 
 def test_settings_choose_the_board():
     config = simulated_config("robko01")
-    assert make_device(config).habits == RobkoHabits()
-    chosen = make_device(config, settings={"board": "esp32", "watchdog_s": 3.0}).habits
+    assert simulate_device(config).habits == RobkoHabits()
+    chosen = simulate_device(config, settings={"board": "esp32", "watchdog_s": 3.0}).habits
     assert chosen == RobkoHabits(ESP32, 75.0, 0.0, watchdog_s=3.0, top_speed_hz=100.0)
     with pytest.raises(BadRequest):
-        make_device(config, settings={"watchdog_s": -1.0})
+        simulate_device(config, settings={"watchdog_s": -1.0})
 
 
 @settings(max_examples=20)

@@ -9,14 +9,12 @@ from cli_calls import Caller
 
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest, StateFileError
-from armdrive.registry import DIALECTS
+from armdrive.registry import DIALECTS, simulate, simulate_device, simulated_kind
 from armdrive.sim.device import Option, Options, SimDevice, WireDevice
-from armdrive.sim.kinds import TWINS, twin_kind
-from armdrive.sim.simulated_arm import make_device, make_twin
 from armdrive.sim.teachmover.device import SimTeachMover
 from armdrive.sim.wire import PacedDevice
 
-SPOKEN = [name for name in TWINS if name in DIALECTS]
+SPOKEN = [name for name in DIALECTS if name in DIALECTS]
 TABLE = (
     Option("pace", 0.5, "how fast"),
     Option("slots", 3, "how many"),
@@ -33,16 +31,16 @@ def call(capsys):
 @pytest.mark.parametrize("dialect", SPOKEN)
 def test_every_row_makes_a_device_that_can_be_saved_and_made_again(dialect):
     config = simulated_config(dialect)
-    twin = make_twin(config)
+    twin = simulate(config)
     saved = json.loads(json.dumps(twin.save()))
     assert saved["dialect"] == dialect
-    assert make_twin(config, saved).save() == saved
-    assert isinstance(twin.device, twin_kind(dialect).device)
+    assert simulate(config, saved).save() == saved
+    assert isinstance(twin.device, simulated_kind(dialect).device)
 
 
 @pytest.mark.parametrize("dialect", SPOKEN)
 def test_every_device_stands_powered_and_is_brought_where_somebody_wants_it(dialect):
-    device: SimDevice = make_device(simulated_config(dialect))
+    device: SimDevice = simulate_device(simulated_config(dialect))
     assert device.powered
     assert not device.moving
     joints = device.world.joints.replace(shoulder=1.0)
@@ -54,28 +52,28 @@ def test_every_device_stands_powered_and_is_brought_where_somebody_wants_it(dial
 
 
 def test_a_world_of_another_dialect_is_refused():
-    saved = make_twin(simulated_config("teachmover")).save() | {"dialect": "robko01"}
+    saved = simulate(simulated_config("teachmover")).save() | {"dialect": "robko01"}
     with pytest.raises(StateFileError, match="'robko01', not 'teachmover'"):
-        make_twin(simulated_config("teachmover"), saved)
+        simulate(simulated_config("teachmover"), saved)
 
 
 def test_a_world_from_before_there_were_dialects_is_a_teachmovers():
-    saved = make_twin(simulated_config("teachmover")).save()
+    saved = simulate(simulated_config("teachmover")).save()
     del saved["dialect"]
-    assert make_twin(simulated_config("teachmover"), saved).save()["dialect"] == "teachmover"
+    assert simulate(simulated_config("teachmover"), saved).save()["dialect"] == "teachmover"
 
 
 def test_a_dialect_without_a_device_is_refused_with_the_nearest():
     with pytest.raises(BadRequest, match="did you mean 'teachmover'"):
-        twin_kind("teachmoover")
+        simulated_kind("teachmoover")
 
 
 def test_settings_reach_the_device():
-    twin = make_twin(simulated_config("teachmover"), speed_error=0.25)
+    twin = simulate(simulated_config("teachmover"), speed_error=0.25)
     assert isinstance(twin.device, SimTeachMover)
     assert twin.device.speed_error == 0.25
     with pytest.raises(BadRequest, match="did you mean 'speed_error'"):
-        make_twin(simulated_config("teachmover"), sped_error=0.25)
+        simulate(simulated_config("teachmover"), sped_error=0.25)
 
 
 def test_settings_are_read_as_a_person_types_them():

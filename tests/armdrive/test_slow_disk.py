@@ -15,8 +15,8 @@ from armdrive.connect.target import connect_simulated
 from armdrive.errors import ArmError, StateFileError, Stopped
 from armdrive.motion import idle as idling
 from armdrive.moves import Jog, Space
+from armdrive.registry import simulate
 from armdrive.runtime.position import Coordinates
-from armdrive.sim.simulated_arm import make_twin
 from armdrive.status import State
 from armdrive.storage.files import Files
 from armdrive.storage.record import FileRecorder
@@ -51,7 +51,7 @@ class Bench:
     def __init__(self, path):
         self.path = path
         self.config = sim_config()
-        self.twin = make_twin(self.config)
+        self.twin = simulate(self.config)
         world = self.twin.world
         world.drive_to(world.body.transmission.to_motors(OVER_THE_TABLE, 20.0))
         self.disk = SlowDisk()

@@ -10,9 +10,8 @@ from hypothesis import strategies as st
 from armdrive import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.motion.deviation import SMALL_STEPS, Corridor, has_room, turns
-from armdrive.registry import DIALECTS, dialect
+from armdrive.registry import DIALECTS, dialect, simulate
 from armdrive.runtime.arm_state import Core
-from armdrive.sim.simulated_arm import make_twin
 from kinematics import Joints, Motors, Pose
 
 UNCOORDINATED = [name for name, row in DIALECTS.items() if not row.abilities.coordinated]
@@ -25,7 +24,7 @@ OVER_THE_TABLE = Joints.of(0.0, 40.0, -80.0, -40.0, 0.0)
 def standing(name, joints=OVER_THE_TABLE, **motion):
     config = simulated_config(name)
     config = replace(config, motion=replace(config.motion, **motion))
-    twin = make_twin(config)
+    twin = simulate(config)
     twin.world.drive_to(twin.world.body.transmission.to_motors(joints, 20.0))
     arm = Arm(connect_simulated(config, twin=twin))
     arm.enable()

@@ -8,9 +8,8 @@ from armdrive.arm import Arm
 from armdrive.connect.parts import assemble
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import DeviceFault, Stopped
-from armdrive.registry import DIALECTS
+from armdrive.registry import DIALECTS, simulate
 from armdrive.runtime.drive import SimulatedPace
-from armdrive.sim.simulated_arm import make_twin
 from armdrive.status import State
 
 ASLEEP_S = 400.0
@@ -27,7 +26,7 @@ class SleepyPace(SimulatedPace):
 
 def connected(dialect):
     config = simulated_config(dialect)
-    twin = make_twin(config)
+    twin = simulate(config)
     arm = Arm(assemble(config, twin.link, SleepyPace(), simulated=True, operator=twin.operator))
     if arm.status.state is State.DISABLED:
         arm.enable()
@@ -81,7 +80,7 @@ def test_a_motion_does_not_go_on_when_its_program_wakes(dialect):
 
 def test_a_lost_answer_makes_a_robko_no_slower():
     config = simulated_config("robko01")
-    twin = make_twin(config)
+    twin = simulate(config)
     with Arm(connect_simulated(config, twin=twin)) as arm:
         refer(arm, twin)
         arm.move_j(base_deg=30.0)

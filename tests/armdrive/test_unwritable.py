@@ -12,7 +12,7 @@ import pytest
 from armdrive import Arm
 from armdrive.connect.target import connect_simulated, simulated_config, state_file
 from armdrive.errors import StateFileError
-from armdrive.sim.simulated_arm import make_twin
+from armdrive.registry import simulate
 from armdrive.status import Trust
 from armdrive.storage import files as places
 from armdrive.storage.files import Files
@@ -118,7 +118,7 @@ def test_a_position_that_nobody_could_keep_up_to_date_is_unknown_and_nothing_mov
     with monkeypatch.context() as patched:
         a_read_only_disk_of_this(patched)
         with Arm(
-            connect_simulated(config, twin=make_twin(config, world), recorder=FileRecorder(path))
+            connect_simulated(config, twin=simulate(config, world), recorder=FileRecorder(path))
         ) as arm:
             assert arm.status.trust is Trust.UNKNOWN
             assert "make the folder writable" in arm.status.trust_reason

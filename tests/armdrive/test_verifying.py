@@ -206,12 +206,12 @@ def test_a_restored_position_that_is_right_at_the_mark_is_referenced(tmp_path):
     first.home()
     first.park()
     first.close()
-    from armdrive.sim.simulated_arm import make_twin
+    from armdrive.registry import simulate
 
     arm = Arm(
         connect_simulated(
             config,
-            twin=make_twin(config, first.twin.save()),
+            twin=simulate(config, first.twin.save()),
             recorder=FileRecorder(tmp_path / "r.json"),
             allow_restored=True,
         )

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 from recorder_bench import recorded_arm
 
-from armdrive.dialects.teachmover.controller import FIRST_LINE
-from armdrive.trace.describe import TALKS, talk
+from armdrive.dialects.teachmover.words import FIRST_LINE
+from armdrive.registry import DIALECTS
+from armdrive.trace.describe import talk
 from armdrive.trace.entries import WIRE, Kind
-from armdrive.trace.sentences import wording
 from armdrive.trace.timeline import Teller
 from firmware_protocol.frames import Frame, pack
 from firmware_protocol.teachmover.messages import Close, Delay, Key, Registers, Status
@@ -95,6 +95,7 @@ def test_what_a_device_says_is_told_in_words(dialect, data, words):
 
 
 def test_any_message_has_words_of_its_name_and_its_fields():
+    wording = talk("teachmover").wording
     assert wording(Delay(12)) == "delay: count 12"
     assert wording(Close()) == "close the gripper until its switch trips"
     assert wording(Close(90)) == "close the gripper until its switch trips at speed 90"
@@ -104,7 +105,7 @@ def test_any_message_has_words_of_its_name_and_its_fields():
     assert wording("as it is") == "as it is"
 
 
-@pytest.mark.parametrize("dialect", sorted(TALKS))
+@pytest.mark.parametrize("dialect", sorted(DIALECTS))
 def test_a_whole_session_has_words_and_none_of_them_is_python(dialect):
     arm = recorded_arm(dialect)
     arm.move_motors(0, 0, 0, 0, 3, 0)

@@ -12,12 +12,12 @@ from dataclasses import dataclass, replace
 from armdrive.arm import Arm
 from armdrive.config.arm import ArmConfig
 from armdrive.connect.parts import assemble
+from armdrive.registry import simulated_kind
 from armdrive.runtime.drive import SimulatedPace
 from armdrive.runtime.stop_bounds import StopBound
 from armdrive.sim.bus.drives import DrivesOnBus
 from armdrive.sim.device import Options, Value
 from armdrive.sim.faults.running import Faults, LinkCable
-from armdrive.sim.kinds import twin_kind
 from armdrive.sim.simulated_arm import TITLE, SimulatedOperator, Twin, line_to
 from armdrive.sim.wire import PacedDevice
 from armdrive.sim.world.arm import World
@@ -127,7 +127,7 @@ class Stand:
     """One arm on its wire, referenced in a posture and switched on."""
 
     def __init__(self, config: ArmConfig, at: Joints, **options: Value) -> None:
-        kind = twin_kind(config.connection.dialect)
+        kind = simulated_kind(config.connection.dialect)
         self.world = RecordingWorld(ArmBody.of_preset(config.model))
         transmission = self.world.body.transmission
         there = transmission.to_motors(at, OPENING_MM)

@@ -18,11 +18,10 @@ from armdrive.connect.target import simulated_config
 from armdrive.dialects.controller import Controller
 from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS
 from armdrive.dialog import PostureRequest
-from armdrive.registry import dialect
+from armdrive.registry import dialect, simulated_kind
 from armdrive.sim.bus.drives import DrivesOnBus
 from armdrive.sim.device import Options
 from armdrive.sim.faults.running import Faults, LinkCable
-from armdrive.sim.kinds import twin_kind
 from armdrive.sim.simulated_arm import TITLE, SimulatedOperator, Twin, line_to
 from armdrive.sim.wire import PacedDevice
 from armdrive.sim.world.body import ArmBody
@@ -104,7 +103,7 @@ class Stage:
     def __init__(self, name: str, draw: random.Random, variant: int | None = None) -> None:
         variant = draw.randrange(VARIANTS) if variant is None else variant
         self.config = config_of(name, variant)
-        kind = twin_kind(name)
+        kind = simulated_kind(name)
         self.world = WatchedWorld(ArmBody.of_preset(self.config.model))
         device = kind.make(self.config, self.world, Options(kind.options, board_of(name, variant)))
         self.link = Deadly(line_to(device), TITLE)

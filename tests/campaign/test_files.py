@@ -15,12 +15,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from armdrive.arm import Arm
-from armdrive.config.arm import load_arm_file, parse_arm_file
 from armdrive.connect.parts import assemble
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import ArmError, ArmFileError, RecordingError, StateFileError
+from armdrive.registry import load_arm, parse_arm, simulate
 from armdrive.runtime.drive import SimulatedPace
-from armdrive.sim.simulated_arm import make_twin
 from armdrive.status import State, Trust
 from armdrive.storage.record import FileRecorder
 from armdrive.trace.files import parse_recording
@@ -78,7 +77,7 @@ def test_a_spoilt_arm_file_is_refused_or_drives_an_arm(tmp_path_factory, text):
     path = tmp_path_factory.getbasetemp() / "spoilt.toml"
     path.write_bytes(text)
     try:
-        config = load_arm_file(path)
+        config = load_arm(path)
     except ArmFileError:
         return
     with contextlib.suppress(ArmError, KinematicsError):
@@ -101,7 +100,7 @@ def test_an_arm_file_with_odd_numbers_is_refused_or_drives_an_arm(places):
     for (section, key), number in places:
         table[section][key] = number
     with contextlib.suppress(ArmError, KinematicsError):
-        drive(parse_arm_file(table, name="odd"))
+        drive(parse_arm(table, name="odd"))
 
 
 @pytest.mark.parametrize(
@@ -116,14 +115,14 @@ def test_a_number_that_no_arm_can_be_driven_with_is_refused_by_name(section, key
     table = tomllib.loads(WHOLE)
     table[section][key] = number
     with pytest.raises(ArmFileError, match=f"{section}.{key}"):
-        parse_arm_file(table, name="odd")
+        parse_arm(table, name="odd")
 
 
 @pytest.fixture(scope="module")
 def left():
     """What a program has left: its arm, and the state file."""
     config, disk = simulated_config("teachmover"), Disk()
-    twin = make_twin(config)
+    twin = simulate(config)
     arm = Arm(
         assemble(
             config, twin.link, SimulatedPace(), simulated=True, recorder=FileRecorder(STATE, disk)

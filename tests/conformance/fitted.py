@@ -10,13 +10,11 @@ import sys
 import tomllib
 from pathlib import Path
 
-from armdrive.config.arm import ArmConfig, load_arm_file, parse_arm_file
-from armdrive.registry import Dialect
+from armdrive.config.arm import ArmConfig
+from armdrive.registry import Dialect, load_arm, parse_arm, simulate_device, simulated_kind
 from armdrive.sim.device import Options
-from armdrive.sim.kinds import twin_kind
 from armdrive.sim.serving.loop import make_server, run_device
 from armdrive.sim.serving.servers import SlcanServer
-from armdrive.sim.simulated_arm import make_device
 
 
 def arm_file(row: Dialect, lines: str, port: str = "") -> str:
@@ -28,14 +26,14 @@ def arm_file(row: Dialect, lines: str, port: str = "") -> str:
 
 def fitted_config(row: Dialect, lines: str, name: str) -> ArmConfig:
     """Return the arm of such a file."""
-    return parse_arm_file(tomllib.loads(arm_file(row, lines)), name=name)
+    return parse_arm(tomllib.loads(arm_file(row, lines)), name=name)
 
 
 def main(path: str, *words: str) -> None:
     """Serve the device of an arm file until told to end."""
     *settings, where, address = words
-    config = load_arm_file(Path(path))
-    chosen = Options.parse(twin_kind(config.connection.dialect).options, settings)
+    config = load_arm(Path(path))
+    chosen = Options.parse(simulated_kind(config.connection.dialect).options, settings)
     server = make_server(
         pty=Path(address) if where == "--pty" else None,
         tcp=address if where == "--tcp" else None,
@@ -44,7 +42,7 @@ def main(path: str, *words: str) -> None:
     offered = server.can_address if isinstance(server, SlcanServer) else server.address
     sys.stdout.write(f"it speaks {config.connection.dialect} at {offered}; and waits\n")
     sys.stdout.flush()
-    run_device(make_device(config, settings=chosen), server, sys.stdin.fileno(), sys.stdout)
+    run_device(simulate_device(config, settings=chosen), server, sys.stdin.fileno(), sys.stdout)
 
 
 if __name__ == "__main__":

@@ -14,10 +14,11 @@ from armdrive.connect.parts import assemble
 from armdrive.connect.reconnect import Rewiring
 from armdrive.connect.target import simulated_config
 from armdrive.dialog import Operator
+from armdrive.registry import simulate
 from armdrive.runtime.drive import SimulatedPace
 from armdrive.sim.faults.request import parse_words
 from armdrive.sim.faults.running import Faults
-from armdrive.sim.simulated_arm import Twin, link_to, make_twin
+from armdrive.sim.simulated_arm import Twin, link_to
 from armdrive.storage.record import FileRecorder
 
 from .bench import Bench
@@ -116,7 +117,7 @@ class MemoryBench(Bench):
 
     def make_twin(self) -> Twin:
         """Return a new twin of the arm on the bench."""
-        return make_twin(self._config)
+        return simulate(self._config)
 
     def fit(self, lines: str) -> None:
         """Put the twin of an arm file on the bench."""
@@ -180,4 +181,4 @@ class SmallGrblBench(MemoryBench):
 
     def make_twin(self) -> Twin:
         """Make a twin with the firmware of an ATmega328P, and as many axes as the arm needs."""
-        return make_twin(self._config, firmware="grbl")
+        return simulate(self._config, firmware="grbl")

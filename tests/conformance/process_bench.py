@@ -6,7 +6,7 @@ import time
 from typing import ClassVar
 
 from armdrive.errors import BadRequest
-from armdrive.sim.kinds import twin_kind
+from armdrive.registry import simulated_kind
 from kinematics import Motors
 
 from .device_process import DeviceProcess
@@ -45,7 +45,7 @@ class ProcessBench(RealTimeBench):
     @property
     def device(self) -> type:
         """The class of the simulated device."""
-        return twin_kind(self.row.name).device
+        return simulated_kind(self.row.name).device
 
     def look(self) -> Seen:
         """Ask the console for the physical state."""

@@ -14,7 +14,6 @@ from waiting import LONG_S
 from armdrive.connect.target import state_file
 from armdrive.errors import DeviceFault
 from armdrive.registry import DIALECTS
-from armdrive.sim.kinds import TWINS
 
 from .behaviour import Behaviour
 from .behaviours import BEHAVIOURS
@@ -26,7 +25,7 @@ from .port_bench import PortBench
 from .process_bench import PtyBench
 from .seen import Broken
 
-SIMULATED = [name for name in DIALECTS if name in TWINS]
+SIMULATED = [name for name in DIALECTS if name in DIALECTS]
 needs_pty = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals")
 of_all = pytest.mark.parametrize("behaviour", BEHAVIOURS, ids=lambda row: row.name)
 

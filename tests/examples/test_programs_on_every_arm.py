@@ -9,8 +9,7 @@ import tomllib
 import pytest
 from amounts import THOROUGH
 
-from armdrive.config.arm import parse_arm_file
-from armdrive.registry import DIALECTS
+from armdrive.registry import DIALECTS, parse_arm
 from kinematics.five_axis.tool_arm import ToolArm
 from kinematics.tool import Tool
 
@@ -60,4 +59,4 @@ def test_a_pen_that_the_arm_file_knows_of_draws_the_same_circle():
 
 def config_with_tool(tool):
     text = f'model = "teachmover"\n[tool]\nalong_mm = {tool.along_mm}\nup_mm = {tool.up_mm}\n'
-    return parse_arm_file(tomllib.loads(text), name="bench", folder=FOLDER)
+    return parse_arm(tomllib.loads(text), name="bench", folder=FOLDER)

@@ -10,8 +10,8 @@ from typing import ClassVar
 
 from armdrive.arm import Arm
 from armdrive.connect.target import simulated_config
+from armdrive.registry import simulated_kind
 from armdrive.sim.faults.request import parse_words
-from armdrive.sim.kinds import twin_kind
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.body import ArmBody
 from kinematics import Motors
@@ -73,7 +73,7 @@ class ControlledBench(RealTimeBench):
     @property
     def device(self) -> type:
         """The class of the simulated device, which has the same abilities as the real one."""
-        return twin_kind(self.row.name).device
+        return simulated_kind(self.row.name).device
 
     def look(self) -> Seen:
         """Ask the control port for the physical state."""

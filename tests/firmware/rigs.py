@@ -11,8 +11,9 @@ from pathlib import Path
 from typing import ClassVar
 
 from armdrive.connect.target import find
+from armdrive.registry import simulate
 from armdrive.sim.device import Value
-from armdrive.sim.simulated_arm import Twin, make_twin
+from armdrive.sim.simulated_arm import Twin
 from tests.conformance.bench import Bench
 from tests.conformance.memory_bench import MemoryBench
 from tests.conformance.port_bench import PortBench
@@ -41,7 +42,7 @@ class TwinBench(MemoryBench):
 
     def make_twin(self) -> Twin:
         """Return a new simulated board."""
-        return make_twin(self._config, **self._options)
+        return simulate(self._config, **self._options)
 
 
 @contextlib.contextmanager

@@ -6,9 +6,9 @@ from desk_session import Session
 
 from armdrive import Arm
 from armdrive.connect.target import connect_simulated, simulated_config
+from armdrive.registry import simulate
 from armdrive.setup.directions import sight
 from armdrive.setup.finding import Candidate, Found
-from armdrive.sim.simulated_arm import make_twin
 from armdrive.storage import files as places
 from tui.setup import arm_file as setup_new
 
@@ -29,7 +29,7 @@ class Simulated:
         if signs is not None:
             true = true.with_signs(signs, (1,) * len(true.motors))
         really = replace(config, model=replace(config.model, transmission=true))
-        self.arm = Arm(connect_simulated(config, twin=make_twin(really)))
+        self.arm = Arm(connect_simulated(config, twin=simulate(really)))
         self.asked = []
         self.before = lambda: None
         self._move = self.arm.move_motors

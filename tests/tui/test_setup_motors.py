@@ -5,8 +5,8 @@ from dataclasses import replace
 import pytest
 from setup_session import FILE, SetupSession, written
 
-from armdrive.config.arm import load_arm_file
 from armdrive.connect.target import simulated_config
+from armdrive.registry import load_arm
 from armdrive.setup.directions import TRIAL_SPEED
 from armdrive.status import State
 from tui.setup.arm_file import Correction
@@ -18,7 +18,7 @@ pytestmark = pytest.mark.usefixtures("own_home")
 
 async def test_the_motors_are_checked_and_the_file_is_corrected_after_its_difference_is_seen():
     path = written()
-    async with SetupSession(load_arm_file(path)) as session:
+    async with SetupSession(load_arm(path)) as session:
         assert str(path) in session.words
         await session.choose("4 check")
         assert isinstance(session.stage, Motors)
@@ -57,12 +57,12 @@ async def look_and_answer(session):
 
 async def test_an_arm_whose_motors_count_otherwise_is_right_after_its_file_was_corrected():
     path, signs = written(), (1, -1, 1, 1, 1, -1)
-    async with SetupSession(load_arm_file(path), signs) as session:
+    async with SetupSession(load_arm(path), signs) as session:
         await session.choose("4 check")
         await look_and_answer(session)
         await session.press("enter")
         await session.enter_twice()
-    config = load_arm_file(path)
+    config = load_arm(path)
     model = simulated_config("teachmover").model
     truth = model.transmission.with_signs(signs, (1,) * len(signs))
     assert config.model.transmission == truth
@@ -134,7 +134,7 @@ async def test_no_motor_is_turned_in_a_state_in_which_it_should_not(state):
 
 async def test_motors_that_changed_places_are_named_by_choosing_them():
     path = written()
-    async with SetupSession(load_arm_file(path)) as session:
+    async with SetupSession(load_arm(path)) as session:
         await session.choose("4 check")
         for meant, really in (("base", "elbow"), ("elbow", "base")):
             while session.stage.check.trial.name != meant:

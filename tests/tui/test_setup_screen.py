@@ -6,8 +6,8 @@ import pytest
 from desk_planner import settled
 from setup_session import FILE, ROBKO, SetupSession, found_at, written
 
-from armdrive.config.arm import load_arm_file
 from armdrive.errors import PortUnavailable
+from armdrive.registry import load_arm
 from armdrive.setup.finding import Found
 from armdrive.storage import files as places
 from tui.keys.keyboard import DEFAULT_KEYS
@@ -56,7 +56,7 @@ async def test_from_a_port_to_a_file_nothing_is_opened_or_written_by_one_press(m
         await session.settle()
         assert isinstance(session.stage, Written)
         assert "opens the desk" not in session.words, "nobody would open another one"
-        assert load_arm_file(path).connection.dialect == "robko01"
+        assert load_arm(path).connection.dialect == "robko01"
         assert session.simulated.asked == []
 
 
@@ -133,7 +133,7 @@ async def test_another_port_is_typed_and_a_stop_is_never_typed(monkeypatch):
 
 async def test_an_arm_with_a_file_says_so_and_another_one_needs_leaving():
     path = written()
-    async with SetupSession(load_arm_file(path)) as session:
+    async with SetupSession(load_arm(path)) as session:
         for step in ("1 find", "2 describe"):
             await session.choose(step)
             assert isinstance(session.stage, Steps)

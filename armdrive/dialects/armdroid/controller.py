@@ -14,7 +14,9 @@ from typing import TypeAlias
 from armdrive.abilities import Abilities, Switching
 from armdrive.dialects.armdroid.exchange import LONGEST_OFFSETS, TRIES, Talk
 from armdrive.dialects.armdroid.settings import ArmdroidSettings, StepRates, straying
+from armdrive.dialects.armdroid.words import RECOGNITION, TALK
 from armdrive.dialects.controller import Part, Stopping
+from armdrive.dialects.dialect import Driver
 from armdrive.dialects.exchange import BITS_A_BYTE
 from armdrive.errors import Refused
 from armdrive.tasks import (
@@ -218,3 +220,11 @@ def _nothing(reply: Reply) -> Script:
     """Answer at once."""
     yield from ()
     return reply
+
+
+DRIVER = Driver(
+    ArmdroidSettings,
+    lambda abilities, config: ArmdroidController(abilities, config.device, config.connection.baud),
+    TALK,
+    RECOGNITION,
+)

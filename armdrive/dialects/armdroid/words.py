@@ -1,13 +1,24 @@
-"""What an Armdroid and its host say, in sentences; what is sent to it is read letter by letter."""
+"""What an Armdroid and its host say, in words, and how one is recognised.
+
+What is sent to it is read letter by letter.
+"""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import Any
 
-from armdrive.dialects.words import moved, standing
+from armdrive.dialects.recognition import (
+    Certainty,
+    Identity,
+    Probe,
+    Recognition,
+    Risk,
+    lines_of,
+)
+from armdrive.dialects.words import Lines, Message, Sentences, Talk, Weight, moved, standing
+from firmware_protocol.armdroid import Version
 from firmware_protocol.armdroid.answers import (
     ArgumentsReported,
     OffsetsReported,
@@ -16,11 +27,13 @@ from firmware_protocol.armdroid.answers import (
     VersionReported,
     Welcome,
 )
+from firmware_protocol.armdroid.wire import decode_answer, encode_command
+from firmware_protocol.errors import RemoteProtocolError
 
 MOTORS = ("gripper", "left wrist", "right wrist", "elbow", "shoulder", "base")
 """In the order of the sketch."""
 
-SENTENCES: Mapping[type, Callable[[Any], str]] = MappingProxyType(
+SENTENCES: Sentences = MappingProxyType(
     {
         OffsetsReported: lambda message: f"offsets: {standing(MOTORS, message.offsets)}",
         SpeedReported: lambda message: f"the speed is {message.rpm} rpm",
@@ -91,4 +104,46 @@ _LETTERS: Mapping[str, Callable[[tuple[int, ...]], str]] = MappingProxyType(
         "v": lambda _: "ask for the versions",
         "V": lambda _: "ask for the interface to the motors",
     }
+)
+
+
+def _weighed(line: bytes) -> Message:
+    if line.startswith(b"Welcome"):
+        return Message(line, Weight.BANNER)
+    own = line.startswith((b"firmware", b"version", b"interface"))
+    return Message(line, Weight.SELF if own else Weight.ANSWER)
+
+
+TALK = Talk(lambda: Lines(b"\r\n", _weighed), decode_answer, commands, sentences=SENTENCES)
+
+
+# How an Armdroid is recognised: by any answer of its sketch.
+
+BAUD = 9600
+_VERSION = encode_command(Version())
+
+
+def _sign(heard: bytes) -> Identity | None:
+    firmware, restarted, seen = "", False, False
+    for line in lines_of(heard, b"\r\n"):
+        try:
+            answer = decode_answer(line)
+        except RemoteProtocolError:
+            continue
+        seen = True
+        if isinstance(answer, VersionReported):
+            spoken = f", protocol {answer.protocol}" if answer.protocol else ""
+            firmware = f"Armdroid serial driver {answer.firmware}{spoken}"
+        restarted |= isinstance(answer, Welcome)
+    found = Identity("armdroid", firmware or "Armdroid serial driver", restarted)
+    return found if seen else None
+
+
+RECOGNITION = Recognition(
+    _sign,
+    Certainty.WORDED,
+    # the CR ends what a board of another dialect takes for a line
+    (Probe("v", "armdroid", BAUD, _VERSION + b"\r", 0.5, risk=Risk.LINE_END),),
+    details=Probe("v", "armdroid", BAUD, _VERSION, 0.5),
+    obeys_letters=True,
 )

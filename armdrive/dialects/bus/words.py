@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol
 
-from armdrive.dialects.words import Message
-from armdrive.trace.sentences import wording
+from armdrive.dialects.words import Message, Sentences, wording
 from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.frames import Frame, Unpacker
 
@@ -98,15 +97,16 @@ def shown(data: bytes) -> str:
     return " ".join(map(str, Unpacker().feed(data)))
 
 
-def words(data: bytes, read: Callable[[Frame], tuple[str, object]]) -> str:
+def words(data: bytes, read: Callable[[Frame], tuple[str, object]], sentences: Sentences) -> str:
     """Return what frames mean; those that are told the same, or say it, stand together.
 
-    `read` gives whom a frame is about, and its message. Raises `RemoteProtocolError`.
+    `read` gives whom a frame is about, and its message, which is worded by the dialect's own
+    `sentences`. Raises `RemoteProtocolError`.
     """
     told: dict[str, list[str]] = {}
     for frame in Unpacker().feed(data):
         who, message = read(frame)
-        told.setdefault(wording(message), []).append(who)
+        told.setdefault(wording(message, sentences), []).append(who)
     if not told:
         raise RemoteProtocolError("no frame")
     return "; ".join(_said(" ".join(filter(None, who)), words) for words, who in told.items())

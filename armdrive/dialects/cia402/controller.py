@@ -18,7 +18,9 @@ from armdrive.dialects.cia402.compare import Cia402Comparing
 from armdrive.dialects.cia402.cycle import Script
 from armdrive.dialects.cia402.profile import BESIDE, TOP_HZ
 from armdrive.dialects.cia402.settings import CYCLIC, Cia402Settings
+from armdrive.dialects.cia402.words import TALK
 from armdrive.dialects.controller import Part, Stopping
+from armdrive.dialects.dialect import Driver
 from armdrive.errors import Refused
 from armdrive.tasks import (
     Alert,
@@ -190,3 +192,6 @@ _KNOWN = (
     MoveBy, MoveAlong, ReadPosition, ReadSettings, MendSetting, SwitchOn, DropCurrent, HomeDevice,
     ClearFault,
 )  # fmt: skip
+
+
+DRIVER = Driver(Cia402Settings, Cia402Controller, TALK)

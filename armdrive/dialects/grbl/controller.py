@@ -12,12 +12,14 @@ from dataclasses import replace
 from armdrive.abilities import Abilities, segment_s
 from armdrive.config.arm import ArmConfig
 from armdrive.dialects.controller import Part, Stopping
+from armdrive.dialects.dialect import Driver
 from armdrive.dialects.grbl.contact import GrblContact
 from armdrive.dialects.grbl.exchange import Answering, refusal
 from armdrive.dialects.grbl.in_flight import LAST_STEP_S, SLOWEST_HZ, Way, trapezoid_s
 from armdrive.dialects.grbl.motion import GrblMotion
 from armdrive.dialects.grbl.settings import Axes, Comparison, GrblSettings, idle_key
 from armdrive.dialects.grbl.stops import AGAIN_S, HELD
+from armdrive.dialects.grbl.words import RECOGNITION, TALK
 from armdrive.errors import Refused as NotPossible
 from armdrive.tasks import (
     ClearFault,
@@ -245,3 +247,6 @@ class GrblController(GrblMotion, GrblContact):
 def answered(heard: HostEvent | None) -> bool:
     """Tell whether waiting for a line's answer has come to an end."""
     return isinstance(heard, Acknowledged | Refused | Restarted | AlarmRaised)
+
+
+DRIVER = Driver(GrblSettings, GrblController, TALK, RECOGNITION)

@@ -1,17 +1,19 @@
-"""What a board of the GRBL family and its host say, in sentences; sent lines are read as G-code."""
+"""What a board of the GRBL family and its host say, in words, and how one is recognised."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from types import MappingProxyType
-from typing import Any
 
-from armdrive.dialects.words import plain
+from armdrive.dialects.recognition import Certainty, Identity, Probe, Recognition, lines_of
+from armdrive.dialects.words import Lines, Message, Sentences, Talk, Weight, plain
+from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.grbl.answers import Alarm, Banner, Error, Feedback, Ok, Setting
 from firmware_protocol.grbl.codes import alarm_code, error_code
 from firmware_protocol.grbl.info import Version
-from firmware_protocol.grbl.realtime import split_realtime
+from firmware_protocol.grbl.realtime import Realtime, split_realtime
+from firmware_protocol.grbl.reports import decode_answer
 from firmware_protocol.grbl.status import State, StatusReport
 
 _WORD = re.compile(r"([A-Za-z])([-+]?[0-9.]+)")
@@ -56,7 +58,7 @@ def _banner(message: Banner) -> str:
     return f"the board has started: {message.variant.value} {message.version}"
 
 
-SENTENCES: Mapping[type, Callable[[Any], str]] = MappingProxyType(
+SENTENCES: Sentences = MappingProxyType(
     {
         StatusReport: _report,
         Ok: lambda _: "taken",
@@ -107,3 +109,65 @@ def _code(word: str) -> str:
     """Return a code in words: `G01` is `G1`."""
     letter, number = word[0], word[1:].lstrip("0") or "0"
     return _CODES.get(letter + number, word)
+
+
+def _weighed(line: bytes) -> Message:
+    if line.startswith(b"<"):
+        return Message(line, Weight.PASSING)
+    if line.lower().startswith(b"grbl"):
+        return Message(line, Weight.BANNER)
+    own = line.startswith((b"[", b"$", b">"))
+    return Message(line, Weight.SELF if own else Weight.ANSWER)
+
+
+TALK = Talk(lambda: Lines(b"\r\n", _weighed), decode_answer, lines, sentences=SENTENCES)
+
+
+# How a board of the GRBL family is recognised: by its banner, a report, an alarm or a refusal.
+
+BAUD = 115_200
+_OLD = re.compile(r"grbl 0\.", re.IGNORECASE)
+_FIRMWARE = "GRBL 1.1, grbl-Mega-5X, grblHAL or FluidNC"
+_BEGUN_BANNER = re.compile(rb"(?:^|[\r\n])(grbl(?:hal)? [0-9][!-~]*)", re.IGNORECASE)
+"""Enough of a banner, where its end was lost or something stands before it."""
+_REFUSAL = re.compile(rb"(?:^|[\r\n])error:[0-9]{1,3}\r?\n")
+
+
+def _sign(heard: bytes) -> Identity | None:
+    firmware, restarted, seen = "", False, _REFUSAL.search(heard) is not None
+    for line in lines_of(heard, b"\r\n"):
+        try:
+            answer = decode_answer(line)
+        except RemoteProtocolError:
+            continue
+        seen |= isinstance(answer, StatusReport | Alarm)
+        if isinstance(answer, Banner):
+            firmware = f"{answer.variant} {answer.version}"
+            if answer.firmware:
+                firmware = f"FluidNC {answer.firmware}"
+            restarted = True
+        elif isinstance(answer, Version) and answer.version:
+            firmware = f"{firmware or 'GRBL'} ({answer.version})"
+    begun = _BEGUN_BANNER.search(heard)
+    if not firmware and begun:
+        firmware, restarted = begun[1].decode("ascii"), True
+    if _OLD.match(firmware):
+        return Identity(
+            "",
+            f"{firmware}, whose reports have an older form",
+            restarted,
+            f"put {_FIRMWARE} on the board",
+        )
+    found = Identity("grbl", firmware or "GRBL, version not told", restarted)
+    return found if seen or firmware else None
+
+
+RECOGNITION = Recognition(
+    _sign,
+    Certainty.WORDED,
+    (Probe("?", "grbl", BAUD, bytes((Realtime.STATUS,)), 0.5, times=2),),
+    # no line end is ever sent to a board that did not restart: it could complete a line that
+    # another program left half sent
+    details=Probe("$I", "grbl", BAUD, b"$I\n", 0.5),
+    installable=_FIRMWARE,
+)

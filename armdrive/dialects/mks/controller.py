@@ -15,6 +15,7 @@ from armdrive.config.arm import ArmConfig
 from armdrive.dialects.bus.motors import bus_motors
 from armdrive.dialects.bus.segments import trapezoid_s
 from armdrive.dialects.controller import Part, Stopping
+from armdrive.dialects.dialect import Driver
 from armdrive.dialects.mks.bursts import MksBursts
 from armdrive.dialects.mks.compare import MksComparing
 from armdrive.dialects.mks.drive import COUNTS_S_PER_RPM, WAY_S, slope_of
@@ -23,6 +24,7 @@ from armdrive.dialects.mks.homing import MksHoming
 from armdrive.dialects.mks.settings import MksSettings
 from armdrive.dialects.mks.steering import CATCH_UP, CATCH_UP_RPM
 from armdrive.dialects.mks.stops import STOP_POLL_S
+from armdrive.dialects.mks.words import TALK
 from armdrive.errors import Refused
 from armdrive.tasks import (
     ClearFault,
@@ -192,3 +194,6 @@ _KNOWN = (
     MoveBy, MoveAlong, ReadPosition, ReadSettings, MendSetting, SwitchOn, DropCurrent, HomeDevice,
     ClearFault,
 )  # fmt: skip
+
+
+DRIVER = Driver(MksSettings, MksController, TALK)

@@ -14,8 +14,10 @@ from typing import TypeAlias
 
 from armdrive.abilities import Abilities
 from armdrive.dialects.controller import Part, Stopping
+from armdrive.dialects.dialect import Driver
 from armdrive.dialects.robko01.motion import OVERSHOOT_STEPS, RobkoMotion
 from armdrive.dialects.robko01.settings import RobkoSettings
+from armdrive.dialects.robko01.words import RECOGNITION, TALK
 from armdrive.errors import Refused
 from armdrive.tasks import (
     Alert,
@@ -190,3 +192,11 @@ class RobkoController(RobkoMotion):
         if not self._settings.watchdog_s or not self._on or self.busy or self._starved():
             return math.inf
         return max(self._fed_s, self._feeding_s) + self._settings.watchdog_s / FEEDS
+
+
+DRIVER = Driver(
+    RobkoSettings,
+    lambda abilities, config: RobkoController(abilities, config.device, config.connection.baud),
+    TALK,
+    RECOGNITION,
+)

@@ -1,13 +1,15 @@
-"""What a Robko 01 and its host say, in sentences."""
+"""What a Robko 01 and its host say, in words, and how one is recognised."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import Any
 
-from armdrive.dialects.words import moved, plain, standing
+from armdrive.dialects.recognition import Certainty, Identity, Probe, Recognition, Risk
+from armdrive.dialects.words import Message, Sentences, Talk, Weight, moved, plain, standing
+from firmware_protocol.errors import RemoteProtocolError
+from firmware_protocol.robko01 import Host, Op, Ping, Stray
 from firmware_protocol.robko01.answers import Acknowledged, Busy, Positions
+from firmware_protocol.robko01.frames import Frame, FrameSplitter, Noise
 from firmware_protocol.robko01.requests import (
     Disable,
     Enable,
@@ -17,6 +19,7 @@ from firmware_protocol.robko01.requests import (
     Position,
 )
 from firmware_protocol.robko01.values import AXIS_NAMES, Axes
+from firmware_protocol.robko01.wire import decode_answer, decode_request
 
 
 def _fastest(axes: Axes) -> int:
@@ -41,7 +44,7 @@ def _absolute(message: MoveAbsolute) -> str:
     return f"move, up to {_fastest(axes)} steps/s, to {standing(AXIS_NAMES, axes.positions_steps)}"
 
 
-SENTENCES: Mapping[type, Callable[[Any], str]] = MappingProxyType(
+SENTENCES: Sentences = MappingProxyType(
     {
         Positions: _positions,
         MoveRelative: _relative,
@@ -55,4 +58,77 @@ SENTENCES: Mapping[type, Callable[[Any], str]] = MappingProxyType(
         Acknowledged: lambda message: f"{plain(message.op)}: {plain(message.status)}",
         Busy: lambda message: f"{plain(message.op)}: busy, motors {message.moving:06b} turn",
     }
+)
+
+
+class Frames:
+    """Messages that are frames of the SUPER protocol, or noise."""
+
+    def __init__(self) -> None:
+        self._frames = FrameSplitter()
+
+    def feed(self, data: bytes) -> list[Message]:
+        """Take bytes; return the frames that are whole."""
+        self._frames.feed(data)
+        found = []
+        while (frame := self._frames.next_frame()) is not None:
+            found.append(_weighed(frame))
+        return found
+
+
+def _weighed(frame: Frame | Noise) -> Message:
+    if isinstance(frame, Noise):
+        return Message(frame.data, Weight.ANSWER)
+    if frame.op in (Op.GET_ROBOT_ID, Op.SET_ROBOT_ID):
+        return Message(frame.raw, Weight.SELF)
+    return Message(frame.raw, Weight.MOMENT, bytes((frame.op,)))
+
+
+def _frame(data: bytes) -> Frame:
+    """Return the frame at the end of some bytes; what stands before it flushes the reader."""
+    splitter = FrameSplitter()
+    splitter.feed(data)
+    splitter.silence()
+    found = None
+    while (frame := splitter.next_frame()) is not None:
+        found = frame if isinstance(frame, Frame) else found
+    if found is None:
+        raise RemoteProtocolError("no frame")
+    return found
+
+
+def _heard(data: bytes) -> object:
+    return decode_answer(_frame(data))
+
+
+def _sent(data: bytes) -> object:
+    return decode_request(_frame(data))
+
+
+def _hexadecimal(data: bytes) -> str:
+    return data.hex(" ")
+
+
+TALK = Talk(Frames, _heard, _sent, _hexadecimal, SENTENCES)
+
+
+# How a Robko 01 is recognised: any frame of the SUPER protocol whose check bytes are right.
+
+
+def _sign(heard: bytes) -> Identity | None:
+    host = Host()
+    host.receive_data(heard)
+    host.silence()
+    while (event := host.next_event()) is not None:
+        if isinstance(event, Stray):
+            return Identity("robko01", "Robko 01 SUPER protocol")
+    return None
+
+
+RECOGNITION = Recognition(
+    _sign,
+    Certainty.CHECKED,
+    # six times six bytes: a frame that another program left half sent swallows 29 at most
+    (Probe("ping", "robko01", 115_200, Host().send(Ping()), 0.15, times=6, risk=Risk.NOISE),),
+    datagrams=True,
 )

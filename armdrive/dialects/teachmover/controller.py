@@ -10,8 +10,10 @@ from dataclasses import dataclass
 
 from armdrive.abilities import Abilities
 from armdrive.dialects.controller import Part, Stopping
+from armdrive.dialects.dialect import Driver
 from armdrive.dialects.exchange import BITS_A_BYTE, Scripted
 from armdrive.dialects.speed_table import SpeedMeter, SpeedTable
+from armdrive.dialects.teachmover.words import FIRST_LINE, RECOGNITION, TALK
 from armdrive.errors import Refused
 from armdrive.tasks import (
     ClearFault,
@@ -119,14 +121,6 @@ ANSWER = len("1\r")
 LONGEST_REGISTERS = len("1\r-32768,-32768,-32768,-32768,-32768,-32768,65535\r")
 STILL = (0, 0, 0, 0, 0, 0)
 
-FIRST_LINE = b"@25sd,,,,,d\r"
-"""Makes an Armdroid harmless that somebody took for a TeachMover.
-
-An Armdroid reads letters, not lines, and the D of `@READ` would repeat the last motion of five of
-its motors. Here `25s` sets a slow speed and empties its accumulator, the first `d` empties its
-index, five commas write zeros where the numbers of that motion were, and the last `d` moves
-nothing by nothing. A TeachMover understands none of it and answers `0`.
-"""
 HOST_S = 0.03
 """What an operating system and an adapter may add to a message's way."""
 CONTACT_S = 0.25
@@ -312,3 +306,13 @@ class TeachMoverController(Scripted[HostEvent]):
 
 SLOWEST_ANSWER = 2.0
 """An answer this many times later than the doubtful arm's is no longer waited for."""
+
+
+DRIVER = Driver(
+    TeachMoverSettings,
+    lambda abilities, config: TeachMoverController(
+        abilities, config.device, config.connection.baud
+    ),
+    TALK,
+    RECOGNITION,
+)

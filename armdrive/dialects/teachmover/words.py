@@ -1,13 +1,22 @@
-"""What a TeachMover and its host say, in sentences."""
+"""What a TeachMover and its host say, in words, and how one is recognised."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any
 
-from armdrive.dialects.words import moved, plain, standing
+from armdrive.dialects.recognition import (
+    Certainty,
+    Identity,
+    Probe,
+    Recognition,
+    Risk,
+    lines_of,
+)
+from armdrive.dialects.words import Lines, Sentences, Talk, answer, moved, plain, standing
+from firmware_protocol.errors import RemoteProtocolError
 from firmware_protocol.teachmover.messages import (
+    ATTENTION,
     Arm,
     Close,
     Key,
@@ -21,6 +30,16 @@ from firmware_protocol.teachmover.messages import (
     Step,
 )
 from firmware_protocol.teachmover.program import MOVE_KIND, ProgramRow
+from firmware_protocol.teachmover.wire import decode_command, decode_reply, encode_command
+
+FIRST_LINE = b"@25sd,,,,,d\r"
+"""Makes an Armdroid harmless that somebody took for a TeachMover.
+
+An Armdroid reads letters, not lines, and the D of `@READ` would repeat the last motion of five of
+its motors. Here `25s` sets a slow speed and empties its accumulator, the first `d` empties its
+index, five commas write zeros where the numbers of that motion were, and the last `d` moves
+nothing by nothing. A TeachMover understands none of it and answers `0`.
+"""
 
 MOTORS = ("base", "shoulder", "elbow", "right wrist", "left wrist", "gripper")
 """In the order of `@STEP` and `@READ`."""
@@ -55,7 +74,7 @@ def _at_speed(message: Close | Set) -> str:
     return "" if message.speed is None else f" at speed {message.speed}"
 
 
-SENTENCES: Mapping[type, Callable[[Any], str]] = MappingProxyType(
+SENTENCES: Sentences = MappingProxyType(
     {
         Status: _STATUS.__getitem__,
         Step: _step,
@@ -69,4 +88,59 @@ SENTENCES: Mapping[type, Callable[[Any], str]] = MappingProxyType(
         QWrite: lambda message: f"write into the arm's own program: {_row(message.row)}",
         ProgramRow: _row,
     }
+)
+
+
+def _sent(data: bytes) -> object:
+    if data == FIRST_LINE:
+        return "moves nothing, and makes an Armdroid harmless that somebody took for a TeachMover"
+    return decode_command(data.strip().lstrip(b"@"))
+
+
+TALK = Talk(lambda: Lines(b"\r\n", answer), decode_reply, _sent, sentences=SENTENCES)
+
+
+# How a TeachMover is recognised: by its registers, right behind a status line.
+
+BAUD = 9600
+_HARMLESS = "a line that moves no arm"
+
+
+def _sign(heard: bytes) -> Identity | None:
+    """Take seven numbers for a TeachMover's registers behind a status line alone."""
+    before: object = None
+    for line in lines_of(heard, b"\r"):
+        try:
+            reply = decode_reply(line)
+        except RemoteProtocolError:
+            before = None
+            continue
+        if isinstance(reply, Registers):
+            if before is Status.DONE:
+                return Identity("teachmover", "TeachMover")
+            return Identity(
+                "",
+                "Robko 01 retrofit, in its text mode",
+                remedy="switch the retrofit to its SUPER protocol, which is the dialect robko01",
+            )
+        before = reply
+    return None
+
+
+RECOGNITION = Recognition(
+    _sign,
+    Certainty.BARE,
+    (
+        # said late: an Armdroid that was too busy to answer has nothing to repeat after this
+        Probe(_HARMLESS, "teachmover", BAUD, FIRST_LINE, 0.5, risk=Risk.SETTINGS),
+        Probe(
+            "@READ",
+            "teachmover",
+            BAUD,
+            encode_command(Read(), ATTENTION),
+            1.0,
+            risk=Risk.MOTION,
+            after=_HARMLESS,
+        ),
+    ),
 )

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from armdrive import dialog as readers
+from armdrive.config.preset import LENGTHS
 from armdrive.dialog import Question, Reader, WrongAnswer
 from armdrive.setup.draft import Draft, ratio
 
@@ -84,7 +85,6 @@ def typed(values: Sequence[float]) -> str:
 
 # Questions about the arm itself: lengths or links, motors and gears, limits and speeds.
 
-LENGTHS = ("base_height_mm", "upper_arm_mm", "forearm_mm", "hand_mm")
 LENGTH = fixed(readers.number(-5000.0, 5000.0, "mm"))
 POSITIVE_LENGTH = fixed(readers.number(0.1, 5000.0, "mm"))
 

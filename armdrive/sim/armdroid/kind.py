@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
 from armdrive.sim.armdroid.board import Board
 from armdrive.sim.armdroid.device import SimArmdroid
-from armdrive.sim.device import Option, Options
-from armdrive.sim.kinds import TwinKind
+from armdrive.sim.device import Option, Options, SimDeviceKind
 from armdrive.sim.mechanics.motors import checked_error
 from armdrive.sim.world.arm import World
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
 
 _BOARD = Board()
 
@@ -44,7 +39,7 @@ def _within(options: Options, name: str, low: float, high: float) -> float:
     return value
 
 
-KIND = TwinKind(
+KIND = SimDeviceKind(
     title="Armdroid",
     device=SimArmdroid,
     make=_make,

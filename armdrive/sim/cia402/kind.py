@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
 
+from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
 from armdrive.sim.bus.drives import ShaftDrive, switches
 from armdrive.sim.cia402.device import SimCia402
 from armdrive.sim.cia402.node import Habits, Node, ServoPoint
 from armdrive.sim.cia402.objects import ENCODER_INCREMENTS, MOST_MOTOR_SPEED, dictionary, without
-from armdrive.sim.device import Option, Options
-from armdrive.sim.kinds import TwinKind
+from armdrive.sim.device import Option, Options, SimDeviceKind
 from armdrive.sim.world.arm import World
 from firmware_protocol.canopen import (
     DEVICE_TYPE,
@@ -23,9 +22,6 @@ from firmware_protocol.canopen import (
     Place,
     supported_word,
 )
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
 
 PROFILE = 402
 BITRATES = (10_000, 20_000, 50_000, 125_000, 250_000, 500_000, 800_000, 1_000_000)
@@ -110,7 +106,7 @@ def _habits(options: Options) -> Habits:
     )
 
 
-KIND = TwinKind(
+KIND = SimDeviceKind(
     title="arm on CiA 402 drives",
     device=SimCia402,
     make=_make,

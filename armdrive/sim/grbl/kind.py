@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
+from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
-from armdrive.sim.device import Option, Options
+from armdrive.sim.device import Option, Options, SimDeviceKind
 from armdrive.sim.grbl.device import SimGrbl
 from armdrive.sim.grbl.firmware import FIRMWARES, Build, Settings
 from armdrive.sim.grbl.wiring import (
@@ -16,11 +16,7 @@ from armdrive.sim.grbl.wiring import (
     switches,
     well_set_up,
 )
-from armdrive.sim.kinds import TwinKind
 from armdrive.sim.world.arm import World
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
 
 MOST_COAST = 10.0
 
@@ -54,7 +50,7 @@ def _make(config: ArmConfig, world: World, options: Options) -> SimGrbl:
     return SimGrbl(world, build, settings, wired, config.connection.baud)
 
 
-KIND = TwinKind(
+KIND = SimDeviceKind(
     title="GRBL board",
     device=SimGrbl,
     make=_make,

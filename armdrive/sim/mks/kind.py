@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
 
+from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
 from armdrive.sim.bus.drives import switches
-from armdrive.sim.device import Option, Options
-from armdrive.sim.kinds import TwinKind
+from armdrive.sim.device import Option, Options, SimDeviceKind
 from armdrive.sim.mks.device import SimMks, drive_settings
 from armdrive.sim.mks.node import ClosedLoopDrive, Flash, Habits, Node
 from armdrive.sim.world.arm import World
 from firmware_protocol.errors import BadField
 from firmware_protocol.mks import COUNTS_PER_TURN, LATEST, Bitrate, Version, abilities_of
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
 
 AS_THE_ARM_FILE = "file"
 _FIRMWARE = re.compile(r"\d{1,3}\.\d{1,3}\.\d{1,3}")
@@ -90,7 +86,7 @@ def _habits(options: Options) -> Habits:
     )
 
 
-KIND = TwinKind(
+KIND = SimDeviceKind(
     title="arm on MKS drives",
     device=SimMks,
     make=_make,

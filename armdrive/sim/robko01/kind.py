@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from armdrive.config.arm import ArmConfig
 from armdrive.errors import BadRequest
-from armdrive.sim.device import Option, Options
-from armdrive.sim.kinds import TwinKind
+from armdrive.sim.device import Option, Options, SimDeviceKind
 from armdrive.sim.mechanics.motors import checked_error
 from armdrive.sim.robko01.box import (
     ACCELERATIONS_STEPS_S2,
@@ -18,9 +16,6 @@ from armdrive.sim.robko01.box import (
 )
 from armdrive.sim.robko01.device import SimRobko
 from armdrive.sim.world.arm import World
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
 
 AS_THE_ARM_FILE = "file"
 
@@ -43,7 +38,7 @@ def _make(config: ArmConfig, world: World, options: Options) -> SimRobko:
     return SimRobko(world, habits=habits, baud=config.connection.baud)
 
 
-KIND = TwinKind(
+KIND = SimDeviceKind(
     title="Robko 01",
     device=SimRobko,
     make=_make,

@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from armdrive.sim.device import Option, Options
-from armdrive.sim.kinds import TwinKind
+from armdrive.config.arm import ArmConfig
+from armdrive.dialects.teachmover.controller import TeachMoverSettings
+from armdrive.sim.device import Option, Options, SimDeviceKind
 from armdrive.sim.teachmover.device import SimTeachMover
 from armdrive.sim.world.arm import World
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
-    from armdrive.dialects.teachmover.controller import TeachMoverSettings
 
 
 def _make(config: ArmConfig, world: World, options: Options) -> SimTeachMover:
@@ -26,7 +21,7 @@ def _make(config: ArmConfig, world: World, options: Options) -> SimTeachMover:
     )
 
 
-KIND = TwinKind(
+KIND = SimDeviceKind(
     title="TeachMover",
     device=SimTeachMover,
     make=_make,

@@ -10,7 +10,7 @@ from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import Mark
 from armdrive.programs.acts import Fingers, Go, Grasp, Ready, Stage
 from armdrive.programs.performing import Performer
-from armdrive.sim.simulated_arm import make_twin
+from armdrive.registry import simulate
 from armdrive.sim.world.table import Block
 from kinematics import Pose
 
@@ -115,7 +115,7 @@ def table_arm(dialect="teachmover", *blocks):
 
 def standing_twin(config, blocks=()):
     """Return a twin that somebody has brought to its reference posture, in no time."""
-    twin, reference = make_twin(config, blocks=blocks), config.model.reference
+    twin, reference = simulate(config, blocks=blocks), config.model.reference
     twin.device.bring_to(config.model.arm.ik(reference.pose), reference.opening_mm)
     return twin
 

@@ -16,7 +16,7 @@ from armdrive.programs.journal import (
 )
 from armdrive.programs.performing import Performer
 from armdrive.programs.running import Run
-from armdrive.sim.simulated_arm import make_twin
+from armdrive.registry import simulate
 from armdrive.storage.record import FileRecorder
 
 SHA = "0" * 64
@@ -46,14 +46,14 @@ class Killer:
 def arm():
     """An arm whose record outlives it, with a block on its table."""
     config = simulated_config("teachmover")
-    made = connected(config, make_twin(config, blocks=[BLOCK]))
+    made = connected(config, simulate(config, blocks=[BLOCK]))
     made.home()
     return made
 
 
 def reborn(arm):
     """Return the arm as the next program finds it: nobody has closed it."""
-    return connected(arm.config, make_twin(arm.config, arm.twin.save()))
+    return connected(arm.config, simulate(arm.config, arm.twin.save()))
 
 
 def connected(config, twin):

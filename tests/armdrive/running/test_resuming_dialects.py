@@ -12,8 +12,7 @@ from armdrive.programs.journal import Journal, interrupted, require_place, requi
 from armdrive.programs.performing import Performer
 from armdrive.programs.program import ArmProgram, read_program
 from armdrive.programs.running import Run
-from armdrive.registry import DIALECTS
-from armdrive.sim.simulated_arm import make_twin
+from armdrive.registry import DIALECTS, simulate
 from armdrive.status import State
 from armdrive.storage.record import FileRecorder
 
@@ -118,7 +117,7 @@ def test_killed_between_two_acts_it_goes_on_and_ends_where_it_should(
         with pytest.raises(Killed):
             run(arm, tmp_path, At(number, kill))
         arm.sleep(3.0)
-        arm = connected(arm.config, make_twin(arm.config, arm.twin.save()))
+        arm = connected(arm.config, simulate(arm.config, arm.twin.save()))
         assert run(arm, tmp_path, resume=True) == done - number + 1
         assert same_end(arm, uninterrupted, dialect)
 

@@ -8,11 +8,10 @@ from chain_files import six_arm, six_links
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from armdrive.config.arm import load_arm_file
 from armdrive.connect.target import find
 from armdrive.errors import OutOfBounds, Refused
 from armdrive.programs.teaching.shape import Offset, mirrored, offset, shaped, shaped_point
-from armdrive.registry import DIALECTS
+from armdrive.registry import DIALECTS, load_arm
 from armdrive.storage.points import Point, Step, StepList
 from kinematics import Joints
 
@@ -54,7 +53,7 @@ def test_an_arm_that_is_not_the_same_on_both_sides_brings_its_hand_to_the_mirror
     (tmp_path / "six.toml").write_text(six_links(), encoding="utf-8")
     path = tmp_path / "arm.toml"
     path.write_text(six_arm(), encoding="utf-8")
-    config = load_arm_file(path)
+    config = load_arm(path)
     arm = config.model.arm
     joints = Joints.of(20.0, -30.0, 60.0, 10.0, 40.0, 5.0, names=arm.joint_names)
     pose, other = arm.fk(joints), arm.fk(mirrored(config, joints))

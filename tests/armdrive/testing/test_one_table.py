@@ -11,7 +11,7 @@ from sim_bench import descend, grasp, lift, reach, spread
 
 from armdrive.connect.target import simulated_config
 from armdrive.errors import BadRequest
-from armdrive.sim.simulated_arm import make_twin
+from armdrive.registry import simulate
 from armdrive.sim.world.arm import World
 from armdrive.sim.world.table import Block, IncidentKind, Stand, Table
 
@@ -190,6 +190,6 @@ def test_a_block_that_is_taken_away_is_gone_out_of_all_fingers():
 
 def test_a_saved_world_is_put_on_no_other_table():
     config = simulated_config("teachmover")
-    saved = make_twin(config).save()
+    saved = simulate(config).save()
     with pytest.raises(BadRequest, match="table of its own"):
-        make_twin(config, saved, stand=Stand())
+        simulate(config, saved, stand=Stand())

@@ -1,0 +1,84 @@
+"""What a dialect states about itself: one `Dialect` each, in its subpackage's `entry.py`.
+
+An entry is light, since every command of the command line reads all of them. What drives an arm
+is imported when it is asked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from armdrive.abilities import Abilities, Torque
+from armdrive.config.arm import ArmConfig
+from armdrive.dialects.bus.words import Ear
+from armdrive.dialects.controller import Controller
+from armdrive.dialects.recognition import Recognition
+from armdrive.dialects.words import Talk
+
+
+@dataclass(frozen=True, slots=True)
+class Driver:
+    """What is imported only when a dialect is used.
+
+    `settings` is the class of what an arm file says in the section of the dialect's name.
+    `controller` makes the driver's end from what the dialect is able to do and an arm.
+    `recognition` is None where the dialect is spoken on a bus, which is surveyed instead.
+    """
+
+    settings: type[Any]
+    controller: Callable[[Abilities, ArmConfig], Controller]
+    talk: Talk
+    recognition: Recognition | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Language:
+    """What the drives on a CAN bus speak.
+
+    `ear` makes what hears it; `silence` says what it means that nothing passes.
+    """
+
+    name: str
+    title: str
+    ear: Callable[[], Ear]
+    silence: str
+
+
+@dataclass(frozen=True, slots=True)
+class Dialect:
+    """One dialect: `preset` is the arm that speaks it where no arm file says otherwise.
+
+    `raise_dtr` is how its port is opened by default: a board with native USB is mute without it.
+    `language` says that it is spoken on a CAN bus: its port is an adapter's, and `baud` the bus's
+    bit rate.
+    """
+
+    name: str
+    title: str
+    preset: str
+    baud: int
+    raise_dtr: bool
+    quick_stop: str
+    torque: Torque
+    abilities: Abilities
+    driver: Callable[[], Driver]
+    language: Language | None = None
+
+    @property
+    def can(self) -> bool:
+        """Whether it is spoken on a CAN bus."""
+        return self.language is not None
+
+    def settings(self) -> type[Any]:
+        """Return the class of the dialect's own section in an arm file."""
+        return self.driver().settings
+
+    def controller(self, config: ArmConfig) -> Controller:
+        """Make the driver's end for an arm. Raises `ArmError` where its settings do not fit it."""
+        return self.driver().controller(self.abilities, config)
+
+    def abilities_with(self, config: ArmConfig) -> Abilities:
+        """Return what the device can do with an arm's settings. Raises as `controller` does."""
+        return self.controller(config).abilities

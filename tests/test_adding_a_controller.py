@@ -1,0 +1,113 @@
+"""docs/adding-a-controller.md is carried out to the letter: its files, its row, its commands."""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PAGE = (ROOT / "docs" / "adding-a-controller.md").read_text(encoding="utf-8")
+FILES = re.findall(r"^`([\w./]+\.py)`:\n\n```python\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE)
+DIFFS = re.findall(r"^```diff\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE)
+COMMANDS = re.search(r"^```sh\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE)[1].splitlines()
+SCRIPT = re.findall(r"^```python\n(.*?)^```", PAGE, re.DOTALL | re.MULTILINE)[-1]
+
+
+def put(tree: Path, path: str, text: str) -> None:
+    """Write a file into a tree of links, whose folders on the way to it become real ones."""
+    folder = tree
+    for part in Path(path).parent.parts:
+        inner, source = folder / part, ROOT / (folder / part).relative_to(tree)
+        if inner.is_symlink():
+            inner.unlink()
+        if not inner.exists():
+            inner.mkdir()
+            for each in source.iterdir() if source.exists() else ():
+                if each.name != "__pycache__":
+                    (inner / each.name).symlink_to(each)
+        folder = inner
+    (tree / path).unlink(missing_ok=True)
+    (tree / path).write_text(text, encoding="utf-8")
+
+
+def patched(text: str, diff: str) -> str:
+    before = "".join(line[1:] for line in diff.splitlines(True) if not line.startswith("+"))
+    after = "".join(line[1:] for line in diff.splitlines(True))
+    assert text.count(before) == 1, f"this is not in the registry once:\n{before}"
+    return text.replace(before, after)
+
+
+@pytest.fixture(scope="module")
+def tree(tmp_path_factory):
+    """The project as it is, with the page's dialect in it."""
+    tree = tmp_path_factory.mktemp("project")
+    for package in ("armdrive", "firmware_protocol", "kinematics"):
+        (tree / package).symlink_to(ROOT / package)
+    for path, text in FILES:
+        assert not (ROOT / path).exists()
+        put(tree, path, text)
+    registry = (ROOT / "armdrive" / "registry.py").read_text(encoding="utf-8")
+    for diff in DIFFS:
+        registry = patched(registry, diff)
+    put(tree, "armdrive/registry.py", registry)
+    return tree
+
+
+def run(tree: Path, words: list[str]) -> str:
+    own = {
+        "PYTHONPATH": str(tree),
+        "HOME": str(tree / "home"),
+        "XDG_STATE_HOME": str(tree / "state"),
+    }
+    ended = subprocess.run(
+        [sys.executable, *words],
+        cwd=tree,
+        env=os.environ | own,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
+    )
+    assert ended.returncode == 0, ended.stderr
+    return ended.stdout
+
+
+def test_the_page_changes_no_line_of_the_registry():
+    assert len(FILES) == 7
+    assert DIFFS
+    assert not any(line.startswith("-") for diff in DIFFS for line in diff.splitlines())
+
+
+def test_its_commands_run_one_after_another(tree):
+    for command in COMMANDS:
+        program, *words = shlex.split(command)
+        assert program == "armdrive"
+        assert run(tree, ["-m", "armdrive", *words])
+
+
+def test_its_script_homes_moves_and_stops(tree):
+    told = run(tree, ["-c", SCRIPT])
+    joints, state = told.splitlines()
+    assert "shoulder 40.0°, elbow -60.0°" in joints
+    assert "standby" in state.lower()
+    assert 0.0 < float(state.split()[-1]) < 1.0
+
+
+def test_its_device_is_recognised_by_its_own_probe_and_its_words_are_told(tree):
+    program = (
+        "from armdrive.registry import recogniser\n"
+        "from armdrive.trace.describe import talk\n"
+        "known, row = recogniser(), talk('tutor')\n"
+        "print(known.own_probe('tutor').data, known.recognise(b'p 1 2 3 4 5 6\\n').dialect)\n"
+        "print(row.words(b'M 250 10 0 0 0 0 0', row.sent))\n"
+    )
+    assert run(tree, ["-c", program]).splitlines() == [
+        "b'P\\n' tutor",
+        "move at 250 steps/s: base +10",
+    ]

@@ -1,0 +1,142 @@
+"""A dialect is three subpackages and a row of the registry: no other file names one."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import pytest
+
+from armdrive.registry import DIALECTS
+
+ROOT = Path(__file__).parents[1]
+PACKAGES = ("firmware_protocol", "armdrive/dialects", "armdrive/sim")
+CODECS = {path.name for path in (ROOT / "firmware_protocol").iterdir() if path.is_dir()}
+NAMES = {*DIALECTS, *CODECS} - {"__pycache__"}
+WORD = re.compile(rf"(?<![\w/-])(?:{'|'.join(sorted(NAMES))})(?![\w-])(?!\.md)")
+"""A name by itself: not the preset `minimover5-mks`, the firmware `grbl-Mega-5X` or a page."""
+
+SURVEYS = "surveys and findings of a CAN bus still know its two families"
+SET_UP = "setting drives up is still about MKS drives alone"
+PENDANT = "the pendant's memory is still reached by its module"
+PRESET = "the default model is a preset of kinematics, which has an arm's name"
+EXAMPLE = "shown to a person as an example of what to type"
+
+EXCEPTIONS: Mapping[str, str] = {
+    "armdrive/__init__.py": PENDANT,
+    "armdrive/arm/devices.py": PENDANT,
+    "armdrive/cli/can_setup.py": SET_UP,
+    "armdrive/cli/doctor_can.py": SURVEYS,
+    "armdrive/cli/fk.py": PRESET,
+    "armdrive/cli/ik.py": PRESET,
+    "armdrive/cli/pendant.py": PENDANT,
+    "armdrive/cli/pendant_files.py": PENDANT,
+    "armdrive/cli/pendant_points.py": PENDANT,
+    "armdrive/cli/plot.py": PRESET,
+    "armdrive/config/arm.py": EXAMPLE,
+    "armdrive/dialects/mks/survey.py": "asks CANopen whether a frame is a master's command",
+    "armdrive/dialog.py": SET_UP,
+    "armdrive/programs/teaching/pendant_program.py": PENDANT,
+    "armdrive/setup/arm_text.py": SET_UP,
+    "armdrive/setup/canopen_findings.py": SURVEYS,
+    "armdrive/setup/commissioning.py": SET_UP,
+    "armdrive/setup/dialog_runner.py": SET_UP,
+    "armdrive/setup/finding.py": SURVEYS,
+    "armdrive/setup/findings.py": SURVEYS,
+    "armdrive/setup/plan.py": SET_UP,
+    "armdrive/setup/questions/device.py": "the names of homing methods are CiA 402's",
+    "armdrive/setup/templates.py": "templates are presets of whole arms, each with its controller",
+    "armdrive/setup/trial.py": SET_UP,
+    "armdrive/sim/world/world.py": PRESET,
+    "armdrive/testing/plugin.py": EXAMPLE,
+    "tui/setup_steps.py": EXAMPLE,
+}
+"""What names a dialect for now, and why. A line is taken out with its reason; none is added."""
+
+
+def names_in(path: Path) -> Iterator[str]:
+    """Give each place of a file that names a dialect which is not its own."""
+    own = home(path)
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    prose = {
+        id(line.value)
+        for node in ast.walk(tree)
+        if isinstance(body := getattr(node, "body", None), list)
+        for line in body
+        if isinstance(line, ast.Expr)
+    }
+    for node in ast.walk(tree):
+        for module in imported(node):
+            found = set(module.split(".")) & NAMES
+            if is_of_a_dialect(module) and not found & own:
+                yield f"line {node.lineno} imports {module}"
+        if own or id(node) in prose or not isinstance(node, ast.Constant):
+            continue
+        if isinstance(node.value, str) and WORD.search(node.value):
+            yield f"line {node.lineno} says {node.value!r:.60}"
+
+
+def imported(node: ast.AST) -> Iterator[str]:
+    """Give the modules that an import statement may name."""
+    if isinstance(node, ast.Import):
+        yield from (each.name for each in node.names)
+    elif isinstance(node, ast.ImportFrom) and node.module:
+        yield from (f"{node.module}.{each.name}" for each in node.names)
+
+
+def is_of_a_dialect(module: str) -> bool:
+    path = module.replace(".", "/")
+    return any(path.startswith(f"{package}/{name}") for package in PACKAGES for name in NAMES)
+
+
+def home(path: Path) -> set[str]:
+    """Return whose subpackage a file stands in, the codec of a dialect with it."""
+    for package in PACKAGES:
+        inner = path.relative_to(ROOT).as_posix().removeprefix(f"{package}/").split("/")
+        if len(inner) > 1 and inner[0] in NAMES and path.is_relative_to(ROOT / package):
+            return {inner[0], CODEC_OF.get(inner[0], inner[0])}
+    return set()
+
+
+CODEC_OF = {"cia402": "canopen"}
+"""Dialects that share a codec with a name of its own."""
+
+
+def naming() -> dict[str, list[str]]:
+    files = [path for package in ("armdrive", "tui") for path in (ROOT / package).rglob("*.py")]
+    told = {path.relative_to(ROOT).as_posix(): list(names_in(path)) for path in files}
+    return {path: found for path, found in told.items() if found and path != "armdrive/registry.py"}
+
+
+def test_no_other_file_names_a_dialect():
+    found = naming()
+    told = [f"{path}: {each}" for path in found if path not in EXCEPTIONS for each in found[path]]
+    assert not told, "\n".join(told)
+
+
+def test_every_exception_is_needed():
+    assert not set(EXCEPTIONS) - set(naming()), "take these lines out"
+
+
+@pytest.mark.parametrize(
+    ("source", "caught"),
+    [
+        ('x = "mks"', True),
+        ('x = f"sim:{0}" if y == "grbl" else ""', True),
+        ('x = "teachmover.grip_bit"', True),
+        ("from armdrive.dialects.mks import words", True),
+        ("from armdrive.sim import grbl", True),
+        ("import firmware_protocol.canopen.cob", True),
+        ('x = "minimover5-mks"', False),
+        ('x = "put grbl-Mega-5X on it (docs/grbl.md)"', False),
+        ('"""About the mks dialect."""', False),
+        ("from armdrive.dialects.words import plain", False),
+    ],
+)
+def test_what_counts_as_naming_one(tmp_path, monkeypatch, source, caught):
+    monkeypatch.setattr(f"{__name__}.ROOT", tmp_path)
+    path = tmp_path / "module.py"
+    path.write_text(source, encoding="utf-8")
+    assert bool(list(names_in(path))) == caught
