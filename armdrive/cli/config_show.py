@@ -88,7 +88,7 @@ def arm_view(config: ArmConfig) -> dict[str, Any]:
 
 
 def _lengths(config: ArmConfig) -> dict[str, Any]:
-    from armdrive.setup.questions.arm import LENGTHS
+    from armdrive.config.preset import LENGTHS
     from kinematics import ArmPreset
 
     if not isinstance(config.bare, ArmPreset):

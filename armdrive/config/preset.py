@@ -29,7 +29,7 @@ def corrected(model: ArmPreset, table: Mapping[str, Any]) -> ArmPreset:
     """Apply an arm file's corrections to its preset."""
     arm = model.arm
     lengths = require_table(table.get("lengths", {}), "lengths")
-    refuse_unknown(lengths, list(_LENGTHS), "lengths")
+    refuse_unknown(lengths, list(LENGTHS), "lengths")
     changed: dict[str, Any] = {key: number(v, f"lengths.{key}") for key, v in lengths.items()}
     for key, length_mm in changed.items():  # others would take for ever to be guarded
         within(f"lengths.{key}", length_mm, -LONGEST_MM, LONGEST_MM)
@@ -55,14 +55,15 @@ def _filled_in(model: ArmPreset, table: Mapping[str, Any]) -> bool:
     turning = [] if model.transmission is None else model.transmission.motors[:5]
     whole = (
         bool(turning)
-        and set(table.get("lengths", {})) == set(_LENGTHS)
+        and set(table.get("lengths", {})) == set(LENGTHS)
         and {motor.name for motor in turning} == set(table.get("steps_per_turn", {}))
     )
     known = preset(model.key)
     return whole and (model.arm, model.transmission) != (known.arm, known.transmission)
 
 
-_LENGTHS = ("base_height_mm", "upper_arm_mm", "forearm_mm", "hand_mm")
+LENGTHS = ("base_height_mm", "upper_arm_mm", "forearm_mm", "hand_mm")
+"""The keys of [lengths], fields of the preset's arm."""
 
 
 def _joint_table(table: object, where: str) -> Mapping[str, Any]:

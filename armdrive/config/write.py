@@ -10,15 +10,14 @@ import math
 import re
 import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from typing import Any
 
 from armdrive.config.arm import ArmConfig
 from armdrive.config.backlash import SLIDING, TURNING, Keyed, backlash_keys
 from armdrive.config.guards import guard_table
+from armdrive.config.preset import LENGTHS
 from armdrive.errors import ArmFileError
-from armdrive.setup.directions import Change
-from armdrive.setup.questions.arm import LENGTHS
 from armdrive.text.toml import COMMENT_AT, Entry, Section, document, key, require_table, value
 from kinematics import ArmPreset, MotorSpec, Pose, Transmission
 
@@ -177,6 +176,20 @@ def shortest(value: float, back: Callable[[float], float], wanted: float) -> flo
 
 MOTORS = "motors"
 _HEADER = re.compile(r"\s*\[")
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """One key of an arm file, its new value, and why: `motors` are reached by their index."""
+
+    path: tuple[str | int, ...]
+    value: Any
+    why: str
+
+    @property
+    def name(self) -> str:
+        """The key as people write it."""
+        return ".".join(map(str, self.path))
 
 
 def amended(text: str, changes: Iterable[Change], order: Mapping[str, str] | None = None) -> str:

@@ -12,15 +12,15 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from armdrive.config.arm import ArmConfig
+from armdrive.config.write import Change
 from armdrive.dialog import WrongAnswer
 from armdrive.errors import BadRequest, Refused
+from armdrive.sim.world.body import found_posture
 from kinematics import Joints, Transmission
 from kinematics.geometry import ArmGeometry
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
 
 ROLL_LEVER_MM = 40.0
 SEEN_SHARE = 0.15
@@ -283,20 +283,6 @@ class Verdict:
         return not (self.farther or self.order or any((self.signs.motors, self.signs.joints)))
 
 
-@dataclass(frozen=True, slots=True)
-class Change:
-    """One key of an arm file, its new value, and why: `motors` are reached by their index."""
-
-    path: tuple[str | int, ...]
-    value: Any
-    why: str
-
-    @property
-    def name(self) -> str:
-        """The key as people write it."""
-        return ".".join(map(str, self.path))
-
-
 def judge(looks: Iterable[Look], roll_joint: str) -> Verdict:
     """Return what the looks say; a motor that was another one's tells nothing of directions."""
     looks = tuple(looks)
@@ -512,8 +498,6 @@ def check_of(config: ArmConfig, joints: Joints | None) -> Check:
 
     Raises `Refused` where nothing is known of its motors.
     """
-    from armdrive.sim.world.body import found_posture
-
     transmission = config.model.transmission
     if transmission is None:
         raise Refused(

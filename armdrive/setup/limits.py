@@ -13,10 +13,9 @@ from datetime import date
 from enum import Enum
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
-from armdrive.config.write import amended
+from armdrive.config.write import Change, amended
 from armdrive.errors import ArmFileError, DeviceFault, Refused, SettingsDiffer
 from armdrive.errors.table import named
-from armdrive.setup.directions import Change
 from armdrive.setup.filing import Proposal
 from armdrive.status import State
 from armdrive.text.reading import read_text

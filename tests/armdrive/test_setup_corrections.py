@@ -5,9 +5,9 @@ import tomllib
 import pytest
 
 from armdrive.config.arm import load_arm_file
-from armdrive.config.write import amended
+from armdrive.config.write import Change, amended
 from armdrive.errors import ArmFileError, BadRequest
-from armdrive.setup.directions import WAYS, Change, Check, Saw, Verdict
+from armdrive.setup.directions import WAYS, Check, Saw, Verdict
 from armdrive.setup.filing import propose
 from armdrive.sim.world.body import found_posture
 from kinematics import preset
