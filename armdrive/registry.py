@@ -11,8 +11,11 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 from armdrive.abilities import Abilities, Abort, Switching, Torque, Traffic
+from armdrive.dialects.bus.tools import BusTools
 from armdrive.dialects.bus.words import Ear
 from armdrive.dialects.cia402.frames import CanopenEar
+from armdrive.dialects.cia402.survey import BUS as CANOPEN_BUS
+from armdrive.dialects.mks.commissioning import BUS as MKS_BUS
 from armdrive.dialects.mks.frames import MksEar
 from armdrive.errors import BadRequest
 from firmware_protocol.frames import Frame
@@ -30,7 +33,7 @@ class Dialect:
     `raise_dtr` is how its port is opened by default: a board with native USB is mute without it.
     `settings` gives the class of what an arm file says in the section of the dialect's name, and
     `controller` the driver's end for an arm. `can` says that it is spoken on a CAN bus: its port is
-    an adapter's, and `baud` the bus's bit rate.
+    an adapter's, and `baud` the bus's bit rate; `bus` is how its drives are surveyed and set up.
     """
 
     name: str
@@ -44,6 +47,7 @@ class Dialect:
     settings: Callable[[], type[Any]]
     controller: Callable[[ArmConfig], Controller]
     can: bool = False
+    bus: BusTools | None = None
 
 
 def _teachmover_settings() -> type[Any]:
@@ -300,6 +304,7 @@ DIALECTS: Mapping[str, Dialect] = MappingProxyType(
             settings=_mks_settings,
             controller=_mks,
             can=True,
+            bus=MKS_BUS,
         ),
         "cia402": Dialect(
             name="cia402",
@@ -338,6 +343,7 @@ DIALECTS: Mapping[str, Dialect] = MappingProxyType(
             settings=_cia402_settings,
             controller=_cia402,
             can=True,
+            bus=CANOPEN_BUS,
         ),
     }
 )
