@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from armdrive.aio.arm import AsyncArm, AsyncHandle
     from armdrive.arm import Arm
     from armdrive.arm.handle import Handle
-    from armdrive.dialects.teachmover.pendant import PendantProgram
     from armdrive.dialog import MarkRequest, PostureRequest
     from armdrive.errors import (
         ArmError,
@@ -56,6 +55,7 @@ if TYPE_CHECKING:
     from armdrive.motion.verify import Drift, Verdict, Verified
     from armdrive.moves import Jog, Space
     from armdrive.programs.teaching.sequence import Stepper
+    from armdrive.registry import PendantProgram
     from armdrive.runtime.clock import SimulatedClock
     from armdrive.status import Current, State, Status, Trust
     from armdrive.storage.points import Point, Step, StepList
@@ -70,7 +70,6 @@ _HOMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         ),
         "armdrive.arm": ("Arm",),
         "armdrive.arm.handle": ("Handle",),
-        "armdrive.dialects.teachmover.pendant": ("PendantProgram",),
         "armdrive.dialog": (
             "MarkRequest",
             "PostureRequest",
@@ -116,6 +115,7 @@ _HOMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "Space",
         ),
         "armdrive.programs.teaching.sequence": ("Stepper",),
+        "armdrive.registry": ("PendantProgram",),
         "armdrive.runtime.clock": ("SimulatedClock",),
         "armdrive.status": (
             "Current",

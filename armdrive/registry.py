@@ -17,7 +17,12 @@ from armdrive.dialects.cia402.frames import CanopenEar
 from armdrive.dialects.cia402.survey import BUS as CANOPEN_BUS
 from armdrive.dialects.mks.commissioning import BUS as MKS_BUS
 from armdrive.dialects.mks.frames import MksEar
-from armdrive.errors import BadRequest
+from armdrive.dialects.pendant import PendantTools
+from armdrive.dialects.teachmover.pendant import PENDANT
+
+# The TeachMover's is the one such program so far: other code takes the name from the registry.
+from armdrive.dialects.teachmover.pendant import PendantProgram as PendantProgram
+from armdrive.errors import BadRequest, Refused
 from firmware_protocol.frames import Frame
 from kinematics.errors import suggestion
 
@@ -34,6 +39,7 @@ class Dialect:
     `settings` gives the class of what an arm file says in the section of the dialect's name, and
     `controller` the driver's end for an arm. `can` says that it is spoken on a CAN bus: its port is
     an adapter's, and `baud` the bus's bit rate; `bus` is how its drives are surveyed and set up.
+    `pendant` is how the program in the arm's own memory is read, of an arm that keeps one.
     """
 
     name: str
@@ -48,6 +54,7 @@ class Dialect:
     controller: Callable[[ArmConfig], Controller]
     can: bool = False
     bus: BusTools | None = None
+    pendant: PendantTools[PendantProgram] | None = None
 
 
 def _teachmover_settings() -> type[Any]:
@@ -161,6 +168,7 @@ DIALECTS: Mapping[str, Dialect] = MappingProxyType(
             ),
             settings=_teachmover_settings,
             controller=_teachmover,
+            pendant=PENDANT,
         ),
         "robko01": Dialect(
             name="robko01",
@@ -358,6 +366,14 @@ def dialect(name: str) -> Dialect:
         raise BadRequest(
             f"no dialect is named {name!r}; known are {', '.join(DIALECTS)}{hint}"
         ) from None
+
+
+def pendant_of(config: ArmConfig) -> PendantTools[PendantProgram]:
+    """Return how an arm's own program is read and written; raises `Refused` where it has none."""
+    tools = dialect(config.connection.dialect).pendant
+    if tools is None:
+        raise Refused(f"the {config.title} keeps no program in a memory of its own")
+    return tools
 
 
 # The table of what drives on a CAN bus speak: who hears it, and which dialects speak it.
