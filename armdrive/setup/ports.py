@@ -9,6 +9,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+from armdrive.config.arm import load_arm_file
 from armdrive.dialog import Finding, note, ok, problem
 from armdrive.errors import ArmError
 from armdrive.storage import files as places
@@ -56,8 +57,6 @@ def arm_files() -> tuple[Naming, ...]:
 
 
 def _naming(path: Path) -> Naming:
-    from armdrive.config.arm import load_arm_file
-
     try:
         wire = load_arm_file(path).connection
     except ArmError as error:

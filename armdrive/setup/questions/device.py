@@ -19,7 +19,6 @@ from armdrive.dialog import (
 from armdrive.setup.draft import Draft
 from armdrive.setup.questions.arm import Fill, Row, fixed, plain
 from armdrive.setup.templates import OUTPUT, SERVO
-from firmware_protocol.canopen import NODE_MAX
 
 
 def _has(key: str, gripper: str = "") -> Callable[[Draft], bool]:
@@ -47,10 +46,11 @@ def _count(draft: Draft) -> int:
 
 
 def _nodes(draft: Draft) -> Reader:
-    count = _count(draft)
+    count, bus = _count(draft), draft.dialect.bus
+    node = whole(1, bus.most if bus is not None else count)
 
     def read(line: str) -> tuple[int, ...]:
-        found = tuple(whole(1, NODE_MAX)(word) for word in line.replace(",", " ").split())
+        found = tuple(node(word) for word in line.replace(",", " ").split())
         if len(found) != count or len(set(found)) != count:
             raise WrongAnswer(f"{count} different numbers are needed, one a drive: {line!r}")
         return found
