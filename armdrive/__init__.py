@@ -21,7 +21,6 @@ if TYPE_CHECKING:  # what type checkers read; `_HOMES` says the same, and a test
     from armdrive.aio.arm import AsyncHandle as AsyncHandle
     from armdrive.arm import Arm as Arm
     from armdrive.arm.handle import Handle as Handle
-    from armdrive.dialects.teachmover.pendant import PendantProgram as PendantProgram
     from armdrive.dialog import MarkRequest as MarkRequest
     from armdrive.dialog import PostureRequest as PostureRequest
     from armdrive.errors import ArmError as ArmError
@@ -59,6 +58,7 @@ if TYPE_CHECKING:  # what type checkers read; `_HOMES` says the same, and a test
     from armdrive.moves import Jog as Jog
     from armdrive.moves import Space as Space
     from armdrive.programs.teaching.sequence import Stepper as Stepper
+    from armdrive.registry import PendantProgram as PendantProgram
     from armdrive.runtime.clock import SimulatedClock as SimulatedClock
     from armdrive.status import Current as Current
     from armdrive.status import State as State
@@ -87,7 +87,6 @@ _HOMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
         ),
         "armdrive.arm": ("Arm",),
         "armdrive.arm.handle": ("Handle",),
-        "armdrive.dialects.teachmover.pendant": ("PendantProgram",),
         "armdrive.dialog": (
             "MarkRequest",
             "PostureRequest",
@@ -133,6 +132,7 @@ _HOMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "Space",
         ),
         "armdrive.programs.teaching.sequence": ("Stepper",),
+        "armdrive.registry": ("PendantProgram",),
         "armdrive.runtime.clock": ("SimulatedClock",),
         "armdrive.status": (
             "Current",

@@ -10,16 +10,13 @@ import math
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum, auto
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
+from typing import Any, Generic, Protocol, TypeAlias, TypeVar
 
 from armdrive.errors import BadRequest
-from firmware_protocol.mks import Event, Request
-from kinematics import Joints, Pose
+from armdrive.moves import BASE_FRAME, Jog
+from armdrive.status import Status
+from kinematics import ArmModel, Joints, Pose
 from kinematics.errors import suggestion
-
-if TYPE_CHECKING:
-    from armdrive.arm import Arm
-
 
 # Reading one typed answer: each reader takes a line and returns a value, or says what is wrong.
 #
@@ -162,6 +159,8 @@ def plain_number(line: str) -> float:
 
 
 T = TypeVar("T")
+M = TypeVar("M")
+"""What a dialect puts to a drive: a request, or a frame and what would answer it."""
 
 ANSWER_S = 0.12
 """An answer is waited for so long: a drive needs some ms, a busy computer more."""
@@ -200,11 +199,11 @@ class Ask:
 
 
 @dataclass(frozen=True, slots=True)
-class Put:
+class Put(Generic[M]):
     """Put a request to a drive. Ends with the first answer to it, or `linger_s` after it."""
 
     node: int
-    request: Request
+    request: M
     wait_s: float = ANSWER_S
     linger_s: float = 0.0
 
@@ -237,7 +236,7 @@ class Keep:
     notes: Mapping[str, Any]
 
 
-Act: TypeAlias = Say | Ask | Put | Hear | Mark | Stands | Keep
+Act: TypeAlias = Say | Ask | Put[Any] | Hear | Mark | Stands | Keep
 Talk: TypeAlias = Generator[Act, Any, T]
 
 
@@ -245,12 +244,6 @@ def say(*lines: str) -> Talk[None]:
     """Tell the person some lines."""
     for line in lines:
         yield Say(line)
-
-
-def put(node: int, request: Request, wait_s: float = ANSWER_S) -> Talk[tuple[Event, ...]]:
-    """Put a request to a drive; return what was heard until it was answered, or for the time."""
-    heard: tuple[Event, ...] = yield Put(node, request, wait_s)
-    return heard
 
 
 def ask(question: Question, about: About, motor: int = 0) -> Talk[Any]:
@@ -335,13 +328,60 @@ def any_problem(findings: Iterable[Finding]) -> bool:
 # What `home` asks of whoever looks at the arm.
 
 
+class JogResult(Protocol):
+    """What came of a jog."""
+
+    @property
+    def note(self) -> str:
+        """What was clipped or left out; empty where nothing was."""
+
+
+class JoggedArm(Protocol):
+    """An arm as an operator meets it: watched, jogged and stopped, and nothing else."""
+
+    @property
+    def status(self) -> Status:
+        """What is known of the arm now."""
+
+    @property
+    def model(self) -> ArmModel:
+        """Its geometry and its limits."""
+
+    def jog_j(
+        self, *, speed: float = 0.25, duration_s: float | None = None, **axes: float
+    ) -> JogResult:
+        """Jog joints by increments, or for a time."""
+
+    def jog_l(
+        self,
+        *,
+        speed: float = 0.25,
+        duration_s: float | None = None,
+        frame: str = BASE_FRAME,
+        **axes: float,
+    ) -> JogResult:
+        """Jog the tip by increments, or for a time."""
+
+    def hold(self, jog: Jog, *, speed: float, for_s: float) -> None:
+        """Jog for a time, and no longer unless called again; does not wait."""
+
+    def move_motors(self, *steps: int, speed: float = 0.25) -> object:
+        """Move each motor by whole steps from where it is."""
+
+    def sleep(self, time_s: float) -> None:
+        """Let time pass on the arm's own clock."""
+
+    def stop(self) -> None:
+        """Stop, and wait until the arm stands."""
+
+
 class PostureRequest:
     """What `home` asks of an operator: bring the arm to this posture, and say whether it is there.
 
     While the operator is at work, `arm` may be jogged; nothing else is allowed.
     """
 
-    def __init__(self, arm: Arm, pose: Pose, joints: Joints, opening_mm: float) -> None:
+    def __init__(self, arm: JoggedArm, pose: Pose, joints: Joints, opening_mm: float) -> None:
         self.arm = arm
         self.pose = pose
         self.joints = joints

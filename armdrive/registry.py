@@ -21,10 +21,14 @@ from armdrive.dialects.cia402.entry import ENTRY as CIA402
 from armdrive.dialects.dialect import Dialect, Language
 from armdrive.dialects.grbl.entry import ENTRY as GRBL
 from armdrive.dialects.mks.entry import ENTRY as MKS
+from armdrive.dialects.pendant import PendantTools
 from armdrive.dialects.recognition import Recogniser
 from armdrive.dialects.robko01.entry import ENTRY as ROBKO01
 from armdrive.dialects.teachmover.entry import ENTRY as TEACHMOVER
-from armdrive.errors import BadRequest
+
+# The TeachMover's is the one such program so far: other code takes the name from the registry.
+from armdrive.dialects.teachmover.pendant import PendantProgram as PendantProgram
+from armdrive.errors import BadRequest, Refused
 from firmware_protocol.frames import Frame
 from kinematics.errors import suggestion
 
@@ -107,6 +111,14 @@ def dialect(name: str) -> Dialect:
         raise BadRequest(
             f"no dialect is named {name!r}; known are {', '.join(DIALECTS)}{hint}"
         ) from None
+
+
+def pendant_of(config: ArmConfig) -> PendantTools[PendantProgram]:
+    """Return how an arm's own program is read and written; raises `Refused` where it has none."""
+    tools = dialect(config.connection.dialect).pendant
+    if tools is None:
+        raise Refused(f"the {config.title} keeps no program in a memory of its own")
+    return tools
 
 
 # Arms: an arm file is read with the sections of the dialects that are known here.

@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 from datetime import datetime
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 from armdrive.arm.connected import Connected
-from armdrive.errors import BadRequest, InputTimeout, Refused, Stopped
+from armdrive.dialects.pendant import PendantTools
+from armdrive.errors import BadRequest, InputTimeout, Stopped
 from armdrive.motion import device as program_memory
 from armdrive.motion import idle as idling
 from armdrive.motion import reference as referencing
 from armdrive.motion.resolve import BASE, Goal, LineGoal, PoseGoal, PostureGoal
+from armdrive.registry import PendantProgram, pendant_of
 from armdrive.runtime.drive import RealPace
 from armdrive.runtime.engine import Engine
 from armdrive.runtime.io_lines import Lines, input_bits, output_bits
@@ -22,9 +23,6 @@ from armdrive.storage.point_file import Points, points_of
 from armdrive.storage.points import Point
 from kinematics import Pose
 from kinematics.errors import finite
-
-if TYPE_CHECKING:
-    from armdrive.dialects.teachmover.pendant import PendantProgram
 
 SIMULATED_S = 3600.0
 """A wait without a deadline ends after so long on simulated time, where nobody could interrupt it.
@@ -141,11 +139,9 @@ class Pendant(Connected):
         well what its rows mean (`origin`). Raises `Refused` for an arm that keeps no program, and
         `DeviceFault`.
         """
-        from armdrive.dialects.teachmover.pendant import PendantProgram
-
-        self._require_memory()
+        memory = self._memory()
         rows = self.perform(program_memory.read_program(self.wire), PATIENCE_S)
-        return PendantProgram.from_words(rows, self._origin())
+        return memory.from_words(rows, self._origin())
 
     def write_pendant_program(
         self,
@@ -163,7 +159,7 @@ class Pendant(Connected):
         `leave_others`. An end before the end raises `ProgramHalfWritten`, which names the rows
         that are in the arm.
         """
-        self._require_memory()
+        self._memory()
         program.require_fitting(self.abilities.program_rows)
         program.require_origin(self._origin())
         flow = program_memory.write_program(
@@ -171,10 +167,11 @@ class Pendant(Connected):
         )
         return self.perform(flow, PATIENCE_S)
 
-    def _require_memory(self) -> None:
-        if not self.abilities.program_rows:
-            raise Refused(f"the {self.config.title} keeps no program in a memory of its own")
+    def _memory(self) -> PendantTools[PendantProgram]:
+        """Return how its memory is read; raises `Refused` for an arm that has none."""
+        memory = pendant_of(self.config)
         after(self.core.state, Event.MOVE)
+        return memory
 
     def _origin(self) -> tuple[int, ...] | None:
         """Return what the registers have to be added to now; None where nobody knows it."""

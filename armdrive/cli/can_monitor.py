@@ -24,23 +24,26 @@ from __future__ import annotations
 import argparse
 import contextlib
 import math
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
-from armdrive.cli.can_overhearing import held_frames, holder_of
 from armdrive.cli.choosing import add_json_option
 from armdrive.cli.numbers import count, number
 from armdrive.cli.output import emit, put_error, say
+from armdrive.config.arm import ArmConfig
+from armdrive.connect.port import Wiring
+from armdrive.connect.target import find, simulation_forced
 from armdrive.dialects.dialect import Language
-from armdrive.errors import BadRequest
+from armdrive.errors import ArmError, BadRequest
 from armdrive.registry import LANGUAGES, USUAL, language_of
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
-    from armdrive.transports.address import CanAddress
-    from armdrive.transports.link import Link
-    from firmware_protocol.frames import Frame
+from armdrive.setup import prober
+from armdrive.storage.lock_client import holder_words, notice_of, overhear_holder
+from armdrive.transports import open as opening
+from armdrive.transports.address import CanAddress, is_can
+from armdrive.transports.link import Link
+from armdrive.transports.open_errors import PortInUse
+from firmware_protocol.frames import Frame, Unpacker
 
 ONE_PROGRAM = (
     "A serial adapter is one program's alone: listen by a second adapter on the bus. What an "
@@ -67,15 +70,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Listen until it is enough, or Ctrl-C."""
-    from armdrive.storage.lock_client import holder_words
-    from armdrive.transports.open import open_link
-    from armdrive.transports.open_errors import PortInUse
-
     config = _config(options)
     language = _language(options, config)
     address = _address(options, config)
     try:
-        link = open_link(str(address), 0)
+        link = opening.open_link(str(address), 0)
     except PortInUse as error:
         name = holder_of("" if config is None else config.name, options.port or "")
         if not name:
@@ -146,8 +145,6 @@ def _node(word: str) -> int:
 
 def _config(options: argparse.Namespace) -> ArmConfig | None:
     """Return the arm whose bus is meant, where one is named. Raises `BadRequest`."""
-    from armdrive.connect.target import find, simulation_forced
-
     if simulation_forced():
         raise BadRequest("ARMDRIVE_FORCE_SIM is set, so no bus is opened: clear that variable")
     if bool(options.port) == bool(options.arm):
@@ -156,9 +153,6 @@ def _config(options: argparse.Namespace) -> ArmConfig | None:
 
 
 def _address(options: argparse.Namespace, config: ArmConfig | None) -> CanAddress:
-    from armdrive.connect.port import Wiring
-    from armdrive.transports.address import CanAddress, is_can
-
     port = str(options.port if config is None else Wiring(config).find())
     if not is_can(port):
         raise BadRequest(
@@ -169,13 +163,49 @@ def _address(options: argparse.Namespace, config: ArmConfig | None) -> CanAddres
 
 def _heard(link: Link, seconds: float | None) -> Iterator[tuple[float, Frame]]:
     """Give the frames as they come, with the time since the bus was opened."""
-    from armdrive.setup.prober import RealClock
-    from firmware_protocol.frames import Unpacker
-
-    clock, unpacker = RealClock(), Unpacker()
+    clock, unpacker = prober.RealClock(), Unpacker()
     began_s = clock.now_s()
     end_s = math.inf if seconds is None else began_s + seconds
     while (now_s := clock.now_s()) < end_s:
         for frame in unpacker.feed(link.read(now_s)):
             yield now_s - began_s, frame
         clock.sleep(link, min(end_s, now_s + 1.0))
+
+
+# The frames of a bus whose adapter another program of the same user has, as that program tells.
+
+EVERY_S = 0.05
+"""The holder looks so often at what has passed."""
+
+
+def holder_of(arm: str, port: str) -> str:
+    """Return the name under which a program holds an arm, or the port; empty where none does.
+
+    A port is known to its holder as the arm file writes it.
+    """
+    return next((name for name in (arm, port) if name and notice_of(name) is not None), "")
+
+
+def held_frames(
+    name: str, seconds: float | None, missed: Callable[[int], None]
+) -> Iterator[tuple[float, Frame]]:
+    """Yield what the holder of an arm says and hears, with the time since this began.
+
+    Ends with the time, or when the arm is given back. `missed` is told how many exchanges were
+    passed over, as a reader that is too slow has to. Raises `ArmError` where nobody tells.
+    """
+    sides = {"sent": Unpacker(), "heard": Unpacker()}
+    end_s = time.monotonic() + (math.inf if seconds is None else seconds)
+    began_s: float | None = None
+    for told in overhear_holder(name, EVERY_S):
+        if "error" in told:
+            raise ArmError(str(told["error"]))
+        if told.get("missed"):
+            missed(int(told["missed"]))
+            sides = {side: Unpacker() for side in sides}  # the other half of a frame may have gone
+        for time_s, side, data in told.get("wire", ()):
+            began_s = time_s if began_s is None else began_s
+            for frame in sides[side].feed(bytes.fromhex(data)):
+                yield time_s - began_s, frame
+        if time.monotonic() >= end_s:
+            return

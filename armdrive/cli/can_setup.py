@@ -21,29 +21,34 @@ import sys
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from armdrive.cli.can_choosing import chosen_port
-from armdrive.cli.can_person import TerminalPerson
 from armdrive.cli.choosing import add_json_option
-from armdrive.cli.config_asking import agree
+from armdrive.cli.config_asking import Back, agree, ask, ask_value
 from armdrive.cli.output import emit, say, say_lines
+from armdrive.config.arm import ArmConfig
+from armdrive.config.sections import Connection
+from armdrive.connect.port import Wiring
+from armdrive.connect.target import simulation_forced
+from armdrive.dialog import Ask, Question, WrongAnswer
 from armdrive.errors import ArmFileError, BadRequest, OperatorNeeded
+from armdrive.registry import load_arm, parse_arm, preset_arm, simulate
 from armdrive.setup import plan as kept
+from armdrive.setup import prober
 from armdrive.setup.arm_text import merged, signs_of, text_of
-from armdrive.setup.commissioning import Outcome, walk
+from armdrive.setup.commissioning import Outcome, Practice, walk
 from armdrive.setup.dialog_runner import Carrier, Person, SimulatedClock
-from armdrive.setup.plan import Plan, plan_of
+from armdrive.setup.plan import Plan, commissionable, plan_of
 from armdrive.storage import files as places
+from armdrive.storage.arm_lock import hold
+from armdrive.storage.files import replace_file
 from armdrive.text.reading import read_text
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
-    from armdrive.setup.prober import Clock
-    from armdrive.transports.link import Link
+from armdrive.transports import open as opening
+from armdrive.transports import ports
+from armdrive.transports.address import is_can
+from armdrive.transports.link import Link
 
 ADAPTERS = (__doc__ or "").partition("The adapter, exactly:\n")[2].rstrip()
-DIALECT = "mks"
 DONE, UNFINISHED = 0, 1
 BEFORE = ".before"
 """How the old text of an arm file ends that was written anew."""
@@ -61,8 +66,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Hold the talk, then write the arm file."""
-    from armdrive.connect.target import simulation_forced
-
     simulated = options.sim or simulation_forced()
     alone = options.yes or options.json
     if not simulated and (alone or not sys.stdin.isatty()):
@@ -84,16 +87,13 @@ def run(options: argparse.Namespace) -> int:
 
 def _config(name: str) -> ArmConfig:
     """Return the arm of a file, or that of the preset for one that is not there yet."""
-    from armdrive.config.sections import Connection
-    from armdrive.registry import dialect, load_arm, preset_arm
-
     path = _path(name)
     if path.is_file():
         return load_arm(path)
     word = path.stem if name.endswith(".toml") else name
     if places.file_name(word) != word:
         raise BadRequest(f"{name!r} is no name for a file: use small letters, digits, - and _")
-    row = dialect("mks")
+    row = commissionable()[0]
     wire = Connection(dialect=row.name, port="", baud=row.baud)
     return preset_arm(row.preset, name=path.stem, connection=wire)
 
@@ -104,21 +104,19 @@ def _path(name: str) -> Path:
 
 def _commission(config: ArmConfig, plan: Plan, options: argparse.Namespace) -> int:
     """Commission real drives."""
-    from armdrive.setup.prober import RealClock
-
     port = options.port or _known_port(config) or chosen_port(ADAPTERS)
     notes = kept.read(plan.name, config.calibration)
     with _opened(config, port) as link:
         keep = lambda found: kept.write(plan.name, config.calibration, found)  # noqa: E731
         person = TerminalPerson(plan.name)
-        outcome = _held(link, RealClock(), person, plan, notes, keep, again=options.again)
+        outcome = _held(link, prober.RealClock(), person, plan, notes, keep, again=options.again)
     _end(config, plan, outcome, port, options)
     return DONE if outcome.finished else UNFINISHED
 
 
 def _held(
     link: Link,
-    clock: Clock,
+    clock: prober.Clock,
     person: Person,
     plan: Plan,
     notes: dict[str, kept.Notes],
@@ -126,18 +124,15 @@ def _held(
     *,
     again: bool,
 ) -> Outcome:
-    return Carrier(link, clock, person, keep).run(walk(plan, notes, again=again))
+    return Carrier(link, plan.bus.host(), clock, person, keep).run(walk(plan, notes, again=again))
 
 
 @contextlib.contextmanager
 def _opened(config: ArmConfig, port: str) -> Iterator[Link]:
     """Open the adapter for this program alone; its drives are nobody else's meanwhile."""
-    from armdrive.storage.arm_lock import hold
-    from armdrive.transports.open import open_link
-
     holding = hold(config.name, port)
     try:
-        link = open_link(port, config.connection.baud)
+        link = opening.open_link(port, config.connection.baud)
         try:
             yield link
         finally:
@@ -147,17 +142,12 @@ def _opened(config: ArmConfig, port: str) -> Iterator[Link]:
 
 
 def _known_port(config: ArmConfig) -> str:
-    from armdrive.connect.port import Wiring
-
     wire = config.connection
     return Wiring(config).find() if wire.port or wire.usb_serial else ""
 
 
 def _practise(config: ArmConfig, plan: Plan, options: argparse.Namespace, *, alone: bool) -> int:
     """Commission simulated drives as they are shipped. Nothing is kept, and no file is written."""
-    from armdrive.registry import simulate
-    from armdrive.setup.commissioning import Practice
-
     if options.port:
         raise BadRequest("--sim needs no --port: the drives are within this program")
     twin = simulate(config, factory=True)
@@ -178,8 +168,6 @@ def _end(
     config: ArmConfig, plan: Plan, outcome: Outcome, port: str, options: argparse.Namespace
 ) -> None:
     """Show the arm file, and write it once that is agreed to."""
-    from armdrive.registry import parse_arm
-
     table = merged(config, plan, outcome.notes, port)
     text = text_of(table, plan.name, outcome.left_out)
     path = _path(options.name)
@@ -207,8 +195,6 @@ def _question(path: Path, *, there: bool) -> str:
 
 
 def _write(path: Path, text: str, *, there: bool) -> None:
-    from armdrive.storage.files import replace_file
-
     if there:
         old = path.with_name(path.name + BEFORE)
         replace_file(old, read_text(path, "the arm file", ArmFileError).rstrip("\n"))
@@ -226,3 +212,58 @@ def _say_next(path: Path, name: str) -> None:
         f"armdrive home --arm {name}",
     ):
         say(f"  {line}")
+
+
+# The person at the terminal, and which adapter is meant.
+
+
+class TerminalPerson:
+    """Reads answers line by line; `?` explains a question."""
+
+    def __init__(self, arm: str) -> None:
+        self._arm = arm
+
+    def tell(self, text: str) -> None:
+        """Print a line."""
+        say(text)
+
+    def watch(self, motor: int) -> None:
+        """Do nothing: people have eyes."""
+
+    def answer(self, asked: Ask) -> Any:
+        """Ask until the answer can be used. Raises `OperatorNeeded` where answers have ended."""
+        question = asked.question
+
+        def take(line: str) -> Any:
+            if not line and question.default is None:
+                raise WrongAnswer("an answer is needed; ? explains")
+            return question.read(line or question.default or "")
+
+        while True:
+            try:
+                return ask(question, take)
+            except Back:
+                say("  there is no way back here; Ctrl-C leaves, and the same command goes on")
+            except BadRequest as ended:
+                raise OperatorNeeded(
+                    f"the answers ended at {question.words!r}: what was done stays done, and "
+                    f"`armdrive can setup {self._arm}` goes on there"
+                ) from ended
+
+
+def chosen_port(adapters: str) -> str:
+    """Have the person choose an adapter; `adapters` says which lines there are. Opens none."""
+    found = ports.list_can_ports(ports.list_ports())
+    say(adapters)
+    lines = tuple((each.port, each.todo or each.description) for each in found)
+
+    def read(line: str) -> str:
+        if line.isdecimal() and 1 <= int(line) <= len(lines):
+            return lines[int(line) - 1][0]
+        if not is_can(line):
+            raise WrongAnswer("write the adapter's line, can:slcan:/dev/ttyACM0?bitrate=500000 say")
+        return line
+
+    default = lines[0][0] if len(lines) == 1 else None
+    why = "With slcan firmware a CANable is a serial port, with candleLight it is none."
+    return str(ask_value(Question("", "Which adapter?", why, read, default, lines)))

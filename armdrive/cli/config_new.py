@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from armdrive.cli.choosing import add_json_option
 from armdrive.cli.config_asking import Back, agree, ask
 from armdrive.cli.config_signs import connected, find_signs
 from armdrive.cli.output import emit, say, say_lines
+from armdrive.config.arm import ArmConfig
 from armdrive.dialog import WrongAnswer
 from armdrive.errors import ArmError, BadRequest
 from armdrive.setup.arm_text import files_of
@@ -26,9 +27,6 @@ from armdrive.setup.templates import available
 from armdrive.storage import files as places
 from armdrive.text.reading import read_toml
 from kinematics.errors import did_you_mean
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
 
 GIVEN = ("name", "template", "port")
 KEYS = {"port": "connection.port"}

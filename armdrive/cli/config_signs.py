@@ -7,14 +7,19 @@ back again. The lines that belong into the arm file are printed; the file stays 
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING
+import sys
 
+from armdrive.arm import Arm
 from armdrive.cli.choosing import add_json_option
 from armdrive.cli.config_asking import agree, ask_value
 from armdrive.cli.config_files import ArmText, read
+from armdrive.cli.confirming import posture_drawing
 from armdrive.cli.output import emit, say
+from armdrive.config.arm import ArmConfig
+from armdrive.connect import target as connecting
 from armdrive.dialog import Question, choice
 from armdrive.errors import DeviceFault, OperatorNeeded
+from armdrive.registry import load_arm
 from armdrive.setup.directions import (
     AGAIN,
     NOTHING,
@@ -33,10 +38,6 @@ from armdrive.setup.directions import (
 from armdrive.sim.world.body import found_posture
 from armdrive.status import State
 
-if TYPE_CHECKING:
-    from armdrive.arm import Arm
-    from armdrive.config.arm import ArmConfig
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options."""
@@ -48,8 +49,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Find the directions, and print the lines."""
-    from armdrive.registry import load_arm
-
     text = read(options.name)
     config = load_arm(text.path)
     with connected(config, simulated=options.sim, alone=options.yes or options.json) as arm:
@@ -77,11 +76,7 @@ def connected(
     config: ArmConfig, *, simulated: bool, alone: bool = False, wanted: str = WATCHED
 ) -> _Open:
     """Return the arm to be opened in a `with`. Raises `OperatorNeeded` for a real one alone."""
-    import sys
-
-    from armdrive.connect.target import simulation_forced
-
-    simulated = simulated or simulation_forced()
+    simulated = simulated or connecting.simulation_forced()
     if not simulated and (alone or not sys.stdin.isatty()):
         raise OperatorNeeded(f"somebody has to {wanted}: answer at a terminal, or give --sim")
     return _Open(config, simulated)
@@ -95,10 +90,8 @@ class _Open:
         self._simulated = simulated
 
     def __enter__(self) -> Arm:
-        from armdrive.arm import Arm
-        from armdrive.connect.target import connect_real, connect_simulated
-
-        open_arm = connect_simulated if self._simulated else connect_real
+        simulated = self._simulated
+        open_arm = connecting.connect_simulated if simulated else connecting.connect_real
         self._arm = Arm(open_arm(self._config))
         return self._arm
 
@@ -146,8 +139,6 @@ def _move(arm: Arm, trial: Trial, sign: int) -> None:
 
 
 def _explain(arm: Arm) -> None:
-    from armdrive.cli.confirming import posture_drawing
-
     for line in posture_drawing(arm, found_posture(arm.model.arm), 30.0):
         say(line)
     bound = arm.status

@@ -7,6 +7,7 @@ import sys
 from typing import TYPE_CHECKING
 
 from armdrive.cli.output import put, say
+from armdrive.dialog import JoggedArm, PostureRequest
 from armdrive.errors import OperatorNeeded
 from armdrive.render.canvas import can_braille
 from armdrive.render.side_view import ArmScene, side_view
@@ -14,19 +15,18 @@ from armdrive.status import Trust
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm
-    from armdrive.dialog import PostureRequest
     from kinematics import Joints
 
 WIDTH, HEIGHT = 60, 16
 
 
-def posture_drawing(arm: Arm, joints: Joints, opening_mm: float) -> list[str]:
+def posture_drawing(arm: JoggedArm, joints: Joints, opening_mm: float) -> list[str]:
     """Draw a posture from the side."""
     scene = scene_of(arm, joints, opening_mm)
     return side_view(scene, WIDTH, HEIGHT, can_braille(sys.stdout.encoding, os.environ))
 
 
-def scene_of(arm: Arm, joints: Joints, opening_mm: float) -> ArmScene:
+def scene_of(arm: JoggedArm, joints: Joints, opening_mm: float) -> ArmScene:
     """Return what there is to draw of an arm in a posture."""
     geometry = arm.model.arm
     return ArmScene(

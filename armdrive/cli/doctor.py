@@ -20,22 +20,26 @@ from __future__ import annotations
 
 import argparse
 import sys
-from contextlib import closing
-from typing import TYPE_CHECKING
 
+from armdrive.cli import doctor_can
 from armdrive.cli.choosing import add_json_option
-from armdrive.cli.doctor_report import Report
+from armdrive.cli.confirming import agreed
+from armdrive.cli.doctor_keyboard import run as examine_keyboard
+from armdrive.cli.doctor_report import Report, compare
 from armdrive.cli.numbers import count
 from armdrive.cli.output import say
-from armdrive.errors import ArmError, BadRequest, OperatorNeeded, PortUnavailable
+from armdrive.config.arm import ArmConfig
+from armdrive.connect.port import Wiring
+from armdrive.connect.target import find, simulation_forced
+from armdrive.dialog import any_problem
+from armdrive.errors import BadRequest, OperatorNeeded, PortUnavailable
 from armdrive.registry import DIALECTS
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
-    from armdrive.dialog import Finding
-    from armdrive.setup.ports import Before
-    from armdrive.setup.prober import Examination
-    from armdrive.tasks import Settings
+from armdrive.setup import findings as after
+from armdrive.setup import prober
+from armdrive.setup.ports import Before, Naming, arm_files, look_at, unfound
+from armdrive.setup.prober import Examination
+from armdrive.storage.arm_lock import hold
+from armdrive.transports.address import is_can
 
 DONE, MENDING, CLOSED, NOBODY = 0, 1, 4, 6
 
@@ -66,30 +70,24 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Examine the port, and say what was found."""
-    from armdrive.setup.findings import finding, measure
-
     if options.keyboard:
         return _keyboard(options)
     config = _config(options)
     if _on_can(options, config):
-        from armdrive.cli.doctor_can import run as survey
-
-        return survey(options, config)
+        return doctor_can.run(options, config)
     port, before = _before(options, config)
     report = Report(port, options.json)
     report.more = {"arm_files": list(before.owners)}
     report.add(list(before.findings))
     if not before.openable:
         return report.end(CLOSED)
-    report.add([finding(measure())])
+    report.add([after.finding(after.measure())])
     _agree(port, options)
     found = _examined(port, options, config)
     return report.end(_weigh(found, before, report, options, config))
 
 
 def _keyboard(options: argparse.Namespace) -> int:
-    from armdrive.cli.doctor_keyboard import run as examine_keyboard
-
     if options.port or options.arm:
         raise BadRequest("--keyboard looks at this terminal, and at no port: leave the port out")
     return examine_keyboard(options.json)
@@ -97,17 +95,12 @@ def _keyboard(options: argparse.Namespace) -> int:
 
 def _on_can(options: argparse.Namespace, config: ArmConfig | None) -> bool:
     """Tell whether a CAN bus is meant: by the option, by the port, or by the arm file's port."""
-    from armdrive.transports.address import is_can
-
     wire = config.connection.port if config is not None else ""
     return options.can is not None or is_can(options.port or wire)
 
 
 def _before(options: argparse.Namespace, config: ArmConfig | None) -> tuple[str, Before]:
     """Return the port's present name, and what can be said of it while it is closed."""
-    from armdrive.connect.port import Wiring
-    from armdrive.setup.ports import Naming, arm_files, look_at, unfound
-
     if config is None or not options.arm:
         return str(options.port), look_at(str(options.port), arm_files())
     try:
@@ -121,8 +114,6 @@ def _before(options: argparse.Namespace, config: ArmConfig | None) -> tuple[str,
 
 def _config(options: argparse.Namespace) -> ArmConfig | None:
     """Return the arm that is expected at the port, if one is."""
-    from armdrive.connect.target import find, simulation_forced
-
     if simulation_forced():
         raise PortUnavailable(
             "ARMDRIVE_FORCE_SIM is set, so no port is opened: clear that variable first"
@@ -150,8 +141,6 @@ def _config(options: argparse.Namespace) -> ArmConfig | None:
 
 
 def _agree(port: str, options: argparse.Namespace) -> None:
-    from armdrive.cli.confirming import agreed
-
     if options.yes:
         return
     if options.json or not sys.stdin.isatty():
@@ -162,12 +151,9 @@ def _agree(port: str, options: argparse.Namespace) -> None:
 
 
 def _examined(port: str, options: argparse.Namespace, config: ArmConfig | None) -> Examination:
-    from armdrive.setup.prober import examine_port
-    from armdrive.storage.arm_lock import hold
-
     holding = hold(config.name if config is not None else port, port)
     try:
-        return examine_port(port, _baud(options, config))
+        return prober.examine_port(port, _baud(options, config))
     finally:
         holding.release()
 
@@ -188,9 +174,6 @@ def _weigh(
     options: argparse.Namespace,
     config: ArmConfig | None,
 ) -> int:
-    from armdrive.dialog import any_problem
-    from armdrive.setup import findings as after
-
     wire = config.connection if config is not None else None
     expected = after.Expected(baud=_baud(options, config))
     if wire is not None:
@@ -215,56 +198,3 @@ def _weigh(
     if config is not None and identity.dialect == config.connection.dialect:
         compare(config, report, options)
     return MENDING if any_problem(report.findings) else DONE
-
-
-def compare(config: ArmConfig, report: Report, options: argparse.Namespace) -> None:
-    """Connect as every command does, and compare the settings; mend them where that is agreed."""
-    from armdrive.arm import Arm
-    from armdrive.connect.target import connect_real
-    from armdrive.dialog import note, ok
-    from armdrive.setup.findings import compared, settings_findings
-    from armdrive.setup.limits import limit_remarks
-
-    try:
-        with closing(Arm(connect_real(config))) as arm:  # `with arm` would switch its motors on
-            settings = compared(arm)
-            lines = [each.mend for each in settings.differences]
-            if lines and options.mend and _mending_agreed(settings, options):
-                arm.mend_settings(lines)
-                settings = compared(arm)
-                report.add([ok(f"{len(lines)} settings were written")])
-            report.add(settings_findings(settings))
-            if settings.differences and options.arm:
-                report.more["next"] = [
-                    f"armdrive doctor --arm {options.arm} --mend",
-                    *report.more.get("next", []),
-                ]
-            report.add([note(each) for each in limit_remarks(config)])
-            report.more["firmware"] = settings.firmware or report.more.get("firmware", "")
-    except ArmError as error:
-        report.add([_unconnected(error, config)])
-
-
-def _unconnected(error: ArmError, config: ArmConfig) -> Finding:
-    """Say why an arm did not connect that was recognised, and what helps, as its error has it."""
-    from armdrive.connect.port import bare
-    from armdrive.dialog import problem
-
-    what, _, mend = bare(error, config.connection).partition(": ")
-    return problem(
-        f"it was recognised, but did not connect: {what}",
-        mend or "try once more",
-    )
-
-
-def _mending_agreed(settings: Settings, options: argparse.Namespace) -> bool:
-    from armdrive.cli.confirming import agreed
-
-    if options.yes:
-        return True
-    if options.json:
-        return False
-    for each in settings.differences:
-        say(f"  {each}")
-    count = len(settings.differences)
-    return agreed(f"Write these {count} settings to the controller? Type yes: ")

@@ -9,24 +9,34 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, TypeVar
+from functools import partial
+from typing import TypeVar
 
-from armdrive.cli.doctor_report import Report
-from armdrive.dialects.cia402.survey import heard_nodes
-from armdrive.dialects.mks.survey import IDS, LISTEN_S, Survey, listen
+from armdrive.cli.doctor_report import Report, compare
+from armdrive.config.arm import ArmConfig
+from armdrive.connect.port import Wiring
+from armdrive.dialects.bus.tools import (
+    IDS,
+    LISTEN_S,
+    Answers,
+    BusTools,
+    FrameHost,
+    Heard,
+    Listened,
+    listen,
+    of_nobody,
+)
 from armdrive.dialog import Finding, any_problem, note, ok, problem
 from armdrive.errors import ArmError, BadRequest, LinkError, LinkLost, PortUnavailable
 from armdrive.setup import findings as can_findings
-from armdrive.setup.dialog_runner import Carrier
-from armdrive.setup.finding import PROTOCOLS, Answers, Heard, Nobody, Protocol, ask_bus
+from armdrive.setup.dialog_runner import Carrier, Nobody
+from armdrive.setup.finding import PROTOCOLS, ask_bus, is_command, nodes_heard
 from armdrive.setup.prober import RealClock
+from armdrive.storage.arm_lock import hold
+from armdrive.transports import ports
 from armdrive.transports.address import PREFIX, CanAddress, is_can
 from armdrive.transports.can_health import BusHealth
-from firmware_protocol.mks import NODE_MAX, Bitrate
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
-    from armdrive.transports.can_link import CanLink
+from armdrive.transports.can_link import open_can_link
 
 T = TypeVar("T")
 
@@ -41,8 +51,9 @@ def ids_of(text: str) -> tuple[int, ...]:
         if not first.isdecimal() or (dash and not last.isdecimal()):
             raise BadRequest(f"ids are written 1-16,20, not {text!r}")
         found |= set(range(int(first), int(last or first) + 1))
-    if not found or not 1 <= min(found) <= max(found) <= NODE_MAX:
-        raise BadRequest(f"ids of drives are 1 to {NODE_MAX}, not {text!r}")
+    most = max(row.most for row in PROTOCOLS.values())
+    if not found or not 1 <= min(found) <= max(found) <= most:
+        raise BadRequest(f"ids of drives are 1 to {most}, not {text!r}")
     return tuple(sorted(found))
 
 
@@ -51,14 +62,10 @@ def bus_of(options: argparse.Namespace, config: ArmConfig | None) -> str:
     if options.can:
         return str(options.can if is_can(options.can) else PREFIX + options.can)
     if config is not None:
-        from armdrive.connect.port import Wiring
-
         return Wiring(config).find()
     if options.port:
         return str(options.port)
-    from armdrive.transports.ports import list_can_ports, list_ports
-
-    there = [each.port for each in list_can_ports(list_ports()) if not each.todo]
+    there = [each.port for each in ports.list_can_ports(ports.list_ports()) if not each.todo]
     if len(there) == 1:
         return there[0]
     listed = f"there are {', '.join(there)}" if there else "the system knows no adapter"
@@ -82,7 +89,7 @@ def run(options: argparse.Namespace, config: ArmConfig | None) -> int:
         return report.end(MENDING)
     if config is not None and options.mend:  # first, so that what is told then is as it is now
         _compare(config, report, options)
-    there = heard_nodes(heard.passing)
+    there = nodes_heard(heard.passing)
     found = _alone(config, port, lambda: _told(address, ids, there, report, config, options))
     report.more["drives"] = [view for each in found for view in each.views]
     if config is not None:
@@ -114,7 +121,7 @@ def _weigh(
             _compare(config, report, options)
 
 
-def _other(row: Protocol, dialect: str) -> Finding:
+def _other(row: BusTools, dialect: str) -> Finding:
     return problem(
         f"what answers speaks {row.name}, and the arm file says {dialect}",
         f'dialect = "{row.dialect}" under [connection], if these are its drives',
@@ -123,8 +130,6 @@ def _other(row: Protocol, dialect: str) -> Finding:
 
 def _alone(config: ArmConfig | None, port: str, look: Callable[[], T]) -> T:
     """Look at a bus while no other armdrive has it."""
-    from armdrive.storage.arm_lock import hold
-
     holding = hold(config.name if config is not None else port, port)
     try:
         return look()
@@ -152,7 +157,7 @@ def _told(
         report.add(findings)
     anybody = any(each.there for each in found)
     if not anybody:
-        report.add([can_findings.of_nobody(ids, health)])
+        report.add([of_nobody(ids, health)])
     report.more["bus"] = {"state": health.state.value, **_counters(health)}
     if options.every_rate and not anybody:
         _every_rate(address, ids, report)
@@ -164,12 +169,13 @@ def _counters(health: BusHealth) -> dict[str, int]:
     return {name: getattr(health, name) for name in names}
 
 
-def _listened(address: CanAddress, config: ArmConfig | None) -> Survey:
+def _listened(address: CanAddress, config: ArmConfig | None) -> Listened:
     """Hear what passes, with an adapter that does not even acknowledge where it can be kept."""
     master = getattr(config.device, "master_id", None) if config is not None else None
-    link = _open(address.listening())
+    link = open_can_link(str(address.listening()))
     try:
-        return Carrier(link, RealClock(), Nobody()).run(listen(master=master))
+        carrier = Carrier(link, FrameHost(), RealClock(), Nobody())
+        return carrier.run(listen(partial(is_command, master=master)))
     finally:
         link.close()
 
@@ -178,7 +184,7 @@ def _asked(
     address: CanAddress, ids: tuple[int, ...], heard: Heard, dialect: str = ""
 ) -> tuple[tuple[Answers, ...], BusHealth, str]:
     """Ask the ids; return what was found, how the adapter was then, and why the bus was lost."""
-    link = _open(address)
+    link = open_can_link(str(address))
     try:
         found = ask_bus(link, RealClock(), ids, heard, dialect)
     except LinkLost as error:
@@ -190,34 +196,28 @@ def _asked(
 
 
 def _every_rate(address: CanAddress, ids: tuple[int, ...], report: Report) -> None:
-    """Ask at every other bit rate that these drives have."""
+    """Ask at every other bit rate that drives have."""
     if address.interface == "socketcan":
         report.add([note("the bit rate of a kernel's interface is set by `ip link`, one by one")])
         return
     known = _bits_s(address)
-    for each in Bitrate:
-        if each.bits_s == known:
+    for bits_s in dict.fromkeys(rate for row in PROTOCOLS.values() for rate in row.bit_rates):
+        if bits_s == known:
             continue
-        options = dict(address.options) | {"bitrate": str(each.bits_s)}
+        options = dict(address.options) | {"bitrate": str(bits_s)}
         other = replace(address, options=tuple(options.items()))
         found, _, _ = _asked(other, ids, {})
-        report.add([_at_rate(found, each, other)])
+        report.add([_at_rate(found, bits_s, other)])
 
 
-def _at_rate(found: Sequence[Answers], rate: Bitrate, address: CanAddress) -> Finding:
-    kbit = rate.bits_s // 1000
+def _at_rate(found: Sequence[Answers], bits_s: int, address: CanAddress) -> Finding:
+    kbit = bits_s // 1000
     named = ", ".join(str(node) for each in found for node in each.there)
     if not named:
         return ok(f"nobody answers at {kbit} kbit/s")
     return problem(
         f"at {kbit} kbit/s there answer: {named}", f'in the arm file: port = "{address}"'
     )
-
-
-def _open(address: CanAddress) -> CanLink:
-    from armdrive.transports.can_link import open_can_link
-
-    return open_can_link(str(address))
 
 
 def _bits_s(address: CanAddress) -> int:
@@ -227,8 +227,6 @@ def _bits_s(address: CanAddress) -> int:
 
 
 def _compare(config: ArmConfig, report: Report, options: argparse.Namespace) -> None:
-    from armdrive.cli.doctor import compare
-
     try:
         compare(config, report, options)
     except LinkError as error:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from armdrive.cli.confirming import scene_of
 from armdrive.cli.output import put, say
+from armdrive.dialog import JoggedArm, PostureRequest
 from armdrive.errors import ArmError, BadRequest
 from armdrive.moves import BASE_FRAME, GRIPPER_AXIS
 from armdrive.render.canvas import can_braille
@@ -21,7 +22,6 @@ from kinematics import KinematicsError
 
 if TYPE_CHECKING:
     from armdrive.arm import Arm
-    from armdrive.dialog import PostureRequest
 
 PICTURE_WIDTH, PICTURE_HEIGHT = 46, 14
 MOST_DEG = MOST_MM = 20.0
@@ -137,9 +137,9 @@ def difference(request: PostureRequest) -> str:
     return f"still to go by the registers{sure}: {', '.join(parts) or 'nothing'}"
 
 
-def axes_of(arm: Arm) -> tuple[str, ...]:
-    """Return what a line may jog."""
-    tip = TIP_AXES if arm.core.position_known else ()
+def axes_of(arm: JoggedArm) -> tuple[str, ...]:
+    """Return what a line may jog; the arm itself refuses the tip where it trusts no position."""
+    tip = TIP_AXES if arm.status.trust in (Trust.REFERENCED, Trust.RESTORED) else ()
     return (*arm.model.arm.joint_names, GRIPPER_AXIS, *tip)
 
 
@@ -171,7 +171,7 @@ def _amount(word: str) -> float:
     return amount
 
 
-def jogged(arm: Arm, name: str, amount: float) -> str:
+def jogged(arm: JoggedArm, name: str, amount: float) -> str:
     """Jog, and say what came of it."""
     if name in TIP_AXES:
         done = arm.jog_l(speed=SPEED, frame=BASE_FRAME, **{f"{name}_mm": amount})

@@ -18,26 +18,28 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Mapping
+from datetime import datetime
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
 
+from armdrive.arm import Arm
 from armdrive.cli.choosing import (
     add_allow_restored,
     add_arm_options,
+    chosen_target,
     connect_chosen,
 )
 from armdrive.cli.confirming import agreed, settle_trust
 from armdrive.cli.output import emit, put_error, say, say_lines, say_which
-from armdrive.cli.pendant_files import from_file, into_file, require_free, text_of
-from armdrive.cli.pendant_points import make_points, make_rows
-from armdrive.errors import OperatorNeeded
+from armdrive.config.arm import ArmConfig
+from armdrive.errors import BadRequest, OperatorNeeded, PendantFileError
+from armdrive.motion.device import named_rows
+from armdrive.programs.teaching.pendant_program import rows_of
+from armdrive.registry import PendantProgram, pendant_of
 from armdrive.status import Trust
-
-if TYPE_CHECKING:
-    from armdrive.arm import Arm
-    from armdrive.config.arm import ArmConfig
-    from armdrive.dialects.teachmover.pendant import PendantProgram
+from armdrive.storage.files import DISK, replace_durably
+from armdrive.storage.point_file import points_of
+from armdrive.text.reading import read_text
 
 Deed = Callable[[argparse.Namespace], int]
 
@@ -96,7 +98,7 @@ def _connected(options: argparse.Namespace) -> Arm:
 def _show(options: argparse.Namespace) -> int:
     config, program = _read_from(options)
     if options.json:
-        emit(_view(config, program))
+        emit(pendant_of(config).view(config, program))
     else:
         say_lines(text_of(config, program).rstrip("\n"))
     return 0
@@ -108,20 +110,14 @@ def _read(options: argparse.Namespace) -> int:
     config, program = _read_from(options)
     into_file(path, config, program)
     if options.json:
-        emit({"file": str(path), **_view(config, program)})
+        emit({"file": str(path), **pendant_of(config).view(config, program)})
     else:
         say(f"{len(program.rows)} rows are in {path} now")
     return 0
 
 
-def _make(options: argparse.Namespace) -> int:
-    require_free(Path(options.file), force=options.force)
-    with _connected(options) as arm:
-        return make_rows(options, arm)
-
-
 def _write(options: argparse.Namespace) -> int:
-    program = from_file(Path(options.file))
+    program = from_file(Path(options.file), chosen_target(options).config)
     with _connected(options) as arm:
         if options.as_is:
             program = program.without_origin()
@@ -155,29 +151,74 @@ def _written(arm: Arm, program: PendantProgram, *, leave_others: bool) -> int:
     except Exception:
         raise  # its own words name the rows
     except BaseException:
-        from armdrive.motion.device import named_rows
-
         new = f"{named_rows(done)} new in the arm" if done else "nothing new in the arm"
         put_error(f"{new}; the next one perhaps, the others as before\n")
         raise
 
 
-def _view(config: ArmConfig, program: PendantProgram) -> dict[str, Any]:
-    from armdrive.dialects.teachmover.pendant import place_of
-    from armdrive.status import joints_view
+# Files of a pendant's program.
 
-    rows = []
-    for row in program.rows:
-        place = place_of(config, program, row)
-        rows.append(
-            {
-                "row": row.number,
-                "words": list(row.words),
-                "joints": None if place is None else joints_view(place.joints),
-                "gripper_mm": None if place is None else round(place.opening_mm, 3),
-            }
-        )
-    return {"origin": program.origin, "rows": rows}
+
+def from_file(path: Path, config: ArmConfig) -> PendantProgram:
+    """Read a file; raises `PendantFileError` that names it and the line."""
+    pendant = pendant_of(config)
+    text = read_text(path, "the file", PendantFileError, most_bytes=pendant.largest_bytes)
+    try:
+        return pendant.parse(text)
+    except PendantFileError as error:
+        raise PendantFileError(f"{path}: {error}") from None
+
+
+def into_file(path: Path, config: ArmConfig, program: PendantProgram) -> None:
+    """Write a file; raises `OSError`, and `PendantFileError` where it would read otherwise."""
+    text = text_of(config, program)
+    if pendant_of(config).parse(text) != program:
+        raise PendantFileError("what was read does not fit into a file: nothing was written")
+    replace_durably(DISK, path.absolute(), text.encode("utf-8"))
+
+
+def require_free(path: Path, *, force: bool) -> None:
+    """Raise `BadRequest` where a file is there already, before anything is asked of an arm."""
+    if path.exists() and not force:
+        raise BadRequest(f"{path} is there already: name another file, or say --force")
+
+
+def text_of(config: ArmConfig, program: PendantProgram) -> str:
+    """Return a program as a file has it, with what each row means on this arm."""
+    return pendant_of(config).text(config, program, f"{datetime.now():%Y-%m-%d %H:%M}")
+
+
+# From a pendant's rows to taught points, and back.
+
+
+def make_points(options: argparse.Namespace) -> int:
+    """Make points and a sequence of a file's rows; the arm need not be there."""
+    config = chosen_target(options).config
+    program = from_file(Path(options.file), config)
+    note = f"from the arm's own program, {Path(options.file).name}"
+    points, steps = pendant_of(config).taught_by(config, program, options.name, note)
+    book = points_of(config.name, config.model.arm)
+    book.put_all(points, {options.name: steps}, again=options.again)
+    if options.json:
+        emit({"sequence": options.name, "points": list(points), "steps": len(steps.steps)})
+    else:
+        say(f"{options.name}: {len(steps.steps)} steps over {len(points)} points, in {book.path}")
+    return 0
+
+
+def make_rows(options: argparse.Namespace) -> int:
+    """Make a file of rows of a sequence, as the arm's registers count now."""
+    require_free(Path(options.file), force=options.force)
+    with _connected(options) as arm:
+        steps, taught = arm.points.sequence(options.name), arm.points.read()
+        origin = arm.read_pendant_program().origin
+        program = rows_of(arm.config, steps, taught.points, origin)
+        into_file(Path(options.file), arm.config, program)
+    if options.json:
+        emit({"file": options.file, "rows": len(program.rows)})
+    else:
+        say(f"{options.name} is {len(program.rows)} rows in {options.file} now")
+    return 0
 
 
 ACTIONS: Mapping[str, tuple[Deed, tuple[str, ...], str]] = MappingProxyType(
@@ -186,7 +227,7 @@ ACTIONS: Mapping[str, tuple[Deed, tuple[str, ...], str]] = MappingProxyType(
         "read": (_read, ("file",), "read the program out of the arm into a file"),
         "write": (_write, ("file",), "write a file's rows into the arm, and read them back"),
         "points": (make_points, ("file", "name"), "make points and a sequence of a file's rows"),
-        "make": (_make, ("name", "file"), "make a file of rows of a taught sequence"),
+        "make": (make_rows, ("name", "file"), "make a file of rows of a taught sequence"),
     }
 )
 """Every action: what does it, the names that it wants, and its line of help."""

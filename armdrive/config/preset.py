@@ -64,6 +64,10 @@ def _filled_in(model: ArmPreset, table: Mapping[str, Any]) -> bool:
     return whole and (model.arm, model.transmission) != (known.arm, known.transmission)
 
 
+LENGTHS = ("base_height_mm", "upper_arm_mm", "forearm_mm", "hand_mm")
+"""The keys of [lengths], fields of the preset's arm."""
+
+
 def _joint_table(table: object, where: str) -> Mapping[str, Any]:
     entries = require_table(table, where)
     refuse_unknown(entries, list(JOINT_NAMES), where)

@@ -12,8 +12,10 @@ from typing import Any
 
 from armdrive.abilities import Abilities, Torque
 from armdrive.config.arm import ArmConfig
+from armdrive.dialects.bus.tools import BusTools
 from armdrive.dialects.bus.words import Ear
 from armdrive.dialects.controller import Controller
+from armdrive.dialects.pendant import PendantTools
 from armdrive.dialects.recognition import Recognition
 from armdrive.dialects.words import Talk
 
@@ -52,7 +54,8 @@ class Dialect:
 
     `raise_dtr` is how its port is opened by default: a board with native USB is mute without it.
     `language` says that it is spoken on a CAN bus: its port is an adapter's, and `baud` the bus's
-    bit rate.
+    bit rate; `bus_tools` survey the drives of such a bus and set them up. `pendant_tools` read and
+    write the program of an arm that keeps one in a memory of its own.
     """
 
     name: str
@@ -65,6 +68,18 @@ class Dialect:
     abilities: Abilities
     driver: Callable[[], Driver]
     language: Language | None = None
+    bus_tools: Callable[[], BusTools] | None = None
+    pendant_tools: Callable[[], PendantTools[Any]] | None = None
+
+    @property
+    def bus(self) -> BusTools | None:
+        """How the drives on a bus are surveyed and set up; None where there is no bus."""
+        return None if self.bus_tools is None else self.bus_tools()
+
+    @property
+    def pendant(self) -> PendantTools[Any] | None:
+        """How the arm's own program is read and written; None where it keeps none."""
+        return None if self.pendant_tools is None else self.pendant_tools()
 
     @property
     def can(self) -> bool:

@@ -18,7 +18,6 @@ from armdrive.setup.draft import GRIPPER_MOTOR, HALF_STEP, Draft
 from armdrive.setup.plan import MM, Notes, Plan
 from armdrive.setup.templates import COUPLED, model_text, typed_text
 from armdrive.text.toml import Entry, Section, document
-from firmware_protocol.mks import COUNTS_PER_TURN
 
 # The motors of an arm file: steps per turn as a sum, and which joints a motor sees which way.
 
@@ -269,8 +268,7 @@ def _guards(draft: Draft) -> Section:
 # From what was found to the arm's file: a new one, or the present one with what differs.
 #
 # A file that is there is written anew from its own table, so that its comments go; the command
-# keeps
-# the old text beside it.
+# keeps the old text beside it.
 
 DIGITS = 9
 
@@ -293,10 +291,10 @@ def merged(config: ArmConfig, plan: Plan, notes: Mapping[str, Notes], port: str)
     wire["dialect"] = config.connection.dialect
     if port:
         wire["port"] = port
-    _put_device(table, plan, notes)
+    _put_device(table.setdefault(config.connection.dialect, {}), plan, notes)
     signs = signs_of(plan, notes)
     gears = {each.name: notes[each.name].gear for each in plan.drives if each.name in notes}
-    per_unit = {name: COUNTS_PER_TURN * gear for name, gear in gears.items() if gear}
+    per_unit = {name: plan.tools.counts_per_turn * gear for name, gear in gears.items() if gear}
     if "motors" in table:
         _put_motors(table["motors"], per_unit, signs)
     else:
@@ -304,14 +302,11 @@ def merged(config: ArmConfig, plan: Plan, notes: Mapping[str, Notes], port: str)
     return table
 
 
-def _put_device(table: dict[str, Any], plan: Plan, notes: Mapping[str, Notes]) -> None:
-    device = table.setdefault("mks", {})
-    device["ids"] = [each.node for each in plan.drives]
-    device["watchdog_s"] = plan.device.watchdog_s
-    device["microsteps"] = plan.device.microsteps
+def _put_device(section: dict[str, Any], plan: Plan, notes: Mapping[str, Notes]) -> None:
     currents = {each.current_ma for each in notes.values() if each.current_ma}
-    if len(currents) == 1 and len(notes) == len(plan.drives):
-        device["current_ma"] = currents.pop()
+    alike = len(currents) == 1 and len(notes) == len(plan.drives)
+    ids = [each.node for each in plan.drives]
+    section.update(plan.tools.section(plan.device, ids, currents.pop() if alike else 0))
 
 
 def _put_preset(

@@ -7,26 +7,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from armdrive.dialects.mks.commissioning import ONE_AT_A_TIME, all_there, arrive, calibrate, settle
-from armdrive.dialects.mks.survey import Known, listen
-from armdrive.dialog import About, Ask, Keep, Put, Talk, agreed, say
+from armdrive.dialects.bus.tools import listen
+from armdrive.dialog import About, Ask, Keep, Talk, agreed, say
 from armdrive.setup.directions import NOTHING, OTHER, Sight, sight
+from armdrive.setup.finding import is_command
 from armdrive.setup.plan import MM, Notes, Plan, Planned
-from armdrive.setup.trial import AS_SAID, MORE, NUDGE, amount, try_out, try_watchdog
+from armdrive.setup.trial import AS_SAID, MORE, NUDGE, counts_of, try_out
 from armdrive.sim.bus.drives import DrivesOnBus
 from armdrive.sim.simulated_arm import Twin
-from firmware_protocol.mks import COUNTS_PER_TURN, TARGET_MAX, Ability, Done, Event, Mode, SetZero
-
-FAR = TARGET_MAX // 4
-"""A motor that counts beyond this is offered a new zero: at four times of it, none can be sent."""
-
-STEPS = (
-    "its id, and whether it is alone with it",
-    "its settings: mode 5 (SR_vFOC), replies, microsteps, current, watchdog",
-    "its encoder's calibration, if it has none: with a free shaft",
-    "in the arm: direction and gear by a small motion, and the watchdog by another",
-)
-"""What is done with each drive, in this order."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,11 +56,11 @@ def _introduce(plan: Plan, notes: Mapping[str, Notes], *, again: bool) -> Talk[N
     yield from say(
         f"Commissioning the {len(plan.drives)} drives of {plan.name}: {listed}.",
         "For each of them:",
-        *(f"  {number}  {step}" for number, step in enumerate(STEPS, 1)),
+        *(f"  {number}  {step}" for number, step in enumerate(plan.tools.steps, 1)),
         "Nothing is written and nothing turns without your yes, and each question says what will "
         "happen. Ctrl-C leaves at any time: what is done stays done, and the same command goes on "
         "there.",
-        ONE_AT_A_TIME,
+        plan.tools.caution,
     )
     done = [each.name for each in plan.drives if notes.get(each.name, Notes()).done]
     if done and not again:
@@ -81,7 +69,7 @@ def _introduce(plan: Plan, notes: Mapping[str, Notes], *, again: bool) -> Talk[N
 
 def _others_command() -> Talk[bool]:
     """Tell whether another program is heard to command drives: two would set and move the same."""
-    heard = yield from listen()
+    heard = yield from listen(is_command)
     if heard.commands:
         yield from say(
             "Another program commands drives on this bus: end it first, then begin again. "
@@ -92,50 +80,27 @@ def _others_command() -> Talk[bool]:
 
 def one(plan: Plan, drive: Planned, notes: dict[str, Notes], *, again: bool) -> Talk[bool]:
     """Take one drive through its steps, keeping notes after each; return whether it is ready."""
-    found = yield from arrive(plan, drive)
-    if found is None:
+    others = len(plan.drives) > 1
+    at_hand = yield from plan.tools.arrive(plan.name, plan.device, drive, others)
+    if at_hand is None:
         return False
     noted = notes.setdefault(drive.name, Notes())
-    noted.firmware = ".".join(map(str, found.firmware)) if found.told else noted.firmware
-    if noted.done and not again and _still_right(found):
+    noted.firmware = at_hand.firmware or noted.firmware
+    if noted.done and not again and at_hand.keeps_settings:
         yield from say("It has its id and its settings: nothing is to be done.")
         return True
-    noted.current_ma = yield from settle(plan, drive, found)
+    noted.current_ma = yield from at_hand.settle()
     yield Keep(notes)
-    noted.calibrated = yield from calibrate(drive, found)
-    yield from _zero(drive, found)
+    noted.calibrated = yield from at_hand.calibrate()
+    yield from at_hand.offer_zero()
     tried = bool(noted.way or noted.done) and not again
-    tried = tried or (yield from try_out(plan, drive, noted))
+    tried = tried or (yield from try_out(plan, drive, at_hand, noted))
     yield Keep(notes)
     if tried and noted.gear and (again or noted.watchdog is None):
-        noted.watchdog = yield from try_watchdog(plan, drive, found, noted.gear)
+        noted.watchdog = yield from at_hand.try_watchdog(counts_of(drive, noted.gear))
     noted.done = tried and bool(noted.current_ma)
     yield Keep(notes)
     return noted.done
-
-
-def _still_right(found: Known) -> bool:
-    """Tell whether a drive that was done has not lost its mode since."""
-    return found.mode is None or found.mode.mode is Mode.BUS_FOC
-
-
-def _zero(drive: Planned, found: Known) -> Talk[None]:
-    """Offer a new zero to a drive that counts far from it."""
-    if found.counts is None or abs(found.counts) < FAR or Ability.ZERO not in found.able:
-        return
-    turns = abs(found.counts) / COUNTS_PER_TURN
-    if not (
-        yield from agreed(
-            f"It stands {turns:.0f} turns from its zero, and can be sent 512 at most. Call where "
-            "it stands now zero? Nothing turns; the arm has to be referenced afterwards.",
-            "92. A drive counts from where it was switched on, or from where it was homed.",
-            motor=drive.motor,
-        )
-    ):
-        return
-    heard: tuple[Event, ...] = yield Put(drive.node, SetZero())
-    taken = any(isinstance(each, Done) for each in heard)
-    yield from say("It counts from here." if taken else "The drive did not take the zero.")
 
 
 def together(plan: Plan) -> Talk[tuple[str, ...]]:
@@ -150,7 +115,10 @@ def together(plan: Plan) -> Talk[tuple[str, ...]]:
             )
         ):
             return tuple(each.name for each in plan.drives)
-        wrong = yield from all_there(plan)
+        wrong = []
+        for drive in plan.drives:
+            if not (yield from plan.tools.alone(drive.node)):
+                wrong.append(drive)  # noqa: PERF401 - a talk cannot be held in a comprehension
         if not wrong:
             yield from say(f"All {len(plan.drives)} answer, each alone.")
             return ()
@@ -218,7 +186,7 @@ class Practice:
         if asked.about is About.AMOUNT:
             return f"{self._moved(drive):.3g}"
         if asked.about is About.SEEN:
-            return MORE if self._moved(drive) > MUCH * amount(drive) / NUDGE else AS_SAID
+            return MORE if self._moved(drive) > MUCH * drive.amount / NUDGE else AS_SAID
         seen = self._sight()
         if asked.about is About.ROLL:
             return seen.word("roll") if "roll" in seen.visible() else NOTHING

@@ -7,23 +7,11 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol, TypeVar
 
+from armdrive.dialects.bus.tools import BusHost
 from armdrive.dialog import Act, Ask, Hear, Keep, Mark, Put, Say, Stands, Talk
 from armdrive.errors import LinkError
 from armdrive.setup.prober import Clock
 from armdrive.transports.link import Link
-from firmware_protocol.mks import (
-    Answered,
-    Done,
-    EmergencyStop,
-    Event,
-    Failed,
-    Host,
-    Motion,
-    Request,
-    Started,
-    Stop,
-    StoredForStart,
-)
 
 T = TypeVar("T")
 
@@ -45,6 +33,20 @@ class Person(Protocol):
         """Look how the arm stands, before a motor turns."""
 
 
+class Nobody:
+    """A survey asks no person anything."""
+
+    def tell(self, text: str) -> None:
+        """Say nothing."""
+
+    def watch(self, motor: int) -> None:
+        """See nothing."""
+
+    def answer(self, asked: Ask) -> object:
+        """Refuse: there is no question in a survey."""
+        raise NotImplementedError(asked.question.words)
+
+
 class SimulatedClock:
     """Time on a simulated bus: it passes when somebody waits."""
 
@@ -61,11 +63,12 @@ class SimulatedClock:
 
 
 class Carrier:
-    """One link, one clock, one person."""
+    """One link and the protocol spoken on it, one clock, one person."""
 
     def __init__(
         self,
         link: Link,
+        host: BusHost,
         clock: Clock,
         person: Person,
         keep: Callable[[Mapping[str, Any]], None] = lambda _notes: None,
@@ -74,8 +77,8 @@ class Carrier:
         self._clock = clock
         self._person = person
         self._keep = keep
-        self._host = Host(())
-        self._moving: dict[int, Request] = {}
+        self._host = host
+        self._moving: dict[int, Any] = {}
 
     def run(self, talk: Talk[T]) -> T:
         """Carry out a talk to its end; whatever ends it early stops what it has set in motion."""
@@ -91,13 +94,12 @@ class Carrier:
             raise
 
     def stop(self) -> None:
-        """Stop every drive that may be in motion, by both words that there are for it."""
+        """Stop every drive that may be in motion, by all words that there are for it."""
         with contextlib.suppress(LinkError):
             for _ in range(STOPS if self._moving else 0):
                 for node, request in self._moving.items():
-                    self._send(node, EmergencyStop())  # from firmware 1.0.4 on
-                    if not isinstance(request, Stop) and hasattr(request, "counts"):
-                        self._send(node, Stop(request.code, 0))
+                    for data in self._host.stop(node, request):
+                        self._link.write(data, self._clock.now_s())
                 self._listen(BETWEEN_S)
         self._moving.clear()
 
@@ -120,37 +122,25 @@ class Carrier:
                 return self._put(act)
         return None
 
-    def _put(self, act: Put) -> tuple[Event, ...]:
+    def _put(self, act: Put[Any]) -> tuple[Any, ...]:
         self._listen(0.0)  # what came before answers nothing of this
-        if isinstance(act.request, Motion):
+        if self._host.moves(act.request):
             self._moving[act.node] = act.request
-        self._send(act.node, act.request)
+        self._link.write(self._host.send(act.node, act.request), self._clock.now_s())
         return self._listen(act.wait_s, act.linger_s, act.request)
 
-    def _send(self, node: int, request: Request) -> None:
-        self._host.add(node)
-        for before in self._host.unanswered(node):
-            if not isinstance(before, Motion):  # of which the end is still to come
-                self._host.forget(node, before)
-        self._link.write(self._host.send(node, request), self._clock.now_s())
-
     def _listen(
-        self, seconds: float, linger_s: float = 0.0, awaited: Request | None = None
-    ) -> tuple[Event, ...]:
+        self, seconds: float, linger_s: float = 0.0, awaited: Any | None = None
+    ) -> tuple[Any, ...]:
         """Return what is heard in so long a time, or a while after the first answer."""
-        heard: list[Event] = []
+        heard: list[Any] = []
         end_s = self._clock.now_s() + seconds
         while True:
             self._host.receive_data(self._link.read(self._clock.now_s()))
             while (event := self._host.next_event()) is not None:
                 heard.append(event)
-                if awaited is not None and _answers(event, awaited):
+                if awaited is not None and self._host.answers(event, awaited):
                     end_s, awaited = min(end_s, self._clock.now_s() + linger_s), None
             if self._clock.now_s() >= end_s or not math.isfinite(end_s):
                 return tuple(heard)
             self._clock.sleep(self._link, end_s)
-
-
-def _answers(event: Event, request: Request) -> bool:
-    kinds = Answered | Done | Failed | Started | StoredForStart
-    return isinstance(event, kinds) and event.request == request

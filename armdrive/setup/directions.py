@@ -12,16 +12,15 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from armdrive.config.arm import ArmConfig
 from armdrive.config.write import Change
 from armdrive.dialog import WrongAnswer
 from armdrive.errors import BadRequest, Refused
+from armdrive.sim.world.body import found_posture
 from kinematics import Joints, Transmission
 from kinematics.geometry import ArmGeometry
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
 
 ROLL_LEVER_MM = 40.0
 SEEN_SHARE = 0.15
@@ -499,8 +498,6 @@ def check_of(config: ArmConfig, joints: Joints | None) -> Check:
 
     Raises `Refused` where nothing is known of its motors.
     """
-    from armdrive.sim.world.body import found_posture
-
     transmission = config.model.transmission
     if transmission is None:
         raise Refused(

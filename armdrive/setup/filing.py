@@ -7,18 +7,16 @@ import tempfile
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from armdrive.config.arm import ArmConfig, read_arm_table
 from armdrive.config.write import amended
 from armdrive.errors import ArmFileError
 from armdrive.registry import arm_problems, load_arm
+from armdrive.setup.arm_text import Files
 from armdrive.setup.directions import Verdict, changes, swapped
+from armdrive.storage.files import replace_file
 from armdrive.text.reading import read_text
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
-    from armdrive.setup.arm_text import Files
-    from kinematics import Transmission
+from kinematics import Transmission
 
 
 def checked(files: Files, name: str) -> ArmConfig:
@@ -31,8 +29,6 @@ def checked(files: Files, name: str) -> ArmConfig:
 
 def write(files: Files, path: Path) -> None:
     """Write the model file, then the arm file that names it."""
-    from armdrive.storage.files import replace_file
-
     if files.model is not None:
         replace_file(path.parent / files.model_path, files.model.rstrip("\n"))
     replace_file(path, files.arm.rstrip("\n"))
@@ -60,8 +56,6 @@ class Proposal:
 
     def write(self) -> None:
         """Write it. Raises `ArmFileError` if the file is no longer the one that was compared."""
-        from armdrive.storage.files import replace_file
-
         if _text(self.path) != self.before:
             raise ArmFileError(
                 f"{self.path} was changed meanwhile and is left as it is: begin the check anew"
@@ -88,8 +82,6 @@ def propose(path: Path, transmission: Transmission, verdict: Verdict) -> Proposa
 
 def file_of(config: ArmConfig) -> Path | None:
     """Return the file that an arm was read from, None where it is a preset's or was changed."""
-    from armdrive.config.arm import read_arm_table
-
     if config.source is None:
         return None
     path = config.source.folder / f"{config.name}.toml"

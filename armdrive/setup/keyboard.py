@@ -9,6 +9,7 @@ import contextlib
 import math
 import os
 import re
+import select
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -278,8 +279,6 @@ class _Tty:
         os.write(sys.stdout.fileno(), data)
 
     def read(self, timeout_s: float) -> bytes:
-        import select
-
         ready, _, _ = select.select([self._number], [], [], timeout_s)
         return os.read(self._number, 4096) if ready else b""
 

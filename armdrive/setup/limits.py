@@ -11,20 +11,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import date
 from enum import Enum
-from typing import TYPE_CHECKING, Protocol, runtime_checkable
+from pathlib import Path
+from typing import Protocol, runtime_checkable
 
+from armdrive.arm import Arm
+from armdrive.config.arm import ArmConfig
 from armdrive.config.write import Change, amended
 from armdrive.errors import ArmFileError, DeviceFault, Refused, SettingsDiffer
 from armdrive.errors.table import named
 from armdrive.setup.filing import Proposal
 from armdrive.status import State
 from armdrive.text.reading import read_text
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from armdrive.arm import Arm
-    from armdrive.config.arm import ArmConfig
 
 SETTLE_S = 0.5
 """An alarm is pushed within milliseconds; this is ample for the slowest wire."""

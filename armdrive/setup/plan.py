@@ -10,14 +10,15 @@ from pathlib import Path
 from typing import Any
 
 from armdrive.config.arm import ArmConfig
-from armdrive.dialects.mks.settings import MksSettings
+from armdrive.dialects.bus.tools import BusTools, CommissioningTools
+from armdrive.dialects.dialect import Dialect
 from armdrive.errors import BadRequest, StateFileError
+from armdrive.registry import DIALECTS, language_of
 from armdrive.setup.directions import Trial, roll_joint, trials
 from armdrive.sim.world.body import found_posture
 from armdrive.storage import files as places
 from armdrive.storage.files import replace_file
 from armdrive.text.reading import is_there, read_json
-from firmware_protocol.mks import COUNTS_PER_TURN, NODE_DEFAULT
 
 DEGREES, MM = "°", "mm"
 
@@ -27,8 +28,8 @@ class Planned:
     """One motor and its drive.
 
     `trial` is a small motion of it and what ought to be seen; `moves` names the joint (or the
-    fingers) that it moves most, by `per_turn` degrees (or mm) a turn of the motor alone. `gear` is
-    the arm file's: turns of the motor for a turn of what its gear drives, or for a mm.
+    fingers) that it moves most, by `amount` degrees (or mm) where the gear is as it is said to be.
+    `gear` is the arm file's: turns of the motor for a turn of what its gear drives, or for a mm.
     """
 
     motor: int
@@ -36,7 +37,7 @@ class Planned:
     node: int
     trial: Trial
     moves: str
-    per_turn: float
+    amount: float
     unit: str
     gear: float
 
@@ -57,11 +58,13 @@ class Planned:
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """The arm as its file, or its preset, says."""
+    """The arm as its file, or its preset, says; `device` is its dialect's own section."""
 
     name: str
     drives: tuple[Planned, ...]
-    device: MksSettings
+    device: Any
+    bus: BusTools
+    tools: CommissioningTools
     roll_joint: str
 
     @property
@@ -70,21 +73,32 @@ class Plan:
 
         So each new one can be plugged in beside those that have their ids already.
         """
-        return tuple(sorted(self.drives, key=lambda each: each.node == NODE_DEFAULT))
+        return tuple(sorted(self.drives, key=lambda each: each.node == self.tools.new_id))
+
+
+def commissionable() -> tuple[Dialect, ...]:
+    """Return the dialects whose drives can be commissioned."""
+    return tuple(row for row in DIALECTS.values() if row.bus and row.bus.commissioning)
 
 
 def plan_of(config: ArmConfig) -> Plan:
     """Return the plan for an arm. Raises `BadRequest` for one without drives on a CAN bus."""
     transmission, device = config.model.transmission, config.device
-    if transmission is None or not isinstance(device, MksSettings):
+    spoken = config.connection.dialect
+    bus = DIALECTS[spoken].bus
+    tools = None if bus is None else bus.commissioning
+    if transmission is None or bus is None or tools is None:
+        known = commissionable()
+        titles = " or ".join(language_of(each.name).title for each in known)
+        said = " or ".join(f'dialect = "{each.name}"' for each in known)
         raise BadRequest(
-            f"{config.name} has no MKS drives: `armdrive can setup` is for arm files that say "
-            'dialect = "mks" under [connection]'
+            f"{config.name} has no {titles}: `armdrive can setup` is for arm files that say "
+            f"{said} under [connection]"
         )
     if len(device.ids) < len(transmission.motors):
         raise BadRequest(
-            f"mks.ids names {len(device.ids)} drives, and the arm has {len(transmission.motors)} "
-            "motors: give each its own"
+            f"{spoken}.ids names {len(device.ids)} drives, and the arm has "
+            f"{len(transmission.motors)} motors: give each its own"
         )
     arm = config.model.arm
     posture = found_posture(arm)
@@ -96,13 +110,14 @@ def plan_of(config: ArmConfig) -> Plan:
         most = max(range(len(turning)), key=lambda at: abs(turning[at]))
         if turning[most]:
             moves, unit = transmission.joint_names[most].replace("_", " "), DEGREES
-            per_turn = math.degrees(turning[most]) * COUNTS_PER_TURN
+            per_step = math.degrees(turning[most])
         else:
-            moves, unit, per_turn = "fingers", MM, column[-1] * COUNTS_PER_TURN
-        spec = transmission.motors[motor]
-        gear = abs(spec.steps_per_unit) * (1.0 if unit == MM else math.tau) / COUNTS_PER_TURN
-        drives.append(Planned(motor, spec.name, node, by_motor[motor], moves, per_turn, unit, gear))
-    return Plan(config.name, tuple(drives), device, roll_joint(arm, posture))
+            moves, unit, per_step = "fingers", MM, column[-1]
+        trial, spec = by_motor[motor], transmission.motors[motor]
+        amount = abs(trial.steps * per_step)
+        gear = abs(spec.steps_per_unit) * (1.0 if unit == MM else math.tau) / tools.counts_per_turn
+        drives.append(Planned(motor, spec.name, node, trial, moves, amount, unit, gear))
+    return Plan(config.name, tuple(drives), device, bus, tools, roll_joint(arm, posture))
 
 
 # What has been found out of an arm's drives so far, kept between programs.

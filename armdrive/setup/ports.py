@@ -11,6 +11,7 @@ from pathlib import Path
 
 from armdrive.dialog import Finding, note, ok, problem
 from armdrive.errors import ArmError
+from armdrive.registry import load_arm
 from armdrive.storage import files as places
 from armdrive.storage.lock_client import ask_holder
 from armdrive.text.toml import value as toml
@@ -56,8 +57,6 @@ def arm_files() -> tuple[Naming, ...]:
 
 
 def _naming(path: Path) -> Naming:
-    from armdrive.registry import load_arm
-
     try:
         wire = load_arm(path).connection
     except ArmError as error:

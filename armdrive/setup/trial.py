@@ -8,23 +8,11 @@ from __future__ import annotations
 
 import math
 
-from armdrive.dialects.mks.commissioning import (
-    ACC,
-    MOST_RPM,
-    Turned,
-    speed_rpm,
-    turn_to,
-    where,
-    write,
-)
-from armdrive.dialects.mks.survey import Known
+from armdrive.dialects.bus.tools import DriveAtHand, Turned
 from armdrive.dialog import (
     About,
-    Hear,
     Mark,
-    Put,
     Question,
-    Stands,
     Talk,
     agreed,
     ask,
@@ -35,15 +23,6 @@ from armdrive.dialog import (
 from armdrive.setup.directions import AGAIN, NOTHING, OTHER, WAYS
 from armdrive.setup.draft import ratio
 from armdrive.setup.plan import Notes, Plan, Planned
-from firmware_protocol.mks import (
-    COUNTS_PER_TURN,
-    Ability,
-    Done,
-    Enable,
-    Event,
-    MoveAbsoluteAxis,
-    SilenceWatchdog,
-)
 
 NUDGE = 8
 """The first motion is this part of the second."""
@@ -53,7 +32,7 @@ AS_SAID, MORE = "as announced", "more"
 MOST = 10_000.0
 
 
-def try_out(plan: Plan, drive: Planned, notes: Notes) -> Talk[bool]:
+def try_out(plan: Plan, drive: Planned, at_hand: DriveAtHand, notes: Notes) -> Talk[bool]:
     """Find direction and gear of a motor; return whether that was done. Moves after each yes."""
     mounted = yield from agreed(
         f"Is the {drive.name} motor built into the arm, with space for a small motion? Then its "
@@ -65,15 +44,15 @@ def try_out(plan: Plan, drive: Planned, notes: Notes) -> Talk[bool]:
     )
     if not mounted:
         return False
-    if not (yield from _enabled(drive)):
+    if not (yield from at_hand.switch_on()):
         return False
     gear = yield from _gear(drive, notes.gear or drive.gear)
-    start = yield from where(drive.node)
+    start = yield from at_hand.where()
     while start is not None:
-        gear = yield from _nudged(drive, start, gear)
+        gear = yield from _nudged(drive, at_hand, start, gear)
         if not gear:
             break
-        word = yield from _shown(drive, start, gear, notes)
+        word = yield from _shown(drive, at_hand, start, gear, notes)
         if word == AGAIN:
             continue
         return bool(word)
@@ -84,30 +63,6 @@ def try_out(plan: Plan, drive: Planned, notes: Notes) -> Talk[bool]:
 def counts_of(drive: Planned, gear: float) -> int:
     """Return the counts of the trial where a motor has a gear."""
     return max(round(drive.trial.steps * gear / drive.gear), NUDGE)
-
-
-def amount(drive: Planned) -> float:
-    """Return what the trial moves, in degrees or mm, where the gear is as it is said to be."""
-    return abs(drive.trial.steps / COUNTS_PER_TURN * drive.per_turn)
-
-
-def _enabled(drive: Planned) -> Talk[bool]:
-    if not (
-        yield from agreed(
-            f"Switch the {drive.name} motor on? It holds from then on, and moves nothing.",
-            "F3. The switch of its supply lets it go.",
-            motor=drive.motor,
-        )
-    ):
-        return False
-    heard: tuple[Event, ...] = yield Put(drive.node, Enable(on=True))
-    if any(isinstance(each, Done) for each in heard):
-        return True
-    yield from say(
-        "The drive did not switch its motor on: its mode is none of the bus (write the settings "
-        "first), or a protection has let the shaft go (switch its supply off and on)."
-    )
-    return False
 
 
 def _gear(drive: Planned, default: float) -> Talk[float]:
@@ -123,11 +78,11 @@ def _gear(drive: Planned, default: float) -> Talk[float]:
     return default if math.isclose(told, default, rel_tol=1e-5) else told  # brackets round
 
 
-def _nudged(drive: Planned, start: int, gear: float) -> Talk[float]:
+def _nudged(drive: Planned, at_hand: DriveAtHand, start: int, gear: float) -> Talk[float]:
     """Move a very little and back; return the gear that is right so far, 0 to leave it."""
     while True:
         counts = max(counts_of(drive, gear) // NUDGE, 1)
-        about = amount(drive) / NUDGE
+        about = drive.amount / NUDGE
         if not (
             yield from agreed(
                 f"The motor turns the {drive.moves} by about {drive.shown(about)} and back. "
@@ -138,9 +93,9 @@ def _nudged(drive: Planned, start: int, gear: float) -> Talk[float]:
         ):
             return 0.0
         yield Mark(drive.motor)
-        turned = yield from turn_to(drive.node, start + counts, speed_rpm(counts))
+        turned = yield from at_hand.turn_to(start + counts, counts)
         seen = "" if turned.trouble else (yield from _compared(drive, about))
-        back = yield from turn_to(drive.node, start, speed_rpm(counts))
+        back = yield from at_hand.turn_to(start, counts)
         if turned.trouble or back.trouble:
             yield from _failed(drive, turned if turned.trouble else back)
             return 0.0
@@ -162,12 +117,14 @@ def _compared(drive: Planned, about: float) -> Talk[str]:
     return str((yield from ask(question, About.SEEN, drive.motor)))
 
 
-def _shown(drive: Planned, start: int, gear: float, notes: Notes) -> Talk[str]:
+def _shown(
+    drive: Planned, at_hand: DriveAtHand, start: int, gear: float, notes: Notes
+) -> Talk[str]:
     """Make the whole trial; note what was seen of it, and return the word for it."""
     counts = counts_of(drive, gear)
     if not (
         yield from agreed(
-            f"Now by about {drive.shown(amount(drive))}; it waits there for your answers, then "
+            f"Now by about {drive.shown(drive.amount)}; it waits there for your answers, then "
             "goes back. Go?",
             "Stand behind the arm: left and right are yours as you look along it.",
             motor=drive.motor,
@@ -175,12 +132,12 @@ def _shown(drive: Planned, start: int, gear: float, notes: Notes) -> Talk[str]:
     ):
         return ""
     yield Mark(drive.motor)
-    turned = yield from turn_to(drive.node, start + counts, speed_rpm(counts))
+    turned = yield from at_hand.turn_to(start + counts, counts)
     word, roll, measured = "", "", 0.0
     if not turned.trouble:
         word, roll, measured = yield from _asked(drive)
         yield from say("It goes back.")
-    back = yield from turn_to(drive.node, start, speed_rpm(counts))
+    back = yield from at_hand.turn_to(start, counts)
     if turned.trouble or back.trouble:
         yield from _failed(drive, turned if turned.trouble else back)
         return ""
@@ -217,7 +174,7 @@ def _asked(drive: Planned) -> Talk[tuple[str, str, float]]:
             None,
         )
         roll = str((yield from ask(turning, About.ROLL, drive.motor)))
-    about = amount(drive)
+    about = drive.amount
     far = Question(
         "",
         f"How far did the {drive.moves} move, in {drive.unit}?",
@@ -230,7 +187,7 @@ def _asked(drive: Planned) -> Talk[tuple[str, str, float]]:
 
 def _concluded(drive: Planned, gear: float, measured: float) -> Talk[float]:
     """Return the gear: as it was told, where what was seen is about that."""
-    about = amount(drive)
+    about = drive.amount
     if abs(measured / about - 1.0) <= LIKE:
         return gear
     by_sight = gear * about / measured
@@ -254,70 +211,3 @@ _UNCLEAR = {
     OTHER: "Another motor moved: this drive does not sit on the {name}. Exchange the cables, or "
     "the ids in the arm file's [mks], and begin this drive again.",
 }
-
-
-# Trying out whether a drive stops by itself when its bus falls silent (98, firmware 1.0.9 on).
-
-TRIAL_MS = 100
-"""What it is set to while it is tried."""
-RUN_S = 0.8
-"""A motion that would take so long, were it not stopped."""
-SILENCE_S = 1.2
-STILL_SHARE = 0.01
-"""One that has come no farther did not run at all."""
-STOPPED_SHARE = 0.7
-"""It was stopped where it has come no farther than this share of its way."""
-
-
-def try_watchdog(plan: Plan, drive: Planned, found: Known, gear: float) -> Talk[bool | None]:
-    """Try the watchdog; return whether it stopped the motor, None where that was not tried."""
-    if not plan.device.watchdog_s or Ability.SILENCE_WATCHDOG not in found.able:
-        return None
-    counts, rpm = _run(drive, gear)
-    if not (
-        yield from agreed(
-            f"Try the watchdog? The {drive.name} runs as far as before, and the bus is silent: it "
-            f"should stop early by itself. For {RUN_S:g} s only the supply's switch could stop "
-            "it otherwise. Now?",
-            f"The watchdog is set to {TRIAL_MS} ms meanwhile, and back to "
-            f"{plan.device.watchdog_s:g} s afterwards. no trusts it untried.",
-            motor=drive.motor,
-        )
-    ):
-        return None
-    start = yield from where(drive.node)
-    final = SilenceWatchdog(round(plan.device.watchdog_s * 1000))
-    if start is None or not (yield from write(drive.node, SilenceWatchdog(TRIAL_MS), found)):
-        yield from say("The drive does not take the watchdog.")
-        return False
-    yield Put(drive.node, MoveAbsoluteAxis(start + counts, rpm, ACC))
-    yield Hear(SILENCE_S)
-    at = yield from where(drive.node)
-    yield Stands(drive.node)
-    kept = yield from write(drive.node, final, found)
-    yield from turn_to(drive.node, start, rpm)
-    if at is None or not kept:
-        yield from say(f"Drive {drive.node} stopped answering: look at its supply and cable.")
-        return False
-    share = abs(at - start) / counts
-    if share < STILL_SHARE:
-        yield from say("The motor did not move at all, so that this tells nothing.")
-        return None
-    works = share <= STOPPED_SHARE
-    yield from say(
-        f"The watchdog works: it stopped after {share:.0%} of the way."
-        if works
-        else "The watchdog did not stop it. The drive ends at its last target when the computer "
-        "dies, which armdrive keeps no further ahead than 0.3 s."
-    )
-    return works
-
-
-def _run(drive: Planned, gear: float) -> tuple[int, int]:
-    """Return counts and speed of a run that takes as long as it should, and is not too short."""
-    counts = counts_of(drive, gear)
-    rpm = round(counts / COUNTS_PER_TURN * 60.0 / RUN_S)
-    if 1 <= rpm <= MOST_RPM:
-        return counts, rpm
-    rpm = min(max(rpm, 1), MOST_RPM)
-    return round(rpm / 60.0 * COUNTS_PER_TURN * RUN_S), rpm

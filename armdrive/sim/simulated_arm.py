@@ -42,6 +42,8 @@ class SimulatedOperator:
 
     world: World
     speed: float = 1.0
+    backlash_steps: tuple[int, ...] = ()
+    """What the driver takes up, by the arm file."""
 
     def __call__(self, request: PostureRequest) -> bool:
         """Bring the arm to the posture; True when it stands there to the step."""
@@ -49,7 +51,7 @@ class SimulatedOperator:
         pose = request.pose
         above = replace(pose, z_mm=pose.z_mm + LIFT_MM)
         self._bring(request, arm.ik(above))
-        if widths := request.arm.config.backlash_steps:
+        if widths := self.backlash_steps:
             request.arm.move_motors(*(-SIDE * width for width in widths), speed=self.speed)
             request.arm.move_motors(*(SIDE * width for width in widths), speed=self.speed)
         return any(not self._bring(request, request.joints).largest for _ in range(LOOKS))
@@ -137,7 +139,8 @@ def simulated_arm(
         config, kind, saved, blocks=blocks, play=play, stand=stand, settings=options
     )
     link = link_to(device)
-    operator, faults = SimulatedOperator(device.world), Faults(device, link.line, LinkCable(link))
+    operator = SimulatedOperator(device.world, backlash_steps=config.backlash_steps)
+    faults = Faults(device, link.line, LinkCable(link))
     return Twin(config.connection.dialect, device, link, operator, faults)
 
 

@@ -117,7 +117,8 @@ class Bench:
 
     def run(self, talk: Any) -> Any:
         """Hold any talk."""
-        return Carrier(self.twin.link, self.clock, self.person, self.kept.update).run(talk)
+        host = self.plan.bus.host()
+        return Carrier(self.twin.link, host, self.clock, self.person, self.kept.update).run(talk)
 
     def codes(self) -> set[Code]:
         """Return the codes of all that was put to drives."""

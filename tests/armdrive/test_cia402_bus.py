@@ -14,8 +14,8 @@ from armdrive import Arm
 from armdrive.cli import doctor_can
 from armdrive.connect.port import Wiring
 from armdrive.connect.target import find
+from armdrive.dialects.bus.tools import listen
 from armdrive.dialects.cia402.master import Cia402Bus
-from armdrive.dialects.mks.survey import listen
 from armdrive.status import State
 from armdrive.transports import open as url
 from firmware_protocol.canopen import STATUSWORD, SdoServer
@@ -64,7 +64,7 @@ def looked_at(call, *words):
 
 @needs_pty
 def test_a_bus_is_looked_at_without_a_word_that_changes_anything(call, tmp_path, monkeypatch):
-    monkeypatch.setattr(doctor_can, "listen", lambda **how: listen(0.1, **how))
+    monkeypatch.setattr(doctor_can, "listen", lambda is_command: listen(is_command, 0.1))
     path = tmp_path / "can0"
     port = f"can:slcan:{path}?bitrate=500000"
     with SimProcess(path, "cia402") as bus:
@@ -83,7 +83,7 @@ def test_a_bus_is_looked_at_without_a_word_that_changes_anything(call, tmp_path,
 
 @needs_pty
 def test_devices_that_are_no_drives_are_told(call, tmp_path, monkeypatch):
-    monkeypatch.setattr(doctor_can, "listen", lambda **how: listen(0.1, **how))
+    monkeypatch.setattr(doctor_can, "listen", lambda is_command: listen(is_command, 0.1))
     path = tmp_path / "can0"
     port = f"can:slcan:{path}?bitrate=500000"
     with SimProcess(path, "cia402", "--set", "profile=401"):

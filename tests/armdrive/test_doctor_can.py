@@ -13,10 +13,13 @@ from waiting import looks
 
 from armdrive.cli import doctor_can
 from armdrive.cli.doctor_can import ids_of
-from armdrive.dialects.mks.survey import Survey, ask_round, listen
+from armdrive.dialects.bus.tools import Listened, listen
+from armdrive.dialects.mks import survey as mks
+from armdrive.dialects.mks.survey import Survey, ask_round
 from armdrive.dialog import Grade
 from armdrive.errors import BadRequest
 from armdrive.setup import findings as can_findings
+from armdrive.setup.finding import is_command
 from armdrive.transports.can_health import BusHealth, BusState
 from armdrive.transports.open import open_link
 from armdrive.transports.ports import CanPort
@@ -56,7 +59,7 @@ def test_nothing_but_readings_is_ever_sent_and_everybody_is_found():
     assert on.flashes() == flashes
     assert on.twin.world.motors == motors
     assert not any(each.doubled or each.missed for each in found.drives)
-    told = words(can_findings.of_answers(found, BusHealth()))
+    told = words(mks.of_answers(found, BusHealth()))
     assert "of the ids 1 to 16 there answer: 1, 2, 3, 4, 5, 6" in told
     assert "problem" not in told
 
@@ -67,7 +70,7 @@ def test_what_is_wrong_with_a_drive_is_told_with_what_mends_it():
     on.device.nodes[2].stalled = True
     on.device.nodes[3].calibrated = False
     found = on.run(ask_round())
-    told = words(can_findings.of_answers(found, BusHealth(), "bench"))
+    told = words(mks.of_answers(found, BusHealth(), "bench"))
     assert "drive 2: mode 2 (PULSE_FOC) obeys no motion" in told
     assert "`armdrive doctor --arm bench --mend`" in told
     assert "drive 3: its protection has let the shaft go" in told
@@ -80,7 +83,7 @@ def test_two_drives_of_one_id_are_told_and_one_late_answer_is_not():
     on.device.set_drive_id(4, 2)
     found = on.run(ask_round((1, 2)))
     assert [each.doubled for each in found.drives] == [False, True]
-    assert "two drives have this id" in words(can_findings.of_answers(found, BusHealth()))
+    assert "two drives have this id" in words(mks.of_answers(found, BusHealth()))
     late = bench()
     late.twin.faults.add("double-frame", 0.02, seed=3)
     assert not any(each.doubled for each in late.run(ask_round((1, 2, 3))).drives)
@@ -98,7 +101,7 @@ def test_an_arm_files_drives_are_compared_with_who_answers():
 
 def test_old_firmware_is_told_as_far_as_it_tells():
     found = bench(firmware="1.0.4").run(ask_round((1,)))
-    told = words(can_findings.of_answers(found, BusHealth()))
+    told = words(mks.of_answers(found, BusHealth()))
     assert "it does not tell" in told
     assert "no watchdog before firmware 1.0.9" in told
 
@@ -116,7 +119,7 @@ def test_old_firmware_is_told_as_far_as_it_tells():
     ],
 )
 def test_silence_is_told_apart_as_far_as_the_evidence_goes(health, what, grade):
-    (finding,) = can_findings.of_answers(Survey(asked=(1, 2, 3)), health)
+    (finding,) = mks.of_answers(Survey(asked=(1, 2, 3)), health)
     assert what in finding.what
     assert finding.grade is grade
     assert "--every-rate" in finding.mend
@@ -138,10 +141,10 @@ def test_answers_that_get_lost_point_to_the_wiring():
     found = on.run(ask_round((1, 2, 3)))
     assert found.drives
     missed = sum(each.missed for each in found.drives)
-    told = words(can_findings.of_answers(found, BusHealth(error_frames=2)))
+    told = words(mks.of_answers(found, BusHealth(error_frames=2)))
     assert f"problem {missed} answers came only after a second question" in told
     late = Survey(drives=(replace(found.drives[0], missed=1),))
-    told = words(can_findings.of_answers(late, BusHealth()))
+    told = words(mks.of_answers(late, BusHealth()))
     assert "note 1 answers came only after a second question" in told
     assert "busy computer" in told
     assert "120" in told
@@ -149,14 +152,14 @@ def test_answers_that_get_lost_point_to_the_wiring():
 
 def test_load_is_told_and_who_commands_drives_is_named():
     on = bench()
-    told = can_findings.of_listening(on.run(listen(0.1)), 0.1, 500_000)
+    told = can_findings.of_listening(on.run(listen(is_command, 0.1)), 0.1, 500_000)
     assert "nothing passed" in told[0].what
     reports = tuple(encode(1, EncoderRead(count)) for count in range(100))
-    told = can_findings.of_listening(Survey(reports), 0.1, 500_000)
+    told = can_findings.of_listening(Listened(reports), 0.1, 500_000)
     assert "a load of 2" in told[0].what
     assert told[0].grade is Grade.OK
     command = encode(1, MoveAbsoluteAxis(5, 60, 2))
-    told = can_findings.of_listening(Survey((command,), (command,)), 0.1, 0)
+    told = can_findings.of_listening(Listened((command,), (command,)), 0.1, 0)
     assert told[0].grade is Grade.PROBLEM
     assert "move absolute axis: 5 counts" in told[0].what
 
@@ -175,7 +178,7 @@ ARM = 'model = "minimover5-mks"\n\n[connection]\ndialect = "mks"\nport = "{port}
 
 @pytest.fixture
 def served(tmp_path, monkeypatch):
-    monkeypatch.setattr(doctor_can, "listen", lambda **how: listen(0.1, **how))
+    monkeypatch.setattr(doctor_can, "listen", lambda is_command: listen(is_command, 0.1))
     bus = ServedBus(tmp_path)
     yield bus
     bus.end()
@@ -212,7 +215,7 @@ def test_nobody_and_a_wrong_bit_rate_are_told_apart_by_trying(call, served):
 
 @needs_pty
 def test_a_bus_on_which_another_program_commands_drives_is_left_alone(call, served, monkeypatch):
-    monkeypatch.setattr(doctor_can, "listen", lambda **how: listen(0.4, **how))
+    monkeypatch.setattr(doctor_can, "listen", lambda is_command: listen(is_command, 0.4))
     other = open_link(served.beside, 0)
     ended = threading.Event()
 

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import pytest
 from can_setup_bench import Bench
 from canopen_nodes import NAME, Device, NodesBus
 
+from armdrive.dialects.bus.tools import Answers, FrameHost, Listened, listen
+from armdrive.dialects.cia402 import survey as canopen
 from armdrive.dialects.cia402.survey import (
     QUESTIONS,
     SERIAL,
@@ -14,13 +18,11 @@ from armdrive.dialects.cia402.survey import (
     heard_nodes,
     is_command,
 )
-from armdrive.dialects.mks.survey import Survey
-from armdrive.dialects.mks.survey import listen as listening
 from armdrive.dialog import any_problem
-from armdrive.setup import canopen_findings
+from armdrive.setup import finding
 from armdrive.setup import findings as can_findings
-from armdrive.setup.dialog_runner import SimulatedClock
-from armdrive.setup.finding import PROTOCOLS, Answers, ask_bus, carried, spared
+from armdrive.setup.dialog_runner import Carrier, Nobody, SimulatedClock
+from armdrive.setup.finding import PROTOCOLS, ask_bus, spared
 from armdrive.transports.can_health import BusHealth, frame_bits
 from firmware_protocol.canopen import (
     DEVICE_TYPE,
@@ -45,7 +47,7 @@ from firmware_protocol.canopen import (
 )
 from firmware_protocol.errors import ProtocolError
 from firmware_protocol.frames import Frame, pack
-from firmware_protocol.mks import Foreign, ReadVersion, decode_request
+from firmware_protocol.mks import ReadVersion, decode_request
 
 ALL_MODES = 0xA1
 HEALTHY = Statusword.of(DriveState.DISABLED, StatusBit.REMOTE).value
@@ -62,6 +64,10 @@ def drive(number, **values):
     return Device(number).has({places[key]: value for key, value in (usual | values).items()})
 
 
+def carried(talk, bus, clock):
+    return Carrier(bus, FrameHost(), clock, Nobody()).run(talk)
+
+
 def survey(bus, ids=range(1, 7), heard=None):
     return carried(ask_nodes(tuple(ids), heard or {}), bus, SimulatedClock())
 
@@ -73,7 +79,7 @@ def words(findings):
 def told(*devices, heard=None, health=None):
     bus = NodesBus(*devices)
     found = survey(bus, [each.number for each in devices], heard)
-    return words(canopen_findings.of_answers(found, health or BusHealth(), "bench"))
+    return words(canopen.of_answers(found, health or BusHealth(), "bench"))
 
 
 # The survey.
@@ -134,7 +140,7 @@ def test_what_a_device_does_not_have_is_told_and_no_more_is_made_of_it():
     (node,) = found.nodes
     assert node.refused[SUPPORTED_MODES] == "there is no such object"
     assert not node.name
-    said = words(canopen_findings.of_answers(found, BusHealth()))
+    said = words(canopen.of_answers(found, BusHealth()))
     assert "6064:00 Position actual value is not told" in said
     assert "it does not tell which modes it has" in said
 
@@ -145,7 +151,7 @@ def test_nodes_that_were_only_heard_are_told_with_what_they_say():
     found = survey(bus, (1,), heard)
     assert found.asked == (1, 9, 20)
     assert found.there == ()
-    said = words(canopen_findings.of_answers(found, BusHealth()))
+    said = words(canopen.of_answers(found, BusHealth()))
     assert "problem node 9: stopped (NMT)" in said
     assert "problem node 20: says heartbeats, and answers no question" in said
 
@@ -171,7 +177,7 @@ def test_answers_that_get_lost_are_asked_for_again_and_counted():
     (node,) = survey(bus, (1,)).nodes
     assert node.missed
     assert len(node.objects) == len(QUESTIONS)
-    lost = words(canopen_findings.of_answers(survey(bus, (1,)), BusHealth(error_frames=2)))
+    lost = words(canopen.of_answers(survey(bus, (1,)), BusHealth(error_frames=2)))
     assert "answers came only after a second question" in lost
     assert "resistor" in lost
 
@@ -258,22 +264,22 @@ def test_a_masters_frames_are_known(frame, commands):
 
 def test_a_bus_that_a_canopen_master_commands_is_left_alone_and_it_is_quoted():
     frame = Nmt(NmtCommand.START).frame
-    findings = can_findings.of_listening(Survey((frame,), (frame,)), 1.0, 500_000)
+    findings = can_findings.of_listening(Listened((frame,), (frame,)), 1.0, 500_000)
     assert any_problem(findings)
     assert "another program commands drives (all: start: become operational)" in words(findings)
     beats = (Heartbeat(3, NodeState.OPERATIONAL).frame, Heartbeat(4, NodeState.STOPPED).frame)
     assert heard_nodes((*beats, Sync().frame)) == {
         3: NodeState.OPERATIONAL, 4: NodeState.STOPPED
     }  # fmt: skip
-    assert not any_problem(can_findings.of_listening(Survey(beats), 1.0, 500_000))
+    assert not any_problem(can_findings.of_listening(Listened(beats), 1.0, 500_000))
 
 
 def test_listening_knows_the_masters_beat():
-    talk = listening(0.1, master=127)
+    talk = listen(partial(finding.is_command, master=127), 0.1)
     next(talk)
     frames = (Heartbeat(127, NodeState.OPERATIONAL).frame, Heartbeat(3, NodeState.STOPPED).frame)
     with pytest.raises(StopIteration) as ended:
-        talk.send(tuple(Foreign(each) for each in frames))
+        talk.send(frames)
     assert ended.value.value.commands == frames[:1]
 
 
@@ -282,10 +288,10 @@ def test_listening_knows_the_masters_beat():
 
 def test_an_arm_files_drives_are_compared_with_who_answers():
     found = survey(NodesBus(drive(1), drive(2, kind=0x0191)), (1, 2))
-    said = words(canopen_findings.of_arm((1, 2), found))
+    said = words(canopen.of_arm((1, 2), found))
     assert "problem node 2 of the arm file is no CiA 402 drive (CiA 401, an I/O module)" in said
     assert "cia402.ids" in said
-    assert not canopen_findings.of_arm((1,), found)
+    assert not canopen.of_arm((1,), found)
     said = words(can_findings.of_arm((1, 3), found.there, "bench", "cia402"))
     assert "the arm file's drives 3 do not answer" in said
     assert "can setup" not in said
@@ -294,7 +300,7 @@ def test_an_arm_files_drives_are_compared_with_who_answers():
 
 def test_a_node_is_told_as_plain_data():
     (node,) = survey(NodesBus(drive(6, at=12, vendor=5)), (6,), {6: NodeState.OPERATIONAL}).nodes
-    assert canopen_findings.view(node) == {
+    assert canopen.view(node) == {
         "id": 6,
         "protocol": "canopen",
         "answers": True,

@@ -7,7 +7,7 @@ from can_setup_bench import ServedBus
 from canopen_nodes import Device, NodesBus
 from doctor_bench import SimPort, made
 
-from armdrive.dialects.mks import survey as can_survey
+from armdrive.dialects.bus import tools
 from armdrive.dialog import WrongAnswer
 from armdrive.errors import PortUnavailable
 from armdrive.setup import prober as carrying
@@ -83,8 +83,8 @@ def test_a_port_that_is_not_there_is_said_before_anything_is_opened():
 
 @needs_pty
 def test_drives_on_a_bus_are_found_and_offered_their_template(tmp_path, monkeypatch):
-    listen = can_survey.listen
-    monkeypatch.setattr(can_survey, "listen", lambda: listen(0.1))
+    listen = tools.listen
+    monkeypatch.setattr(tools, "listen", lambda is_command: listen(is_command, 0.1))
     bus = ServedBus(tmp_path)
     try:
         found = probe(bus.port)

@@ -141,9 +141,8 @@ class Stand:
         faults = Faults(device, self.link.line, LinkCable(self.link))
         self.pace = SimulatedPace()
         self.arm = Arm(assemble(config, self.link, self.pace, simulated=True))
-        self.arm.twin = Twin(
-            config.connection.dialect, device, self.link, SimulatedOperator(self.world), faults
-        )
+        operator = SimulatedOperator(self.world, backlash_steps=config.backlash_steps)
+        self.arm.twin = Twin(config.connection.dialect, device, self.link, operator, faults)
         if self.arm.status.state is State.DISABLED:
             self.arm.enable()
         joints, opening_mm = transmission.to_joints(self.world.motors)

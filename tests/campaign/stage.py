@@ -111,7 +111,7 @@ class Stage:
             name,
             device,
             self.link,
-            SimulatedOperator(self.world),
+            SimulatedOperator(self.world, backlash_steps=self.config.backlash_steps),
             Faults(device, self.link.line, LinkCable(self.link)),
         )
         self.disk = Disk()

@@ -91,7 +91,8 @@ class RealTimeBench(Bench):
 
     def operator(self) -> Operator:
         """Return a simulated operator who looks at the arm on the bench."""
-        return SimulatedOperator(cast(World, SeenWorld(self)))
+        world = cast(World, SeenWorld(self))
+        return SimulatedOperator(world, backlash_steps=self.config.backlash_steps)
 
     def end_device(self) -> None:
         """End the device, where the bench has begun it."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from armdrive.abilities import Abilities, Abort, Switching, Torque, Traffic
+from armdrive.dialects.bus.tools import BusTools
 from armdrive.dialects.bus.words import Ear
 from armdrive.dialects.dialect import Dialect, Driver, Language
 
@@ -17,6 +18,12 @@ def _ear() -> Ear:
     from armdrive.dialects.cia402.words import CanopenEar
 
     return CanopenEar()
+
+
+def _bus_tools() -> BusTools:
+    from armdrive.dialects.cia402.survey import BUS
+
+    return BUS
 
 
 ENTRY = Dialect(
@@ -54,6 +61,7 @@ ENTRY = Dialect(
         beats=True,
     ),
     driver=_driver,
+    bus_tools=_bus_tools,
     language=Language(
         "canopen",
         "CANopen",

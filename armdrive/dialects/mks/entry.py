@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from armdrive.abilities import Abilities, Abort, Switching, Torque, Traffic
+from armdrive.dialects.bus.tools import BusTools
 from armdrive.dialects.bus.words import Ear
 from armdrive.dialects.dialect import Dialect, Driver, Language
 
@@ -17,6 +18,12 @@ def _ear() -> Ear:
     from armdrive.dialects.mks.words import MksEar
 
     return MksEar()
+
+
+def _bus_tools() -> BusTools:
+    from armdrive.dialects.mks.commissioning import BUS
+
+    return BUS
 
 
 ENTRY = Dialect(
@@ -53,6 +60,7 @@ ENTRY = Dialect(
         jerk_s=0.05,
     ),
     driver=_driver,
+    bus_tools=_bus_tools,
     language=Language(
         "mks",
         "MKS drives",

@@ -6,11 +6,12 @@ program is heard to command drives.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from armdrive.dialects.cia402 import survey as canopen_survey
-from armdrive.dialog import ANSWER_S, LINGER_S, Hear, Put, Talk
+from armdrive.dialects.bus.tools import IDS, Answers, Heard, numbers, of_lost, of_nobody
+from armdrive.dialog import ANSWER_S, LINGER_S, Finding, Hear, Put, Talk, note, ok, problem
+from armdrive.transports.can_health import BusHealth
 from firmware_protocol.errors import ProtocolError
 from firmware_protocol.frames import Frame
 from firmware_protocol.mks import (
@@ -20,11 +21,17 @@ from firmware_protocol.mks import (
     AngleErrorRead,
     Answered,
     Code,
+    Done,
+    EmergencyStop,
     EnabledRead,
     EncoderRead,
     Event,
+    Failed,
     Foreign,
     Garbled,
+    Host,
+    Mode,
+    Motion,
     MotorState,
     Read,
     ReadAngleError,
@@ -36,11 +43,16 @@ from firmware_protocol.mks import (
     ReadStall,
     ReadState,
     ReadVersion,
+    Request,
     SetMode,
     Setting,
     SettingRead,
+    SilenceWatchdog,
     StallRead,
+    Started,
     StateRead,
+    Stop,
+    StoredForStart,
     Stray,
     Version,
     VersionRead,
@@ -49,6 +61,52 @@ from firmware_protocol.mks import (
     decode_answer,
     decode_request,
 )
+
+# The host's end for a talk: requests to whichever drive is meant, one at a time.
+
+
+class MksHost:
+    """Speaks to any drive that a talk puts a request to; a question that is over is forgotten."""
+
+    def __init__(self) -> None:
+        self._host = Host(())
+
+    def send(self, node: int, request: Request) -> bytes:
+        """Return the bytes that put a request to a drive."""
+        self._host.add(node)
+        for before in self._host.unanswered(node):
+            if not isinstance(before, Motion):  # of which the end is still to come
+                self._host.forget(node, before)
+        return self._host.send(node, request)
+
+    def receive_data(self, data: bytes) -> None:
+        """Take bytes from the bus."""
+        self._host.receive_data(data)
+
+    def next_event(self) -> Event | Frame | None:
+        """Return what was heard, one at a time; a frame of no drive that was spoken to as it is."""
+        event = self._host.next_event()
+        return event.frame if isinstance(event, Foreign) else event
+
+    def answers(self, event: Event | Frame, request: Request) -> bool:
+        """Tell whether an event is the first word of a drive on a request."""
+        kinds = Answered | Done | Failed | Started | StoredForStart
+        return isinstance(event, kinds) and event.request == request
+
+    def moves(self, request: Request) -> bool:
+        """Tell whether a request turns a motor."""
+        return isinstance(request, Motion)
+
+    def stop(self, node: int, request: Request) -> Iterable[bytes]:
+        """Return both words that stop a motor: firmware before 1.0.4 knows the second alone."""
+        yield self.send(node, EmergencyStop())
+        if not isinstance(request, Stop) and hasattr(request, "counts"):
+            yield self.send(node, Stop(request.code, 0))
+
+    def settle(self, node: int) -> None:
+        """Take note that a drive is known to stand."""
+        self._host.settle(node)
+
 
 # What one drive tells of itself, asked by readings alone: nothing is set, nothing turns.
 
@@ -230,36 +288,19 @@ def setting_of(node: int, code: Code) -> Talk[Setting | None]:
     return _setting((yield from reading(node, ReadSetting(code))))
 
 
-LISTEN_S = 1.0
-"""An arm that is driven is commanded far oftener than that."""
 ASK_S = 0.02
 """A drive's answer takes a millisecond."""
 PAUSE_S = 0.005
 ROUNDS = 2
-IDS = tuple(range(1, 17))
-"""Asked where nobody says otherwise."""
 
 
 @dataclass(frozen=True, slots=True)
 class Survey:
-    """What was heard and found.
+    """Who was asked, who is there, and how many answers could not be read."""
 
-    `passing` are the frames that passed while nothing was sent, and `commands` those of them that
-    somebody else has put to drives. `asked` is empty where nothing was sent.
-    """
-
-    passing: tuple[Frame, ...] = ()
-    commands: tuple[Frame, ...] = ()
     asked: tuple[int, ...] = ()
     drives: tuple[Known, ...] = ()
     garbled: int = 0
-
-
-def listen(seconds: float = LISTEN_S, master: int | None = None) -> Talk[Survey]:
-    """Hear what passes by itself, whatever is spoken; `master` is a CANopen master's node."""
-    heard: tuple[Event, ...] = yield Hear(seconds)
-    frames = tuple(each.frame for each in heard if isinstance(each, Foreign))
-    return Survey(frames, tuple(each for each in frames if _is_command(each, master)))
 
 
 def ask_round(ids: Sequence[int] = IDS) -> Talk[Survey]:
@@ -281,11 +322,28 @@ def ask_round(ids: Sequence[int] = IDS) -> Talk[Survey]:
     return Survey(asked=tuple(ids), drives=tuple(found), garbled=garbled)
 
 
-def _is_command(frame: Frame, master: int | None) -> bool:
-    """Tell whether a frame can be nothing but a request to a drive, in either protocol."""
-    if _reads(decode_answer, frame):
-        return False
-    return _reads(decode_request, frame) or canopen_survey.is_command(frame, master)
+def survey_drives(ids: Sequence[int], _heard: Heard) -> Talk[Answers]:
+    """Ask each id, and return who is there in words and as plain data."""
+    found = yield from ask_round(ids)
+    there = tuple(each.node for each in found.drives)
+    return Answers(
+        "mks",
+        found.asked,
+        there,
+        there,
+        tuple(map(view, found.drives)),
+        lambda health, arm: of_answers(found, health, arm) if there else [],
+    )
+
+
+def is_answer(frame: Frame) -> bool:
+    """Tell whether a frame can be read as a drive's answer."""
+    return _reads(decode_answer, frame)
+
+
+def is_request(frame: Frame, _master: int | None = None) -> bool:
+    """Tell whether a frame can be read as a request to a drive."""
+    return _reads(decode_request, frame)
 
 
 def _reads(decode: Callable[[Frame], object], frame: Frame) -> bool:
@@ -294,3 +352,81 @@ def _reads(decode: Callable[[Frame], object], frame: Frame) -> bool:
     except (ProtocolError, ValueError):
         return False
     return True
+
+
+# What a survey has found, as findings and as plain data.
+
+
+def of_answers(found: Survey, health: BusHealth, arm: str = "NAME") -> list[Finding]:
+    """Say who answered, or why perhaps nobody did."""
+    if not found.drives:
+        return [of_nobody(found.asked, health)]
+    names = ", ".join(str(each.node) for each in found.drives)
+    findings = [ok(f"of the ids {numbers(found.asked)} there answer: {names}")]
+    missed = sum(each.missed for each in found.drives)
+    findings += of_lost(missed, found.garbled, health)
+    for each in found.drives:
+        findings += of_drive(each, arm)
+    return findings
+
+
+def of_drive(drive: Known, arm: str = "NAME") -> list[Finding]:
+    """Say what one drive tells of itself, and what is wrong with it."""
+    mode = drive.mode
+    words = [drive.board, drive.firmware_words, f"at {drive.counts} counts"]
+    words += [f"mode {int(mode.mode)}"] if mode else []
+    words += ["holds" if drive.enabled else "has let its motor go"]
+    words += [drive.state.name.lower().replace("_", " ")] if drive.state is not None else []
+    name = f"drive {drive.node}"
+    found = [ok(f"{name}: {', '.join(words)}")]
+    if drive.doubled:
+        found.append(
+            problem(
+                f"{name}: two drives have this id",
+                f"plug in one at a time: `armdrive can setup {arm}`",
+            )
+        )
+    if mode is not None and mode.mode is not Mode.BUS_FOC:
+        found.append(
+            problem(
+                f"{name}: mode {int(mode.mode)} ({mode.mode.name}) obeys no motion of the bus",
+                f"`armdrive doctor --arm {arm} --mend`, or `armdrive can setup {arm}`, sets mode 5",
+            )
+        )
+    if drive.stalled:
+        found.append(
+            problem(
+                f"{name}: its protection has let the shaft go",
+                "see what blocks it, then call `reset()`, or its supply off and on",
+            )
+        )
+    if drive.version is not None and not drive.version.calibrated:
+        found.append(
+            problem(
+                f"{name}: its encoder is not calibrated", f"`armdrive can setup {arm}` does that"
+            )
+        )
+    if Ability.SILENCE_WATCHDOG not in drive.able:
+        found.append(
+            note(f"{name}: no watchdog before firmware 1.0.9; ends at its last target", "")
+        )
+    elif drive.settings.get(Code.WATCHDOG) == SilenceWatchdog(0):
+        found.append(note(f"{name}: its watchdog is off; `enable()` switches it on", ""))
+    return found
+
+
+def view(drive: Known) -> dict[str, object]:
+    """Return a drive as plain data."""
+    return {
+        "id": drive.node,
+        "protocol": "mks",
+        "board": drive.board,
+        "firmware": ".".join(map(str, drive.firmware)),
+        "firmware_told": drive.told,
+        "counts": drive.counts,
+        "enabled": drive.enabled,
+        "stalled": drive.stalled,
+        "mode": None if drive.mode is None else int(drive.mode.mode),
+        "state": None if drive.state is None else drive.state.name.lower(),
+        "doubled": drive.doubled,
+    }

@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from armdrive.abilities import Abilities, Abort, Switching, Torque, Traffic
 from armdrive.dialects.dialect import Dialect, Driver
+from armdrive.dialects.pendant import PendantTools
 
 
 def _driver() -> Driver:
     from armdrive.dialects.teachmover.controller import DRIVER
 
     return DRIVER
+
+
+def _pendant_tools() -> PendantTools[Any]:
+    from armdrive.dialects.teachmover.pendant import PENDANT
+
+    return PENDANT
 
 
 ENTRY = Dialect(
@@ -46,4 +55,5 @@ ENTRY = Dialect(
         inputs=7,
     ),
     driver=_driver,
+    pendant_tools=_pendant_tools,
 )

@@ -10,10 +10,12 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from armdrive.dialects.pendant import PendantTools
 from armdrive.dialects.speed_table import SpeedTable
 from armdrive.errors import BadRequest, DeviceFault, PendantFileError, Refused
+from armdrive.status import joints_view
 from armdrive.storage.points import Point, Step, StepList
 from firmware_protocol.errors import BadField, ProtocolError, RemoteProtocolError
 from firmware_protocol.teachmover import SPEED_MAX, ProgramRow
@@ -268,6 +270,41 @@ def meaning(config: ArmConfig, program: PendantProgram, row: ProgramRow) -> str:
     return fast if place is None else f"{fast}; {place.joints}; fingers {place.opening_mm:.1f} mm"
 
 
+def text_of(config: ArmConfig, program: PendantProgram, when: str) -> str:
+    """Return a program as a file has it, with what each row means on this arm."""
+    transmission = config.model.transmission
+    names = [motor.name for motor in transmission.motors] if transmission else []
+    meanings = [meaning(config, program, row) for row in program.rows]
+    return pendant_text(program, config.name, when, names, meanings)
+
+
+def view(config: ArmConfig, program: PendantProgram) -> dict[str, Any]:
+    """Return a program as plain data, with where each row leads on this arm."""
+    rows = []
+    for row in program.rows:
+        place = place_of(config, program, row)
+        rows.append(
+            {
+                "row": row.number,
+                "words": list(row.words),
+                "joints": None if place is None else joints_view(place.joints),
+                "gripper_mm": None if place is None else round(place.opening_mm, 3),
+            }
+        )
+    return {"origin": program.origin, "rows": rows}
+
+
+def move_row(
+    config: ArmConfig, number: int, speed: float, positions: tuple[int, ...]
+) -> ProgramRow:
+    """Return the row of a motion to these registers, at a share of the fastest speed.
+
+    Raises `BadField` for what no row can say.
+    """
+    table = SpeedTable(config.device.speed_table)
+    return ProgramRow.move(number, table.setting(table.points[-1][1] * speed), positions)
+
+
 def taught_by(
     config: ArmConfig, program: PendantProgram, name: str, note: str = ""
 ) -> tuple[dict[str, Point], StepList]:
@@ -301,3 +338,15 @@ def taught_by(
             steps.append(Step(gripper=opening, speed=place.speed))
         last = place
     return points, StepList(tuple(steps), note or "from the arm's own program")
+
+
+PENDANT = PendantTools(
+    from_words=PendantProgram.from_words,
+    row=move_row,
+    parse=parse_pendant,
+    text=text_of,
+    view=view,
+    taught_by=taught_by,
+    largest_bytes=LARGEST_BYTES,
+)
+"""The TeachMover's memory, for whoever goes through the registry's row."""

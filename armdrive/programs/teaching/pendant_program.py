@@ -7,19 +7,15 @@ What the arm's memory cannot say (lines, waits, grasping) is refused by the numb
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import Any
 
-from armdrive.dialects.speed_table import SpeedTable
-from armdrive.dialects.teachmover.pendant import PendantProgram
+from armdrive.config.arm import ArmConfig
 from armdrive.errors import OutOfBounds, Refused
 from armdrive.motion.plan import audit, limit_error
+from armdrive.registry import PendantProgram, pendant_of
 from armdrive.storage.points import Point, Step, StepList
 from firmware_protocol.errors import BadField
-from firmware_protocol.teachmover import ProgramRow
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
-    from kinematics import Joints
+from kinematics import Joints
 
 
 def rows_of(
@@ -59,8 +55,9 @@ class _Maker:
     def __init__(
         self, config: ArmConfig, points: Mapping[str, Point], origin: tuple[int, ...]
     ) -> None:
-        self.rows: list[ProgramRow] = []
+        self.rows: list[Any] = []
         self._config = config
+        self._pendant = pendant_of(config)
         self._points = points
         self._origin = origin
         self._point: Point | None = None
@@ -108,9 +105,8 @@ class _Maker:
         if self._opening_mm is None:
             raise Refused("nobody knows how far the fingers are open there: teach it again")
         positions = self._registers(self._point.joints, self._opening_mm)
-        table = SpeedTable(self._config.device.speed_table)
-        setting = table.setting(table.points[-1][1] * speed)
-        self.rows.append(ProgramRow.move(len(self.rows) + 1, setting, positions))
+        number = len(self.rows) + 1
+        self.rows.append(self._pendant.row(self._config, number, speed, positions))
 
     def _registers(self, joints: Joints, opening_mm: float) -> tuple[int, ...]:
         transmission = self._config.model.transmission

@@ -5,9 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
-from armdrive import dialog as readers
 from armdrive.config.preset import LENGTHS
-from armdrive.dialog import Question, Reader, WrongAnswer
+from armdrive.dialog import (
+    Question,
+    Reader,
+    WrongAnswer,
+    bounds,
+    choice,
+    number,
+    numbers,
+    whole,
+    yes_or_no,
+)
 from armdrive.setup.draft import Draft, ratio
 
 Fill = Callable[[Draft, str], str | None]
@@ -85,8 +94,8 @@ def typed(values: Sequence[float]) -> str:
 
 # Questions about the arm itself: lengths or links, motors and gears, limits and speeds.
 
-LENGTH = fixed(readers.number(-5000.0, 5000.0, "mm"))
-POSITIVE_LENGTH = fixed(readers.number(0.1, 5000.0, "mm"))
+LENGTH = fixed(number(-5000.0, 5000.0, "mm"))
+POSITIVE_LENGTH = fixed(number(0.1, 5000.0, "mm"))
 
 
 def _is_preset(draft: Draft) -> bool:
@@ -181,13 +190,13 @@ ROWS = (
         "measured", "Have you measured this arm's lengths and steps?",
         "Nobody has published them. Without your numbers joints can be jogged, and Cartesian "
         "motion is refused.",
-        fixed(readers.yes_or_no), plain("no"),
+        fixed(yes_or_no), plain("no"),
         when=lambda draft: draft.preset is not None and not draft.preset.verified,
     ),
     Row(
         "lengths.keep", "Keep the published lengths?",
         "Base height, upper arm, forearm, hand. Yours may differ by a millimetre or two.",
-        fixed(readers.yes_or_no), gate("lengths."),
+        fixed(yes_or_no), gate("lengths."),
         when=lambda draft: _is_preset(draft) and draft.preset.verified,  # type: ignore[union-attr]
     ),
     Row(
@@ -203,7 +212,7 @@ ROWS = (
     Row(
         "links.how", "Is there a model file with the link table, or will you type it?",
         "A model file is a TOML file; docs/model-file.md shows one.",
-        fixed(readers.choice(("file", "type"))),
+        fixed(choice(("file", "type"))),
         lambda draft, _one: "type" if _typed_rows(draft) else "file",
         when=_own_links,
     ),
@@ -220,13 +229,13 @@ ROWS = (
     Row(
         "links.{one}", "Row of {one}: theta/deg d/mm a/mm alpha/deg?",
         "Standard Denavit-Hartenberg: theta is what the table's zero lies beyond the joint's.",
-        fixed(readers.numbers(("theta", "d", "a", "alpha"))),
+        fixed(numbers(("theta", "d", "a", "alpha"))),
         when=_types_links, each=lambda draft: draft.get("links.joints", ()),
     ),
     Row(
         "motors", "Which motors does it have?",
         "Steps per turn of a joint are what turns angles into motor steps.",
-        fixed(readers.choice(("published", "own"))),
+        fixed(choice(("published", "own"))),
         lambda draft, _one: "own" if "full_steps" in draft.around.given else "published",
         when=_published, choices=lambda _draft: _MOTORS,
     ),
@@ -235,13 +244,13 @@ ROWS = (
         "200 for motors of 1.8 degrees, 400 for 0.9, 48 for 7.5. Of closed-loop drives that count "
         "by their encoder: its counts, 16384 of the MKS drives; of CiA 402 drives the increments "
         "that they are set to (object 608F), 10000 of many.",
-        fixed(readers.whole(4, 1 << 20)),
+        fixed(whole(4, 1 << 20)),
         lambda draft, _one: str(draft.encoder_counts or 200), when=_asks_gears,
     ),
     Row(
         "microsteps", "Microsteps for one full step?",
         "As the drivers' switches or registers are set; 2 for half-steps.",
-        fixed(readers.whole(1, 1024)),
+        fixed(whole(1, 1024)),
         lambda draft, _one: "2" if draft.published_motors else "16", when=_asks_microsteps,
     ),
     Row(
@@ -251,24 +260,24 @@ ROWS = (
     ),
     Row(
         "limits.keep", "Keep the known limits of the joints?",
-        "Where the arm itself stops; nothing is planned beyond.", fixed(readers.yes_or_no),
+        "Where the arm itself stops; nothing is planned beyond.", fixed(yes_or_no),
         gate("limits."), when=lambda draft: bool(draft.joints) and _known_limits(draft),
     ),
     Row(
         "limits.{one}", "Limits of {one}, lowest and highest in degrees?",
-        "A few degrees before its mechanical stops.", fixed(readers.bounds), _limits,
+        "A few degrees before its mechanical stops.", fixed(bounds), _limits,
         when=lambda draft: not _known_limits(draft) or _corrects("limits", draft),
         each=lambda draft: draft.joints,
     ),
     Row(
         "speeds.keep", "Keep the known speeds of the joints?", "At full load, without lost steps.",
-        fixed(readers.yes_or_no), gate("speeds."),
+        fixed(yes_or_no), gate("speeds."),
         when=lambda draft: all(draft.speed_deg_s(joint) is not None for joint in draft.joints),
     ),
     Row(
         "speeds.{one}", "Highest speed of {one}, in degrees a second?",
         "Begin low: a stepper that loses steps does not say so.",
-        fixed(readers.number(0.01, 3600.0)), _speed,
+        fixed(number(0.01, 3600.0)), _speed,
         when=lambda draft: draft.get("speeds.keep", False) is False,
         each=lambda draft: draft.joints,
     ),

@@ -7,12 +7,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from armdrive import dialog as readers
-from armdrive.dialog import Reader, WrongAnswer
+from armdrive.dialog import (
+    Reader,
+    WrongAnswer,
+    choice,
+    number,
+    text,
+    whole,
+    yes_or_no,
+)
 from armdrive.setup.draft import Draft
 from armdrive.setup.questions.arm import Fill, Row, fixed, plain
 from armdrive.setup.templates import OUTPUT, SERVO
-from firmware_protocol.canopen import NODE_MAX
 
 
 def _has(key: str, gripper: str = "") -> Callable[[Draft], bool]:
@@ -40,10 +46,11 @@ def _count(draft: Draft) -> int:
 
 
 def _nodes(draft: Draft) -> Reader:
-    count = _count(draft)
+    count, bus = _count(draft), draft.dialect.bus
+    node = whole(1, bus.most if bus is not None else count)
 
     def read(line: str) -> tuple[int, ...]:
-        found = tuple(readers.whole(1, NODE_MAX)(word) for word in line.replace(",", " ").split())
+        found = tuple(node(word) for word in line.replace(",", " ").split())
         if len(found) != count or len(set(found)) != count:
             raise WrongAnswer(f"{count} different numbers are needed, one a drive: {line!r}")
         return found
@@ -70,36 +77,36 @@ ROWS = (
     Row(
         "device.unit", "What is the board's mm: one motor step, or one degree?",
         "Steps need no rounding: $100 and its fellows are then 1.",
-        fixed(readers.choice(("steps", "degrees"))), plain("steps"), when=_has("unit"),
+        fixed(choice(("steps", "degrees"))), plain("steps"), when=_has("unit"),
         choices=lambda _draft: (("steps", "one motor step"), ("degrees", "one degree")),
     ),
     Row(
         "device.servo", "Which word sets the gripper's servo?",
         "M3 with a number S, or M67E0 for an analogue output of grblHAL.",
-        fixed(readers.text), _usual("servo"), when=_has("servo", SERVO),
+        fixed(text), _usual("servo"), when=_has("servo", SERVO),
     ),
     Row(
         "device.servo_closed", "The servo's number with the fingers closed?",
         "The S or Q of that word. Begin near the middle and go outwards in small steps.",
-        fixed(readers.number(0.0, 100_000.0)), _usual("servo_closed"),
+        fixed(number(0.0, 100_000.0)), _usual("servo_closed"),
         when=_has("servo_closed", SERVO),
     ),
     Row(
         "device.servo_open", "The servo's number with the fingers open?",
         "It may be below the one for closed fingers.",
-        fixed(readers.number(0.0, 100_000.0)), _usual("servo_open"),
+        fixed(number(0.0, 100_000.0)), _usual("servo_open"),
         when=_has("servo_open", SERVO),
     ),
     Row(
         "device.gripper_output", "Which output bit switches the gripper?",
         "0 is the first word of the section's outputs, flood by default.",
-        fixed(readers.whole(0, 7)), _usual("gripper_output"),
+        fixed(whole(0, 7)), _usual("gripper_output"),
         when=_has("gripper_output", OUTPUT),
     ),
     Row(
         "device.gripper_closes", "Does the gripper close when that output is on?",
         "no: it opens then, and closes when the power fails.",
-        fixed(readers.yes_or_no), plain("yes"), when=_has("gripper_closes", OUTPUT),
+        fixed(yes_or_no), plain("yes"), when=_has("gripper_closes", OUTPUT),
     ),
 )  # fmt: skip
 """Asked after the gripper is known."""

@@ -2,8 +2,16 @@
 
 from __future__ import annotations
 
-from armdrive import dialog as readers
-from armdrive.dialog import Reader
+from armdrive.dialog import (
+    Reader,
+    bounds,
+    choice,
+    groups,
+    number,
+    numbers,
+    several,
+    yes_or_no,
+)
 from armdrive.setup.draft import GRIPPER_MOTOR, Draft
 from armdrive.setup.questions.arm import Row, fixed, plain, typed
 from armdrive.setup.templates import COUPLED, GRIPPERS
@@ -16,7 +24,7 @@ POSTURE = ("x", "y", "z", "pitch", "roll")
 
 def _posture(draft: Draft) -> Reader:
     names = (*POSTURE, "yaw") if len(draft.joints) == 6 else POSTURE
-    read = readers.numbers(names)
+    read = numbers(names)
 
     def posture(line: str) -> tuple[float, ...]:
         return () if line in ("", "none") else tuple(read(line))
@@ -60,7 +68,7 @@ ROWS = (
     Row(
         "gripper.kind", "What moves the gripper?",
         "A coupled stepper is the Mini-mover's: its cable passes over the elbow.",
-        lambda draft: readers.choice(draft.grippers),
+        lambda draft: choice(draft.grippers),
         lambda draft, _one: draft.grippers[0],
         when=lambda draft: len(draft.grippers) > 1,
         choices=lambda draft: tuple((kind, GRIPPERS[kind]) for kind in draft.grippers),
@@ -68,7 +76,7 @@ ROWS = (
     Row(
         "gripper.over", "Which motor does the gripper's cable follow?",
         "Every step of that motor is added to the gripper's, so that the fingers stand still.",
-        lambda draft: readers.choice(draft.motors),
+        lambda draft: choice(draft.motors),
         lambda draft, _one: draft.motors[min(2, len(draft.motors) - 1)],
         when=lambda draft: _model_arm_steps(draft) and draft.gripper == COUPLED,
         choices=lambda draft: tuple((motor, "") for motor in draft.motors),
@@ -76,39 +84,39 @@ ROWS = (
     Row(
         "fingers.mm_per_turn", "How many mm do the fingers open for one turn of their motor?",
         "Of the motor's shaft. Turn it ten times and measure.",
-        fixed(readers.number(0.01, 1000.0, "mm")), when=_asks_fingers,
+        fixed(number(0.01, 1000.0, "mm")), when=_asks_fingers,
     ),
     Row(
         "fingers.range", "Opening of the fingers, closed and widest, in mm?", "Between the tips.",
-        fixed(readers.bounds), plain("0 76"), when=_has_fingers,
+        fixed(bounds), plain("0 76"), when=_has_fingers,
     ),
     Row(
         "fingers.speed", "How fast do the fingers open, in mm a second?", "Begin low.",
-        fixed(readers.number(0.01, 1000.0)), plain("10"), when=_has_fingers,
+        fixed(number(0.01, 1000.0)), plain("10"), when=_has_fingers,
     ),
     Row(
         "homing.own", "Does the arm home by its own switches?",
         "The controller then drives each motor to its switch when `armdrive home` asks for it.",
-        fixed(readers.yes_or_no),
+        fixed(yes_or_no),
         lambda draft, _one: "yes" if draft.template.homes else "no",
         when=lambda draft: draft.dialect.abilities.own_homing,
     ),
     Row(
         "homing.joints.{one}", "Where does {one} stand after homing, in degrees?",
         "Measured on the arm, after the controller has pulled off its switch.",
-        fixed(readers.number(-3600.0, 3600.0)), _homed_at, when=_homes,
+        fixed(number(-3600.0, 3600.0)), _homed_at, when=_homes,
         each=lambda draft: draft.joints,
     ),
     Row(
         "homing.opening", "How far open are the fingers after homing, in mm?",
-        "0 where they are closed.", fixed(readers.number(0.0, 1000.0, "mm")), plain("0"),
+        "0 where they are closed.", fixed(number(0.0, 1000.0, "mm")), plain("0"),
         when=lambda draft: _homes(draft) and draft.stepped,
     ),
     Row(
         "homing.groups", "Which motors home after which? (own: the controller's own order)",
         "By number: 3; 2; 1 4 5 homes motor 3, then 2, then 1, 4 and 5 together. Lift what could "
         "hit something first.",
-        lambda draft: readers.groups(len(_motor_names(draft))), plain("own"), when=_homes,
+        lambda draft: groups(len(_motor_names(draft))), plain("own"), when=_homes,
     ),
     Row(
         "reference", "A posture that you can find again? x y z/mm pitch roll/deg (or none)",
@@ -124,27 +132,27 @@ ROWS = (
     Row(
         "guards.tolerance_mm", "How far below the table may rounding put the tip, in mm?",
         "No point of the arm is planned to go further below the table than this.",
-        fixed(readers.number(0.0, 1000.0, "mm")),
+        fixed(number(0.0, 1000.0, "mm")),
         lambda draft, _one: typed((draft.preset.guards.tolerance_mm if draft.preset else 1.0,)),
     ),
     Row(
         "signs", "Which way do the motors turn?",
         "Programs for these arms disagree on directions, so they are found on each arm.",
-        fixed(readers.choice(("skip", "find", "known"))),
+        fixed(choice(("skip", "find", "known"))),
         lambda draft, _one: "known" if "reversed.motors" in draft.around.given else "skip",
         choices=lambda _draft: _DIRECTIONS,
     ),
     Row(
         "reversed.motors", "Which motors count the other way? (names with commas, or none)",
         "The other way than the template has it.",
-        lambda draft: readers.several(_motor_names(draft)), plain("none"),
+        lambda draft: several(_motor_names(draft)), plain("none"),
         when=lambda draft: draft.get("signs") == "known",
         choices=lambda draft: tuple((motor, "") for motor in _motor_names(draft)),
     ),
     Row(
         "reversed.joints", "Which joints are reversed as a whole? (names with commas, or none)",
         "The wrist's roll, where its two motors are the other way round.",
-        lambda draft: readers.several(draft.joints), plain("none"),
+        lambda draft: several(draft.joints), plain("none"),
         when=lambda draft: draft.get("signs") == "known",
         choices=lambda draft: tuple((joint, "") for joint in draft.joints),
     ),

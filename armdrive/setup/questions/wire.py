@@ -2,8 +2,15 @@
 
 from __future__ import annotations
 
-from armdrive import dialog as readers
-from armdrive.dialog import Reader, WrongAnswer
+from armdrive.dialog import (
+    Reader,
+    WrongAnswer,
+    choice,
+    number,
+    text,
+    whole,
+    yes_or_no,
+)
 from armdrive.errors import BadRequest
 from armdrive.registry import DIALECTS
 from armdrive.setup.draft import Draft
@@ -30,7 +37,7 @@ def _port(draft: Draft) -> Reader:
         if line in ("", "none"):
             return ""
         if line.isdecimal():
-            return ports[int(readers.number(1, len(ports))(line)) - 1] if ports else _no_port(line)
+            return ports[int(number(1, len(ports))(line)) - 1] if ports else _no_port(line)
         written = any(mark in line for mark in ("/", "\\", "://")) or line.upper()[:3] == "COM"
         if not (written or is_can(line)):
             return _no_port(line)
@@ -53,7 +60,7 @@ def _bus(draft: Draft) -> Reader:
         if line in ("", "none"):
             return ""
         if line.isdecimal() and buses:
-            return buses[int(readers.number(1, len(buses))(line)) - 1]
+            return buses[int(number(1, len(buses))(line)) - 1]
         try:
             return str(CanAddress.parse(line))
         except BadRequest:
@@ -91,18 +98,18 @@ ROWS = (
     Row(
         "template", "Which template does it begin from?",
         "A template brings a model, a dialect and defaults; every number can be changed below.",
-        lambda _draft: readers.choice(tuple(available())),
+        lambda _draft: choice(tuple(available())),
         choices=lambda _draft: tuple((key, row.title) for key, row in available().items()),
     ),
     Row(
         "title", "A title for people?", "Shown wherever the arm is named.",
-        fixed(readers.text),
+        fixed(text),
         lambda draft, _one: draft.preset.title if draft.preset else draft.name,
     ),
     Row(
         "dialect", "Which dialect does its controller speak?",
         "The language of the controller's firmware. Nothing is sent to find out.",
-        lambda _draft: readers.choice(tuple(DIALECTS)),
+        lambda _draft: choice(tuple(DIALECTS)),
         lambda draft, _one: draft.template.dialect,
         choices=lambda _draft: tuple((row.name, row.title) for row in DIALECTS.values()),
     ),
@@ -125,7 +132,7 @@ ROWS = (
     ),
     Row(
         "connection.baud", "At how many baud?", "The dialect's own rate, unless you changed it.",
-        fixed(readers.whole(50, 4_000_000)),
+        fixed(whole(50, 4_000_000)),
         lambda draft, _one: str(draft.dialect.baud),
         when=_has_baud,
     ),
@@ -133,7 +140,7 @@ ROWS = (
         "connection.keep_dtr", "Keep the board from resetting when its port is opened again?",
         "Such a board resets when DTR rises, which loses the position and drops the motors. Kept "
         "up between programs, it resets at the first opening alone.",
-        fixed(readers.yes_or_no), plain("yes"), when=_resets,
+        fixed(yes_or_no), plain("yes"), when=_resets,
     ),
 )  # fmt: skip
 """Asked first, in this order."""
