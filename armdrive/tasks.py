@@ -73,8 +73,8 @@ class Settings:
 # What the driver asks of any controller and what it hears back, in motor steps and seconds.
 #
 # Requests and replies name no dialect. Registers are the controller's own counts; the driver adds
-# its reference offset (runtime/position.py). A request is answered with exactly one `Reply`, however many
-# messages that takes on the wire; an `Alert` may come at any time, asked or not.
+# its reference offset (runtime/position.py). A request is answered with exactly one `Reply`,
+# however many messages that takes on the wire; an `Alert` may come at any time, asked or not.
 
 # -- what is asked ------------------------------------------------------------------------------
 
