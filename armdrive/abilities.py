@@ -147,16 +147,16 @@ class Abort(Enum):
     RAMP = "the device ramps down when asked"
 
 
-OUTPUTS = 8
-"""Outputs are numbered from 1 to this."""
-
-
 class Switching(Enum):
     """What the host can do to the motor current."""
 
     NONE = "motors are always on"
     DROPS = "the host can switch the current off; the next motion brings it back"
     BOTH = "the host switches the current on and off"
+
+
+OUTPUTS = 8
+"""Outputs are numbered from 1 to this, on every arm that has any."""
 
 
 @dataclass(frozen=True, slots=True)

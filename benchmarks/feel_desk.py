@@ -17,9 +17,9 @@ from armdrive.motion.jog import session as jogging
 from armdrive.tasks import Flow
 from kinematics import Joints
 from tui.desk import Desk
-from tui.jogging import Jogging
-from tui.keys import JogPair, jog_pairs
-from tui.screens.jog import JogScreen
+from tui.jog.jogging import Jogging
+from tui.jog.screen import JogScreen
+from tui.keys.table import JogPair, jog_pairs
 from tui.settings import Settings
 
 MIDDLE = {"base": 0.0, "shoulder": 40.0, "elbow": -80.0, "wrist_pitch": -40.0, "wrist_roll": 0.0}

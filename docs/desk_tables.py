@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from tui import pad_map
-from tui.keyboard import DEFAULT_KEYS, as_markdown
-from tui.screens import SCREENS
-from tui.themes import LOOKS
+from tui.gamepad import map as pad_map
+from tui.keys.keyboard import DEFAULT_KEYS, as_markdown
+from tui.keys.table import SCREENS
+from tui.look import LOOKS
 
 PAGE = Path(__file__).parent / "desk.md"
 PAD_PAGE = PAGE.with_name("gamepad.md")

@@ -29,10 +29,10 @@ from armdrive.connect.target import find
 from armdrive.status import status_view
 from armdrive.storage.points import Point, Step, StepList
 from kinematics import Joints
-from kinematics.textbook.study import find_subject
+from kinematics.textbook.study import named_subject
 from tui.desk import Desk
-from tui.model_desk import ModelDesk
-from tui.watching import Watching
+from tui.theory.model import ModelDesk
+from tui.watch import Watching
 
 FOLDER = Path(__file__).parent / "pictures"
 SIZE = (120, 40)
@@ -172,7 +172,7 @@ async def question() -> str:
 
 async def model() -> str:
     """Picture a model without an arm."""
-    app = ModelDesk(find_subject("puma"), braille=True)
+    app = ModelDesk(named_subject("puma"), braille=True)
     return await keyed(app, ("q", "q", "w"), lambda: None)
 
 

@@ -1,7 +1,7 @@
 """The mathematics of the arm: poses, joint angles, motor steps, and the way between them.
 
 Units: mm, rad, whole motor steps. Everything named here is plain Python. What every program
-needs is imported at once; the textbook (frames, chains, named systems) when a name of it is first
+needs is imported at once; the rest (link tables, routes, the textbook) when a name of it is first
 used, so that the command line starts quickly.
 """
 
@@ -32,7 +32,7 @@ from kinematics.errors import (
     Unreachable,
     ZeroVector,
 )
-from kinematics.five_axis.arm import Base, Branch, Elbow, FiveAxisArm, RollFrame
+from kinematics.five_axis.arm import Base, Branch, Elbow, FiveAxisArm
 from kinematics.five_axis.nearest import Nearest, nearest
 from kinematics.geometry import ArmGeometry
 from kinematics.guards.escape import nearest_allowed
@@ -41,7 +41,7 @@ from kinematics.guards.path import first_violation
 from kinematics.limits import JointRange, LimitViolation
 from kinematics.paths.chords import JointPath, deviation_mm, joint_path, line_path
 from kinematics.presets import PRESETS, ArmModel, ArmPreset, Reference, cable_transmission, preset
-from kinematics.spaces import JOINT_NAMES, Joints, Motors, Pose
+from kinematics.spaces import JOINT_NAMES, Joints, Motors, Pose, RollFrame
 from kinematics.transmission import MotorSpec, Transmission
 
 TYPE_CHECKING = False  # as typing's
@@ -52,7 +52,7 @@ if TYPE_CHECKING:
     from kinematics.chains.arm import ChainArm
     from kinematics.chains.assignment import Assignment, JointAxis, assign_frames
     from kinematics.chains.chain import Chain, JointViolation
-    from kinematics.chains.generated import Generated
+    from kinematics.chains.generated import Generated, generated
     from kinematics.chains.goals import Goal, Part, frame_goal, pose_goal
     from kinematics.chains.inverse import (
         PITCH_FIRST,
@@ -64,13 +64,7 @@ if TYPE_CHECKING:
         solve_goal,
         solve_pose_ik,
     )
-    from kinematics.chains.jacobians import (
-        Rates,
-        geometric_jacobian,
-        joint_rates,
-        manipulability,
-        task_jacobian,
-    )
+    from kinematics.chains.jacobians import Rates, geometric_jacobian, joint_rates, manipulability
     from kinematics.chains.links import (
         LINK_TYPES,
         Convention,
@@ -87,13 +81,14 @@ if TYPE_CHECKING:
         nearest_singularity,
     )
     from kinematics.chains.tables import chain_of_rows, rows_of, table_text
-    from kinematics.chains.urdf import urdf_of_arm, urdf_of_chain
+    from kinematics.chains.urdf import urdf_of_chain
     from kinematics.five_axis.frame import FrameSolution
     from kinematics.five_axis.singularities import (
         FiveAxisSingularity,
         Nearness,
         five_axis_singularities,
         nearest_five_axis_singularity,
+        task_jacobian,
     )
     from kinematics.five_axis.workspace import Reach, Section, sampled_reach, section
     from kinematics.frames.graph import FrameGraph, solve_loop
@@ -173,31 +168,20 @@ if TYPE_CHECKING:
     from kinematics.textbook.symbolic_systems import symbolic_chain, symbolic_system
     from kinematics.textbook.symbols import Symbol, coordinate, named
     from kinematics.textbook.systems import SYSTEMS, NamedBranch, System, system
+    from kinematics.textbook.systems.mini_movers import urdf_of_arm
     from kinematics.textbook.worked_example import WorkedExample, work_chain, work_system
 
-_TEXTBOOK: Mapping[str, tuple[str, ...]] = MappingProxyType(
+_HOMES: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {
         "kinematics.chains.arm": ("ChainArm",),
-        "kinematics.chains.assignment": (
-            "Assignment",
-            "JointAxis",
-            "assign_frames",
-        ),
-        "kinematics.chains.chain": (
-            "Chain",
-            "JointViolation",
-        ),
-        "kinematics.chains.generated": ("Generated",),
-        "kinematics.chains.goals": (
-            "Goal",
-            "Part",
-            "frame_goal",
-            "pose_goal",
-        ),
+        "kinematics.chains.assignment": ("Assignment", "JointAxis", "assign_frames"),
+        "kinematics.chains.chain": ("Chain", "JointViolation"),
+        "kinematics.chains.generated": ("Generated", "generated"),
+        "kinematics.chains.goals": ("Goal", "Part", "frame_goal", "pose_goal"),
         "kinematics.chains.inverse": (
-            "Effort",
             "PITCH_FIRST",
             "POSITION_FIRST",
+            "Effort",
             "Reason",
             "Solution",
             "solve_frame_ik",
@@ -209,13 +193,12 @@ _TEXTBOOK: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "geometric_jacobian",
             "joint_rates",
             "manipulability",
-            "task_jacobian",
         ),
         "kinematics.chains.links": (
+            "LINK_TYPES",
             "Convention",
             "DHLink",
             "JointKind",
-            "LINK_TYPES",
             "LinkType",
             "a_matrix",
             "link_type",
@@ -226,39 +209,25 @@ _TEXTBOOK: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "condition",
             "nearest_singularity",
         ),
-        "kinematics.chains.tables": (
-            "chain_of_rows",
-            "rows_of",
-            "table_text",
-        ),
-        "kinematics.chains.urdf": (
-            "urdf_of_arm",
-            "urdf_of_chain",
-        ),
+        "kinematics.chains.tables": ("chain_of_rows", "rows_of", "table_text"),
+        "kinematics.chains.urdf": ("urdf_of_chain",),
         "kinematics.five_axis.frame": ("FrameSolution",),
         "kinematics.five_axis.singularities": (
             "FiveAxisSingularity",
             "Nearness",
             "five_axis_singularities",
             "nearest_five_axis_singularity",
+            "task_jacobian",
         ),
-        "kinematics.five_axis.workspace": (
-            "Reach",
-            "Section",
-            "sampled_reach",
-            "section",
-        ),
-        "kinematics.frames.graph": (
-            "FrameGraph",
-            "solve_loop",
-        ),
+        "kinematics.five_axis.workspace": ("Reach", "Section", "sampled_reach", "section"),
+        "kinematics.frames.graph": ("FrameGraph", "solve_loop"),
         "kinematics.frames.orientations": (
+            "RPY",
             "AxisAngle",
             "Degeneracy",
             "EulerZYZ",
             "OrientationSolution",
             "Quaternion",
-            "RPY",
             "rotation_vector",
             "solve_axis_angle",
             "solve_euler",
@@ -295,42 +264,13 @@ _TEXTBOOK: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "transform_vector",
             "translation",
         ),
-        "kinematics.frames.vectors": (
-            "Vector",
-            "angle_between",
-            "cross",
-            "dot",
-            "norm",
-            "unit",
-        ),
-        "kinematics.paths.arcs": (
-            "arc_path",
-            "circle_path",
-        ),
+        "kinematics.frames.vectors": ("Vector", "angle_between", "cross", "dot", "norm", "unit"),
+        "kinematics.paths.arcs": ("arc_path", "circle_path"),
         "kinematics.paths.motion_limits": ("MotionLimits",),
-        "kinematics.paths.parts": (
-            "ArcMove",
-            "JointMove",
-            "LineMove",
-            "Move",
-            "PoseMove",
-        ),
-        "kinematics.paths.profiles": (
-            "Phase",
-            "Profile",
-            "jerk_limited",
-            "trapezoid",
-        ),
-        "kinematics.paths.routes": (
-            "PathSection",
-            "Route",
-            "route_sections",
-        ),
-        "kinematics.paths.timing": (
-            "Piece",
-            "TimedPath",
-            "timed",
-        ),
+        "kinematics.paths.parts": ("ArcMove", "JointMove", "LineMove", "Move", "PoseMove"),
+        "kinematics.paths.profiles": ("Phase", "Profile", "jerk_limited", "trapezoid"),
+        "kinematics.paths.routes": ("PathSection", "Route", "route_sections"),
+        "kinematics.paths.timing": ("Piece", "TimedPath", "timed"),
         "kinematics.textbook.accuracy": (
             "MapPoint",
             "StepRange",
@@ -353,36 +293,21 @@ _TEXTBOOK: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "forward_ways",
             "on_any_numbers",
         ),
-        "kinematics.textbook.notation": (
-            "matrix_latex",
-            "matrix_text",
-        ),
-        "kinematics.textbook.symbolic_systems": (
-            "symbolic_chain",
-            "symbolic_system",
-        ),
-        "kinematics.textbook.symbols": (
-            "Symbol",
-            "coordinate",
-            "named",
-        ),
-        "kinematics.textbook.systems": (
-            "NamedBranch",
-            "SYSTEMS",
-            "System",
-            "system",
-        ),
-        "kinematics.textbook.worked_example": (
-            "WorkedExample",
-            "work_chain",
-            "work_system",
-        ),
+        "kinematics.textbook.notation": ("matrix_latex", "matrix_text"),
+        "kinematics.textbook.symbolic_systems": ("symbolic_chain", "symbolic_system"),
+        "kinematics.textbook.symbols": ("Symbol", "coordinate", "named"),
+        "kinematics.textbook.systems": ("SYSTEMS", "NamedBranch", "System", "system"),
+        "kinematics.textbook.systems.mini_movers": ("urdf_of_arm",),
+        "kinematics.textbook.worked_example": ("WorkedExample", "work_chain", "work_system"),
     }
 )
-"""Where the names live that are imported when they are first used."""
+"""Where the names live that are imported when they are first used.
+
+Tools read the imports above, Python reads this table; a test compares them.
+"""
 
 _MODULES: Mapping[str, str] = MappingProxyType(
-    {name: module for module, names in _TEXTBOOK.items() for name in names}
+    {name: module for module, names in _HOMES.items() for name in names}
 )
 
 __all__ = [
@@ -586,7 +511,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Import a name of the textbook when it is first asked for."""
+    """Import a name when it is first asked for."""
     module = _MODULES.get(name)
     if module is None:
         raise AttributeError(f"module 'kinematics' has no attribute {name!r}")

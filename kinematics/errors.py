@@ -3,7 +3,7 @@
 KinematicsError            root of the room
 +-- BadNumber              not a finite number where one belongs
 +-- JointLimit             a joint angle outside its range
-+-- Unreachable            a pose no posture can reach (see nearest.py)
++-- Unreachable            a pose no posture can reach
 +-- PathBroken             a line, an arc or a route leaves the reach, or its posture, on its way
 +-- NoArc                  three points that lie in a line, or are fewer than three
 +-- SingularTransmission   motors that cannot tell the joints apart
@@ -26,10 +26,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from kinematics.spaces import Pose
+from typing import Protocol
 
 
 class KinematicsError(ValueError):
@@ -54,6 +51,43 @@ class JointLimit(KinematicsError):
         self.bound_rad = bound_rad
         self.excess_rad = abs(value_rad - bound_rad)
         super().__init__(limit_sentence(joint, value_rad, bound_rad))
+
+
+class Coordinates(Protocol):
+    """The coordinates of the pose that an error is about: `spaces.Pose` has them.
+
+    Spaces raise errors too, so errors know a pose by these alone.
+    """
+
+    @property
+    def x_mm(self) -> float:
+        """Position along x."""
+        ...
+
+    @property
+    def y_mm(self) -> float:
+        """Position along y."""
+        ...
+
+    @property
+    def z_mm(self) -> float:
+        """Height above the table."""
+        ...
+
+    @property
+    def pitch_rad(self) -> float:
+        """Elevation of the hand."""
+        ...
+
+    @property
+    def roll_rad(self) -> float:
+        """Turn of the hand about its own axis."""
+        ...
+
+    @property
+    def yaw_rad(self) -> float | None:
+        """Direction of the hand; None where the arm has none."""
+        ...
 
 
 class Constraint(Enum):
@@ -84,8 +118,8 @@ class Unreachable(KinematicsError):
         value: float,
         bound: float,
         unit: str,
-        goal: Pose,
-        nearest: Pose,
+        goal: Coordinates,
+        nearest: Coordinates,
     ) -> None:
         self.reason = reason
         self.constraint = constraint
@@ -101,7 +135,7 @@ class Unreachable(KinematicsError):
             f"{goal} is out of reach: {reason}; nearest pose that can be reached{held}: {nearest}"
         )
 
-    def instead(self, nearest: Pose) -> Unreachable:
+    def instead(self, nearest: Coordinates) -> Unreachable:
         """Return the same refusal with another nearest pose, one that guards allow as well."""
         return Unreachable(
             self.reason,
@@ -126,7 +160,7 @@ class PathBroken(KinematicsError):
     def __init__(
         self,
         fraction: float,
-        point: Pose,
+        point: Coordinates,
         reason: str,
         *,
         shape: str = "straight line",
@@ -384,9 +418,8 @@ def finite(name: str, value: object) -> float:
     return number
 
 
-# Which known word a misspelt one is meant for: what errors suggest.
-#
-# Most programs misspell nothing, so that the library which compares words is loaded when one does.
+# The known word that a misspelt one is meant for, as errors suggest it. Few programs misspell
+# anything, so the library that compares words is loaded by the first that does.
 
 
 def nearest_word(word: str, known: Iterable[str], *, likeness: float = 0.6) -> str | None:

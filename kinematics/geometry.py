@@ -5,19 +5,14 @@ Units: mm and rad. Paths, guards, the driver and the simulator know an arm by th
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Protocol
+from collections.abc import Hashable, Sequence
+from typing import Protocol
 
+from kinematics.frames.rotations import Matrix3
 from kinematics.limits import JointRange, LimitViolation
 from kinematics.spaces import Joints, Pose
 
-if TYPE_CHECKING:
-    from collections.abc import Hashable
-
-    from kinematics.frames.rotations import Matrix3
-
 Point = tuple[float, float, float]
-
 
 Hand = tuple[float, ...]
 """How the hand is held, in numbers of the follower's own kind: only that follower reads them."""

@@ -9,9 +9,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields
+from enum import Enum
 from typing import overload
 
-from kinematics.errors import BadNumber, KinematicsError, finite
+from kinematics.errors import BadNumber, Coordinates, KinematicsError, finite
 
 JOINT_NAMES = ("base", "shoulder", "elbow", "wrist_pitch", "wrist_roll")
 """Joints of the Mini-mover's build, from the table to the hand."""
@@ -65,6 +66,13 @@ class Pose:
             None if yaw_deg is None else math.radians(finite("yaw_deg", yaw_deg)),
         )
 
+    @classmethod
+    def at(cls, place: Coordinates) -> Pose:
+        """Make the pose of some coordinates, such as those that an error names."""
+        return cls(
+            place.x_mm, place.y_mm, place.z_mm, place.pitch_rad, place.roll_rad, place.yaw_rad
+        )
+
     @property
     def pitch_deg(self) -> float:
         """Pitch in degrees, for people."""
@@ -96,6 +104,13 @@ class Pose:
 
 _COORDINATES = tuple(field.name for field in fields(Pose) if field.name != "yaw_rad")
 """What every pose has."""
+
+
+class RollFrame(Enum):
+    """What a pose's roll is measured against: wrist roll = roll + value * base angle."""
+
+    HAND = 0
+    TABLE = 1
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,8 +1,8 @@
 """A tool in the fingers: where its point is, seen from the finger tips.
 
-Lengths in mm, along the axes of the hand's frame (hand_frame.py): `along` the hand, away from the
-wrist; `up` from the hand's back where the roll is zero; `side` completes a right-handed frame of
-up, side, along: for a hand that points outwards it is to the right.
+Lengths in mm, along the axes of the hand's frame (`five_axis.frame`): `along` the hand, away from
+the wrist; `up` from the hand's back where the roll is zero; `side` completes a right-handed frame
+of up, side, along: for a hand that points outwards it is to the right.
 """
 
 from __future__ import annotations

@@ -2,27 +2,23 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal, Protocol
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Literal, Protocol
 
+from armdrive import Grasped, Handle, Moved, Point, Preview
+from armdrive.config.arm import ArmConfig
+from armdrive.dialog import PostureRequest
 from armdrive.motion.resolve import BASE
+from armdrive.moves import Jog
 from armdrive.programs.teaching.sequence import Fingers
+from armdrive.status import Status
+from armdrive.storage.point_file import Points
+from armdrive.trace.log import LogReader
+from kinematics import ArmModel, Pose
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from armdrive.arm.devices import Place
-    from armdrive.arm.handle import Handle
-    from armdrive.config.arm import ArmConfig
-    from armdrive.dialog import PostureRequest
-    from armdrive.motion.execute import Moved
-    from armdrive.motion.gripper import Grasped
-    from armdrive.motion.preview import Preview
-    from armdrive.moves import Jog
-    from armdrive.status import Status
-    from armdrive.storage.point_file import Points
-    from armdrive.trace.log import LogReader
-    from kinematics import ArmModel, Pose
+Place = Pose | Point
+"""Where a planned motion may go to."""
 
 
 class DeskGripper(Fingers, Protocol):

@@ -2,9 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
 from armdrive.status import State, Status, Trust, coded
-from tui.keyboard import Keyboard
-from tui.screens import titled
+from tui.keys.keyboard import Keyboard
+from tui.keys.table import titled
+
+View = Mapping[str, Any]
+"""What another program tells of its arm, or of what that is at work on, as plain data."""
+
+UNKNOWN = "?"
 
 TITLE_GAP = 2
 """Between the arm and the name of the screen, which stands at the right end."""
@@ -99,3 +108,19 @@ def remarks(status: Status, message: str, *, bannered: bool) -> str:
         message = ""  # what the desk was told is what the arm noticed
     said = (message, status.notice, "" if bannered else status.error)
     return "\n".join(f"! {remark}" for remark in dict.fromkeys(said) if remark)
+
+
+def at_work(program: View) -> str:
+    """Name a program, and say how far it has come: a share, else steps; nothing of none."""
+    if not program:
+        return ""
+    name, steps = Path(str(program.get("file", UNKNOWN))).name, program.get("steps")
+    if (share := number_text(program.get("percent"), 0)) != UNKNOWN:
+        return f"{name} {share} %"
+    return f"{name} {program.get('line', UNKNOWN)}/{steps}" if steps else name
+
+
+def number_text(value: object, digits: int = 1) -> str:
+    """Return a number with so many digits, a question mark in the place of anything else."""
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    return f"{float(value) + 0.0:.{digits}f}" if number else UNKNOWN  # type: ignore[arg-type]

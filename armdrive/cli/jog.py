@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from tui import DeskEnd
-    from tui.keyboard import Keyboard
+    from tui.keys.keyboard import Keyboard
 
 WEB_PORT = 8765
 """Where a browser finds the desk, unless another port is named."""
@@ -84,7 +84,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Open the desk."""
-    from tui.remap import load_keys
+    from tui.keys.remap import load_keys
 
     keys = load_keys(options.keys)  # what is wrong with it is said before anything is opened
     if options.show_keys:
@@ -100,7 +100,7 @@ def run(options: argparse.Namespace) -> int:
     if not options.served:
         require_screen("jogging", "`armdrive shell` and `armdrive move` need none")
     if options.gamepad is not None:
-        from tui.pad_evdev import check_gamepads
+        from tui.gamepad.evdev import check_gamepads
 
         check_gamepads()
     end = _desk(options, keys, "setup" if options.setup else "", _hint(options, keys))
@@ -169,7 +169,7 @@ def _watch_instead(error: ArmInUse, options: argparse.Namespace) -> int:
 
 
 def _show_keys(keys: Keyboard, *, json: bool) -> int:
-    from tui.keyboard import as_rows, as_text
+    from tui.keys.keyboard import as_rows, as_text
 
     if json:
         emit({"keys": as_rows(keys)})

@@ -6,13 +6,15 @@ from typing import TYPE_CHECKING
 
 from armdrive.cli.output import emit, say
 from armdrive.cli.screens import require_screen
+from armdrive.config.link_model import is_model_file, read_model
 from armdrive.errors import BadRequest
-from kinematics.textbook.study import find_subject, subject_names
+from kinematics.errors import suggestion
+from kinematics.textbook.study import Subject, named_subject, subject_names, subject_of_chain
 
 if TYPE_CHECKING:
     import argparse
 
-    from tui.keyboard import Keyboard
+    from tui.keys.keyboard import Keyboard
 
 
 def jog_model(options: argparse.Namespace, keys: Keyboard) -> int:
@@ -27,13 +29,31 @@ def jog_model(options: argparse.Namespace, keys: Keyboard) -> int:
     subject = find_subject(options.model)
     if not options.served:
         require_screen("jogging", "`armdrive explain` prints the same of one posture")
-    from tui.model_desk import run_model
+    from tui.theory.model import run_model
 
     return run_model(subject, ascii_only=options.ascii, keys=keys)
 
 
+def find_subject(word: str) -> Subject:
+    """Return what a name or the path of a model file stands for.
+
+    Raises `BadRequest` for a name that nothing has, with the nearest one, and `ArmFileError` for
+    a file that cannot be used.
+    """
+    if is_model_file(word):
+        model = read_model(word)
+        return subject_of_chain(model.name, model.title, model.source, model.chain)
+    names = subject_names()
+    if word not in names:
+        raise BadRequest(
+            f"no model is named {word!r}{suggestion(word, names)} "
+            f"(there are {', '.join(names)}, and .toml files with a link table)"
+        )
+    return named_subject(word)
+
+
 def _list(*, as_json: bool) -> None:
-    found = [(name, find_subject(name).title) for name in subject_names()]
+    found = [(name, named_subject(name).title) for name in subject_names()]
     if as_json:
         emit({"models": [{"name": name, "title": title} for name, title in found]})
         return

@@ -1,7 +1,8 @@
 """An arm of five or six turning joints, of any build, driven by its link table.
 
-Units: mm and rad. Inverse kinematics is found by numbers, from the seed first, so that the
-posture near the seed is found where there is one; see chain_task.py for what its poses mean.
+Units: mm and rad. Inverse kinematics is found by numbers, from the seed first, so that the posture
+near the seed is found where there is one. `Task` says what poses of such an arm mean. The last part
+finds a posture a small step away, as a jog needs it.
 """
 
 from __future__ import annotations
@@ -9,24 +10,32 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 from kinematics.chains.chain import Chain
+from kinematics.chains.follow import chain_line
 from kinematics.chains.generated import Generated, generated
 from kinematics.chains.goals import Goal, Part
-from kinematics.chains.inverse import Descent, Effort, First, Solution, account, solve_goal
+from kinematics.chains.inverse import Effort, First, Solution, descend, solve_goal
 from kinematics.chains.links import Convention, JointKind
-from kinematics.chains.task import Task, goal_of, pose_of, task_of
+from kinematics.chains.singularities import length_of
+from kinematics.chains.task import (
+    Task,
+    chain_refusal,
+    goal_of,
+    nearest_of,
+    pose_of,
+    step_refusal,
+    task_of,
+)
 from kinematics.errors import JointLimit, KinematicsError
-from kinematics.frames.transforms import position_of, rotation_of
-from kinematics.frames.vectors import Vector, cross, norm, subtract
-from kinematics.geometry import Point
-from kinematics.limits import JointRange, LimitViolation
+from kinematics.frames.rotations import Matrix3
+from kinematics.frames.transforms import compose, position_of, rotation_of, translation
+from kinematics.frames.vectors import Vector, cross, dot, norm, subtract
+from kinematics.geometry import ArmGeometry, Point
+from kinematics.limits import LIMIT_TOLERANCE_RAD, JointRange, LimitViolation
+from kinematics.paths.curves import Line
 from kinematics.spaces import Joints, Pose
-
-if TYPE_CHECKING:
-    from kinematics.frames.rotations import Matrix3
-    from kinematics.paths.curves import Line
+from kinematics.tool import Tool
 
 EFFORT = Effort(starts=16)
 """Postures tried before a pose is called out of reach: a person is waiting for the answer."""
@@ -98,6 +107,11 @@ class ChainArm:
         )
         return ChainArm(replace(self.chain, links=links))
 
+    def with_tool(self, tool: Tool) -> ChainArm:
+        """Return this arm with a tool in its hand: poses are those of the tool's point."""
+        off = translation(tool.up_mm, tool.side_mm, tool.along_mm)
+        return ChainArm(replace(self.chain, tool=compose(self.chain.tool, off)))
+
     def fk(self, joints: Joints) -> Pose:
         """Return the pose of a posture."""
         return pose_of(self._made.fk(self._values(joints)), self.task, self.centre)
@@ -110,22 +124,18 @@ class ChainArm:
         stands for it.
         """
         found = self._hunt(pose, seed)
-        if found.ok:
-            return self.joints_of(found.joints)
-        from kinematics.chains.task import chain_refusal  # it looks at arms
-
-        raise chain_refusal(self, pose, found)
+        if not found.ok:
+            raise chain_refusal(self.chain, self.task, pose, found)
+        return self.joints_of(found.joints)
 
     def ik_near(self, pose: Pose, seed: Joints) -> Joints:
         """Return the posture a small step from the seed, by one descent; raises `Unreachable`."""
-        found = self.meet(self.goal(pose), seed)
+        found = descend(self.chain, self.goal(pose), self._values(seed))
         joints = self.joints_of(found.joints)
         turned = max(abs(b - a) for a, b in zip(seed, joints, strict=True))
-        if found.ok and turned <= AT_ONCE_RAD:
-            return joints
-        from kinematics.chains.task import step_refusal  # it looks at arms
-
-        raise step_refusal(self, pose, found, seed)
+        if not found.ok or turned > AT_ONCE_RAD:
+            raise step_refusal(self.chain, self.task, pose, found, seed, self.fk(seed))
+        return joints
 
     def solve(self, pose: Pose, seed: Joints | None = None) -> Joints | None:
         """Return what `ik` does, or None without reasons."""
@@ -134,20 +144,12 @@ class ChainArm:
 
     def nearest_pose(self, pose: Pose, seed: Joints | None = None) -> Pose:
         """Return the pose in reach, the hand held as asked where it can be, that was found."""
-        from kinematics.chains.task import nearest_of  # it looks at arms
-
         found = self._hunt(pose, seed)
-        return pose if found.ok else nearest_of(self, pose, found)
+        return pose if found.ok else nearest_of(self.chain, self.task, pose, found)
 
     def goal(self, pose: Pose) -> Goal:
         """Return what a pose asks of the hand."""
         return goal_of(pose, self.task, self.centre)
-
-    def meet(self, goal: Goal, seed: Joints, chain: Chain | None = None) -> Solution:
-        """Return where one descent from the seed ends; `chain` may have other limits."""
-        chain = chain or self.chain
-        values = Descent(chain, goal, ()).meet(self._values(seed))
-        return account(chain, goal, values, EFFORT.tolerance_mm, EFFORT.tolerance_rad, 1)
 
     def joints_of(self, values: Sequence[float]) -> Joints:
         """Return joint values by this arm's names."""
@@ -181,9 +183,7 @@ class ChainArm:
 
     def line(self, start: Joints, goal: Pose) -> Line:
         """Return the straight line from a posture to a pose."""
-        from kinematics.chains.follow import chain_line  # a line is made of an arm
-
-        return chain_line(self, start, goal)
+        return chain_line(self.chain, self.task, start, self.fk(start), goal)
 
     def travel_bound_mm(self, changes_rad: Sequence[float]) -> float:
         """Return a distance that no point exceeds while the joints turn by this much."""
@@ -260,3 +260,135 @@ def _longest_levers(chain: Chain) -> tuple[float, ...]:
         found.append(own + (across if aligned else beyond))
         beyond += math.hypot(link.a_mm, link.d_mm)
     return tuple(reversed(found))
+
+
+# The posture of a chain a small step from one that is known, on bare floats and quickly, or none.
+#
+# Levenberg and Marquardt's steps (Marquardt, 1963) by their normal equations. A jog asks for this
+# many times in each leg, also for points that cannot be reached, and has no time for reasons:
+# `ik_near` gives those. Errors count mm in the arm's length.
+
+ROUNDS = 16
+MET = 1e-18
+"""A squared error that is none: some 1e-7 mm."""
+
+GENTLE, HARSH = 1e-12, 1.0
+"""Between what the damping stays, as a share of the largest diagonal entry."""
+
+EASIER, HARDER = 0.01, 30.0
+HOPELESS = 0.999
+"""A round that leaves more of the error than this, twice in a row, leads nowhere."""
+
+INSIDE_RAD = 0.05
+"""How far from a joint's limit the second look begins."""
+
+Rows = list[list[float]]
+
+
+def near(arm: ArmGeometry, pose: Pose, seed: Joints) -> Joints | None:
+    """Return the posture for a pose a small step from the seed, None where there is none."""
+    try:
+        return chain_near(arm, pose, seed) if isinstance(arm, ChainArm) else arm.ik_near(pose, seed)
+    except KinematicsError:
+        return None
+
+
+def chain_near(arm: ChainArm, pose: Pose, seed: Joints) -> Joints | None:
+    """Return the posture of a chain; raises `KinematicsError` for a pose of other axes.
+
+    A singular posture is often one with a joint at its limit, as a straight elbow is: no slope
+    leads out of it, so that a look from further inside comes second.
+    """
+    goal = arm.goal(pose)
+    found = _descended(arm, goal, seed.angles_rad)
+    if found is None and (inside := _inside(arm, seed.angles_rad)) is not None:
+        found = _descended(arm, goal, inside)
+    return None if found is None else _within(arm, found)
+
+
+def _descended(arm: ChainArm, goal: Goal, start: Sequence[float]) -> Sequence[float] | None:
+    """Return where the steps from a start meet a goal, None where they do not."""
+    length, values = length_of(arm.chain), list(start)
+    error, rows = _linear(arm, goal, values, length)
+    cost, damping, stuck = _squared(error), 1e-6, 0
+    for _ in range(ROUNDS):
+        if cost < MET:
+            return values
+        step = _step(rows, error, damping)
+        moved = [a + b for a, b in zip(values, step, strict=True)]
+        next_error, next_rows = _linear(arm, goal, moved, length)
+        next_cost = _squared(next_error)
+        stuck = stuck + 1 if next_cost > HOPELESS * cost else 0
+        if next_cost < cost:
+            values, error, rows, cost = moved, next_error, next_rows, next_cost
+            damping = max(damping * EASIER, GENTLE)
+        else:
+            damping = min(damping * HARDER, HARSH)
+        if stuck > 1:
+            return None
+    return values if cost < MET else None
+
+
+def _inside(arm: ChainArm, start: Sequence[float]) -> list[float] | None:
+    """Return a start with the joints that stand at a limit inside of it; None where none does."""
+    moved = [
+        min(max(value, bounds.low_rad + INSIDE_RAD), bounds.high_rad - INSIDE_RAD)
+        for bounds, value in zip(arm.limits, start, strict=True)
+    ]
+    return None if moved == list(start) else moved
+
+
+def _within(arm: ChainArm, values: Sequence[float]) -> Joints | None:
+    """Return the posture, none where it passes a limit by more than rounding."""
+    turned = [bounds.clamp(value) for bounds, value in zip(arm.limits, values, strict=True)]
+    excess = max(abs(a - b) for a, b in zip(turned, values, strict=True))
+    return arm.joints_of(turned) if excess <= LIMIT_TOLERANCE_RAD else None
+
+
+def _linear(
+    arm: ChainArm, goal: Goal, values: Sequence[float], length: float
+) -> tuple[list[float], Rows]:
+    """Return the errors that are left, and how the joints reduce them."""
+    frame, jacobian = generated(arm.chain).fk_and_jacobian(values)
+    errors = [(goal.frame[row][3] - frame[row][3]) / length for row in range(3)]
+    rows = [[entry / length for entry in jacobian[row]] for row in range(3)]
+    turning = list(zip(*jacobian[3:], strict=True))
+    for _, axis, miss in goal.turn(frame)[1]:
+        errors.append(miss)
+        rows.append([dot(column, axis) for column in turning])
+    return errors, rows
+
+
+def _step(rows: Rows, error: Sequence[float], damping: float) -> list[float]:
+    """Solve the damped normal equations, by elimination with the largest pivot there is."""
+    count = len(rows[0])
+    columns = list(zip(*rows, strict=True))
+    square = [
+        [sum([a * b for a, b in zip(one, other, strict=True)]) for other in columns]
+        for one in columns
+    ]
+    most = max([square[index][index] for index in range(count)])
+    table = []
+    for index, row in enumerate(square):
+        row[index] += damping * most
+        row.append(sum([a * b for a, b in zip(columns[index], error, strict=True)]))
+        table.append(row)
+    for index in range(count):
+        best = max(range(index, count), key=lambda at: abs(table[at][index]))
+        table[index], table[best] = table[best], table[index]
+        head = table[index]
+        for below in table[index + 1 :]:
+            share = below[index] / head[index]
+            for at in range(index, count + 1):
+                below[at] -= share * head[at]
+    step = [0.0] * count
+    for index in reversed(range(count)):
+        row = table[index]
+        known = sum([row[at] * step[at] for at in range(index + 1, count)])
+        step[index] = (row[count] - known) / row[index]
+    return step
+
+
+def _squared(values: Sequence[float]) -> float:
+    """Return the sum of squares."""
+    return sum([value * value for value in values])

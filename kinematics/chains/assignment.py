@@ -49,7 +49,7 @@ from kinematics.frames.vectors import (
 
 # Two joint axes in space: skew, intersecting, parallel or the same, and their common normal.
 #
-# Source: McKerrow, chapter 4, section 3 (the common normal of a link). Lengths in mm.
+# Source: McKerrow, chapter 4, section 3 (the common normal of a link).
 
 SAME_DIRECTION = 1e-9
 """Sine of the angle below which two axes count as parallel."""

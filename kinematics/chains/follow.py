@@ -9,19 +9,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 from kinematics.chains.chain import Chain
-from kinematics.chains.task import Task, pose_of
+from kinematics.chains.inverse import Solution, descend
+from kinematics.chains.task import Task, goal_of, pose_of
 from kinematics.frames.quaternions import Quaternion, quaternion_of
-from kinematics.frames.transforms import rotation_of, transform
+from kinematics.frames.transforms import position_of, rotation_of, transform
+from kinematics.frames.vectors import Vector
 from kinematics.geometry import Hand, NotFollowed, Point
 from kinematics.paths.curves import Line, hand_near, in_proportion, refuse_leap, straight_between
 from kinematics.spaces import Joints, Pose
-
-if TYPE_CHECKING:
-    from kinematics.chains.arm import ChainArm
-    from kinematics.chains.inverse import Solution
 
 LARGEST_TURN_RAD = 0.1
 """The furthest that a joint may turn between two waypoints, so that the hand's direction, which
@@ -32,15 +29,20 @@ is no sum of joint angles here, stays within some thousandths of a rad of the li
 class ChainFollower:
     """The posture near the one before; `chain` has limits widened to the start."""
 
-    arm: ChainArm
-    first: Hand
     chain: Chain
+    task: Task
+    first: Hand
     posture = ""
+
+    @property
+    def centre(self) -> Vector:
+        """A point of the base axis, from which outwards is counted."""
+        return position_of(self.chain.base)
 
     def hand(self, pose: Pose, near: Hand) -> Hand:
         """Return how a pose holds the hand; refuses a yaw that is missing or cannot be taken."""
-        goal = self.arm.goal(pose)
-        if self.arm.task is Task.WHOLE:
+        goal = goal_of(pose, self.task, self.centre)
+        if self.task is Task.WHOLE:
             turn = _four(quaternion_of(rotation_of(goal.frame)))
             opposite = sum(a * b for a, b in zip(near, turn, strict=True)) < 0.0
             return tuple(-part for part in turn) if opposite else turn
@@ -48,35 +50,34 @@ class ChainFollower:
 
     def between(self, a: Hand, b: Hand, share: float) -> Hand:
         """Return the hand at a share of the turn from one to another."""
-        if self.arm.task is Task.WHOLE and share < 1.0:
+        if self.task is Task.WHOLE and share < 1.0:
             return _turned(a, b, share)
         return in_proportion(a, b, share)
 
     def pose(self, tip: Point, hand: Hand) -> Pose:
         """Return the pose of a tip and a hand."""
-        if self.arm.task is Task.WHOLE:
+        if self.task is Task.WHOLE:
             frame = transform(Quaternion.of(*hand).rotation(), tip)
-            return pose_of(frame, self.arm.task, self.arm.centre)
+            return pose_of(frame, self.task, self.centre)
         return Pose(*tip, *hand)
 
     def solve(self, tip: Point, hand: Hand, before: Joints) -> Joints:
         """Return the posture near the one before; raises `NotFollowed`."""
-        goal = self.arm.goal(self.pose(tip, hand))
-        found = self.arm.meet(goal, before, self.chain)
+        goal = goal_of(self.pose(tip, hand), self.task, self.centre)
+        found = descend(self.chain, goal, before.angles_rad)
         if not found.ok:
             raise NotFollowed(_reason(found))
-        joints = self.arm.joints_of(found.joints)
+        joints = Joints(found.joints, self.chain.joint_names)
         refuse_leap(before, joints, LARGEST_TURN_RAD)
         return joints
 
 
-def chain_line(arm: ChainArm, start: Joints, goal: Pose) -> Line:
-    """Return the line from a posture to a pose."""
-    origin = arm.fk(start)
+def chain_line(chain: Chain, task: Task, start: Joints, origin: Pose, goal: Pose) -> Line:
+    """Return the line to a pose from a posture, whose own pose is `origin`."""
     first: Hand = (origin.pitch_rad, origin.roll_rad)
-    if arm.task is Task.WHOLE:
-        first = _four(quaternion_of(rotation_of(arm.chain.fk(start.angles_rad))))
-    follower = ChainFollower(arm, first, _widened(arm, start))
+    if task is Task.WHOLE:
+        first = _four(quaternion_of(rotation_of(chain.fk(start.angles_rad))))
+    follower = ChainFollower(_widened(chain, start), task, first)
     tip = origin.x_mm, origin.y_mm, origin.z_mm
     return straight_between(follower, tip, first, goal)
 
@@ -99,15 +100,15 @@ def _turned(a: Hand, b: Hand, share: float) -> Hand:
     return tuple(first * one + second * two for one, two in zip(a, b, strict=True))
 
 
-def _widened(arm: ChainArm, start: Joints) -> Chain:
+def _widened(chain: Chain, start: Joints) -> Chain:
     """Return the chain with its limits widened to a posture beyond them."""
-    if not arm.violations(start):
-        return arm.chain
+    if not chain.violations(start.angles_rad):
+        return chain
     links = tuple(
         replace(link, low=min(link.low, angle), high=max(link.high, angle))
-        for link, angle in zip(arm.chain.links, start, strict=True)
+        for link, angle in zip(chain.links, start, strict=True)
     )
-    return replace(arm.chain, links=links)
+    return replace(chain, links=links)
 
 
 def _reason(found: Solution) -> str:

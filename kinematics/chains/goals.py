@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from enum import Enum
 
 from kinematics.errors import KinematicsError
-from kinematics.five_axis.arm import RollFrame
 from kinematics.frames.quaternions import rotation_vector
 from kinematics.frames.rotations import Matrix3, columns, from_columns, multiply, transpose
 from kinematics.frames.transforms import (
@@ -36,7 +35,7 @@ from kinematics.frames.vectors import (
     subtract,
     unit,
 )
-from kinematics.spaces import Pose
+from kinematics.spaces import Pose, RollFrame
 
 VERTICAL = 1e-9
 """A horizontal part smaller than this gives no heading."""

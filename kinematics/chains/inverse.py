@@ -21,11 +21,10 @@ from kinematics.chains.generated import Jacobian, generated
 from kinematics.chains.goals import Goal, Part, frame_goal, pose_goal
 from kinematics.chains.links import JointKind
 from kinematics.chains.singularities import condition, length_of
-from kinematics.five_axis.arm import RollFrame
 from kinematics.frames.transforms import Transform, position_of
 from kinematics.frames.vectors import distance, dot, norm
 from kinematics.limits import turn_into
-from kinematics.spaces import Pose
+from kinematics.spaces import Pose, RollFrame
 
 if TYPE_CHECKING:
     import numpy as np
@@ -36,7 +35,7 @@ if TYPE_CHECKING:
 
 # Descent towards a goal within joint limits: Levenberg-Marquardt with an active set.
 #
-# Errors are dimensionless: mm are counted in the arm's length. Joint values in rad and mm.
+# Errors are dimensionless: mm are counted in the arm's length.
 
 ROUNDS = 80
 STIFF = (10.0, 100.0, 1000.0)
@@ -223,8 +222,7 @@ def _step(slopes: Floats, error: Floats, damping: float) -> Floats:
 
 # The account of a numerical solution: what was met, what was missed, by how much, and why.
 #
-# Measured by the product of the A matrices, not by what the solver believes. Lengths in mm, angles
-# in rad.
+# Measured by the product of the A matrices, not by what the solver believes.
 
 FAR_FROM_SINGULAR = 1e-4
 """Smallest singular value, dimensionless, above which an arm is not at the edge of its reach."""
@@ -493,6 +491,11 @@ def solve_goal(
     if unlimited is not None and not chain.violations(unlimited):
         return _account(chain, goal, chain.clamp(unlimited), effort, tried)
     return _account(chain, goal, best, effort, tried, unlimited)
+
+
+def descend(chain: Chain, goal: Goal, seed: Sequence[float]) -> Solution:
+    """Return where one descent from the seed ends, for goals a small step away."""
+    return _account(chain, goal, Descent(chain, goal, ()).meet(seed), DEFAULT_EFFORT, 1)
 
 
 def _account(

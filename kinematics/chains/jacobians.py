@@ -1,8 +1,7 @@
-"""Jacobians: what unit rates of the joints make the tip do, and how well it can move.
+"""Jacobians of chains: what the joints' rates make the tip do, and joint rates for the tip's.
 
-Geometric, of any chain: each column is the joint's axis z and z x (tip - axis) (Whitney, 1972;
-Craig, chapter 5). In the task space of the five-axis build: x, y, z, pitch, roll. Lengths in mm,
-angles in rad, rates per second of whatever the joint is measured in.
+Geometric: each column is the joint's axis z and z x (tip - axis) (Whitney, 1972; Craig, chapter 5).
+Lengths in mm, angles in rad, rates per second of whatever the joint is measured in.
 """
 
 from __future__ import annotations
@@ -15,12 +14,9 @@ from kinematics.chains.chain import Chain
 from kinematics.chains.generated import Jacobian
 from kinematics.chains.links import JointKind
 from kinematics.errors import KinematicsError, finite
-from kinematics.five_axis.arm import FiveAxisArm, RollFrame
-from kinematics.five_axis.closed_form import AXIS_MM, plane_tip
 from kinematics.frames.matrices import Singular, singular, times
 from kinematics.frames.transforms import position_of
 from kinematics.frames.vectors import cross, subtract
-from kinematics.spaces import Joints
 
 POSITION_ROWS = (0, 1, 2)
 """The rows of a geometric Jacobian that concern the tip's position."""
@@ -42,51 +38,6 @@ def geometric_jacobian(chain: Chain, values: Sequence[float]) -> Jacobian:
         else:
             columns.append((*axis, 0.0, 0.0, 0.0))
     return tuple(zip(*columns, strict=True))
-
-
-def task_jacobian(
-    arm: FiveAxisArm, joints: Joints, roll_frame: RollFrame = RollFrame.HAND
-) -> Jacobian:
-    """Return the five rows x, y, z (mm/rad), pitch and roll (rad/rad) of the five-axis build.
-
-    The derivative of `FiveAxisArm.fk`. A tip behind the base axis pitches against its joints
-    (see five_axis.py); on the axis itself pitch counts as in front, and the tip can leave in the
-    arm's own plane only.
-    """
-    arm.fk(joints)  # checks that these are the build's joints
-    base, shoulder, elbow, wrist, _ = joints.angles_rad
-    r, _, _ = plane_tip(shoulder, elbow, wrist, arm.lengths)
-    joints_above = _above(arm, shoulder, elbow, wrist)
-    cos_base, sin_base = math.cos(base), math.sin(base)
-    outwards = [-rise for _, rise in joints_above]
-    upwards = [reach for reach, _ in joints_above]
-    sense = -1.0 if r < -AXIS_MM else 1.0
-    turns_roll = -1.0 if roll_frame is RollFrame.TABLE else 0.0
-    return (
-        (-r * sin_base, *(cos_base * rate for rate in outwards), 0.0),
-        (r * cos_base, *(sin_base * rate for rate in outwards), 0.0),
-        (0.0, *upwards, 0.0),
-        (0.0, sense, sense, sense, 0.0),
-        (turns_roll, 0.0, 0.0, 0.0, 1.0),
-    )
-
-
-def _above(
-    arm: FiveAxisArm, shoulder: float, elbow: float, wrist: float
-) -> list[tuple[float, float]]:
-    """Return how far the tip lies outwards of and above shoulder, elbow and wrist, in the plane."""
-    _, upper, fore, hand = arm.lengths
-    found = []
-    reach = rise = 0.0
-    for length, elevation in (
-        (hand, shoulder + elbow + wrist),
-        (fore, shoulder + elbow),
-        (upper, shoulder),
-    ):
-        reach += length * math.cos(elevation)
-        rise += length * math.sin(elevation)
-        found.append((reach, rise))
-    return found[::-1]
 
 
 def dimensionless(

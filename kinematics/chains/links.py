@@ -1,7 +1,7 @@
-"""Joints and links: revolute and prismatic, a link's four parameters, its A matrix.
+"""Joints and links: revolute and prismatic, a link's four parameters and its A matrix, both ways.
 
-Source: McKerrow, chapter 4, sections 1 (joints), 3 (general links) and 6 (A matrices); Craig,
-chapter 3, for the other convention. Lengths in mm, angles in rad.
+Source: McKerrow, chapter 4, sections 1 (joints), 2 (types), 3 (general links) and 6 (A matrices);
+Craig, chapter 3, for the other convention. Lengths in mm, angles in rad.
 """
 
 from __future__ import annotations

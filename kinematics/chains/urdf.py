@@ -15,11 +15,9 @@ from collections.abc import Sequence
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import Convention, DHLink, JointKind
 from kinematics.errors import KinematicsError, finite
-from kinematics.five_axis.arm import FiveAxisArm
 from kinematics.frames.numbers import is_own_kind
 from kinematics.frames.orientations import solve_rpy
 from kinematics.frames.transforms import IN_PLACE, Transform, compose, position_of, rotation_of
-from kinematics.textbook.systems.mini_movers import MiniMover
 
 MM_PER_M = 1000.0
 TOOL_JOINT = "tool_joint"
@@ -63,13 +61,6 @@ def urdf_of_chain(
     _add_origin(_add_joint(robot, TOOL_JOINT, "fixed", links[-2:]), origins[-1])
     ET.indent(robot)
     return '<?xml version="1.0"?>\n' + ET.tostring(robot, encoding="unicode") + "\n"
-
-
-def urdf_of_arm(
-    arm: FiveAxisArm, *, name: str = "arm", speeds_rad_s: Sequence[float] | None = None
-) -> str:
-    """Return the URDF document of an arm of the Mini-mover's build, in its own joint angles."""
-    return urdf_of_chain(MiniMover(arm).chain(), name=name, speeds=speeds_rad_s)
 
 
 def _origins(chain: Chain) -> list[Transform]:

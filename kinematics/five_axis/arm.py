@@ -14,13 +14,15 @@ with the base: the pose is the one of the front posture that holds the hand in t
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 from enum import Enum
-from typing import TYPE_CHECKING, Protocol, runtime_checkable
+from typing import Protocol, runtime_checkable
 
-from kinematics.errors import JointLimit, KinematicsError, finite
+from kinematics.errors import JointLimit, KinematicsError, Unreachable, finite
 from kinematics.five_axis import closed_form
 from kinematics.five_axis.closed_form import Angles, Build, Lengths, build, solve_pose
+from kinematics.five_axis.follow import line_from
 from kinematics.five_axis.frame import (
     FrameAngles,
     FrameSolution,
@@ -28,17 +30,13 @@ from kinematics.five_axis.frame import (
     frame_solution,
     solve_frame,
 )
-from kinematics.five_axis.nearest import refusal
+from kinematics.five_axis.nearest import limit_refusal, nearest, span_refusal
+from kinematics.frames.rotations import Matrix3
+from kinematics.frames.transforms import Transform, check_transform
+from kinematics.geometry import ArmGeometry
 from kinematics.limits import LIMIT_TOLERANCE_RAD, JointRange, LimitViolation, turn_into, wrap
-from kinematics.spaces import JOINT_NAMES, Joints, Pose
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from kinematics.frames.rotations import Matrix3
-    from kinematics.frames.transforms import Transform
-    from kinematics.geometry import ArmGeometry
-    from kinematics.paths.curves import Line
+from kinematics.paths.curves import Line
+from kinematics.spaces import JOINT_NAMES, Joints, Pose, RollFrame
 
 MOVING_POINTS = ("elbow", "wrist", "tip")
 
@@ -55,13 +53,6 @@ class Elbow(Enum):
 
     UP = "up"
     DOWN = "down"
-
-
-class RollFrame(Enum):
-    """What a goal's roll is measured against: wrist roll = roll + value * base angle."""
-
-    HAND = 0
-    TABLE = 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -216,7 +207,7 @@ class FiveAxisArm:
         return solve_pose(goal, self._build, table_roll, near)
 
     def transform(self, joints: Joints) -> Transform:
-        """Return the hand's frame in the arm's base frame; see `hand_frame` for its axes."""
+        """Return the hand's frame in the arm's base frame; see `five_axis.frame` for its axes."""
         return forward_frame(_angles(joints), self.lengths)
 
     def solve_transform(self, goal: Transform, seed: Joints | None = None) -> FrameSolution:
@@ -225,8 +216,6 @@ class FiveAxisArm:
         A direction that five axes cannot give is never bent in silence: the answer says by how
         much it leaves the arm's plane. Raises `NotARotation` and `BadNumber` for what is no frame.
         """
-        from kinematics.frames.transforms import check_transform  # only here is it needed
-
         near = _seed(seed, self.limits)
         return frame_solution(solve_frame(check_transform(goal), self._build, near))
 
@@ -257,7 +246,7 @@ class FiveAxisArm:
             )
             joints = self.solve(turned, seed, roll_frame)
         if joints is None:
-            raise refusal(self, pose, seed, roll_frame)
+            raise self._refusal(pose, seed, roll_frame)
         return joints
 
     def ik_near(self, pose: Pose, seed: Joints) -> Joints:
@@ -266,8 +255,6 @@ class FiveAxisArm:
 
     def nearest_pose(self, pose: Pose, seed: Joints | None = None) -> Pose:
         """Return the reachable pose nearest to this one; see `nearest`."""
-        from kinematics.five_axis.nearest import nearest  # only here is it needed
-
         return nearest(self, pose, seed).pose
 
     def hand_axes(self, joints: Joints) -> Matrix3:
@@ -277,9 +264,7 @@ class FiveAxisArm:
 
     def line(self, start: Joints, goal: Pose) -> Line:
         """Return the straight line from a posture to a pose; see `line_from`."""
-        from kinematics.five_axis.follow import line_from  # a line is made of an arm
-
-        return line_from(self, start, goal)
+        return line_from(self, start, self.fk(start), goal)
 
     def travel_bound_mm(self, changes_rad: Sequence[float]) -> float:
         """Return a distance that no point exceeds while the joints turn by this in proportion.
@@ -310,6 +295,16 @@ class FiveAxisArm:
             math.dist(wrist, tip),
             0.0,
         )
+
+    def _refusal(self, pose: Pose, seed: Joints | None, roll_frame: RollFrame) -> Unreachable:
+        """Return why no posture was found: of all branches, what the least broken one breaks."""
+        instead = nearest(self, pose, seed, roll_frame).pose
+        branches = self.branches(pose, seed, roll_frame)
+        if not branches:
+            return span_refusal(pose, self.lengths, instead)
+        best = min(branches, key=lambda branch: branch.excess_rad)
+        worst = max(best.violations, key=lambda violation: violation.excess_rad)
+        return limit_refusal(pose, worst, instead)
 
     def _branch(self, back: bool, down: bool, angles: Angles, base_free: bool) -> Branch:
         return Branch(
@@ -362,11 +357,9 @@ def _violations(angles: Angles, limits: tuple[JointRange, ...]) -> tuple[LimitVi
     )
 
 
-# Every posture that an arm has for one pose, with the names that its build gives to them.
-#
-# Units: mm and rad. An arm of the Mini-mover's build has four: base front or back, elbow up or
-# down
-# (five_axis.py). Of an arm that is solved by numbers the one nearest to the seed is known.
+# Every posture that an arm of any build has for one pose, by name where its build names them: this
+# build has four, base front or back and elbow up or down. Of an arm that is solved by numbers only
+# the posture nearest to the seed is known.
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,10 +1,10 @@
 """Many poses at once with numpy: the five-axis closed form, one branch or all four, and forward.
 
-Lengths in mm, angles in rad, arrays of shape (N, 5), (N, 4, 5) and (N, 4, 4). What cannot be met
-is never answered with a number: its row is NaN (the root of a negative number, without a
-warning). Work is done in blocks that stay in the processor's cache, with the sines and arc
-tangents of `batch_trig`. Inputs may have any memory layout; results are stored by columns, which
-is what the next computation reads fastest.
+Lengths in mm, angles in rad, arrays of shape (N, 5), (N, 4, 5) and (N, 4, 4). What cannot be met is
+never answered with a number: its row is NaN (the root of a negative number, without a warning).
+Work is done in blocks that stay in the processor's cache, in rows of spare arrays as long as the
+block. Inputs may have any memory layout; results are stored by columns, which is what the next
+computation reads fastest.
 
 Source: McKerrow, chapter 4, section 16, as `closed_form` writes it for one pose.
 """
@@ -26,11 +26,11 @@ from kinematics.limits import LIMIT_TOLERANCE_RAD
 
 # Sine, cosine and arc tangent of whole arrays, from products and quotients alone.
 #
-# Angles in rad. The C library's sines and arc tangents work on one number at a time on many
-# processors (20 to 40 ns each), while numpy's products work on several. Both functions here are
-# therefore quotients of two polynomials, in Horner's form and in place, on arrays that stay in the
-# processor's cache. They are exact to a few units in the last place; the coefficients minimise the
-# largest relative error (Remez in the Lawson form, computed with 60 digits).
+# The C library's sines and arc tangents work on one number at a time on many processors (20 to 40
+# ns each), while numpy's products work on several. Both functions here are therefore quotients of
+# two polynomials, in Horner's form and in place. They are exact to a few units in the last place;
+# the coefficients minimise the largest relative error (Remez in the Lawson form, computed with 60
+# digits).
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
@@ -136,9 +136,7 @@ def _polynomial(x: Array, coefficients: tuple[float, ...], out: Array) -> None:
     out += coefficients[0]
 
 
-# Forward kinematics of blocks of postures with numpy: poses, and the hand's frames.
-#
-# Lengths in mm, angles in rad. Rows of `row` are spare arrays as long as the block; see `batch`.
+# Forward kinematics of blocks of postures: poses, and the hand's frames.
 
 POSE_ROWS = 7
 FRAME_ROWS = 14
@@ -226,9 +224,9 @@ def _level_row(out: Array, outwards: Array, sideways: Array, row: Array) -> None
 
 # A stack of points whose directions are wanted all at once, for a block of goals.
 #
-# Lengths in mm, angles in rad. Every angle of the arm's closed form but one is the direction of a
-# point whose distance is known; the one is the elbow's bend. All their arc tangents are taken on
-# stacked rows together: that is fewer calls, and calls are what a block costs.
+# Every angle of the arm's closed form but one is the direction of a point whose distance is known;
+# the one is the elbow's bend. All their arc tangents are taken on stacked rows together: that is
+# fewer calls, and calls are what a block costs.
 
 
 class Stack(NamedTuple):
@@ -333,7 +331,7 @@ def branches_of_frames(
 ) -> FrameBranches:
     """Return all branches of each hand frame (N, 4, 4), and how far it is off the manifold.
 
-    The frames' axes are those of `hand_frame`; their rotations are taken for rotations.
+    The frames' axes are those of `five_axis.frame`; their rotations are taken for rotations.
     """
     goals = _rows(frames, (4, 4))
     joints = _by_columns(len(goals), 4, 5) if out is None else _result(out, (len(goals), 4, 5))
@@ -406,9 +404,8 @@ def _blocks(count: int, spares: int) -> Iterator[tuple[slice, Array]]:
         yield slice(start, stop), room[:, : stop - start]
 
 
-# Where the wrist must be for a block of hand frames, and how far the frames are off.
-#
-# Lengths in mm, angles in rad. Meaning and names are those of `hand_frame.solve_frame`.
+# Where the wrist must be for a block of hand frames, and how far the frames are off:
+# `frame.solve_frame` for many.
 
 
 def wrist_of_frame(lengths: Lengths, goals: Array, off: Array, rows: Stack) -> tuple[Array, Array]:
@@ -475,10 +472,8 @@ def _angle_of_sine(sine: Array, out: Array) -> None:
         out[large] = np.arcsin(np.minimum(out[large], 1.0))
 
 
-# Inverse kinematics of blocks of goals with numpy: one branch of each, or all four.
-#
-# Lengths in mm, angles in rad. Each function finds the points whose directions are the angles,
-# puts them in a stack, and has all of them solved at once. See `batch` for the meaning.
+# Inverse kinematics of blocks of goals: one branch of each, or all four. Each function finds the
+# points whose directions are the angles, puts them in a stack, and has all of them solved at once.
 
 
 def fill_one_branch(

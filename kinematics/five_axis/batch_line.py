@@ -1,7 +1,7 @@
 """A straight line of the tip as many points at once: joint angles and times, for the five axes.
 
 Lengths in mm, angles in rad, times in s, with numpy. The points are evenly spaced in x, y, z,
-pitch and roll, and all on the start's branch: the answers of `line.py`, thousands at a time.
+pitch and roll, and all on the start's branch: the answers of `follow`, thousands at a time.
 Where anything is irregular (a straight or folded elbow, a tip near the base axis, a limit), the
 line is solved again point by point, which also finds out where and why it breaks.
 """
@@ -25,15 +25,14 @@ from kinematics.spaces import Joints, Pose
 
 # Joint angles of many points of one straight line, solved at once on the branch of its start.
 #
-# Lengths in mm, angles in rad. What costs time at a few hundred points is the number of calls, so
-# all that is linear along the line, or in the squared distance of the wrist, is filled by one
-# product of rows, and the four directions (base, wrist, lift of the upper arm, half the elbow's
-# bend) are taken by one call. The base's direction is taken from that of the start, and a straight
-# line is seen from the base axis under less than half a circle: so it needs no unwinding.
+# What costs time at a few hundred points is the number of calls, so all that is linear along the
+# line, or in the squared distance of the wrist, is filled by one product of rows, and the four
+# directions (base, wrist, lift of the upper arm, half the elbow's bend) are taken by one call. The
+# base's direction is taken from that of the start, and a straight line is seen from the base axis
+# under less than half a circle: so it needs no unwinding.
 #
-# Source: McKerrow, chapter 4, section 16, as `closed_form` writes it; the bend by half angles as
-# in
-# batch_inverse.py.
+# Source: McKerrow, chapter 4, section 16, as `closed_form` writes it; the bend by half angles as in
+# `batch`.
 
 REGULAR = 1e-12
 """Squares of the sine and cosine of half the bend below which the elbow is straight or folded."""
@@ -198,20 +197,17 @@ def _holds(bounds: JointRange, angle: float) -> bool:
 
 # The time of each of many points of a path, under speeds, accelerations and motor rates.
 #
-# Angles in rad, times in s. The points are evenly spaced on the path's parameter, of which one
-# unit
-# is one point. Squared speeds are limited at every point, and their change from point to point, so
-# the quickest profile is the least of lines of limited slope: a running sum of the slopes and a
-# running least, forwards and backwards.
+# The points are evenly spaced on the path's parameter, of which one unit is one point. Squared
+# speeds are limited at every point, and their change from point to point, so the quickest profile
+# is the least of lines of limited slope: a running sum of the slopes and a running least, forwards
+# and backwards.
 #
 # The acceleration of a joint is its change by the path's own bend, times the squared speed, and by
-# speeding up. Both are taken at the worst joint each, as if they always added up; the bend may
-# have half of the limit at most, and speeding up what the fastest allowed speed leaves. So no
-# speed
-# is passed, an acceleration by no more than a joint's rate changes from one step to the next (2 %
-# of
-# it with a thousand points), and on strongly curved parts some is given away (timing.py gives away
-# less).
+# speeding up. Both are taken at the worst joint each, as if they always added up; the bend may have
+# half of the limit at most, and speeding up what the fastest allowed speed leaves. So no speed is
+# passed, an acceleration by no more than a joint's rate changes from one step to the next (2 % of
+# it with a thousand points), and on strongly curved parts some is given away (`paths.timing` gives
+# away less).
 
 _TINY = 1e-300
 """Keeps a limit by a number from being a limit by nothing."""
@@ -319,8 +315,7 @@ class LinePlanner:
     """Plans lines of one arm in a given number of points; it keeps room for one plan at a time.
 
     `limits` are of the joints and, if there is one more coordinate, of a gripper that rests. A
-    build-up time is refused: `timed` knows it. What keeps the limits, and how far: see
-    batch_line_times.py.
+    build-up time is refused: `timed` knows it. How far limits are kept is said at `LineTimer`.
     """
 
     def __init__(self, arm: FiveAxisArm, limits: MotionLimits, points: int) -> None:
@@ -363,7 +358,7 @@ class LinePlanner:
         return DenseLine(joints.T, times_s)
 
     def _one_by_one(self, start: Joints, goal: Pose, joints: Array) -> None:
-        """Fill the joints as `line.py` solves them, one after the other."""
+        """Fill the joints as `follow` solves them, one after the other."""
         line = self._arm.line(start, goal)
         before = start
         for index, share in enumerate(self._solver.shares.tolist()):

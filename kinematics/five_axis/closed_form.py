@@ -1,17 +1,17 @@
-"""The closed form of the five-axis build on bare floats: forward, and every inverse branch.
+"""The closed form of the five-axis build on bare floats: forward, every branch, the nearest one.
 
-Source: McKerrow, chapter 4, section 16 (the Mini-mover 5), whose elbow triangle is here written
-for an upper arm and a forearm of any lengths. Lengths in mm, angles in rad; nothing is checked
-and nothing but floats and tuples is made, because planners call this thousands of times.
+Source: McKerrow, chapter 4, section 16 (the Mini-mover 5), whose elbow triangle is here written for
+an upper arm and a forearm of any lengths. Lengths in mm, angles in rad; nothing is checked and
+nothing but floats and tuples is made, because planners call this thousands of times.
 """
 
 from __future__ import annotations
 
 import math
 from math import acos, atan2, cos, hypot, inf, pi, sin, sqrt
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
-from kinematics.limits import LIMIT_TOLERANCE_RAD, fitted
+from kinematics.limits import LIMIT_TOLERANCE_RAD, JointRange, fitted
 
 AXIS_MM = 1e-9
 """Nearer to the base axis than this, a tip is on it, and its direction from it means nothing."""
@@ -24,6 +24,20 @@ Lengths = tuple[float, float, float, float]
 
 Angles = tuple[float, float, float, float, float]
 """Base, shoulder, elbow, wrist pitch, wrist roll."""
+
+
+class Dimensions(Protocol):
+    """Lengths and joint ranges of an arm of this build, from which all its answers follow."""
+
+    @property
+    def lengths(self) -> Lengths:
+        """Base height, upper arm, forearm and hand in mm."""
+        ...
+
+    @property
+    def limits(self) -> tuple[JointRange, ...]:
+        """The range of each joint."""
+        ...
 
 
 def plane_tip(
@@ -133,12 +147,12 @@ def inverse(
     return found
 
 
-# The branch nearest a seed within limits, on bare floats, in one straight piece of code.
+# The branch nearest a seed within limits, in one straight piece of code.
 #
-# Lengths in mm, angles in rad. Planners and jogging solve one pose thousands of times, and what
-# costs time in Python is calls and containers: so the elbow triangle of McKerrow, chapter 4,
-# section 16, its mirror image behind the base axis, the turns of every angle and the comparison
-# with the seed are written out here once. `closed_form` holds the same formulas one by one.
+# Planners and jogging solve one pose thousands of times, and what costs time in Python is calls and
+# containers: so the elbow triangle, its mirror image behind the base axis, the turns of every angle
+# and the comparison with the seed are written out here once. The functions above hold the same
+# formulas one by one.
 
 Span = tuple[float, float]
 """The lowest and the highest of a range."""

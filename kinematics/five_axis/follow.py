@@ -9,8 +9,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from kinematics.five_axis.arm import FiveAxisArm
-from kinematics.five_axis.closed_form import AXIS_MM, elbow_triangle, plane_tip, wrist_distance
+from kinematics.five_axis.closed_form import (
+    AXIS_MM,
+    Dimensions,
+    Lengths,
+    elbow_triangle,
+    plane_tip,
+    wrist_distance,
+)
 from kinematics.geometry import Hand, NotFollowed, Point
 from kinematics.limits import LIMIT_TOLERANCE_RAD, JointRange, turn_near, widened_to, wrap
 from kinematics.paths.curves import Line, in_proportion, straight_between
@@ -29,7 +35,7 @@ class FiveAxisFollower:
     lies outside them. The wrist roll is the pose's roll and `roll_offset`.
     """
 
-    arm: FiveAxisArm
+    lengths: Lengths
     first: Hand
     back: bool
     elbow_sign: float
@@ -69,7 +75,7 @@ class FiveAxisFollower:
         """
         x, y, z = tip
         pitch, roll = hand
-        height, upper, fore, length = self.arm.lengths
+        height, upper, fore, length = self.lengths
         old_base, old_shoulder, old_elbow, old_wrist, _ = before.angles_rad
         r = math.hypot(x, y)
         base = old_base
@@ -103,23 +109,25 @@ class FiveAxisFollower:
 
     def _span(self, tip: Point, pitch: float) -> str:
         x, y, z = tip
-        distance = wrist_distance(math.hypot(x, y), z, pitch, self.arm.lengths)
-        longest = self.arm.upper_arm_mm + self.arm.forearm_mm
+        distance = wrist_distance(math.hypot(x, y), z, pitch, self.lengths)
+        _, upper, fore, _ = self.lengths
+        longest = upper + fore
         if distance > longest:
             return f"the wrist would be further away than the {longest:.1f} mm that the arm spans"
-        shortest = abs(self.arm.upper_arm_mm - self.arm.forearm_mm)
-        return f"the wrist would be nearer to the shoulder than {shortest:.1f} mm"
+        return f"the wrist would be nearer to the shoulder than {abs(upper - fore):.1f} mm"
 
     def _rolls_to(self, angle: float) -> bool:
         return abs(self.ranges[4].clamp(angle) - angle) <= LIMIT_TOLERANCE_RAD
 
 
-def line_from(arm: FiveAxisArm, start: Joints, goal: Pose) -> Line:
-    """Return the line from a posture to a pose, its turns of pitch and roll and branch chosen."""
-    origin = arm.fk(start)
+def line_from(arm: Dimensions, start: Joints, origin: Pose, goal: Pose) -> Line:
+    """Return the line to a pose, its turns of pitch and roll and its branch chosen.
+
+    It begins in the posture `start`, whose pose is `origin`.
+    """
     r, _, _ = plane_tip(start[1], start[2], start[3], arm.lengths)
     follower = FiveAxisFollower(
-        arm,
+        arm.lengths,
         (origin.pitch_rad, start[4]),
         r < -AXIS_MM,
         _elbow_sign(wrap(start[2]), arm.limits[2]),

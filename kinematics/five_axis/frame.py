@@ -14,13 +14,11 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from math import asin, atan2, hypot
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from kinematics.five_axis.closed_form import Angles, Build, Lengths, nearest_posture
+from kinematics.frames.transforms import Transform
 from kinematics.spaces import Joints, Pose
-
-if TYPE_CHECKING:  # what every program imports stays free of the textbook's frames
-    from kinematics.frames.transforms import Transform
 
 NEAR_AXIS_MM = 1e-6
 """Nearer to the base axis than this, the plane is taken from the hand and not from the tip."""

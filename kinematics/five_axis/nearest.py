@@ -1,9 +1,9 @@
-"""The reachable pose nearest to a goal, its pitch and roll held where any posture holds them.
+"""The reachable pose nearest to a goal, pitch and roll held if they can be, and why not the goal.
 
-Units: mm and rad. In the plane of the arm the answer is exact (plane.py). The base takes the
-angle nearest to the goal's direction for a tip in front of the axis, and nearest to the opposite
-one for a tip behind it; for each of the two the best distance in the plane does not depend on
-the base, so these two candidates are enough.
+Units: mm and rad. In the plane of the arm the answer is exact. The base takes the angle nearest to
+the goal's direction for a tip in front of the axis, and nearest to the opposite one for a tip
+behind it; for each of the two the best distance in the plane does not depend on the base, so these
+two candidates are enough.
 """
 
 from __future__ import annotations
@@ -11,35 +11,31 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 from kinematics.errors import Constraint, Unreachable, limit_sentence
 from kinematics.five_axis.closed_form import (
     AXIS_MM,
     Angles,
+    Dimensions,
     Lengths,
     elbow_triangle,
     forward,
     plane_tip,
     wrist_distance,
 )
-from kinematics.limits import JointRange, turn_into, wrap
-from kinematics.spaces import Joints, Pose
-
-if TYPE_CHECKING:
-    from kinematics.five_axis.arm import FiveAxisArm, RollFrame
-
+from kinematics.limits import JointRange, LimitViolation, turn_into, wrap
+from kinematics.spaces import Joints, Pose, RollFrame
 
 # The nearest point that the arm can reach in its own plane, with the hand's pitch held.
 #
-# Lengths in mm, angles in rad, bare floats. With the pitch held, the wrist angle follows from
-# shoulder s and elbow e, so the postures within limits are a convex polygon of (s, e): the box of
-# the two ranges, cut by the two bounds that the wrist's range sets on s + e. The tip maps it into
-# the plane. The nearest image of a goal outside is the image of the polygon's rim, or of a line
-# e = 0 or e = pi across it, where the map folds; each is an arc of a circle, whose nearest point
-# is known in closed form. A last bound keeps the tip on its own side of the base axis, since
-# behind it the same plane pitch is another pitch of the task; it adds where arcs cross that bound,
-# and the point of the bound at the goal's height.
+# On bare floats. With the pitch held, the wrist angle follows from shoulder s and elbow e, so the
+# postures within limits are a convex polygon of (s, e): the box of the two ranges, cut by the two
+# bounds that the wrist's range sets on s + e. The tip maps it into the plane. The nearest image of
+# a goal outside is the image of the polygon's rim, or of a line e = 0 or e = pi across it, where
+# the map folds; each is an arc of a circle, whose nearest point is known in closed form. A last
+# bound keeps the tip on its own side of the base axis, since behind it the same plane pitch is
+# another pitch of the task; it adds where arcs cross that bound, and the point of the bound at the
+# goal's height.
 
 SLACK_RAD = 1e-9
 """An edge shorter than nothing by this much is a corner that rounding has turned inside out."""
@@ -216,7 +212,7 @@ class Nearest:
 
 
 def nearest(
-    arm: FiveAxisArm,
+    arm: Dimensions,
     pose: Pose,
     seed: Joints | None = None,
     roll_frame: RollFrame | None = None,
@@ -238,7 +234,7 @@ def nearest(
 
 
 def _held(
-    arm: FiveAxisArm, pose: Pose, near: tuple[float, ...], table_roll: float, keep_roll: bool
+    arm: Dimensions, pose: Pose, near: tuple[float, ...], table_roll: float, keep_roll: bool
 ) -> Nearest | None:
     """Return the nearest pose of exactly this pitch, or None."""
     found = [
@@ -250,7 +246,7 @@ def _held(
 
 
 def _at_nearest_pitch(
-    arm: FiveAxisArm, pose: Pose, near: tuple[float, ...], table_roll: float
+    arm: Dimensions, pose: Pose, near: tuple[float, ...], table_roll: float
 ) -> Nearest:
     """Return the nearest pose of the pitch nearest to this one; some pitch can always be held."""
 
@@ -290,7 +286,7 @@ def _edge(at: Callable[[float], Nearest | None], start: float, step: float) -> f
 
 
 def _on_side(
-    arm: FiveAxisArm,
+    arm: Dimensions,
     pose: Pose,
     near: tuple[float, ...],
     table_roll: float,
@@ -312,7 +308,7 @@ def _on_side(
 
 
 def _planar(
-    arm: FiveAxisArm, pose: Pose, base: float, wrist_roll: float, side: int
+    arm: Dimensions, pose: Pose, base: float, wrist_roll: float, side: int
 ) -> Iterator[Angles]:
     """Yield the nearest posture in the plane of one base angle, for every turn of the pitch."""
     cos_base, sin_base = math.cos(base), math.sin(base)
@@ -332,7 +328,7 @@ def _planar(
             yield (base, *found[1], wrist_roll)
 
 
-def _answer(arm: FiveAxisArm, pose: Pose, angles: Angles, roll_missed: float) -> Nearest:
+def _answer(arm: Dimensions, pose: Pose, angles: Angles, roll_missed: float) -> Nearest:
     """Return the posture with its pose, which keeps the goal's own pitch and turn of roll."""
     x, y, z, _, _ = forward(angles, arm.lengths)
     missed = math.remainder(roll_missed, math.tau)
@@ -341,7 +337,7 @@ def _answer(arm: FiveAxisArm, pose: Pose, angles: Angles, roll_missed: float) ->
     return Nearest(Pose(x, y, z, pose.pitch_rad, roll), Joints(angles), distance)
 
 
-def _base_ranges(arm: FiveAxisArm, roll: float, table_roll: float) -> tuple[JointRange, ...]:
+def _base_ranges(arm: Dimensions, roll: float, table_roll: float) -> tuple[JointRange, ...]:
     """Return the base angles at which the wrist can give this roll; none where nowhere."""
     base, wrist_roll = arm.limits[0], arm.limits[4]
     if not table_roll:
@@ -370,23 +366,10 @@ def _turned(angle: float, bounds: JointRange, seed: float) -> float:
 
 
 # Why a pose cannot be reached, by how much, and what could be reached instead.
-#
-# Units: mm and rad.
 
 
-def refusal(
-    arm: FiveAxisArm, pose: Pose, seed: Joints | None, roll_frame: RollFrame
-) -> Unreachable:
-    """Return the error that explains a pose which `arm.solve` could not meet.
-
-    Where every branch breaks a limit, the branch that breaks its limits least is the one told of.
-    """
-    instead = nearest(arm, pose, seed, roll_frame).pose
-    branches = arm.branches(pose, seed, roll_frame)
-    if not branches:
-        return _span_refusal(arm, pose, instead)
-    best = min(branches, key=lambda branch: branch.excess_rad)
-    worst = max(best.violations, key=lambda violation: violation.excess_rad)
+def limit_refusal(pose: Pose, worst: LimitViolation, instead: Pose) -> Unreachable:
+    """Return the error for a pose whose every posture breaks a limit, the best one this limit."""
     return Unreachable(
         limit_sentence(worst.joint, worst.value_rad, worst.bound_rad),
         constraint=Constraint.JOINT_LIMIT,
@@ -399,13 +382,14 @@ def refusal(
     )
 
 
-def _span_refusal(arm: FiveAxisArm, pose: Pose, instead: Pose) -> Unreachable:
+def span_refusal(pose: Pose, lengths: Lengths, instead: Pose) -> Unreachable:
     """Return the error for a wrist that upper arm and forearm cannot span."""
+    _, upper, fore, _ = lengths
     r = math.hypot(pose.x_mm, pose.y_mm)
-    distance = wrist_distance(r, pose.z_mm, pose.pitch_rad, arm.lengths)
-    longest = arm.upper_arm_mm + arm.forearm_mm
+    distance = wrist_distance(r, pose.z_mm, pose.pitch_rad, lengths)
+    longest = upper + fore
     too_far = distance > longest
-    bound = longest if too_far else abs(arm.upper_arm_mm - arm.forearm_mm)
+    bound = longest if too_far else abs(upper - fore)
     gap = abs(distance - bound)
     reason = (
         f"the wrist would be {gap:.1f} mm beyond the {bound:.1f} mm that upper arm and forearm span"

@@ -12,13 +12,59 @@ import math
 from dataclasses import dataclass
 from enum import Enum
 
+from kinematics.chains.generated import Jacobian
 from kinematics.five_axis.arm import FiveAxisArm
-from kinematics.five_axis.closed_form import plane_tip
+from kinematics.five_axis.closed_form import AXIS_MM, plane_tip
 from kinematics.limits import wrap
-from kinematics.spaces import Joints
+from kinematics.spaces import Joints, RollFrame
 
 _ROUNDS = 50
 _CLOSE_MM = 1e-10
+
+
+def task_jacobian(
+    arm: FiveAxisArm, joints: Joints, roll_frame: RollFrame = RollFrame.HAND
+) -> Jacobian:
+    """Return the five rows x, y, z (mm/rad), pitch and roll (rad/rad) of the five-axis build.
+
+    The derivative of `FiveAxisArm.fk`. A tip behind the base axis pitches against its joints
+    (see `arm`); on the axis itself pitch counts as in front, and the tip can leave in the
+    arm's own plane only.
+    """
+    arm.fk(joints)  # checks that these are the build's joints
+    base, shoulder, elbow, wrist, _ = joints.angles_rad
+    r, _, _ = plane_tip(shoulder, elbow, wrist, arm.lengths)
+    joints_above = _above(arm, shoulder, elbow, wrist)
+    cos_base, sin_base = math.cos(base), math.sin(base)
+    outwards = [-rise for _, rise in joints_above]
+    upwards = [reach for reach, _ in joints_above]
+    sense = -1.0 if r < -AXIS_MM else 1.0
+    turns_roll = -1.0 if roll_frame is RollFrame.TABLE else 0.0
+    return (
+        (-r * sin_base, *(cos_base * rate for rate in outwards), 0.0),
+        (r * cos_base, *(sin_base * rate for rate in outwards), 0.0),
+        (0.0, *upwards, 0.0),
+        (0.0, sense, sense, sense, 0.0),
+        (turns_roll, 0.0, 0.0, 0.0, 1.0),
+    )
+
+
+def _above(
+    arm: FiveAxisArm, shoulder: float, elbow: float, wrist: float
+) -> list[tuple[float, float]]:
+    """Return how far the tip lies outwards of and above shoulder, elbow and wrist, in the plane."""
+    _, upper, fore, hand = arm.lengths
+    found = []
+    reach = rise = 0.0
+    for length, elevation in (
+        (hand, shoulder + elbow + wrist),
+        (fore, shoulder + elbow),
+        (upper, shoulder),
+    ):
+        reach += length * math.cos(elevation)
+        rise += length * math.sin(elevation)
+        found.append((reach, rise))
+    return found[::-1]
 
 
 class FiveAxisSingularity(Enum):

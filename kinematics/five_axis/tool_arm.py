@@ -9,21 +9,18 @@ Pitch and roll remain the hand's; the pitch counts outwards on the side on which
 from __future__ import annotations
 
 import math
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import Protocol, runtime_checkable
 
 from kinematics.errors import Constraint, KinematicsError, Unreachable
 from kinematics.five_axis.arm import Branch, FiveAxisArm
 from kinematics.frames.rotations import Matrix3
-from kinematics.frames.transforms import compose, translation
 from kinematics.geometry import ArmGeometry, Hand, NotFollowed, Point
 from kinematics.limits import JointRange, LimitViolation, widened_to, wrap
 from kinematics.paths.curves import Line, hand_near, in_proportion, refuse_leap, straight_between
 from kinematics.spaces import Joints, Pose
 from kinematics.tool import Tool
-
-if TYPE_CHECKING:
-    from collections.abc import Hashable, Sequence
 
 
 @dataclass(frozen=True, slots=True)
@@ -203,15 +200,21 @@ def _of_tool(refusal: Unreachable, pose: Pose, nearest: Pose) -> Unreachable:
     )
 
 
+@runtime_checkable
+class TakesTool(Protocol):
+    """An arm whose own numbers say where its tool is."""
+
+    def with_tool(self, tool: Tool) -> ArmGeometry:
+        """Return this arm with a tool in its hand."""
+        ...
+
+
 def holding(arm: ArmGeometry, tool: Tool) -> ArmGeometry:
     """Return an arm with a tool in its hand. Raises `KinematicsError` where it cannot take one."""
     if isinstance(arm, FiveAxisArm):
         return ToolArm(arm, tool)
-    from kinematics.chains.arm import ChainArm  # few arms are chains
-
-    if isinstance(arm, ChainArm):
-        off = translation(tool.up_mm, tool.side_mm, tool.along_mm)
-        return ChainArm(replace(arm.chain, tool=compose(arm.chain.tool, off)))
+    if isinstance(arm, TakesTool):
+        return arm.with_tool(tool)
     raise KinematicsError("this arm already holds a tool")
 
 
@@ -228,9 +231,8 @@ def _in_plane_mm(centre: Point, point: Point, base: float) -> float:
     return math.hypot(out, point[2] - centre[2])
 
 
-# One posture of an arm with a tool, kept along a line or any other curve of the tool's point.
-#
-# Units: mm and rad. A hand is its pitch and roll, each of any turn.
+# One posture of an arm with a tool, kept along a line or any other curve of the tool's point. A
+# hand is its pitch and roll, each of any turn.
 
 LARGEST_TURN_RAD = 0.5
 """The furthest that a joint may turn between two waypoints: further is another posture."""

@@ -3,7 +3,7 @@
 Lengths in mm, angles in rad. The section is the vertical plane through the base axis at one
 azimuth, with the hand held at one pitch: x outwards (negative behind the axis), z up. Its
 boundary is made of arcs of circles, the images of the joint limits and of the stretched arm
-(plane.py), and of pieces of the base axis; of each, the pieces remain that have reach on one
+(`nearest.arcs`), and of pieces of the base axis; of each, the pieces remain that have reach on one
 side only.
 
 Source: McKerrow, chapter 4, figures c of the two-link manipulators, for arms with limits.

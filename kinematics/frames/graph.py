@@ -1,7 +1,8 @@
 """Named frames and the transforms known between them: any frame in any other, and closed loops.
 
 Chains of frames follow equations 2.42 to 2.48 of chapter 2, with positions in mm as well as
-rotations. Where frames form a loop, one transform of it may be unknown and follows from the rest.
+rotations. Where frames form a loop, one transform of it may be unknown and follows from the rest. A
+`UserFrame` is one that somebody has laid out on the bench. Angles in rad.
 """
 
 from __future__ import annotations
@@ -143,9 +144,8 @@ def _known(frames: Sequence[Transform | None]) -> tuple[Transform, ...]:
     return tuple(check_transform(frame) for frame in frames if frame is not None)
 
 
-# A frame that somebody has laid out on the bench: a place and how it is turned.
-#
-# Lengths in mm, angles in rad. Its axes are the columns of `rotation`, seen from the arm's base.
+# A frame on the bench: a place and how it is turned. Its axes are the columns of `rotation`, seen
+# from the arm's base.
 
 APART_MM = 1.0
 """Points that lay out a frame must be at least this far apart, and off one line: a touch of a

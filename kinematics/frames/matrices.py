@@ -1,4 +1,4 @@
-"""Small linear systems on plain floats, without numpy: inverses, products, singular values.
+"""Small matrices on plain floats, without numpy: linear systems, singular values, eigenvectors.
 
 Enough for six motors or seven joints; beyond that numpy is the tool.
 """
@@ -135,10 +135,9 @@ def _sweep(columns: list[list[float]], turns: list[list[float]]) -> bool:
     return turned
 
 
-# Eigenvectors of a small symmetric matrix, by Jacobi's rotations (Golub and Van Loan, 8.5).
-#
-# Bare floats in lists. Jacobi's method is slow for large matrices, but for one of 4x4 it is short,
-# cannot fail, and finds every eigenvector to the last digits.
+# Eigenvectors of a small symmetric matrix, by Jacobi's rotations (Golub and Van Loan, 8.5). The
+# method is slow for large matrices, but for one of 4x4 it is short, cannot fail, and finds every
+# eigenvector to the last digits.
 
 JACOBI_SWEEPS = 60
 """Far more than the half dozen that a 4x4 matrix needs: convergence is quadratic."""

@@ -1,7 +1,14 @@
 """Orientations in every representation, from one place: three angles, axis and angle, quaternion.
 
 Each has a `rotation()`, and a `solve_...` that takes a rotation matrix back to it, gives both
-answers, and names the orientation at which it is degenerate.
+answers, and names the orientation at which it is degenerate. `RPY(phi, theta, psi)` is Rot(z, phi)
+Rot(y, theta) Rot(x, psi), the orientation transform of McKerrow, chapter 4, section 9; solving it
+for the angles is section 10. Angles in rad; solutions are from -pi (excluded) to pi.
+
+Three angles are solved as the notes solve matrix equations: the first rotation is found from the
+axis that the other two leave in place, both sides are multiplied from the left by its inverse, and
+the remaining product of two rotations gives the other angles. So the answer makes the matrix again
+to the last digits even next to a degenerate orientation.
 """
 
 from __future__ import annotations
@@ -24,17 +31,6 @@ from kinematics.frames.quaternions import (
 from kinematics.frames.rotations import Matrix3, columns, multiply, rot_x, rot_y, rot_z
 from kinematics.frames.transforms import check_rotation
 from kinematics.limits import wrap
-
-# Orientation by three angles: roll-pitch-yaw and Euler z-y-z, both ways.
-#
-# `RPY(phi, theta, psi)` is Rot(z, phi) Rot(y, theta) Rot(x, psi), the orientation transform of
-# McKerrow ch. 4 sect. 9; solving it for the angles is sect. 10. Angles in rad; solutions are from
-# -pi (excluded) to pi.
-#
-# Both are solved as the notes solve matrix equations: the first rotation is found from the axis
-# that the other two leave in place, both sides are multiplied from the left by its inverse, and
-# the remaining product of two rotations gives the other angles. So the answer makes the matrix
-# again to the last digits even next to a degenerate orientation.
 
 
 @dataclass(frozen=True, slots=True)

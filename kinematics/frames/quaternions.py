@@ -1,7 +1,9 @@
-"""Unit quaternions (Hamilton's, scalar first): a rotation in four numbers, both ways.
+"""Rotations as unit quaternions (Hamilton's, scalar first) and as an axis and an angle, both ways.
 
-Sources: J. J. Craig, "Introduction to Robotics", section 2.8 (Euler parameters); S. W. Shepperd,
-"Quaternion from rotation matrix", 1978, for the way back that divides by no small number.
+Also what solving any rotation gives (both answers and degeneracy), and the rotation nearest to a
+spoiled matrix. Sources: J. J. Craig, "Introduction to Robotics", section 2.8 (Euler parameters,
+axis and angle); S. W. Shepperd, "Quaternion from rotation matrix", 1978, for the way back that
+divides by no small number. Angles in rad.
 """
 
 from __future__ import annotations
@@ -17,8 +19,6 @@ from kinematics.frames.numbers import cos, sin
 from kinematics.frames.rotations import Matrix3
 from kinematics.frames.transforms import ROTATION_TOLERANCE, check_rotation, finite_matrix
 from kinematics.frames.vectors import Z_AXIS, Vector, add, cross, dot, norm, scale, unit
-
-# What solving a rotation for angles, axis or quaternion gives: both answers, and degeneracy.
 
 DEGENERATE_RAD = ROTATION_TOLERANCE
 """Within this angle of a degenerate orientation the entries of a matrix tell only its noise."""
@@ -152,9 +152,7 @@ def quaternion_of(matrix: Matrix3) -> Quaternion:
             return Quaternion.of(d - b, c + g, f + h, squares[3])
 
 
-# Orientation by an axis and an angle, both ways (Craig, "Introduction to Robotics", 2.8).
-#
-# Angles in rad. Every rotation is one turn about one axis (Euler's theorem).
+# Orientation by an axis and an angle: every rotation is one turn about one axis (Euler's theorem).
 
 
 @dataclass(frozen=True, slots=True)

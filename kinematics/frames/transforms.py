@@ -1,8 +1,9 @@
-"""Frames in frames: homogeneous transforms, rotation and position in one (chapter 2, section 2.4).
+"""Frames in frames: homogeneous transforms, bases, and whether a matrix is a rotation.
 
-A `Transform` is a 4x4 matrix of plain numbers, four rows, the last one 0, 0, 0, 1; positions in
-mm. The transform T of a frame R1 in a frame R0 takes a point observed in R1 to the same point
-observed in R0, as O0A = O0O1 + M O1A (equation 2.27). Works on any kind of number.
+A `Transform` holds rotation and position in one (chapter 2, section 2.4): a 4x4 matrix of plain
+numbers, four rows, the last one 0, 0, 0, 1; positions in mm, angles in rad. The transform T of a
+frame R1 in a frame R0 takes a point observed in R1 to the same point observed in R0, as O0A = O0O1
++ M O1A (equation 2.27). Works on any kind of number.
 """
 
 from __future__ import annotations
@@ -127,9 +128,8 @@ def transform_vector(frame: Transform, vector: Vector) -> Vector:
     return rotate(rotation_of(frame), vector)
 
 
-# Bases: right- and left-handed axes, and vectors observed in one basis or another.
-#
-# A basis is a `Matrix3` with its three axes as columns, all observed in one common frame.
+# Bases: right- and left-handed axes, and vectors observed in one basis or another. A basis is a
+# `Matrix3` with its three axes as columns, all observed in one common frame.
 
 FLAT = 1e-12
 """Share of the largest possible volume of three axes below which they count as one plane."""
@@ -198,10 +198,8 @@ def _volume(x: Vector, y: Vector, z: Vector) -> float:
     return volume
 
 
-# Is a matrix a rotation? If not, which of the properties fails, and by how much.
-#
-# The properties are those of chapter 2, section 2.3: columns of length 1, normal to each other,
-# and a determinant of 1. Units: rad, and mm in the position of a transform.
+# Is a matrix a rotation? If not, which of the properties of chapter 2, section 2.3 fails, and by
+# how much: columns of length 1, normal to each other, and a determinant of 1.
 
 ROTATION_TOLERANCE = 1e-9
 """How far lengths (of 1) and angles (rad) may be off: above rounding, below any arm's accuracy."""

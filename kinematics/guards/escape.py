@@ -1,7 +1,4 @@
-"""The nearest pose that is both in reach and outside every guard.
-
-Lengths in mm.
-"""
+"""The nearest pose that is both in reach and outside every guard. Lengths in mm, angles in rad."""
 
 from __future__ import annotations
 
@@ -16,10 +13,8 @@ from kinematics.guards.guards import GuardedArm, Guards, Violation
 from kinematics.guards.links import BOX
 from kinematics.spaces import Joints, Pose
 
-# Ways out of one guard on the arm's links or on a sum of its joints, as poses to try next.
-#
-# Lengths in mm. The hand is moved as if the link went with it; where that is not so, the next of
-# several moves mends it.
+# Ways out of one guard on the arm's links or on a sum of its joints, as poses to try next. The hand
+# is moved as if the link went with it; where that is not so, the next of several moves mends it.
 
 PROBE_MM = 0.5
 """How far a pose is moved to see which way leads out."""
@@ -162,7 +157,7 @@ class _Search:
         try:
             self.arm.ik_near(goal, beside)
         except Unreachable as refusal:
-            return refusal.nearest
+            return Pose.at(refusal.nearest)
         return goal
 
     def on_the_way(self) -> Pose | None:

@@ -29,7 +29,7 @@ from kinematics.guards.links import (
 from kinematics.guards.shapes import Box
 from kinematics.spaces import Joints
 
-# What each broken guard says to a person: a table of sentences. Lengths in mm.
+# What each broken guard says to a person.
 
 
 def sentence_of(reading: Reading, guarded: GuardedArm) -> str:

@@ -1,8 +1,8 @@
 """Guards on the arm's links as capsules: against keep-out boxes, the base column, one another.
 
-Lengths in mm. A link is the straight line between two neighbouring points of the arm with a
-radius about it. Neighbours always touch, and so do links that only short ones separate: those
-pairs are left out, as is a link whose joint at its beginning stands within the base column.
+Lengths in mm, angles in rad. A link is the straight line between two neighbouring points of the arm
+with a radius about it. Neighbours always touch, and so do links that only short ones separate:
+those pairs are left out, as is a link whose joint at its beginning stands within the base column.
 """
 
 from __future__ import annotations
@@ -13,21 +13,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from kinematics.errors import KinematicsError
-from kinematics.guards.shapes import Column, segment_distance_mm
+from kinematics.geometry import ArmGeometry, Point
+from kinematics.guards.shapes import Box, Column, segment_distance_mm
 from kinematics.limits import LIMIT_TOLERANCE_RAD
 from kinematics.spaces import Joints
 
-if TYPE_CHECKING:
-    from kinematics.geometry import ArmGeometry, Point
-    from kinematics.guards.shapes import Box
-
-
 # What a guard says of a posture: readings of every guard, and the ones that are broken.
-#
-# Lengths in mm, angles in rad.
 
 ROUNDING_MM = 1e-6
 """A pose that stands on a guard's bound is allowed, whichever way its last digit fell."""
@@ -143,8 +137,11 @@ BOX = "box "
 FAR_MM = 40.0
 """A link at least this far from a box need not be measured exactly: a bound will do."""
 
-_LOOKS = 4
-_STILL_MM = 1e-6
+LOOKS = 4
+"""Random postures to look at: what holds in all of these holds in every other one."""
+
+STILL_MM = 1e-6
+"""Lengths that differ by less than this are the same in different postures."""
 
 _ENDING_AT = {
     "shoulder": "shoulder column",
@@ -263,7 +260,7 @@ def _free_of_base(arm: ArmGeometry, column: Column, radii_mm: tuple[float, ...])
     draw = random.Random(1)  # noqa: S311 - any postures will do
     count = len(radii_mm)
     found: list[list[float]] = [[] for _ in radii_mm]
-    for _ in range(_LOOKS):
+    for _ in range(LOOKS):
         angles = tuple(draw.uniform(-3.0, 3.0) for _ in arm.limits)
         starts = arm.points(Joints(angles, arm.joint_names))[-count - 1 : -1]
         for distances, start in zip(found, starts, strict=True):
@@ -271,7 +268,7 @@ def _free_of_base(arm: ArmGeometry, column: Column, radii_mm: tuple[float, ...])
     return tuple(
         index
         for index, (distances, radius) in enumerate(zip(found, radii_mm, strict=True))
-        if max(distances) - min(distances) > _STILL_MM or distances[0] >= radius
+        if max(distances) - min(distances) > STILL_MM or distances[0] >= radius
     )
 
 

@@ -1,7 +1,7 @@
 """Guards over whole paths: proved between the postures looked at, not only at them.
 
 Lengths in mm, angles in rad. Conservative advancement (Mirtich, 1996): while no point of the arm
-travels further than its room (guards_found.py), no guard can be broken. Two postures whose rooms
+travels further than its room (`links.Room`), no guard can be broken. Two postures whose rooms
 together cover the travel between them prove all that lies between; where they do not, the motion
 is halved, until the travel is `step_mm` or less. So nowhere is the arm further beyond a guard
 than half of `step_mm`, and mostly a few looks are enough.
@@ -15,17 +15,13 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 from kinematics.errors import KinematicsError, finite
 from kinematics.geometry import ArmGeometry, Point
 from kinematics.guards.guards import GuardedArm, Guards, Violation, deepest
-from kinematics.guards.links import Room
+from kinematics.guards.links import LOOKS, STILL_MM, Reading, Room
 from kinematics.paths.chords import JointPath
 from kinematics.spaces import Joints
-
-if TYPE_CHECKING:
-    from kinematics.guards.links import Reading
 
 STEP_MM = 2.0
 """How near to one another postures are looked at, at most, where a guard is near."""
@@ -35,9 +31,6 @@ SLACK_MM = 1e-6
 
 Key = tuple[str, str]
 """A guard and what it measures: each of them may get no deeper, by itself."""
-
-_LOOKS = 4
-_STILL_MM = 1e-6
 
 
 def first_violation(
@@ -104,7 +97,7 @@ def turns_upright(arm: ArmGeometry) -> bool:
     Then no distance from that axis, from the table, or between links depends on it.
     """
     draw = random.Random(1)  # noqa: S311 - any postures will do
-    for _ in range(_LOOKS):
+    for _ in range(LOOKS):
         turn, *others = (draw.uniform(-3.0, 3.0) for _ in arm.limits)
         ahead, turned = (
             arm.points(Joints((base, *others), arm.joint_names)) for base in (0.0, turn)
@@ -117,7 +110,7 @@ def turns_upright(arm: ArmGeometry) -> bool:
 def _turned_by(angle: float, ahead: tuple[Point, ...], turned: tuple[Point, ...]) -> bool:
     c, s = math.cos(angle), math.sin(angle)
     return all(
-        math.dist((c * x - s * y, s * x + c * y, z), there) <= _STILL_MM
+        math.dist((c * x - s * y, s * x + c * y, z), there) <= STILL_MM
         for (x, y, z), there in zip(ahead, turned, strict=True)
     )
 
@@ -200,9 +193,8 @@ class _Watch:
         )
 
 
-# How near an arm comes to each of its guards along a way, and where on it.
-#
-# Lengths in mm. Only guards on distances are looked at; sums of joint angles are not among them.
+# How near an arm comes to each of its guards along a way, and where on it. Only guards on distances
+# are looked at; sums of joint angles are not among them.
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Keep-out boxes in the table's frame, and how far a segment is from one or how deep inside.
+"""Shapes that guards keep apart: boxes, upright columns, and the middle lines of capsules.
 
 Lengths in mm. The signed distance of two convex bodies: outside, the least distance; inside, the
 shortest way by which the segment could be pushed out, with the sign turned. It changes by no more
@@ -135,9 +135,7 @@ class Box:
         return slope
 
 
-# Exact distances between straight segments, the middle lines of capsules, in mm.
-#
-# Source: Ericson, Real-Time Collision Detection, section 5.1.
+# Exact distances between straight segments (Ericson, Real-Time Collision Detection, section 5.1).
 
 PARALLEL = 1e-12
 """Squared sine below which two segments count as parallel: their ends then decide."""
@@ -185,7 +183,7 @@ def _between_inner_points_mm(a: Point, b: Point, c: Point, d: Point) -> float | 
     return math.hypot(wx + s * ux - t * vx, wy + s * uy - t * vy, wz + s * uz - t * vz)
 
 
-# The base as an upright column, and how far a segment is from it or how deep inside. In mm.
+# The base as an upright column, and how far a segment is from it or how deep inside.
 
 HALVINGS = 40
 """How often the place of the least distance is halved: a metre becomes a millionth of a micron."""

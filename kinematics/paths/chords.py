@@ -1,8 +1,9 @@
-"""Curves cut into joint motions: short enough for the tip, and for whoever times them.
+"""Straight paths, and any curve cut into joint motions short enough for the tip and for timing.
 
 Units: mm and rad. Between two corners every joint turns in proportion: a chord of the curve in
 joint space. Whoever times a path sees how it bends by how much one chord's direction differs from
-the next one's, so that they may not differ much.
+the next one's, so that they may not differ much. A straight line is solved on one branch of the
+inverse kinematics.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from operator import mul, sub
 from typing import NamedTuple
 
 from kinematics.errors import KinematicsError, PathBroken, finite
-from kinematics.geometry import ArmGeometry, Curve
+from kinematics.geometry import ArmGeometry, Curve, Point
 from kinematics.spaces import Joints, Pose
 
 MARGIN = 0.75
@@ -180,11 +181,6 @@ def positive(name: str, value: float) -> float:
 
 
 # Paths between postures: straight in the joints, or straight in x, y, z, pitch and roll.
-#
-# Units: mm and rad. A straight line is solved on one branch of the inverse kinematics and cut into
-# joint motions short enough that the tip stays within a tolerance of the line (chords.py).
-
-Point = tuple[float, ...]
 
 LINE_TOLERANCE_MM = 0.5
 """How far the tip may leave a straight line by default: less than two steps of a TeachMover."""
@@ -215,7 +211,7 @@ class JointPath:
 def joint_path(start: Joints, goal: Joints) -> JointPath:
     """Return the joint motion between two postures; ranges are convex, so checking ends is enough.
 
-    Guards are another matter: see guards_path.py.
+    Guards are another matter: see `guards.path`.
     """
     return JointPath(start, goal)
 
@@ -229,7 +225,7 @@ def line_path(
     unless the wrist's range forbids it. All waypoints are on the start's branch. With the joints
     turning in proportion between waypoints, the tip is never further than `tolerance_mm` from
     the point of the line at the same fraction; pitch and roll, being sums of joint angles, are
-    exact. At a waypoint the direction in joint space turns by at most 15 degrees (chords.py).
+    exact. At a waypoint the direction in joint space turns by at most 15 degrees.
     Raises `PathBroken` where the reach, a limit, or the branch ends. A joint that starts beyond
     its limit may come back, but not go further.
     """

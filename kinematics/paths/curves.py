@@ -1,6 +1,6 @@
 """Curves that an arm follows: of the tip with the hand held, or of the joints themselves.
 
-Units: mm and rad. See `Curve` in arm_geometry.py for what every curve answers.
+Units: mm and rad. `geometry.Curve` is what every curve answers.
 """
 
 from __future__ import annotations
@@ -16,10 +16,8 @@ from kinematics.limits import turn_near
 from kinematics.paths.traces import BLEND_CHORDS, Segment, Trace, cubic
 from kinematics.spaces import Joints, Pose
 
-# What followers of every build do alike: turn the hand in proportion, refuse to leap.
-#
-# Units: rad. Of a hand that is two angles the first is its pitch and the second its roll, each of
-# any turn.
+# What followers of every build do alike: turn the hand in proportion, refuse to leap. Of a hand
+# that is two angles the first is its pitch and the second its roll, each of any turn.
 
 
 def hand_near(pose: Pose, near: Hand) -> Hand:

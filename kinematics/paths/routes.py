@@ -1,8 +1,7 @@
 """Routes: joint motions, straight lines and arcs one after another, and blends between them.
 
-Units: mm and rad. A route becomes sections: corners of a path in joint space that is passed
-without stopping, at rest at its ends. Lines and arcs are cut by chords.py, blends made by
-blends.py, parts laid end to end by laying.py.
+Units: mm and rad. A route becomes sections: corners of a path in joint space that is passed without
+stopping, at rest at its ends.
 """
 
 from __future__ import annotations
@@ -35,8 +34,6 @@ from kinematics.paths.traces import Bezier, Blendable
 from kinematics.spaces import Joints
 
 # The parts of a route laid end to end, each from stop to stop: its curve and its chords.
-#
-# Units: mm and rad.
 
 
 class Laid(NamedTuple):
@@ -130,12 +127,12 @@ def _curve(hold: _Hold, move: LineMove | ArcMove) -> Line | Arc:
 
 # Blends: from one part of a route to the next past the point between them, without a corner.
 #
-# Units: mm and rad. Between lines and arcs a blend is a cubic Bezier curve of the tip and of the
-# hand's turn; where a joint motion is on either side, one of the joint angles. Its two middle
-# points lie two thirds of the way along the tangents, so that the direction is continuous where it
-# leaves and where it joins, in space and in the joints; between two straight parts it is the
-# parabola with the point between as its control point. A blend is inside the hull of its four
-# points, none of which is further from the point between than the radius.
+# Between lines and arcs a blend is a cubic Bezier curve of the tip and of the hand's turn; where a
+# joint motion is on either side, one of the joint angles. Its two middle points lie two thirds of
+# the way along the tangents, so that the direction is continuous where it leaves and where it
+# joins, in space and in the joints; between two straight parts it is the parabola with the point
+# between as its control point. A blend is inside the hull of its four points, none of which is
+# further from the point between than the radius.
 
 SMALLEST_MM = 1e-3
 """A blend of a smaller radius than this is a stop."""
@@ -326,7 +323,7 @@ def route_sections(
     All lines and arcs of the route are followed in one posture of the arm. Between corners the
     tip is never further than `tolerance_mm` from the line, the arc or the blend. At a corner the
     path's direction in joint space turns by at most 15 degrees, unless the joints turn by less
-    than a thousandth of a rad there (chords.py).
+    than a thousandth of a rad there (see `chords`).
 
     Joint motions are not checked against joint limits, nor anything against guards: whoever
     drives looks at all the corners. Raises `PathBroken`, which names the part and the point, and

@@ -38,8 +38,7 @@ from kinematics.paths.profiles import Phase, Profile, jerk_limited
 # How hard each part of a path is on the accelerations: the limits of its parameter, cell by cell.
 #
 # The parameter is the time that a path takes at full speed, so that its own speed is 1 at most
-# wherever a speed is at its limit. The corners stand for a smooth curve, and its direction is
-# taken
+# wherever a speed is at its limit. The corners stand for a smooth curve, and its direction is taken
 # to turn evenly from that of one chord in its middle to that of the next in its middle; what lies
 # between, a cell, has one curvature. In a cell a parameter of speed v and acceleration a keeps the
 # coordinate i within its limit if weight_i * |a| + bend_i * v^2 <= 1.
@@ -116,15 +115,14 @@ def _hardest(length: float, cells: Sequence[Cell]) -> Cell:
 
 # The quickest profile of a path's parameter through its cells: a pass forwards, one backwards.
 #
-# The parameter's speed is at most 1 (see timing_cells.py). Squared speeds are what accelerations
-# add to evenly along the way. Where a cell bends, what the bend takes of a coordinate's
-# acceleration is taken as if it always added to what speeds up or brakes; so nothing is passed,
-# and
-# a little is given away in curves.
+# The parameter's speed is at most 1. Squared speeds are what accelerations add to evenly along the
+# way. Where a cell bends, what the bend takes of a coordinate's acceleration is taken as if it
+# always added to what speeds up or brakes; so nothing is passed, and a little is given away in
+# curves.
 #
 # Source: the passes are those of Kunz and Stilman, Time-Optimal Trajectory Generation for Path
-# Following with Bounded Acceleration and Velocity (RSS 2012), with the two terms of an
-# acceleration kept apart, which leaves no place where the way on is barred.
+# Following with Bounded Acceleration and Velocity (RSS 2012), with the two terms of an acceleration
+# kept apart, which leaves no place where the way on is barred.
 
 PASS_ROUNDING = 1e-12
 """A squared speed that is this much higher is not: top speed is 1."""

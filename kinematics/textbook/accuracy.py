@@ -221,12 +221,10 @@ def _difference(a: tuple[float, ...], b: tuple[float, ...]) -> tuple[float, ...]
 
 # The finest motion of an arm's tip, motor by motor, and where a stated resolution comes from.
 #
-# Source: McKerrow, chapter 4, section 14. The Mini-mover's papers state 0.28 mm (0.011 in). No
-# single number is true of the whole arm: one step of the base moves the tip by more the farther
-# out it is. The stated figure is what one half-step of the elbow's motor does anywhere: the
-# forearm
-# over its steps per rad, 177.8 mm / 661.8 = 0.269 mm = 0.0106 in, rounded to 0.011 in and turned
-# back into 0.28 mm. Lengths in mm, angles in rad.
+# The Mini-mover's papers state 0.28 mm (0.011 in). No single number is true of the whole arm: one
+# step of the base moves the tip by more the farther out it is. The stated figure is what one
+# half-step of the elbow's motor does anywhere: the forearm over its steps per rad, 177.8 mm / 661.8
+# = 0.269 mm = 0.0106 in, rounded to 0.011 in and turned back into 0.28 mm.
 
 _POSTURES_EACH_WAY = 4
 

@@ -1,10 +1,10 @@
-"""Numbers that count what is done with them, and functions made to run on such numbers.
+"""How much arithmetic each way of computing an arm takes, counted by numbers that count.
 
 Source: McKerrow, chapter 4, section 15 (efficiency of the kinematic solutions), whose counts of
-multiplications, additions and trigonometric calls come here from running the very code. A
-`Count` has a value, so that branches are taken as with floats, and a ledger that all numbers of
-one run share. Negations, comparisons and copies are free; so is what is done with constants
-alone, which a program does once.
+multiplications, additions and trigonometric calls come here from running the very code. A `Count`
+has a value, so that branches are taken as with floats, and a ledger that all numbers of one run
+share. Negations, comparisons and copies are free; so is what is done with constants alone, which a
+program does once.
 """
 
 from __future__ import annotations
@@ -240,12 +240,10 @@ def _is_ours(function: FunctionType) -> bool:
     return module.split(".")[0] == __name__.split(".")[0] and module != numbers.__name__
 
 
-# How much arithmetic each way of computing an arm takes, counted by running it.
-#
-# Source: McKerrow, chapter 4, section 15. Forward: the system's closed form, the straight-line
-# function generated from its table, the frames turned and moved one joint at a time, and the
-# products of A matrices, affine and in full. Inverse: each branch by its formulas, and all of them
-# by the code that shares what they have in common. Nothing here is a stored number.
+# The ways of computing an arm. Forward: the system's closed form, the straight-line function
+# generated from its table, the frames turned and moved one joint at a time, and the products of A
+# matrices, affine and in full. Inverse: each branch by its formulas, and all of them by the code
+# that shares what they have in common. Nothing here is a stored number.
 
 _POSTURE = (0.3, -0.5, 0.7, 0.4, -0.6, 0.9)
 _TRAVEL_MM = (210.0, 170.0, 130.0)

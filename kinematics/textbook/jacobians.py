@@ -1,4 +1,4 @@
-"""The Jacobian of a named system in the coordinates of its own goals, and how well it can move.
+"""The Jacobian of a named system in its own coordinates, and its singularities with reasons.
 
 A planar arm has no z and a five-axis one no yaw: judged by all six rows of the geometric Jacobian
 the first is always singular, and the second never where its tip is over the base. Lengths in mm,
@@ -15,9 +15,9 @@ from typing import Any
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.generated import Jacobian, generated
-from kinematics.chains.jacobians import ALL_ROWS, dimensionless, task_jacobian
+from kinematics.chains.jacobians import ALL_ROWS, dimensionless
 from kinematics.chains.singularities import Condition, condition_of, default_rows, length_of
-from kinematics.five_axis.singularities import five_axis_singularities
+from kinematics.five_axis.singularities import five_axis_singularities, task_jacobian
 from kinematics.limits import wrap
 from kinematics.spaces import Joints
 from kinematics.textbook.systems.mini_movers import Alpha2, MiniBuild, MiniMover
@@ -132,7 +132,7 @@ def _five_axis(system: MiniBuild, values: Sequence[float]) -> Jacobian:
 #
 # They are where the system's Jacobian in its own coordinates loses a rank, and nowhere else: the
 # determinants are products of the measures below. Sources: McKerrow, chapter 4, section 12; Craig,
-# chapter 5. Lengths in mm, angles in rad.
+# chapter 5.
 
 LEVEL = "the link is level: the tip cannot move along it, and arm up and arm down are one"
 DRAWN_IN = "the slide is drawn in: turning moves the tip no longer"

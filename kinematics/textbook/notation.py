@@ -1,7 +1,8 @@
-"""How symbols are written down, whatever the characters: the order of terms, brackets, C12.
+"""How symbols are written down, as plain text and as LaTeX: the order of terms, brackets, C12.
 
 Sums are written with common cosines and sines in front of a bracket, as S1 (L2 S2 + L3 S23) in
-equation 2.35. `Text` and `Latex` (`symbol_text`) say what each part looks like.
+equation 2.35. `Text` and `Latex` say what each part looks like; `definitions` names the steps of a
+solution.
 """
 
 from __future__ import annotations
@@ -302,10 +303,9 @@ def _escaped(name: str) -> str:
     return re.sub(r"([_|^%&#$])", r"\\\1", name)
 
 
-# A solution written step by step: what has a name is written by it wherever it occurs again.
-#
-# The steps come from running the code once; which expression is part of which is found afterwards,
-# so that theta4 = P - theta2 - theta3 is written although the code added up other sums.
+# A solution written step by step: what has a name is written by it wherever it occurs again. The
+# steps come from running the code once; which expression is part of which is found afterwards, so
+# that theta4 = P - theta2 - theta3 is written although the code added up other sums.
 
 
 @dataclass(frozen=True, slots=True)

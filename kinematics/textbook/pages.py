@@ -1,4 +1,4 @@
-"""A study as text, section by section: matrices with three decimals, mm and degrees."""
+"""A study as text, section by section, in columns: matrices with three decimals, mm and degrees."""
 
 from __future__ import annotations
 
@@ -219,7 +219,7 @@ def _remarks(branch: NamedBranch) -> Iterator[str]:
         yield f"    not within the limits: {violation_text(violation)}"
 
 
-# Sections laid in columns of a given height, as a newspaper's: pure, tested without a screen.
+# Sections laid in columns of a given height, as a newspaper's.
 
 Column = tuple[str, ...]
 

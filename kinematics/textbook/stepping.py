@@ -1,6 +1,7 @@
 """Jogging a model: one step of a joint, or of the hand, from a posture to the next.
 
-Nothing is connected, so that a step is done at once; what it could not do it says in words.
+Nothing is connected, so that a step is done at once; what it could not do it says in words. Lengths
+in mm, angles in rad.
 """
 
 from __future__ import annotations
@@ -23,10 +24,7 @@ from kinematics.textbook.systems import NamedBranch, System
 from kinematics.textbook.worked_example import number_text, violation_text
 
 # Following the Jacobian of a link table: a step of the hand in small ones, within the limits.
-#
-# Damped near singularities, so that no joint runs away (see `kinematics.chains.jacobians`).
-# Lengths in mm,
-# angles in rad.
+# Damped near singularities, so that no joint runs away (see `chains.jacobians`).
 
 SLICES = 16
 """A step is made of so many small ones."""

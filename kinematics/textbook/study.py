@@ -1,6 +1,8 @@
-"""All that follows from a posture: matrices, Jacobian, how well it moves, what else would do.
+"""An arm as a subject of study, and all that follows from one of its postures.
 
-Values only, and worked out once a posture; pages.py writes them. Lengths in mm, angles in rad.
+A subject is a named system, a built-in arm, or a chain of one's own; of a posture follow its
+matrices, Jacobian, how well the hand moves, and what other postures would do. Values only, worked
+out once a posture; `pages` writes them. Lengths in mm, angles in rad.
 """
 
 from __future__ import annotations
@@ -9,17 +11,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
-from armdrive.config.link_model import is_model_file, read_model
-from armdrive.errors import BadRequest
-from kinematics import PRESETS, ArmGeometry, FiveAxisArm, preset
 from kinematics.chains.arm import ChainArm
 from kinematics.chains.chain import Chain
 from kinematics.chains.generated import Jacobian
 from kinematics.chains.singularities import Condition, nearest_singularity
-from kinematics.errors import KinematicsError, suggestion
+from kinematics.errors import KinematicsError, UnknownSystem, nearest_word
+from kinematics.five_axis.arm import FiveAxisArm
 from kinematics.five_axis.tool_arm import ToolArm
 from kinematics.frames.orientations import RPY, OrientationSolution, solve_rpy
 from kinematics.frames.transforms import Transform, rotation_of
+from kinematics.geometry import ArmGeometry
+from kinematics.presets import PRESETS, preset
 from kinematics.textbook.jacobians import (
     Lost,
     chain_jacobian,
@@ -30,8 +32,6 @@ from kinematics.textbook.jacobians import (
     own_rows,
 )
 from kinematics.textbook.systems import SYSTEMS, MiniMover, NamedBranch, System
-
-# What is studied: a named system of the textbook, a built-in arm, or a link table of one's own.
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,29 +51,18 @@ class Subject:
 
 
 def subject_names() -> tuple[str, ...]:
-    """Return every name that can be studied; .toml files can be too."""
+    """Return every name that can be studied: the named systems, then the built-in arms."""
     return tuple(dict.fromkeys((*SYSTEMS, *PRESETS)))
 
 
-def find_subject(word: str) -> Subject:
-    """Return what a name or the path of a model file stands for.
-
-    Raises `BadRequest` for a name that nothing has, with the nearest one, and `ArmFileError` for
-    a file that cannot be used.
-    """
-    if is_model_file(word):
-        model = read_model(word)
-        return _of_chain(model.name, model.title, model.source, model.chain)
-    if word in SYSTEMS:
-        found = SYSTEMS[word]
-        return _of_system(word, found.title, found)
-    if word in PRESETS:
-        return _of_system(word, preset(word).title, MiniMover(preset(word).arm))
+def named_subject(name: str) -> Subject:
+    """Return the named system or built-in arm; raises `UnknownSystem` with the nearest name."""
+    if name in SYSTEMS:
+        return _of_system(name, SYSTEMS[name].title, SYSTEMS[name])
+    if name in PRESETS:
+        return _of_system(name, preset(name).title, MiniMover(preset(name).arm))
     names = subject_names()
-    raise BadRequest(
-        f"no model is named {word!r}{suggestion(word, names)} "
-        f"(there are {', '.join(names)}, and .toml files with a link table)"
-    )
+    raise UnknownSystem(name, names, nearest_word(name, names))
 
 
 @lru_cache(maxsize=8)
@@ -87,7 +76,7 @@ def subject_of_arm(name: str, arm: ArmGeometry) -> Subject | None:
     if isinstance(arm, FiveAxisArm):
         return _of_system(name, name, MiniMover(arm))
     if isinstance(arm, ChainArm):
-        return _of_chain(name, name, "", arm.chain)
+        return subject_of_chain(name, name, "", arm.chain)
     return None
 
 
@@ -95,7 +84,8 @@ def _of_system(name: str, title: str, system: System) -> Subject:
     return Subject(name, title, system.source, system.chain(), system, own_rows(system))
 
 
-def _of_chain(name: str, title: str, source: str, chain: Chain) -> Subject:
+def subject_of_chain(name: str, title: str, source: str, chain: Chain) -> Subject:
+    """Return a chain as a subject: it has a Jacobian, but no closed form."""
     return Subject(name, title, source, chain, None, chain_rows(chain))
 
 

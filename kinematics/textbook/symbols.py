@@ -2,9 +2,9 @@
 
 An atom is a name (a length, a joint variable), the cosine or sine of an angle, or a root,
 quotient or arc function, which stay whole. Products are multiplied out, zeros and ones dropped,
-and the addition theorems fold C1 C2 - S1 S2 into C12 (`symbol_folding`). Sums that depend on a
+and the addition theorems fold C1 C2 - S1 S2 into C12. Sums that depend on a
 `coordinate` of a goal stay whole as factors, so that a solution keeps its shape.
-`symbol_text` writes symbols in the notation of the notes. Angles in rad, lengths in mm.
+`notation` writes symbols in the notation of the notes. Angles in rad, lengths in mm.
 """
 
 from __future__ import annotations
@@ -21,9 +21,8 @@ from kinematics.errors import KinematicsError
 from kinematics.frames import numbers
 from kinematics.frames.numbers import QUARTER_TOLERANCE_RAD
 
-# What symbols are made of: atoms, products of their powers, and sums of those.
-#
-# An atom is a name, or a function of symbols that stays whole.
+# What symbols are made of: atoms, products of their powers, and sums of those. An atom is a name,
+# or a function of symbols that stays whole.
 
 CANCELLED = 1e-12
 """A sum this small beside its two terms is the rounding of zero."""

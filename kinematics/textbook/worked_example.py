@@ -1,6 +1,7 @@
-"""The lecture's worked example for anybody's numbers: everything to be said of an arm's posture.
+"""The lecture's worked example of any arm's posture, in numbers, in words and in symbols.
 
-Content only, as values; `worked_text` writes it. Lengths in mm, angles in rad.
+The example is a value; `sections` writes it in mm and degrees, `symbolic_sections` in symbols.
+Lengths in mm, angles in rad.
 """
 
 from __future__ import annotations
@@ -8,9 +9,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from kinematics.chains.chain import Chain, JointViolation
+from kinematics.chains.goals import ALL_PARTS, Part
+from kinematics.chains.inverse import Solution, solve_frame_ik
 from kinematics.chains.links import DHLink, JointKind
 from kinematics.chains.singularities import condition
 from kinematics.chains.tables import table_text
@@ -32,9 +34,6 @@ from kinematics.textbook.symbolic_systems import (
     symbolic_system,
 )
 from kinematics.textbook.systems import NamedBranch, Quantity, Step, System
-
-if TYPE_CHECKING:
-    from kinematics.chains.inverse import Solution
 
 FRAME_COORDINATES = ("x_mm", "y_mm", "z_mm", "phi_rad", "theta_rad", "psi_rad")
 """The goal of a chain that is no named system: a position, or a position and an orientation."""
@@ -138,9 +137,6 @@ def work_chain(
     joints reach, asked from the middle of the joints' ranges. Raises as `Chain.fk` does, and
     `KinematicsError` for another number of goal coordinates.
     """
-    from kinematics.chains.goals import ALL_PARTS, Part
-    from kinematics.chains.inverse import solve_frame_ik
-
     parts = ALL_PARTS
     if goal is None:
         posture = example_posture(chain) if joints is None else chain.checked(joints)
@@ -388,9 +384,8 @@ def _solved(example: WorkedExample) -> Iterator[str]:
     yield solution.sentence
 
 
-# A worked example in symbols: A matrices, their product, and the solutions step by step.
-#
-# Made by running the very code that computes with numbers on symbols.
+# A worked example in symbols: A matrices, their product, and the solutions step by step. Made by
+# running the very code that computes with numbers on symbols.
 
 
 @dataclass(frozen=True, slots=True)

@@ -47,7 +47,7 @@ def lead_to(port, monkeypatch):
 @pytest.fixture
 def short_patience(monkeypatch):
     """Have what must last to be a loss last less, so that tests are quick."""
-    monkeypatch.setattr(can_watch, "PATIENCE_S", 0.1)
+    monkeypatch.setattr(can_watch, "WATCH_PATIENCE_S", 0.1)
     monkeypatch.setattr(can_writer, "PATIENCE_S", 0.3)
 
 
@@ -60,7 +60,7 @@ def never_stale(monkeypatch):
 @pytest.fixture
 def patient(monkeypatch):
     """Have nothing be a loss because it lasts."""
-    monkeypatch.setattr(can_watch, "PATIENCE_S", LONG_S)
+    monkeypatch.setattr(can_watch, "WATCH_PATIENCE_S", LONG_S)
     monkeypatch.setattr(can_writer, "PATIENCE_S", LONG_S)
     monkeypatch.setattr(can_link, "LAST_WORDS_S", LONG_S)
 

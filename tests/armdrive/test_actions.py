@@ -19,7 +19,7 @@ from armdrive.programs.language.words import WORDS
 from armdrive.runtime.states import TRANSITIONS, Event, after
 from armdrive.runtime.trust import Belief, require_reference
 from armdrive.status import State, Trust
-from tui.keyboard import DEFAULT_KEYS
+from tui.keys.keyboard import DEFAULT_KEYS
 
 INTERFACES = {
     "command line": COMMAND_LINE,
@@ -30,7 +30,7 @@ PYTHON = re.compile(r"\b[a-z_.]+\((?:\.\.\.|[a-z_]+=[^)]*)?\)|\b[a-z_]+=(?:True|
 """A call, or an option of one."""
 
 NO_SENTENCES = (
-    "programs/", "theory/", "sim/", "testing/", "transports/ports.py", "errors/actions.py",
+    "programs/", "sim/", "testing/", "transports/ports.py", "errors/actions.py",
 )  # fmt: skip
 """The language of programs has calls of its own; the rest prints mathematics or Python itself."""
 

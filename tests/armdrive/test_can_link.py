@@ -67,7 +67,7 @@ class TestFrames:
         assert frames_of(link) == [Frame(3)]
 
     def test_of_a_flood_the_oldest_frames_are_dropped_and_counted(self, failing, monkeypatch):
-        monkeypatch.setattr(can_reader, "MOST_FRAMES", 4)
+        monkeypatch.setattr(can_reader, "MOST_UNREAD_FRAMES", 4)
         bus, link = failing
         bus.coming.extend(message(each) for each in range(10))
         until(lambda: link.health.heard == 10)
@@ -150,7 +150,7 @@ class TestState:
         bus, link = failing
         bus.coming.extend([NO_ACK, message(1)])
         assert frames_of(link) == [Frame(1)]
-        monkeypatch.setattr(can_watch, "PATIENCE_S", 0.0)
+        monkeypatch.setattr(can_watch, "WATCH_PATIENCE_S", 0.0)
         link.wait(0.2)
         assert link.read(0.0) == b""
         assert link.health.state is BusState.PASSIVE

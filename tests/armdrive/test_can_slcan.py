@@ -33,7 +33,7 @@ HERE = Path(__file__).parent
 
 @pytest.fixture(autouse=True)
 def short_patience(monkeypatch):
-    monkeypatch.setattr(can_watch, "PATIENCE_S", 0.1)
+    monkeypatch.setattr(can_watch, "WATCH_PATIENCE_S", 0.1)
 
 
 @pytest.fixture
@@ -165,7 +165,7 @@ class TestLosses:
             assert link.health.state is BusState.ACTIVE
 
     def test_one_refused_frame_is_forgiven_when_others_pass(self, served, opened, monkeypatch):
-        monkeypatch.setattr(can_watch, "PATIENCE_S", LONG_S)
+        monkeypatch.setattr(can_watch, "WATCH_PATIENCE_S", LONG_S)
         served.server.adapter.faults.alone = True
         opened.write(pack(Frame(1)), 0.0)
         while opened.health.state is not BusState.PASSIVE:
@@ -175,14 +175,14 @@ class TestLosses:
         assert frames_of(opened) == [Frame(4)]
         while opened.health.state is not BusState.ACTIVE:
             opened.wait(0.005)
-        monkeypatch.setattr(can_watch, "PATIENCE_S", 0.0)
+        monkeypatch.setattr(can_watch, "WATCH_PATIENCE_S", 0.0)
         opened.wait(0.2)
         assert opened.read(0.0) == b""
 
     def test_an_adapter_that_was_error_passive_for_a_moment_is_forgiven(
         self, served, opened, monkeypatch
     ):
-        monkeypatch.setattr(can_watch, "PATIENCE_S", LONG_S)
+        monkeypatch.setattr(can_watch, "WATCH_PATIENCE_S", LONG_S)
         faults = served.server.adapter.faults
         faults.alone = True
         opened.write(pack(Frame(1)), 0.0)
@@ -193,7 +193,7 @@ class TestLosses:
         opened.write(pack(Frame(3)), 0.0)
         while opened.health.state is not BusState.ACTIVE:
             opened.wait(0.005)
-        monkeypatch.setattr(can_watch, "PATIENCE_S", 0.0)
+        monkeypatch.setattr(can_watch, "WATCH_PATIENCE_S", 0.0)
         opened.wait(0.2)
         assert opened.read(0.0) == b""
         assert (opened.health.heard, opened.health.refused) == (0, 1)

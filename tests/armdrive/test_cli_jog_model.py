@@ -7,13 +7,15 @@ from types import SimpleNamespace
 import pytest
 
 from armdrive.cli import screens
+from armdrive.cli.jog_model import find_subject
+from armdrive.errors import BadRequest
 from kinematics.textbook.study import subject_names
 
 
 @pytest.fixture
 def opened(monkeypatch):
     """A terminal, and a model's desk that somebody leaves at once; returns what it is given."""
-    import tui.model_desk
+    import tui.theory.model
 
     terminal = SimpleNamespace(isatty=lambda: True)
     monkeypatch.setattr(screens, "sys", SimpleNamespace(stdin=terminal, stdout=terminal))
@@ -24,7 +26,7 @@ def opened(monkeypatch):
         shown.append((subject.name, ascii_only))
         return 0
 
-    monkeypatch.setattr(tui.model_desk, "run_model", run_model)
+    monkeypatch.setattr(tui.theory.model, "run_model", run_model)
     return shown
 
 
@@ -45,6 +47,12 @@ def test_an_unknown_name_is_answered_with_the_nearest(call):
     called = call("jog", "--model", "minimover", code=2)
     assert "did you mean 'minimover5'" in called.err
     assert "two-link-1" in called.err
+
+
+def test_an_unknown_name_is_answered_with_all_that_could_be_meant():
+    with pytest.raises(BadRequest, match="did you mean 'puma'") as said:
+        find_subject("pumma")
+    assert all(name in str(said.value) for name in subject_names())
 
 
 def test_a_model_and_an_arm_are_not_both_jogged(call):

@@ -144,7 +144,7 @@ def drawn(*words: str, size: tuple[int, int] = (24, 80)) -> tuple[int, bytes]:
 @needs_pty
 def test_in_a_terminal_it_is_drawn_and_leaves_the_terminal_as_it_was():
     code, shown = drawn()
-    assert code == 0
+    assert code == 0, shown.decode(errors="replace")
     assert b"Traceback" not in shown
     assert shown.count(CURSOR_OFF) == shown.count(CURSOR_ON) == 1
     assert shown.index(CURSOR_OFF) < shown.index(CURSOR_ON)

@@ -23,7 +23,7 @@ from armdrive.storage.point_file import Points
 from armdrive.storage.record import FileRecorder
 from armdrive.storage.verifications import last_entry, logbook_file
 from armdrive.trace.files import Header, write_recording
-from tui.memory import Remembered, memory_file, recall, remember
+from tui.settings import Remembered, memory_file, recall, remember
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="files have owners and modes on POSIX")
 

@@ -95,21 +95,21 @@ MUTANTS = (
     Mutant(
         name="letting go of the mouse does not end a jog",
         promise="what is let go ends its jog",
-        path="tui/jogging.py",
+        path="tui/jog/jogging.py",
         old=(
             '            self._button, self._renew_s = "", math.inf\n'
             "            self._tell(self._arm.release)\n"
         ),
         new='            self._button, self._renew_s = "", math.inf\n',
         tests=tests_of(
-            "tests/tui/test_holding.py",
+            "tests/tui/test_jogging.py",
             "test_it_is_renewed_before_it_ends_and_let_go_when_the_button_is",
         ),
     ),
     Mutant(
         name="a released key does not release the arm",
         promise="a key that is let go ends its jog",
-        path="tui/jogging.py",
+        path="tui/jog/jogging.py",
         old=("        else:\n            self._arm.release()\n            if"),
         new=("        else:\n            if"),
         tests=tests_of(
@@ -153,22 +153,22 @@ MUTANTS = (
     Mutant(
         name="keys that were typed before a stop act behind it",
         promise="what was typed before a stop begins nothing",
-        path="tui/urgent.py",
+        path="tui/framework.py",
         old="            return bool(self._acted)\n",
         new="            return False\n",
         tests=tests_of(
-            "tests/tui/test_urgent.py",
+            "tests/tui/test_framework.py",
             "test_a_stop_that_never_came_is_forgotten_with_the_next",
         ),
     ),
     Mutant(
         name="a mouse that is heard of no more holds on",
         promise="what is not heard of ends its jog",
-        path="tui/jogging.py",
+        path="tui/jog/jogging.py",
         old="        left_s = self._heard_s + MOUSE_HOLDS_S - now_s\n",
         new="        left_s = MOUSE_HOLDS_S\n",
         tests=tests_of(
-            "tests/tui/test_holding.py",
+            "tests/tui/test_jogging.py",
             "test_a_mouse_that_is_heard_of_no_more_holds_nothing_after_its_time",
         ),
     ),

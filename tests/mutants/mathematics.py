@@ -12,7 +12,7 @@ MUTANTS = (
         old="    return (direction + lift, -bend), (direction - lift, bend)",
         new="    return (direction + lift, bend), (direction - lift, -bend)",
         tests=tests_of(
-            "tests/kinematics/test_paths.py",
+            "tests/kinematics/paths/test_paths.py",
             "test_a_line_keeps_the_elbow_that_it_starts_with",
         ),
     ),
@@ -23,7 +23,7 @@ MUTANTS = (
         old="base = near[0] if on_axis else atan2(y, x)",
         new="base = near[0] if on_axis else atan2(x, y)",
         tests=tests_of(
-            "tests/kinematics/test_five_axis.py",
+            "tests/kinematics/five_axis/test_five_axis.py",
             "test_ik_takes_the_branch_nearest_the_seed",
         ),
     ),
@@ -34,7 +34,7 @@ MUTANTS = (
         old="            r += pi\n",
         new="",
         tests=tests_of(
-            "tests/kinematics/test_five_axis.py",
+            "tests/kinematics/five_axis/test_five_axis.py",
             "test_what_cannot_be_reached_names_something_that_can",
         ),
     ),
@@ -45,7 +45,7 @@ MUTANTS = (
         old="    pitch = forearm + wrist\n",
         new="    pitch = forearm - wrist\n",
         tests=tests_of(
-            "tests/kinematics/test_paths.py",
+            "tests/kinematics/paths/test_paths.py",
             "test_a_line_keeps_the_elbow_that_it_starts_with",
         ),
     ),
@@ -56,7 +56,7 @@ MUTANTS = (
         old="            if change < least:  # never",
         new="            if best is None or inf > change > least:  # never",
         tests=tests_of(
-            "tests/kinematics/test_five_axis.py",
+            "tests/kinematics/five_axis/test_five_axis.py",
             "test_ik_takes_the_branch_nearest_the_seed",
         ),
     ),
@@ -67,7 +67,7 @@ MUTANTS = (
         old="            (0.0, sa, ca, d_mm),",
         new="            (0.0, -sa, ca, d_mm),",
         tests=tests_of(
-            "tests/kinematics/test_links.py",
+            "tests/kinematics/chains/test_links.py",
             "test_the_a_matrix_is_the_product_of_its_four_moves",
         ),
     ),
@@ -78,7 +78,7 @@ MUTANTS = (
         old="(st * ca, ct * ca, -sa, -sa * d_mm)",
         new="(st * ca, ct * ca, -sa, sa * d_mm)",
         tests=tests_of(
-            "tests/kinematics/test_links.py",
+            "tests/kinematics/chains/test_links.py",
             "test_the_a_matrix_is_the_product_of_its_four_moves",
         ),
     ),
@@ -150,7 +150,7 @@ MUTANTS = (
         old='yield Reading("outer radius", "tip radius", tip_r, outer, outer - tip_r)',
         new='yield Reading("outer radius", "tip radius", tip_r, outer, tip_r - outer)',
         tests=tests_of(
-            "tests/kinematics/test_guards.py",
+            "tests/kinematics/guards/test_guards.py",
             "test_the_outer_radius_is_kept",
         ),
     ),
@@ -161,7 +161,7 @@ MUTANTS = (
         old="        if self.guards.table:\n",
         new="        if False:\n",
         tests=tests_of(
-            "tests/kinematics/test_guards.py",
+            "tests/kinematics/guards/test_guards.py",
             "test_the_table_has_a_tolerance",
         ),
     ),

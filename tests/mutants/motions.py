@@ -179,7 +179,7 @@ MUTANTS = (
         old="            if abs(angle - inside) > LIMIT_TOLERANCE_RAD:",
         new="            if False:",
         tests=tests_of(
-            "tests/kinematics/test_paths.py",
+            "tests/kinematics/paths/test_paths.py",
             "test_a_joint_that_starts_beyond_its_limit_may_only_come_back",
         ),
     ),
@@ -268,7 +268,7 @@ MUTANTS = (
         old="        return max(slowest, busiest / self.motor_hz)",
         new="        return max(slowest, busiest / self.motor_hz) / 2.0",
         tests=tests_of(
-            "tests/kinematics/test_timing.py",
+            "tests/kinematics/paths/test_timing.py",
             "test_two_corners_are_the_exact_profile_of_the_most_limited_coordinate",
         ),
     ),
@@ -279,7 +279,7 @@ MUTANTS = (
         old="busiest / self.motor_hz)",
         new="busiest / self.motor_hz / 2.0)",
         tests=tests_of(
-            "tests/kinematics/test_timing.py",
+            "tests/kinematics/paths/test_timing.py",
             "test_a_motor_that_two_joints_drive_is_held_to_its_rate",
         ),
     ),
@@ -418,7 +418,7 @@ MUTANTS = (
         old="        _elbow_sign(wrap(start[2]), arm.limits[2]),\n",
         new="        -1.0,\n",
         tests=tests_of(
-            "tests/kinematics/test_paths.py",
+            "tests/kinematics/paths/test_paths.py",
             "test_a_line_keeps_the_elbow_that_it_starts_with",
         ),
     ),
@@ -429,7 +429,7 @@ MUTANTS = (
         old="        r < -AXIS_MM,\n",
         new="        False,\n",
         tests=tests_of(
-            "tests/kinematics/test_paths.py",
+            "tests/kinematics/paths/test_paths.py",
             "test_a_line_behind_the_base_axis_stays_behind",
         ),
     ),

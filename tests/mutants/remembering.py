@@ -142,18 +142,8 @@ MUTANTS = (
         name="a reference is not recorded",
         promise="a reference is on the disk when the call returns",
         path="armdrive/motion/reference.py",
-        old=(
-            "    core.learn(word.evidence, wire.now_s)\n"
-            "    core.clear_remarks()\n"
-            "    core.settle()\n"
-            "    core.mark_still()\n"
-            "    yield from be_remembered(wire)\n"
-        ),
-        new=(
-            "    core.learn(word.evidence, wire.now_s)\n"
-            "    core.clear_remarks()\n"
-            "    core.settle()\n"
-        ),
+        old=("    core.settle()\n    core.mark_still()\n    yield from be_remembered(wire)\n"),
+        new="    core.settle()\n",
         tests=tests_of(
             "tests/armdrive/test_record.py",
             "test_an_arm_whose_position_cannot_be_remembered_does_not_move",

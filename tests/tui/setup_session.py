@@ -9,7 +9,7 @@ from armdrive.setup.directions import sight
 from armdrive.setup.finding import Candidate, Found
 from armdrive.sim.simulated_arm import make_twin
 from armdrive.storage import files as places
-from tui import setup_new
+from tui.setup import arm_file as setup_new
 
 FILE = 'model = "teachmover"\n\n[connection]\ndialect = "teachmover"\nport = ""\n'
 

@@ -21,10 +21,10 @@ from armdrive.render.inks import PATTERNS
 from armdrive.render.scene import Moment
 from kinematics import Joints
 from kinematics.guards.shapes import Box
-from tui.keyboard import label
-from tui.keys_view import VIEW_KEYS
-from tui.spans import SpansUpdate, _cut, send_spans_alone
-from tui.widgets.arm_view import CLEAR, REST_S, SpaceView, move_cameras
+from tui.arm_view import CLEAR, REST_S, SpaceView, move_cameras
+from tui.framework import SpansUpdate, _cut, send_spans_alone
+from tui.keys.keyboard import label
+from tui.keys.rows import VIEW_KEYS
 
 TRAY = Box("tray", (200.0, -150.0, 0.0), (320.0, -60.0, 60.0))
 GUARDED = replace(

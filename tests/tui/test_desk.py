@@ -17,9 +17,8 @@ from kinematics import Joints, system
 from kinematics.chains.arm import ChainArm
 from tui import panels
 from tui.framework import ENDING_SIGNALS
-from tui.jogging import IDLE_DISARMS_S
-from tui.keys import DESK_KEYS, JOG_KEYS, JOG_PAIRS, spoken
-from tui.screens import SCREENS
+from tui.jog.jogging import IDLE_DISARMS_S
+from tui.keys.table import DESK_KEYS, JOG_KEYS, JOG_PAIRS, SCREENS, spoken
 
 
 async def test_the_screen_says_which_arm_this_is_and_starts_disarmed():

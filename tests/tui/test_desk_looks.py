@@ -8,11 +8,11 @@ from desk_planner import settled
 from waiting import until_seen
 
 from armdrive.status import status_view
-from tui import tables
 from tui.desk import Desk
-from tui.keyboard import DEFAULT_KEYS
+from tui.jog import words as tables
+from tui.keys.keyboard import DEFAULT_KEYS
 from tui.settings import Settings
-from tui.watching import Watching
+from tui.watch import Watching
 
 SIZES = [(80, 24), (120, 40), (200, 60)]
 

@@ -12,9 +12,9 @@ from textual import events
 from textual._xterm_parser import XTermParser
 
 from tui.desk import POLL_S, Desk
-from tui.waking import SILENCE_S, Waking
-from tui.watching import Watching
-from tui.widgets.hold_buttons import HoldButtons
+from tui.framework import SILENCE_S, Waking
+from tui.jog.screen import HoldButtons
+from tui.watch import Watching
 
 RIGHT = "\x1b[C"
 KEYBOARDS = {

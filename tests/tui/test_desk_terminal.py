@@ -14,7 +14,7 @@ import pytest
 from textual.drivers._writer_thread import MAX_QUEUED_WRITES, WriterThread
 from waiting import LONG_S, looks
 
-from tui.lasting import LastingFile
+from tui.framework import LastingFile
 
 pty = pytest.importorskip("pty", reason="pseudo-terminals are a Unix matter")
 termios = pytest.importorskip("termios")

@@ -9,13 +9,11 @@ from desk_planner import CONFIG, PlannerArm
 from desk_session import Session
 
 from armdrive.status import State, status_view
-from kinematics.textbook.study import find_subject
-from tui.keyboard import DEFAULT_KEYS
-from tui.keys import TABLE
-from tui.model_desk import ModelDesk
-from tui.model_keys import model_keys
-from tui.screens import SCREENS
-from tui.watching import Watching
+from kinematics.textbook.study import named_subject
+from tui.keys.keyboard import DEFAULT_KEYS
+from tui.keys.table import SCREENS, TABLE
+from tui.theory.model import ModelDesk, model_keys
+from tui.watch import Watching
 
 SCREEN_KEYS = {entry.id: entry.key for entry in SCREENS}
 OPENED_BY = {
@@ -78,7 +76,7 @@ def place(name, memory):
         return running(app, tuple(row for row in app.keys.rows if row.place in ("watch", "")))
     if name == "model":
         rows = tuple(row for row in model_keys().rows if row.place in ("theory", ""))
-        return running(ModelDesk(find_subject("puma"), braille=True), rows)
+        return running(ModelDesk(named_subject("puma"), braille=True), rows)
     return at_dialog(name, memory)
 
 

@@ -12,13 +12,13 @@ from waiting import until_seen
 from armdrive.errors import BadRequest, KeyFileError
 from armdrive.moves import Jog, Space
 from armdrive.status import State
-from tui import pad_evdev, pad_map
-from tui.jogging import MOUSE_HOLD_S, MOUSE_HOLDS_S, MOUSE_RENEWS_S, STEER_S
-from tui.pad_evdev import EvdevPad, check_gamepads, is_gamepad, open_gamepad
-from tui.pad_hand import PadEvent
-from tui.pad_map import BUTTONS, DEFAULT_PAD, STICKS
-from tui.pad_reader import Came, Gone, PadReader, Uncounted
-from tui.remap import load_keys
+from tui.gamepad import evdev as pad_evdev
+from tui.gamepad import map as pad_map
+from tui.gamepad.evdev import EvdevPad, check_gamepads, is_gamepad, open_gamepad
+from tui.gamepad.map import BUTTONS, DEFAULT_PAD, STICKS
+from tui.gamepad.reader import Came, Gone, PadEvent, PadReader, Uncounted
+from tui.jog.jogging import MOUSE_HOLD_S, MOUSE_HOLDS_S, MOUSE_RENEWS_S, STEER_S
+from tui.keys.remap import load_keys
 
 BUMPER = BUTTONS["left-bumper"]
 LEFT_X, LEFT_Y = STICKS["left-x"], STICKS["left-y"]

@@ -8,7 +8,7 @@ from textual.app import App
 
 from armdrive.status import State
 from tui.framework import FirstKeys, PlainText
-from tui.widgets.log_list import LogList
+from tui.log.screen import LogList
 
 
 def painted(app):

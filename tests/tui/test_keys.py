@@ -2,10 +2,8 @@
 
 import pytest
 
-from tui.keyboard import DEFAULT_KEYS, label
-from tui.keys import ALL_JOG_KEYS, JOG_PAIRS, TABLE
-from tui.layout import bindings
-from tui.screens import SCREENS
+from tui.keys.keyboard import DEFAULT_KEYS, bindings, label
+from tui.keys.table import ALL_JOG_KEYS, JOG_PAIRS, SCREENS, TABLE
 
 PLACES = sorted({row.place for row in TABLE})
 

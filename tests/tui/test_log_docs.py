@@ -4,8 +4,8 @@ import re
 from pathlib import Path
 
 from armdrive.trace.log import BACK, KEPT, MOST, TOPICS, Topic
-from tui.keyboard import label
-from tui.keys_log import LOG_KEYS
+from tui.keys.keyboard import label
+from tui.keys.rows import LOG_KEYS
 
 PAGE = (Path(__file__).parents[2] / "docs" / "log.md").read_text(encoding="utf-8")
 

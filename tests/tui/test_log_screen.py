@@ -14,12 +14,10 @@ from armdrive.trace.entries import Kind
 from armdrive.trace.log import LogLine, Topic
 from firmware_protocol.frames import Frame, pack
 from tui.framework import PlainText
-from tui.keyboard import DEFAULT_KEYS
-from tui.keys_log import LOG_DIALOG_KEYS, LOG_KEYS
-from tui.log_window import Window
-from tui.log_words import catalogue, cut, row, whole
-from tui.screens.log import GLANCE_S, PORTION
-from tui.widgets.log_list import LogList
+from tui.keys.keyboard import DEFAULT_KEYS
+from tui.keys.rows import LOG_DIALOG_KEYS, LOG_KEYS
+from tui.log.screen import GLANCE_S, PORTION, LogList
+from tui.log.words import Window, catalogue, cut, row, whole
 
 
 class LogSession(Session):

@@ -6,18 +6,16 @@ import math
 
 import pytest
 
+from armdrive.cli.jog_model import find_subject
 from armdrive.errors import KeyFileError
 from armdrive.render.camera import VIEWS
-from kinematics.textbook.study import find_subject
 from kinematics.textbook.worked_example import example_posture
+from tui.arm_view import SpaceView
 from tui.framework import PlainText
-from tui.keyboard import DEFAULT_KEYS, label
-from tui.keys import TABLE
-from tui.model_desk import NO_ARM, ModelDesk
-from tui.model_hand import ModelHand
-from tui.model_keys import PLACE, model_keys, model_pairs
-from tui.remap import LAYOUTS, _of_layout, load_keys
-from tui.widgets.arm_view import SpaceView
+from tui.keys.keyboard import DEFAULT_KEYS, label
+from tui.keys.remap import LAYOUTS, _of_layout, load_keys
+from tui.keys.table import TABLE
+from tui.theory.model import NO_ARM, PLACE, ModelDesk, ModelHand, model_keys, model_pairs
 
 SIZES = [(80, 24), (120, 40), (200, 60)]
 

@@ -8,9 +8,10 @@ from armdrive.errors import WrongState
 from armdrive.motion.resolve import JointGoal, LineGoal, PoseGoal
 from armdrive.status import State
 from kinematics import JOINT_NAMES
-from tui.errand import Twice
-from tui.goal_form import EMPTY, SPEEDS, STEPS, Form, present_of
-from tui.keys_errands import MOVE_KEYS
+from tui.keys.rows import MOVE_KEYS
+from tui.move.errand import Twice
+from tui.move.form import EMPTY, STEPS, Form, present_of
+from tui.settings import SPEEDS
 
 
 class MoveSession(Session):

@@ -6,8 +6,8 @@ from desk_session import Session
 
 from armdrive.storage.points import Point, Step, StepList, Taught
 from kinematics import Joints
-from tui.keys_errands import POINT_KEYS
-from tui.point_list import Naming, PointList
+from tui.keys.rows import POINT_KEYS
+from tui.points.list import Naming, PointList
 
 LEFT = Point(Joints.of(30.0, 60.0, -80.0, -60.0, 0.0), 20.0, "by the wall")
 RIGHT = Point(Joints.of(-20.0, 60.0, -80.0, -60.0, 0.0))

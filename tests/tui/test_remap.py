@@ -7,9 +7,9 @@ from desk_session import Session
 from armdrive.errors import KeyFileError
 from armdrive.moves import Jog
 from armdrive.storage import files as places
-from tui.keyboard import DEFAULT_KEYS, as_markdown
-from tui.keys import JOG_PAIRS, TABLE
-from tui.remap import LAYOUTS, load_keys
+from tui.keys.keyboard import DEFAULT_KEYS, as_markdown
+from tui.keys.remap import LAYOUTS, load_keys
+from tui.keys.table import JOG_PAIRS, TABLE
 
 
 @pytest.fixture

@@ -1,7 +1,26 @@
 """Mode, increment and speed, and what a jog key means under them."""
 
+import json
+
+import pytest
+from desk_fake import FakeArm
+from desk_planner import PlannerArm
+from desk_session import Session
+
 from armdrive.moves import Jog, Space
-from tui.settings import INCREMENTS, SPEEDS, Settings
+from tui.keys.keyboard import DEFAULT_KEYS
+from tui.look import LOOKS, look_after, look_named, safety
+from tui.settings import (
+    INCREMENTS,
+    SPEEDS,
+    Manner,
+    Remembered,
+    Settings,
+    manner_of,
+    recall,
+    remember,
+    set_as,
+)
 
 
 def test_increments_and_speeds_stop_at_the_ends_of_their_rows():
@@ -29,3 +48,166 @@ def test_frames_go_round_and_count_only_where_the_tip_is_jogged():
     tool = settings.with_next_frame()
     assert tool.increment_of("up").frame == "base"  # a joint turns in no frame
     assert tool.other_mode().increment_of("up") == Jog(Space.CARTESIAN, (("z", 2.0),), "tool")
+
+
+# What the desk remembers, its looks, its palette, and the first screen.
+
+
+@pytest.fixture
+def memory(tmp_path):
+    """Return a file in which somebody has left the desk after reading the first screen."""
+    path = tmp_path / "state" / "desk.json"
+    remember(path, Remembered(instructed=True))
+    return path
+
+
+def test_what_was_left_is_there_again(tmp_path):
+    left = Remembered("jog", "light", "cartesian", "tool", 5.0, 0.1, True, "joint", 0.25)
+    remember(tmp_path / "desk.json", left)
+    assert recall(tmp_path / "desk.json") == left
+
+
+@pytest.mark.parametrize(
+    "text", ["", "{", "[]", "7", '{"speed": "fast", "look": 3, "instructed": "yes"}', "[" * 9000]
+)
+def test_a_damaged_memory_is_no_memory(tmp_path, text):
+    path = tmp_path / "desk.json"
+    path.write_text(text)
+    assert recall(path) == Remembered()
+
+
+def test_what_does_not_exist_here_is_left_as_it_is():
+    settings = Settings(frames=("base", "tool"))
+    assert set_as(settings, Remembered("", "", "sideways", "board", 3.3, 7.0)) == settings
+    changed = set_as(settings, Remembered("", "", "cartesian", "tool", 5.0, 0.1))
+    assert (changed.cartesian, changed.frame, changed.increment, changed.speed) == (
+        True, "tool", 5.0, 0.1,
+    )  # fmt: skip
+
+
+async def test_a_desk_is_found_as_it_was_left_and_disarmed(memory):
+    async with Session(memory=memory) as session:
+        await session.press("m", "F", "right_square_bracket", "minus", "T")
+        await session.arm_keys()
+        left = session.text("conduct").splitlines()[2]
+        look = session.desk.look_name
+        await session.press("ctrl+q")
+    async with Session(memory=memory) as session:
+        assert session.text("conduct").splitlines()[2] == left
+        assert session.desk.look_name == look
+        assert not session.desk.armed
+
+
+async def test_the_move_screen_is_found_in_the_mode_and_at_the_speed_that_it_was_left(memory):
+    async with Session(PlannerArm(), memory=memory) as session:
+        await session.press("f3", "m", "less_than_sign", "4", "0")
+        left = session.desk.place.form
+        assert (left.cartesian, left.speed) == (False, 0.25)
+        await session.press("f2", "ctrl+q")
+    async with Session(PlannerArm(), memory=memory) as session:
+        await session.press("f3")
+        form = session.desk.place.form
+        assert (form.cartesian, form.speed) == (False, 0.25)
+        assert form.entries == {}, "a goal is not kept: whoever comes next has not seen it"
+
+
+def test_a_manner_that_makes_no_sense_is_the_usual_one():
+    assert manner_of(Remembered(move_mode="sideways", move_speed=7.0)) == Manner()
+
+
+async def test_a_memory_that_cannot_be_written_keeps_nobody_in_the_desk(tmp_path):
+    (tmp_path / "state").write_text("a file where a folder should be")
+    async with Session(memory=tmp_path / "state" / "desk.json") as session:
+        await session.press("space")
+        await session.press("ctrl+q")
+    assert session.desk.return_value == 0
+
+
+async def test_the_first_screen_is_shown_until_somebody_has_read_it(tmp_path):
+    path = tmp_path / "desk.json"
+    async with Session(memory=path) as session:
+        assert len(session.desk.screen_stack) == 2
+        await session.press("q", "space")
+        assert session.arm.calls == [("stop",)]
+        await session.press("ctrl+q")
+    assert json.loads(path.read_text())["instructed"] is False
+    async with Session(memory=path) as session:
+        await session.press("enter")
+        assert len(session.desk.screen_stack) == 1
+        assert not session.desk.armed, "one enter does not arm as well"
+        await session.press("ctrl+q")
+    async with Session(memory=path) as session:
+        assert len(session.desk.screen_stack) == 1
+
+
+def test_the_facts_are_three_lines_that_fit_the_smallest_dialog():
+    facts = safety(DEFAULT_KEYS, FakeArm().status)
+    assert len(facts) == 3
+    assert max(map(len, facts)) <= 68
+    assert "SPACE stops" in facts[0]
+    assert "0.21 s, 14 mm" in facts[1]
+    assert "reference (H)" in facts[2]
+
+
+def test_looks_go_round_and_an_unknown_one_is_the_first():
+    seen, name = [], LOOKS[0].name
+    for _ in LOOKS:
+        seen.append(name)
+        name = look_after(name).name
+    assert sorted(seen) == sorted(look.name for look in LOOKS)
+    assert name == LOOKS[0].name
+    assert look_named("mauve") == LOOKS[0]
+
+
+async def test_the_key_goes_through_all_looks():
+    async with Session() as session:
+        seen = []
+        for _ in LOOKS:
+            await session.press("T")
+            seen.append(session.desk.theme)
+        assert sorted(seen) == sorted(look.theme for look in LOOKS)
+
+
+async def test_without_colours_the_look_stays_the_terminals_own(monkeypatch):
+    monkeypatch.setenv("NO_COLOR", "1")
+    async with Session() as session:
+        await session.press("T")
+        assert session.desk.theme == "ansi-dark"
+        assert "NO_COLOR is set" in session.text("remarks")
+
+
+async def test_an_empty_no_color_counts_as_not_set(monkeypatch):
+    monkeypatch.setenv("NO_COLOR", "")
+    async with Session() as session:
+        await session.press("T")
+        assert session.desk.theme == "textual-light"
+
+
+async def test_the_palette_opens_disarmed_and_does_what_is_chosen():
+    async with Session() as session:
+        await session.arm_keys()
+        await session.press("ctrl+p")
+        assert len(session.desk.screen_stack) == 2
+        assert not session.desk.armed
+        session.desk.close_dialogs()
+        offered = session.desk.get_system_commands(session.desk.screen)
+        chosen = next(each for each in offered if "Cartesian" in each.title)
+        await chosen.callback()
+        assert "mode CARTESIAN" in session.text("conduct")
+
+
+async def test_a_space_in_the_palette_is_a_stop():
+    async with Session() as session:
+        await session.press("ctrl+p", *"mo")
+        session.arm.calls.clear()
+        await session.press("space")
+        assert session.arm.calls == [("stop",)]
+        assert len(session.desk.screen_stack) == 1
+
+
+async def test_the_palette_offers_every_row_that_has_words_and_no_jog_key():
+    async with Session() as session:
+        titles = [each.title for each in session.desk.get_system_commands(session.desk.screen)]
+        for row in session.desk.keys.at("jog"):
+            offered = any(title.startswith(f"{row.description} (") for title in titles)
+            assert offered == bool(row.description and row.id != "palette")

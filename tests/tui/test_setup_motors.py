@@ -9,9 +9,9 @@ from armdrive.config.arm import load_arm_file
 from armdrive.connect.target import simulated_config
 from armdrive.setup.directions import TRIAL_SPEED
 from armdrive.status import State
-from tui.setup_files import Correction
-from tui.setup_motors import Motors
-from tui.setup_steps import Steps
+from tui.setup.arm_file import Correction
+from tui.setup.motors import Motors
+from tui.setup.screen import Steps
 
 pytestmark = pytest.mark.usefixtures("own_home")
 

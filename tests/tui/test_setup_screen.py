@@ -10,11 +10,10 @@ from armdrive.config.arm import load_arm_file
 from armdrive.errors import PortUnavailable
 from armdrive.setup.finding import Found
 from armdrive.storage import files as places
-from tui.keyboard import DEFAULT_KEYS
-from tui.keys_setup import SETUP_KEYS
-from tui.setup_files import NewFile, Written
-from tui.setup_new import Asking, Ports
-from tui.setup_steps import Steps
+from tui.keys.keyboard import DEFAULT_KEYS
+from tui.keys.rows import SETUP_KEYS
+from tui.setup.arm_file import Asking, NewFile, Ports, Written
+from tui.setup.screen import Steps
 
 pytestmark = pytest.mark.usefixtures("own_home")
 

@@ -10,10 +10,10 @@ from desk_session import Session
 from kinematics import Joints, system
 from kinematics.chains.arm import ChainArm
 from tui.desk import Desk
-from tui.keyboard import Keyboard, label
-from tui.keys import TABLE
-from tui.keys_theory import THEORY_KEYS
-from tui.screens.theory import LOOK_S, READ_ONLY, UNKNOWN_BUILD
+from tui.keys.keyboard import Keyboard, label
+from tui.keys.rows import THEORY_KEYS
+from tui.keys.table import TABLE
+from tui.theory.screen import LOOK_S, READ_ONLY, UNKNOWN_BUILD
 
 
 async def opened(session):

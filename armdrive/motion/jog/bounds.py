@@ -292,7 +292,7 @@ class TipWay:
 def _near(arm: ArmGeometry, pose: Pose, seed: Joints) -> Joints | None:
     """Return the posture for a pose a small step from the seed, None where there is none."""
     if not isinstance(arm, FiveAxisArm | ToolArm):
-        from kinematics.chains.task import near  # few arms are chains
+        from kinematics.chains.arm import near  # few arms are chains
 
         return near(arm, pose, seed)
     try:

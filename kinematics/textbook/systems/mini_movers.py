@@ -1,9 +1,9 @@
-"""The Alpha II in its lecture's own terms: link table and joint angles with their own signs.
+"""Arms of the Mini-mover's build in the textbook's terms: the Mini-mover 5 and the Alpha II.
 
-Source: T. Asokan, Introduction to Robotics, lecture 2.7: alpha = -90, 0, 0, -90, 0 degrees,
-d1 = 215, a2 = a3 = 177.8, d5 = 129.5 mm. Its axes 2, 3 and 4 point the other way than the
-Mini-mover's, so that angles count downwards, and theta4 is -90 degrees with the hand straight on.
-Lengths in mm, angles in rad.
+The hand's frame has z along the hand (approach) and, with the roll at zero, x upwards in the arm's
+plane (normal). Checked answers come from `FiveAxisArm`, the formulas run on numbers of any kind.
+Sources: McKerrow, chapter 4, section 16 (the Mini-mover 5 and its elbow triangle); T. Asokan,
+Introduction to Robotics, lecture 2.7 (the Alpha II). Lengths in mm, angles in rad.
 """
 
 from __future__ import annotations
@@ -17,17 +17,19 @@ from typing import ClassVar
 
 from kinematics.chains.chain import Chain
 from kinematics.chains.links import DHLink
+from kinematics.chains.urdf import urdf_of_chain
 from kinematics.errors import OutOfReach
-from kinematics.five_axis.arm import Branch, FiveAxisArm, RollFrame
+from kinematics.five_axis.arm import Branch, FiveAxisArm
 from kinematics.five_axis.frame import NEAR_AXIS_MM, UPRIGHT
 from kinematics.five_axis.nearest import nearest
 from kinematics.frames.numbers import atan2, cos, sin, sqrt
 from kinematics.frames.transforms import LAST_ROW, Transform
 from kinematics.limits import turn_into
 from kinematics.presets import preset
-from kinematics.spaces import JOINT_NAMES, Joints, Pose
+from kinematics.spaces import JOINT_NAMES, Joints, Pose, RollFrame
 from kinematics.textbook.systems.named import (
     ON_AXIS,
+    QUARTER_TURN,
     REACH_MM,
     Miss,
     NamedBranch,
@@ -43,13 +45,6 @@ from kinematics.textbook.systems.triangle import (
     broken_bound,
     triangle,
 )
-
-# The Mini-mover's build in the textbook's terms: any arm of it, with any signs of its joints.
-#
-# Source: McKerrow, chapter 4, section 16 (the Mini-mover 5 and its elbow triangle). The hand's
-# frame has z along the hand (approach) and, with the roll at zero, x upwards in the arm's plane
-# (normal). Checked answers come from `FiveAxisArm`, the formulas run on numbers of any kind.
-# Lengths in mm, angles in rad.
 
 HALF_TURN = math.pi
 HAND_SETS_BASE = "the tip is on the base axis: the hand's direction sets the base"
@@ -220,8 +215,11 @@ def _seen_from_behind(pose: Pose) -> Pose:
     )
 
 
-QUARTER_TURN = math.pi / 2.0
 NAMES = ("base", "shoulder", "elbow", "tool_pitch", "tool_roll")
+
+
+# The Alpha II in its lecture's own terms. Axes 2, 3 and 4 point the other way than those of the
+# Mini-mover, so that angles count downwards, and theta4 is -90 degrees with the hand straight on.
 
 
 def _alpha2() -> FiveAxisArm:
@@ -304,11 +302,9 @@ class Alpha2(MiniBuild):
         return Chain(links, name=self.name, joint_names=NAMES)
 
 
-# The Mini-mover 5 in the textbook's terms: its link table in this project's own joint angles.
-#
-# Source: McKerrow, chapter 4, section 16. Joint angles are relative and up is positive: base;
-# shoulder, the elevation of the upper arm; elbow, forearm less upper arm; wrist pitch, hand less
-# forearm; wrist roll. Lengths in mm, angles in rad.
+# The Mini-mover 5: its link table in this project's own joint angles, relative and up positive:
+# base; shoulder, the elevation of the upper arm; elbow, forearm less upper arm; wrist pitch, hand
+# less forearm; wrist roll.
 
 
 def _minimover() -> FiveAxisArm:
@@ -376,3 +372,10 @@ class MiniMover(MiniBuild):
             for (d, a, alpha, offset), limits in zip(rows, self.arm.limits, strict=True)
         )
         return Chain(links, name=self.name, joint_names=JOINT_NAMES)
+
+
+def urdf_of_arm(
+    arm: FiveAxisArm, *, name: str = "arm", speeds_rad_s: Sequence[float] | None = None
+) -> str:
+    """Return the URDF document of an arm of the Mini-mover's build, in its own joint angles."""
+    return urdf_of_chain(MiniMover(arm).chain(), name=name, speeds=speeds_rad_s)

@@ -25,6 +25,8 @@ from kinematics.limits import turn_into
 REACH_MM = 1e-9
 """How far beyond its reach rounding may put a goal that touches it."""
 
+QUARTER_TURN = math.pi / 2.0
+
 WIDTH = 79
 """Columns of a figure in text."""
 

@@ -30,6 +30,7 @@ from kinematics.frames.transforms import (
     translation,
 )
 from kinematics.textbook.systems.named import (
+    QUARTER_TURN,
     REACH_MM,
     Miss,
     NamedBranch,
@@ -50,8 +51,7 @@ from kinematics.textbook.systems.triangle import (
 from kinematics.textbook.systems.wrist import STRAIGHT, Angles6, WristArm, inverse
 
 # Where the wrist's centre of an arm with a spherical wrist can be, and what keeps it elsewhere.
-#
-# Lengths in mm. Joint limits aside: this is what the lengths alone allow.
+# Joint limits aside: this is what the lengths alone allow.
 
 
 def reach_broken(arm: WristArm, x: float, y: float, z: float) -> tuple[str, float, float]:
@@ -95,9 +95,6 @@ def _candidates(arm: WristArm, out: float, up: float) -> Iterator[tuple[float, f
 
 
 # The Puma's tables: figure, derivation, branches, joint ranges, and what postures lose.
-#
-# Source: McKerrow, chapter 4, section 16; joint ranges after Fu, Gonzalez and Lee (1987), chapter
-# 2.
 
 BRANCHES = MappingProxyType(
     {
@@ -177,8 +174,6 @@ DERIVATION = (
         "only the sum or the difference of theta4 and theta6 is determined",
     ),
 )
-
-QUARTER_TURN = math.pi / 2.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,6 +20,7 @@ from kinematics.frames.transforms import LAST_ROW, Transform, position_of, trans
 from kinematics.frames.vectors import ZERO
 from kinematics.textbook.systems.named import (
     ON_AXIS,
+    QUARTER_TURN,
     REACH_MM,
     NamedBranch,
     Quantity,
@@ -29,7 +30,6 @@ from kinematics.textbook.systems.named import (
 )
 from kinematics.textbook.systems.triangle import broken_bound, brought_within, sides, triangle
 
-QUARTER_TURN = math.pi / 2.0
 Span = tuple[float, float]
 
 ONLY = MappingProxyType({"only solution": ()})
@@ -247,11 +247,8 @@ class SphericalTransporter(Transporter):
         return found
 
 
-# The general revolute transporter: three revolute joints, up to four solutions.
-#
-# Source: "Vectors and frames", chapter 2, section 2.5.2, figure 2.17 and equation 2.35. The links
-# stand upright in the zero position, and frames start parallel to the base frame. Lengths in mm,
-# angles in rad; the default lengths are examples, since the source gives none.
+# The general revolute transporter: three revolute joints, up to four solutions (section 2.5.2,
+# figure 2.17 and equation 2.35). The links stand upright in the zero position.
 
 POSTURES = MappingProxyType(
     {

@@ -1,9 +1,10 @@
-"""What the five two-link manipulators of the notes share: three solutions and a workspace.
+"""The five two-link manipulators of the notes: three direct solutions, the inverse, a workspace.
 
-Source: McKerrow, chapter 4, sections 5 to 9. `by_trigonometry` writes the tip's coordinates down
-(section 5), `by_matrices` multiplies the A matrices as the notes print them (sections 6 and 7),
-`by_vectors` adds the two link vectors after turning the second into the base frame (section 9).
-All three run on numbers of any kind. Lengths in mm, angles in rad.
+Source: McKerrow, chapter 4, sections 5 to 9; inverse solutions by section 11. `by_trigonometry`
+writes the tip's coordinates down (section 5), `by_matrices` multiplies the A matrices as the notes
+print them (sections 6 and 7), `by_vectors` adds the two link vectors after turning the second into
+the base frame (section 9). All three run on numbers of any kind. The notes give neither lengths nor
+ranges: the defaults are examples. Lengths in mm, angles in rad.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from kinematics.frames.transforms import LAST_ROW, Transform, compose, position_
 from kinematics.frames.vectors import Vector, add
 from kinematics.textbook.systems.named import (
     ON_AXIS,
+    QUARTER_TURN,
     REACH_MM,
     NamedBranch,
     Quantity,
@@ -104,12 +106,8 @@ def within(value: float, span: Span) -> bool:
     return span[0] - REACH_MM <= value <= span[1] + REACH_MM
 
 
-# The two-link manipulators of types 4 and 5: a lift that carries an arm or a slide.
-#
-# Source: McKerrow, chapter 4, section 8; inverse solutions by section 11. Lengths in mm, angles in
-# rad. The notes give neither lengths nor ranges: the defaults are examples.
+# Types 4 and 5 (section 8): a lift that carries an arm or a slide.
 
-QUARTER_TURN = math.pi / 2.0
 SIDES = MappingProxyType({"arm up": (1.0,), "arm down": (-1.0,)})
 ONLY = MappingProxyType({"only solution": ()})
 
@@ -308,10 +306,7 @@ class TwoLinkType5(TwoLink):
         return [self.solution(goal, "only solution")]
 
 
-# The two-link manipulator of type 3: a turning column that carries a slide.
-#
-# Source: McKerrow, chapter 4, section 7; inverse solution by section 11. Lengths in mm, angles in
-# rad. The notes give neither lengths nor ranges: the defaults are examples.
+# Type 3 (section 7): a turning column that carries a slide.
 
 STRETCHES = MappingProxyType({"reaching forward": (1.0,), "reaching backward": (-1.0,)})
 
@@ -409,10 +404,7 @@ class TwoLinkType3(TwoLink):
         return [NamedBranch("base free", (seed[0], 0.0), (), ("theta1",), ON_AXIS)]
 
 
-# The two-link manipulators of types 1 and 2: two revolute joints.
-#
-# Source: McKerrow, chapter 4: type 1 sections 5, 7 and 8, type 2 section 6; inverse solutions by
-# section 11. Lengths in mm, angles in rad. The notes give no lengths: the defaults are examples.
+# Types 1 (sections 5, 7 and 8) and 2 (section 6): two revolute joints.
 
 BASES = MappingProxyType({"base front": (1.0,), "base back": (-1.0,)})
 

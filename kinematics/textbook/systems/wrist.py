@@ -13,11 +13,9 @@ from dataclasses import dataclass
 from math import atan2, cos, hypot, pi, sin, sqrt, tau
 
 from kinematics.frames.transforms import Transform
+from kinematics.textbook.systems.named import REACH_MM
 
 Angles6 = tuple[float, float, float, float, float, float]
-
-REACH_MM = 1e-9
-"""How far beyond its reach rounding may put a wrist centre that touches it."""
 
 NOWHERE = REACH_MM * REACH_MM
 """Square of a distance from an axis at which a direction means nothing."""

@@ -106,7 +106,8 @@ def test_no_real_port_can_be_opened_and_what_is_remembered_goes_into_the_tests_f
         """
         import os
         import pytest
-        from armdrive import PortUnavailable, places
+        from armdrive import PortUnavailable
+        from armdrive.storage import files as places
         from armdrive.connect.target import connect_real, simulated_config
 
         def test_within(arm_world, tmp_path):

@@ -1,0 +1,158 @@
+"""Singularities: found, said in words, and how far away the nearest one is."""
+
+import math
+
+import pytest
+from chain_cases import MINI_MOVER, PUMA, chains_and_values
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from kinematics_cases import TEACHMOVER, arm_and_posture
+
+from kinematics import Joints, KinematicsError
+from kinematics.chains.chain import Chain
+from kinematics.chains.jacobians import manipulability
+from kinematics.chains.links import DHLink, JointKind
+from kinematics.chains.singularities import (
+    SINGULAR,
+    condition,
+    in_words,
+    length_of,
+    nearest_singularity,
+)
+from kinematics.five_axis.singularities import (
+    FiveAxisSingularity,
+    five_axis_singularities,
+    nearest_five_axis_singularity,
+    task_jacobian,
+)
+
+TWO_LINK = Chain((DHLink(a_mm=200.0), DHLink(a_mm=100.0)))
+
+
+def test_a_puma_s_straight_wrist_is_named_by_the_joints_that_oppose_each_other():
+    found = condition(PUMA, (0.1, 0.2, -0.3, 0.4, 0.0, 0.6))
+    assert found.is_singular
+    assert found.smallest < SINGULAR
+    assert found.manipulability == pytest.approx(0.0, abs=1e-9)
+    assert "moving 0.71 joint 4 - 0.71 joint 6 leaves the tip at rest" in found.sentence
+    assert found.sentence.startswith("singular: the tip cannot")
+
+
+def test_a_stretched_two_link_arm_cannot_move_outwards():
+    found = condition(TWO_LINK, (math.pi / 2, 0.0), rows=(0, 1))
+    assert "the tip cannot move along y" in found.sentence
+    assert [abs(part) for part in found.hardest] == pytest.approx([0.0, 1.0], abs=1e-12)
+
+
+def test_a_posture_that_moves_well_is_not_called_singular():
+    found = condition(TWO_LINK, (0.2, 1.5))
+    assert not found.is_singular
+    assert "almost at rest" in found.sentence
+
+
+@given(st.floats(-3.0, 3.0), st.floats(-1.5, 1.5))
+def test_the_nearest_singularity_of_two_links_is_the_straight_elbow(base, elbow):
+    found = nearest_singularity(TWO_LINK, (base, elbow))
+    assert found is not None
+    assert found.distance == pytest.approx(abs(elbow), abs=1e-6)
+    assert found.condition.is_singular
+
+
+@pytest.mark.parametrize("bend", [0.05, -0.3])
+def test_the_nearest_singularity_of_a_puma_is_the_wrist_when_it_is_nearly_straight(bend):
+    found = nearest_singularity(PUMA, (0.1, 0.9, -0.4, 0.4, bend, 0.6))
+    assert found.distance <= abs(bend) + 1e-6
+    assert found.condition.is_singular
+
+
+def test_a_straight_elbow_of_the_mini_mover_is_found():
+    found = nearest_singularity(MINI_MOVER, (0.1, 0.5, -0.3, -0.2, 0.2))
+    assert found.distance == pytest.approx(0.3, abs=1e-6)
+    assert "0.82 elbow" in found.condition.sentence
+
+
+@settings(max_examples=15)
+@given(chains_and_values(most=4))
+def test_what_is_found_is_singular_and_as_far_as_said(case):
+    chain, values = case
+    found = nearest_singularity(chain, values)
+    if found is None:
+        return
+    assert found.condition.smallest < 10 * SINGULAR
+    units = [length_of(chain) if kind is JointKind.PRISMATIC else 1.0 for kind in chain.kinds]
+    moved = [(a - b) / u for a, b, u in zip(found.values, values, units, strict=True)]
+    assert found.distance == pytest.approx(math.hypot(*moved), abs=1e-9)
+
+
+def test_slides_alone_are_never_singular():
+    cartesian = Chain(
+        (
+            DHLink(alpha_rad=-math.pi / 2, kind=JointKind.PRISMATIC),
+            DHLink(
+                theta_rad=math.pi / 2, alpha_rad=math.pi / 2, d_mm=9.0, kind=JointKind.PRISMATIC
+            ),
+            DHLink(kind=JointKind.PRISMATIC),
+        )
+    )
+    assert condition(cartesian, (10.0, 20.0, 30.0)).smallest == pytest.approx(1.0)
+    assert nearest_singularity(cartesian, (10.0, 20.0, 30.0)) is None
+
+
+def test_a_direction_in_words():
+    assert in_words((0.0, 0.0, 1.0, 0.0, 0.0, 0.0), range(6)) == "move along z"
+    assert in_words((-0.6, 0.8), (0, 3)) == "move along x and turn about x"
+    assert in_words((0.6, 0.0, -0.8), (0, 1, 2)) == "move along 0.60 x - 0.80 z"
+
+
+def test_rows_that_a_jacobian_has_not_are_refused():
+    with pytest.raises(KinematicsError, match="numbered 0 to 5"):
+        condition(PUMA, PUMA.zero, rows=(0, 6))
+
+
+def nearness(arm, joints, singularity):
+    return next(n for n in five_axis_singularities(arm, joints) if n.singularity is singularity)
+
+
+@given(arm_and_posture)
+def test_the_singularities_are_where_the_task_jacobian_loses_a_rank(case):
+    arm, joints = case
+    size = manipulability(task_jacobian(arm, joints))
+    distances = {n.singularity: n for n in five_axis_singularities(arm, joints)}
+    radius = distances[FiveAxisSingularity.TIP_OVER_BASE].distance_mm
+    bend = distances[FiveAxisSingularity.ELBOW_STRAIGHT].distance_rad
+    expected = radius * arm.upper_arm_mm * arm.forearm_mm * math.sin(bend)
+    assert size == pytest.approx(expected, rel=1e-6, abs=1e-1)
+
+
+def test_the_zero_posture_is_stretched():
+    nearest = nearest_five_axis_singularity(TEACHMOVER, Joints.of(0, 0, 0, 0, 0))
+    assert nearest.singularity is FiveAxisSingularity.ELBOW_STRAIGHT
+    assert nearest.distance_rad == 0.0
+    assert nearest.distance_mm == pytest.approx(0.0, abs=1e-9)
+    assert nearest.sentence.startswith("0.0° and 0.0 mm away: the elbow is straight")
+
+
+def test_a_folded_elbow_is_half_a_turn_from_a_straight_one():
+    joints = Joints.of(0, 90, -140, 0, 0)
+    straight = nearness(TEACHMOVER, joints, FiveAxisSingularity.ELBOW_STRAIGHT)
+    folded = nearness(TEACHMOVER, joints, FiveAxisSingularity.ELBOW_FOLDED)
+    assert straight.distance_rad + folded.distance_rad == pytest.approx(math.pi)
+    assert straight.distance_mm + folded.distance_mm == pytest.approx(2 * 177.8)
+
+
+@given(arm_and_posture)
+def test_the_way_over_the_base_is_no_longer_than_the_shoulder_s(case):
+    arm, joints = case
+    over = nearness(arm, joints, FiveAxisSingularity.TIP_OVER_BASE)
+    pose = arm.fk(joints)
+    height = pose.z_mm - arm.base_height_mm
+    alone = math.atan2(math.hypot(pose.x_mm, pose.y_mm), abs(height))
+    assert over.distance_rad <= alone + 1e-9
+    slope = arm.upper_arm_mm + 2 * arm.forearm_mm + 3 * arm.hand_mm  # no move is worth more
+    assert over.distance_rad * slope >= over.distance_mm - 1e-6
+
+
+def test_a_nearly_flat_slope_leads_nowhere():
+    stretched = Joints.of(0.0, 1e-7, -2e-7, 1e-7, 0.0)
+    over = nearness(TEACHMOVER, stretched, FiveAxisSingularity.TIP_OVER_BASE)
+    assert over.distance_rad == pytest.approx(math.pi / 2, abs=1e-3)

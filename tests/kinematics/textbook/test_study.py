@@ -1,0 +1,256 @@
+"""Studying a model with no arm: postures against the textbook, steps against the Jacobian."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import pytest
+
+from armdrive.config.link_model import read_model
+from kinematics import UnknownSystem, preset
+from kinematics.chains.arm import ChainArm
+from kinematics.frames.transforms import position_of
+from kinematics.textbook.jacobians import ROW_NAMES
+from kinematics.textbook.pages import fixed, laid, sections, summary, symbol_sections
+from kinematics.textbook.stepping import axes_of, axis_unit, has_inverse, step_axis, step_joint
+from kinematics.textbook.study import (
+    named_subject,
+    searched,
+    study,
+    subject_names,
+    subject_of_arm,
+    subject_of_chain,
+)
+from kinematics.textbook.systems import SYSTEMS
+from kinematics.textbook.worked_example import Section, example_posture
+
+EXAMPLES = Path(__file__).parents[3] / "examples"
+
+SCARA = """
+title = "A SCARA"
+[[links]]
+a_mm = 200.0
+low_deg = -150
+high_deg = 150
+[[links]]
+a_mm = 150.0
+alpha_deg = 180.0
+low_deg = -150
+high_deg = 150
+[[links]]
+kind = "prismatic"
+low_mm = 0.0
+high_mm = 100.0
+[[links]]
+low_deg = -180
+high_deg = 180
+"""
+
+
+def read_subject(file):
+    model = read_model(file)
+    return subject_of_chain(model.name, model.title, model.source, model.chain)
+
+
+@pytest.fixture
+def scara(tmp_path):
+    file = tmp_path / "scara.toml"
+    file.write_text(SCARA, encoding="utf-8")
+    return read_subject(file)
+
+
+def example(name):
+    subject = named_subject(name)
+    return subject, example_posture(subject.chain)
+
+
+def text_of(of, width=60):
+    return "\n".join(line for one in sections(of, width) for line in one.lines)
+
+
+@pytest.mark.parametrize("name", subject_names())
+def test_every_name_has_its_matrices_and_their_product(name):
+    subject, values = example(name)
+    found = study(subject, values)
+    assert len(found.matrices) == len(subject.chain) == len(found.jacobian[0])
+    if subject.system is not None:
+        closed = subject.system.fk(values)
+        for row, other in zip(found.frame, closed, strict=True):
+            assert row == pytest.approx(other, abs=1e-9)
+    assert found.branches[found.here].joints == pytest.approx(values)
+
+
+def test_an_unknown_name_is_answered_with_the_nearest_and_all():
+    with pytest.raises(UnknownSystem, match="did you mean 'puma'") as said:
+        named_subject("pumma")
+    assert all(name in str(said.value) for name in subject_names())
+
+
+def test_the_study_of_the_two_link_arm_reads_as_section_7_prints_it():
+    subject = named_subject("two-link-1")
+    of = study(subject, (math.radians(30), math.radians(40)))
+    c1, s12 = math.cos(math.radians(30)), math.sin(math.radians(70))
+    x = 200 * c1 + 150 * math.cos(math.radians(70))
+    text = text_of(of)
+    assert "[ 0.866 -0.500 0.000 173.205 ]" in text
+    assert fixed(s12) in text
+    assert f"x {fixed(x)}" in text
+    short = 350 - math.sqrt(200**2 + 150**2 + 2 * 200 * 150 * math.cos(math.radians(40)))
+    assert f"40.0°, {short:.1f} mm away: elbow stretched" in text
+    assert "> elbow down" in text
+    assert "  elbow up" in text
+
+
+def test_a_stretched_elbow_is_singular_in_the_summary():
+    of = study(named_subject("two-link-1"), (0.3, 0.0))
+    assert summary(of).startswith("manipulability 0.000, condition infinite: SINGULAR; 0.0°")
+    assert of.conditioning == math.inf
+    assert "singular: the tip cannot move along" in text_of(of, 200)
+
+
+def test_a_jacobian_too_wide_is_shown_column_by_column():
+    of = study(*example("minimover5"))
+    narrow, wide = sections(of, 41), sections(of, 80)
+    assert max(len(line) for one in narrow for line in one.lines) <= 46
+    assert any("columns, a line each: x, y, z" in one.lines for one in narrow)
+    assert any(line.startswith("pitch") for one in wide for line in one.lines)
+
+
+def test_symbols_are_shown_where_numbers_were():
+    of = study(*example("two-link-1"))
+    text = "\n".join(line for one in symbol_sections(of, 60) for line in one.lines)
+    assert "C1" in text
+    assert "theta2 = " in text
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_a_step_along_each_axis_of_the_hand_goes_that_far_and_nowhere_else(name):
+    subject, values = example(name)
+    before = study(subject, values)
+    for index, axis in enumerate(axes_of(subject)):
+        by = -1.0 if axis_unit(axis) == "mm" else -0.01
+        stepped = step_axis(subject, values, index, by)
+        assert (stepped.said == "") == has_inverse(subject), (axis, stepped.said)
+        after = study(subject, stepped.values)
+        if has_inverse(subject):
+            wanted = list(before.goal)
+            wanted[index] += by
+            assert after.goal == pytest.approx(wanted, abs=1e-6)
+            assert after.branches[after.here].name == before.branches[before.here].name
+
+
+def test_a_table_without_closed_form_follows_its_jacobian(scara):
+    assert axes_of(scara) == ("x", "y", "z", "about z")
+    values = example_posture(scara.chain)
+    x, y, z = position_of(scara.chain.fk(values))
+    stepped = step_axis(scara, values, 0, -20.0)
+    assert stepped.said == ""
+    assert position_of(scara.chain.fk(stepped.values)) == pytest.approx((x - 20.0, y, z), abs=0.2)
+    turned = step_axis(scara, values, 3, math.radians(10))
+    assert turned.said == ""
+    assert position_of(scara.chain.fk(turned.values)) == pytest.approx((x, y, z), abs=0.2)
+    assert turned.values[3] - values[3] == pytest.approx(-math.radians(10), abs=1e-3)
+
+
+@pytest.mark.parametrize("name", ["scara", "stanford"])
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_the_hand_of_an_example_table_goes_along_every_axis_and_stays_beside_it(name, sense):
+    subject = read_subject(EXAMPLES / f"{name}.toml")
+    values = example_posture(subject.chain)
+    x, y, z = position_of(subject.chain.fk(values))
+    for index, axis in enumerate(axes_of(subject)):
+        by = sense * (5.0 if axis_unit(axis) == "mm" else math.radians(5.0))
+        stepped = step_axis(subject, values, index, by)
+        assert stepped.said == "", axis
+        wanted = [x, y, z]
+        if axis in ("x", "y", "z"):
+            wanted[index] += by
+        assert position_of(subject.chain.fk(stepped.values)) == pytest.approx(wanted, abs=0.1)
+
+
+def test_a_table_that_is_stretched_says_why_it_stays(scara):
+    values = (0.0, 0.0, 50.0, 0.0)
+    stepped = step_axis(scara, values, 0, 20.0)
+    assert stepped.values == values
+    assert stepped.said.startswith("no step along x from here: singular")
+
+
+def test_a_table_at_a_limit_names_the_joint_that_is_held(scara):
+    values = (0.2, 0.8, 98.0, 0.0)
+    assert step_axis(scara, values, 2, 1.0).said == ""  # up: the slide draws in
+    stepped = step_axis(scara, values, 2, -3.0)
+    assert stepped.values[2] == pytest.approx(100.0)
+    assert stepped.said == "joint_3 at the limit: z moved by -2 mm, not -3 mm"
+    assert step_axis(scara, stepped.values, 2, -3.0).said.startswith(
+        "no step along z from here: joint_3 at the limit; "
+    )
+
+
+def test_a_tip_that_keeps_to_a_sphere_goes_as_far_as_it_can():
+    subject, values = example("two-link-2")
+    before = position_of(subject.chain.fk(values))
+    stepped = step_axis(subject, values, 0, 5.0)
+    after = position_of(subject.chain.fk(stepped.values))
+    assert stepped.said.startswith("the tip keeps to its surface: x moved by ")
+    assert 2.5 < after[0] - before[0] < 5.0
+
+
+def test_a_roll_that_turns_back_at_its_limit_is_no_singularity():
+    subject = named_subject("minimover5")
+    values = tuple(math.radians(one) for one in (0, 40, -60, -20, 358))
+    stepped = step_axis(subject, values, axes_of(subject).index("roll"), math.radians(5))
+    assert stepped.said.startswith("wrist_roll turned by 355° at once: its limit")
+
+
+def test_the_singularity_of_a_table_is_found_by_searching(scara):
+    values = (0.2, 0.5, 50.0, 0.0)
+    (found,) = searched(scara, values)
+    assert found.distance_rad == pytest.approx(0.5, abs=1e-3)
+    assert "28.6° away: singular" in "\n".join(
+        line for one in sections(study(scara, values), 200, (found,)) for line in one.lines
+    )
+    assert "searching" in text_of(study(scara, values))
+
+
+def test_a_joint_stops_at_its_limit_and_says_how_much_is_left():
+    subject = named_subject("two-link-3")
+    stepped = step_joint(subject, (0.0, 295.0), 1, 20.0)
+    assert stepped.values == (0.0, 300.0)
+    assert stepped.said == "d2 stands at its limit of 300 mm: 15 mm of the step are left"
+    assert step_joint(subject, (0.0, 295.0), 0, 0.5).values == (0.5, 295.0)
+
+
+def test_a_goal_out_of_reach_leaves_the_model_where_it_is():
+    subject, values = example("two-link-1")
+    stepped = step_axis(subject, values, 0, 500.0)
+    assert stepped.values == values
+    assert stepped.said.startswith("out of reach: ")
+
+
+def test_a_step_that_would_break_a_limit_is_not_made():
+    subject = named_subject("minimover5")
+    values = tuple(math.radians(one) for one in (0, 40, -60, -89, 0))
+    stepped = step_axis(subject, values, axes_of(subject).index("pitch"), math.radians(-5))
+    assert stepped.values == values
+    assert "wrist_pitch" in stepped.said
+    assert "limit" in stepped.said
+
+
+def test_the_theory_of_an_arm_that_is_driven():
+    arm = preset("teachmover").arm
+    subject = subject_of_arm("bench", arm)
+    assert subject.system.arm is arm
+    chain = SYSTEMS["puma"].chain()
+    assert subject_of_arm("six", ChainArm(chain)).system is None
+    assert ROW_NAMES[subject.rows[3]] == "pitch"
+
+
+def test_columns_hold_every_line_in_order_and_none_is_too_high():
+    parts = [Section(f"part {n}", tuple(f"{n}.{i}" for i in range(n))) for n in (3, 9, 2, 30, 1)]
+    columns = laid(parts, 20, 12)
+    assert all(len(column) <= 12 for column in columns)
+    lines = [line for column in columns for line in column]
+    assert [line for line in lines if "." in line] == [one for p in parts for one in p.lines]
+    assert columns[1][0].startswith("── part 9 ───")
+    assert laid(parts, 20, 12, plain=True)[0][0] == "-- part 3 ----------"

@@ -1,0 +1,234 @@
+"""On-screen buttons: pressed is held, and whatever ends that ends it; grasping; the wire's load."""
+
+import pytest
+from desk_fake import Clock, FakeArm, unknown_position
+from desk_session import Session
+from textual import events
+
+from armdrive.moves import Jog, Space
+from armdrive.status import Carried, State
+from tui.jog import words as tables
+from tui.jog.jogging import MOUSE_HOLD_S, MOUSE_HOLDS_S, MOUSE_RENEWS_S, Jogging
+from tui.jog.screen import HoldButtons
+from tui.jog.words import Load
+from tui.settings import Settings
+
+
+@pytest.fixture
+def held():
+    """A hand with its arm and clock, holding the button of the shoulder."""
+    arm, clock, said = FakeArm(), Clock(), []
+    hand = Jogging(arm, clock=clock, say=said.append, settings=Settings)
+    clock.now_s += 10.0
+    assert hand.arm_keys()
+    clock.now_s += 10.0
+    hand.push("w")
+    return hand, arm, clock, said
+
+
+def test_a_button_is_held_at_once_and_each_hold_ends_by_itself(held):
+    _, arm, _, _ = held
+    assert arm.calls == [("hold", Jog.joint(shoulder=1.0), 0.25, MOUSE_HOLD_S)]
+
+
+def test_it_is_renewed_before_it_ends_and_let_go_when_the_button_is(held):
+    hand, arm, clock, _ = held
+    for _ in range(5):
+        clock.now_s += MOUSE_RENEWS_S
+        hand.tick()
+    assert len(arm.asked("hold")) == 6
+    assert MOUSE_RENEWS_S < MOUSE_HOLD_S
+    hand.lift()
+    assert arm.calls[-1] == ("release",)
+    arm.calls.clear()
+    clock.now_s += 1.0
+    hand.tick()
+    assert arm.calls == []
+
+
+def test_a_mouse_that_is_heard_of_no_more_holds_nothing_after_its_time(held):
+    hand, arm, clock, said = held
+    began_s = clock.now_s
+    while hand.held_button and clock.now_s <= began_s + MOUSE_HOLDS_S + 1.0:
+        clock.now_s += 0.01
+        hand.tick()
+    assert clock.now_s - began_s <= MOUSE_HOLDS_S + 0.011
+    assert arm.calls[-1] == ("release",)
+    assert "nothing was heard of the mouse" in said[-1]
+    last = arm.asked("hold")[-1]
+    assert last[3] <= MOUSE_HOLD_S
+
+
+def test_a_nudge_of_the_mouse_goes_on(held):
+    hand, _, clock, _ = held
+    clock.now_s += MOUSE_HOLDS_S - 0.05
+    hand.moved()
+    clock.now_s += MOUSE_HOLDS_S - 0.05
+    hand.tick()
+    assert hand.held_button == "w"
+
+
+@pytest.mark.parametrize(
+    "end", [lambda h: h.disarm("x"), lambda h: h.release(), lambda h: h.press("e")]
+)
+def test_disarming_other_settings_and_a_key_let_go_of_the_button(held, end):
+    hand, arm, _, _ = held
+    end(hand)
+    assert hand.held_button == ""
+    assert ("release",) in arm.calls
+
+
+def test_a_button_is_dead_while_the_keys_are():
+    arm, said = FakeArm(), []
+    hand = Jogging(arm, clock=Clock(), say=said.append, settings=Settings)
+    hand.push("w")
+    assert arm.calls == []
+    assert "until they are armed" in said[-1]
+
+
+def button(session, table, row, *, plus):
+    """Return the place of a button on the screen."""
+    region = session.desk.place.query_one(f"#hold-{table}", HoldButtons).region
+    return region.x + (5 if plus else 2), region.y + row
+
+
+async def mouse(session, kind, place):
+    x, y = place
+    event = kind(None, x, y, 0, 0, 1, False, False, False, screen_x=x, screen_y=y)
+    await session.send(event)
+
+
+async def test_the_mouse_holds_a_button_on_the_screen_and_lets_go():
+    async with Session() as session:
+        await session.arm_keys()
+        place = button(session, "joints", 1, plus=False)
+        await mouse(session, events.MouseDown, place)
+        assert session.arm.calls[-1][:2] == ("hold", Jog.joint(shoulder=-1.0))
+        await mouse(session, events.MouseUp, place)
+        assert session.arm.calls[-1] == ("release",)
+        assert session.desk.armed
+
+
+async def test_leaving_the_button_lets_go():
+    async with Session() as session:
+        await session.arm_keys()
+        x, y = button(session, "joints", 0, plus=True)
+        await mouse(session, events.MouseDown, (x, y))
+        await mouse(session, events.MouseMove, (x + 1, y))
+        assert session.arm.asked("release") == []
+        await mouse(session, events.MouseMove, (x, y + 1))
+        assert session.arm.calls[-1] == ("release",)
+
+
+async def test_in_cartesian_mode_the_buttons_are_those_of_the_tip():
+    async with Session() as session:
+        await session.press("m")
+        await session.arm_keys()
+        await session.poll()  # the buttons stand where they are once that has been laid out
+        await session.pilot.pause()
+        await mouse(session, events.MouseDown, button(session, "tip", 2, plus=True))
+        assert session.arm.calls[-1][1] == Jog(Space.CARTESIAN, (("z", 1.0),))
+        await session.press("space")
+        assert ("stop",) in session.arm.calls
+        assert session.arm.calls[-1] == ("release",)
+        await session.poll()
+        assert session.desk.place.query_one("#hold-tip", HoldButtons).held is None
+
+
+@pytest.mark.parametrize("ends", ["question_mark", "f3", "T"])
+async def test_what_takes_the_screen_away_lets_go_of_a_button(ends):
+    async with Session() as session:
+        await session.arm_keys()
+        await mouse(session, events.MouseDown, button(session, "joints", 0, plus=True))
+        await session.press(ends)
+        held = ends == "T"  # other colours take nothing away
+        assert bool(session.desk.MODES and session.arm.calls[-1][0] == "hold") == held
+
+
+async def test_a_lost_link_lets_go_of_a_button():
+    async with Session() as session:
+        await session.arm_keys()
+        await mouse(session, events.MouseDown, button(session, "joints", 0, plus=True))
+        session.arm.set(state=State.DISCONNECTED, error="the cable was pulled")
+        await session.poll()
+        assert session.arm.calls[-1] == ("release",)
+        assert not session.desk.armed
+
+
+async def test_an_unknown_pose_has_no_buttons_for_the_tip():
+    async with Session(FakeArm(**unknown_position())) as session:
+        await session.press("m")
+        assert not session.desk.place.query_one("#hold-tip", HoldButtons).visible
+
+
+async def test_grasping_is_armed_first_then_says_what_the_fingers_found():
+    async with Session() as session:
+        await session.press("G")
+        assert session.arm.asked("grasp") == []
+        assert "enter arms it first" in session.text("remarks")
+        await session.arm_keys()
+        await session.press("G")
+        await session.settle()
+        assert session.arm.asked("grasp") == [("grasp",)]
+        assert not session.desk.armed
+        assert "grasped: 30.0 mm wide, pressed with 8.9 N" in session.text("remarks")
+        assert "pressing 8.9 N" in session.text("bottom")
+
+
+async def test_the_pose_is_shown_in_the_frame_that_is_jogged():
+    async with Session() as session:
+        await session.press("m")
+        assert "256.3mm" in session.text("tip")
+        await session.press("F", "F")
+        assert "of board" in session.text("conduct")
+        assert "156.3mm" in session.text("tip")
+
+
+@pytest.mark.parametrize(
+    ("distance_mm", "bar"),
+    [(0.0, "[----------]"), (0.3, "[#---------]"), (50.0, "[#####-----]"), (100.0, "[##########]"),
+     (120.0, "[#########>]")],
+)  # fmt: skip
+def test_the_stop_bar_is_never_shorter_than_the_way(distance_mm, bar):
+    status = FakeArm(stop_distance_mm=distance_mm).status
+    line = tables.stop_bar(status, len(f"{distance_mm:.0f} mm, 0.21 s at most") + 18)
+    assert line.startswith(f"stop {bar} ")
+
+
+def test_a_teachmover_says_that_its_pendant_stops_sooner_also_where_there_is_little_room():
+    for width in (41, 120):
+        assert "STOP key of the pendant is the quicker stop" in tables.quicker("teachmover", width)
+    assert "pendant" not in tables.quicker("robko01", 120)
+
+
+def test_digital_lines_are_told_apart_by_their_numbers():
+    status = FakeArm(inputs=0b101, outputs=0b10).status
+    lines = tables.bottom_lines(status, 60, 0.0, None)
+    assert "inputs 1 . 3 . . . .  outputs . 2 . . . . . ." in lines
+
+
+@pytest.mark.parametrize(
+    ("dialect", "shown"),
+    [
+        ("teachmover", "inputs . . . . . . .\n"),
+        ("robko01", "inputs . . . . . . . .\n"),
+        ("grbl", "inputs . . . . . . . . . . .\n"),
+        ("armdroid", ""),
+        ("mks", ""),
+        ("cia402", ""),
+    ],
+)
+def test_as_many_inputs_are_shown_as_the_arm_has(dialect, shown):
+    lines = tables.bottom_lines(FakeArm(dialect=dialect, inputs=0).status, 60, 0.0, None)
+    assert shown in lines
+    assert ("inputs" in lines) == bool(shown)
+
+
+def test_the_load_of_the_wire_is_that_of_its_busier_direction():
+    load = Load()
+    assert load.of(Carried(0, 0, 9600), 0.0) is None
+    assert load.of(Carried(10, 5, 9600), 0.5) is None
+    assert load.of(Carried(96, 480, 9600), 1.0) == pytest.approx(0.5)
+    assert load.of(Carried(96, 480, 9600), 2.0) == 0.0
+    assert load.of(Carried(0, 0, 19200), 3.0) is None, "another wire begins anew"
+    assert Carried(10, 10, 0).load(Carried(), 1.0) is None

@@ -1,0 +1,292 @@
+"""Watching somebody else's arm: with a fake holder, then with an arm that is really held."""
+
+import queue
+
+import pytest
+from desk_fake import MODEL, FakeArm, unknown_position
+from waiting import until_seen
+
+from armdrive import Arm
+from armdrive.cli.worlds import connect_remembered
+from armdrive.connect.target import find
+from armdrive.errors import ArmError
+from armdrive.status import status_view
+from tui import watch as watch_words
+from tui.framework import PlainText
+from tui.keys.remap import load_keys
+from tui.watch import HeldArm, Watching, WatchScreen
+
+END = object()
+
+
+class FakeHolder:
+    """A program that says what the test puts, and writes down what it is asked."""
+
+    def __init__(self):
+        self.said = queue.Queue()
+        self.asked = []
+        self.answer = {"done": "it"}
+
+    def views(self):
+        while (view := self.said.get()) is not END:
+            if isinstance(view, Exception):
+                raise view
+            yield view
+
+    def ask(self, request, **words):
+        self.asked.append((request, words))
+        if isinstance(self.answer, Exception):
+            raise self.answer
+        return self.answer
+
+
+class Session:
+    """A watching app on a headless terminal."""
+
+    def __init__(self, holder, **more):
+        self.holder = holder
+        self.app = Watching("sim", MODEL, holder, braille=True, **more)
+        self._running = self.app.run_test(size=(100, 30))
+
+    async def __aenter__(self):
+        self.pilot = await self._running.__aenter__()
+        await self.seen(lambda: self.text("title"))
+        return self
+
+    async def __aexit__(self, *error):
+        if isinstance(self.holder, FakeHolder):
+            self.holder.said.put(END)
+        await self._running.__aexit__(*error)
+
+    async def seen(self, happened):
+        """Wait until the app has heard of something: another thread tells it."""
+        await until_seen(happened, self.pilot.pause)
+        self.app.poll()
+        await self.pilot.pause()
+
+    async def hear(self, view):
+        self.holder.said.put(view)
+        await self.seen(lambda: self.app.view == view)
+
+    async def press(self, key):
+        await self.pilot.press(key)
+        await self.app.workers.wait_for_complete()
+        await self.pilot.pause()
+
+    def text(self, name):
+        return self.app.screen.query_one(f"#{name}", PlainText).shown
+
+
+async def test_what_the_holder_says_is_shown_and_that_it_is_only_watched():
+    async with Session(FakeHolder()) as session:
+        assert "WATCHING sim" in session.text("title")
+        await session.hear(status_view(FakeArm().status))
+        assert session.text("title").startswith("SIMULATED, WATCHED: sim (TeachMover)")
+        shown = session.text("watched")
+        for word in (
+            "state standby",
+            "shoulder",
+            "60.0°",
+            "referenced",
+            "38.0 mm",
+            "14.0 mm, 0.21 s",
+        ):
+            assert word in shown
+        assert session.text("footer").startswith("space STOP")
+
+
+async def test_the_program_that_is_watched_is_shown_with_the_arm():
+    async with Session(FakeHolder()) as session:
+        await session.hear(
+            {**status_view(FakeArm().status), "program": {"file": "stack.arm", "line": 12}}
+        )
+        assert "program stack.arm" in session.text("watched")
+        await session.hear({**status_view(FakeArm().status), "program": {}})
+        assert "program" not in session.text("watched")
+
+
+async def test_state_program_and_error_stand_above_what_a_small_terminal_cuts_off():
+    async with Session(FakeHolder()) as session:
+        view = status_view(FakeArm(error="the elbow slipped", notice="it is warm").status)
+        await session.hear({**view, "program": {"file": "stack.arm", "line": 12}})
+        first = session.text("watched").splitlines()[:4]
+        assert first == [
+            "state standby  speed 100 %",
+            "program stack.arm",
+            "line 12: ",
+            "! it is warm",
+        ]
+        assert "! the elbow slipped" in session.text("watched")
+
+
+async def test_what_is_heard_before_the_screen_is_laid_out_is_shown_afterwards():
+    view = status_view(FakeArm().status)
+    app = Watching("sim", MODEL, FakeHolder(), braille=True)
+    app.view = view
+
+    class Early(WatchScreen):
+        def compose(self):
+            app.poll()  # as its timer does where the computer is busy
+            yield from super().compose()
+
+    app.get_default_screen = Early
+    try:
+        async with app.run_test(size=(100, 30)) as pilot:
+            await pilot.pause()
+            await pilot.pause()
+            assert "state standby" in app.screen.query_one("#watched", PlainText).shown
+    finally:
+        app._holder.said.put(END)
+
+
+async def test_an_unknown_position_is_said_to_be_none():
+    async with Session(FakeHolder()) as session:
+        await session.hear(status_view(FakeArm(**unknown_position()).status))
+        assert "the joints are not known" in session.text("watched")
+
+
+ASKED = [
+    ("space", ("stop", {})),
+    ("escape", ("stop", {})),
+    ("p", ("pause", {})),
+    ("r", ("resume", {})),
+    ("minus", ("slow", {"percent": 75})),
+]
+
+
+@pytest.mark.parametrize(("key", "request_"), ASKED)
+async def test_every_key_asks_for_its_own_and_no_more(key, request_):
+    async with Session(FakeHolder()) as session:
+        await session.press(key)
+        assert session.holder.asked == [request_]
+
+
+async def test_the_tempo_goes_back_towards_what_is_asked_and_no_further():
+    async with Session(FakeHolder()) as session:
+        await session.hear(status_view(FakeArm(speed_override=0.5).status))
+        await session.press("plus")
+        await session.press("minus")
+        assert [words["percent"] for _, words in session.holder.asked] == [75, 25]
+
+
+async def test_a_stop_that_nobody_heard_is_said_loudly_with_what_to_do():
+    async with Session(FakeHolder()) as session:
+        session.holder.answer = ArmError("the program does not answer")
+        await session.press("space")
+        assert "STOP WAS NOT HEARD: the program does not answer" in session.text("remarks")
+        assert "switch" in session.text("remarks")
+
+
+async def test_a_refusal_is_shown():
+    async with Session(FakeHolder()) as session:
+        session.holder.answer = {"error": "nothing is paused"}
+        await session.press("r")
+        assert "nothing is paused" in session.text("remarks")
+
+
+@pytest.mark.parametrize(
+    ("last", "why"),
+    [
+        (END, "given the arm back"),
+        (ArmError("it fell silent"), "it fell silent"),
+        ({"error": "16 programs watch"}, "16 programs watch"),
+    ],
+)
+async def test_the_end_of_watching_is_said_over_the_last_picture(last, why):
+    async with Session(FakeHolder()) as session:
+        await session.hear(status_view(FakeArm().status))
+        session.holder.said.put(last)
+        await session.seen(lambda: session.app.ended)
+        assert why in session.text("banner")
+        assert "NOT WATCHED ANY MORE" in session.text("banner")
+        assert "shoulder" in session.text("watched")
+
+
+async def test_leaving_stops_nothing():
+    async with Session(FakeHolder()) as session:
+        await session.press("ctrl+q")
+    assert session.app.return_value == 0
+    assert session.holder.asked == []
+
+
+async def test_keys_that_were_moved_count_here_too(tmp_path):
+    path = tmp_path / "keys.toml"
+    path.write_text('[keys]\nwatch-pause = "f9"\nstop = "f12"\n')
+    async with Session(FakeHolder(), keys=load_keys(str(path))) as session:
+        for key in ("p", "f9", "f12", "space"):
+            await session.press(key)
+        assert [request for request, _ in session.holder.asked] == ["pause", "stop", "stop"]
+
+
+async def test_an_arm_that_is_really_held_is_watched_and_stopped():
+    config = find("sim:teachmover").config
+    with connect_remembered(config) as arm:
+        assert isinstance(arm, Arm)
+        async with Session(HeldArm(config.name)) as session:
+            await session.seen(lambda: session.app.view)
+            assert "state standby" in session.text("watched")
+            before = arm.stops
+            await session.press("space")
+            assert arm.stops == before + 1
+            await session.press("minus")
+            assert arm.status.speed_override == 0.75
+            await session.seen(lambda: session.app.view["speed_override"] == 0.75)
+            assert "speed 75 %" in session.text("watched")
+
+
+# What is said of an arm that another program drives.
+
+PROGRAM = {
+    "file": "stack.arm",
+    "line": 12,
+    "text": "move above",
+    "act": "Move",
+    "loop": 2,
+    "loops": 3,
+    "percent": 41.6,
+    "left_s": 75.2,
+}
+PROGRAM_SHOWN = "program stack.arm, loop 2 of 3\nline 12: move above\n42 %, 75 s left"
+PROGRAM_WORDS = [
+    (PROGRAM, PROGRAM_SHOWN),
+    (PROGRAM | {"loop": 1, "loops": 1}, "program stack.arm\nline 12: move above\n42 %, 75 s left"),
+    (PROGRAM | {"loops": 0}, "program stack.arm, loop 2\nline 12: move above\n42 %, 75 s left"),
+    (
+        PROGRAM | {"loops": 1, "line": None, "text": "", "percent": None, "left_s": None},
+        "program stack.arm\nMove",
+    ),
+    (PROGRAM | {"file": "/home/me/stack.arm"}, PROGRAM_SHOWN),
+    (PROGRAM | {"loops": 1, "text": "", "percent": "a"}, "program stack.arm\nline 12: Move"),
+    ({}, None),
+    (None, None),
+    ({"file": "stack.arm"}, "program stack.arm"),
+]
+
+
+@pytest.mark.parametrize(("program", "words"), PROGRAM_WORDS)
+def test_the_program_that_is_under_way_is_named_with_its_line_and_share(program, words):
+    assert watch_words.program_words({"program": program}) == words
+
+
+@pytest.mark.parametrize(("now", "steps", "then"), [(10, -1, 10), (100, 1, 100), (33, -1, 25)])
+def test_a_tempo_between_the_steps_goes_to_the_next_one(now, steps, then):
+    assert watch_words.tempo(now, steps) == then
+
+
+@pytest.mark.parametrize(
+    ("program", "words"),
+    [
+        (PROGRAM, "stack.arm 42 %"),
+        (PROGRAM | {"percent": None, "steps": 20}, "stack.arm 12/20"),
+        (PROGRAM | {"percent": None}, "stack.arm"),
+        (None, ""),
+        ({}, ""),
+    ],
+)
+def test_the_title_names_the_program_and_how_far_it_is(program, words):
+    view = {"simulated": False, "title": "TeachMover", "link": "COM3", "program": program}
+    title = watch_words.title("left", view, 60)
+    assert title.rstrip().endswith(words)
+    assert title.startswith("REAL ARM, WATCHED: left (TeachMover) ")
+    assert len(title) == 60
+    assert len(watch_words.title("left", view, 20)) == 20

@@ -1,0 +1,307 @@
+"""The arm as a widget: in three dimensions, and in two flat drawings for questions.
+
+Both repaint only what has changed.
+
+    view = SpaceView(desk.arm.model, braille=desk.braille, id="space")
+    view.show(Moment(status.joints, status.gripper_mm))              # at each poll
+    view.show(Moment(status.joints, status.gripper_mm, goal=joints, planned=tip_points))
+
+Keys come to it by `look`, from rows of the table of keys; the mouse orbits by dragging, and zooms.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from functools import partial
+from itertools import pairwise
+from typing import ClassVar
+
+from rich.segment import Segment
+from rich.style import Style
+from textual import events
+from textual.dom import DOMNode
+from textual.filter import LineFilter
+from textual.geometry import Region
+from textual.strip import Strip
+from textual.widget import Widget
+
+from armdrive.render.camera import LOOKS, VIEWS, Camera
+from armdrive.render.inks import Ink
+from armdrive.render.raster import Painted
+from armdrive.render.reach import Key, Outline
+from armdrive.render.scene import Moment, Scene, Studio
+from armdrive.render.side_view import ArmScene
+from kinematics import ArmModel, Joints
+
+DRAG_DEG = (3, 6)
+"""Dragging by one cell to the side, and by one row, which is twice as high."""
+
+REST_S = 1.0
+"""Outlines of the reach are worked out no more often: it takes time from the arm's own thread."""
+
+CLEAR = "clear"
+"""Asks for the driven way to be forgotten."""
+
+
+def move_cameras(at: DOMNode, what: str) -> bool:
+    """Have every arm view below a node do this; return whether there is one."""
+    views = list(at.query(SpaceView))
+    for view in views:
+        view.look(what)
+    return bool(views)
+
+
+class SpaceView(Widget):
+    """An arm with its table, guards, reach, way and goal, seen from wherever the watcher stands."""
+
+    COMPONENT_CLASSES: ClassVar[set[str]] = {f"space--{ink.name.lower()}" for ink in Ink}
+    DEFAULT_CSS = """
+    SpaceView { width: 1fr; height: 1fr; }
+    SpaceView .space--table { color: $text-muted; }
+    SpaceView .space--reach { color: $text-secondary; }
+    SpaceView .space--guard { color: $error; }
+    SpaceView .space--base { color: $foreground; }
+    SpaceView .space--planned { color: $accent; }
+    SpaceView .space--driven { color: $success; }
+    SpaceView .space--goal { color: $accent; text-style: bold; }
+    SpaceView .space--arm { color: $foreground; text-style: bold; }
+    SpaceView .space--gripper { color: $foreground; text-style: bold; }
+    SpaceView .space--joint { color: $primary; text-style: bold; }
+    SpaceView .space--axis { color: $warning; text-style: bold; }
+    SpaceView .space--word { color: $foreground; text-style: bold; }
+    """
+
+    def __init__(
+        self,
+        model: ArmModel,
+        *,
+        braille: bool,
+        unknown: str = "posture not known",
+        camera: Camera = VIEWS["iso"],
+        clock: Callable[[], float] = time.monotonic,
+        id: str | None = None,  # noqa: A002
+    ) -> None:
+        super().__init__(id=id)
+        self.camera: Camera = camera
+        self._unknown = unknown
+        self._clock = clock
+        self._scene = Scene(model)
+        self._studio = Studio(self._scene.dome, braille=braille)
+        self._moment = Moment()
+        self._painted: Painted | None = None
+        self._styles: dict[Ink, Style] = {}
+        self._filters: tuple[LineFilter, ...] = ()
+        self._strips: dict[int, Strip] = {}
+        self._worked_s = -math.inf
+        self._working = False
+        self._held_at: tuple[float, float] | None = None
+
+    @property
+    def rows(self) -> tuple[str, ...]:
+        """The picture, row by row."""
+        return tuple(self._painted.rows()) if self._painted is not None else ()
+
+    def show(self, moment: Moment) -> None:
+        """Draw the arm as it is now; nothing is done where nothing changed."""
+        if moment != self._moment or self._painted is None:
+            self._moment = moment
+            self._redraw()
+        if self._scene.missing is not None:
+            self._work_out(self._scene.missing)
+
+    def look(self, what: str) -> None:
+        """Move the camera as a key asks, or forget the driven way; `LOOKS` and `CLEAR` name it."""
+        if what == CLEAR:
+            self._scene.trail.clear()
+        else:
+            self.camera = LOOKS[what](self.camera, self._scene.tip, self._scene.dome)
+        self._redraw()
+
+    # -- drawing ------------------------------------------------------------------------------
+
+    def on_resize(self) -> None:
+        """Draw again at the new size."""
+        self._redraw()
+
+    def notify_style_update(self) -> None:
+        """Take the colours of another theme."""
+        super().notify_style_update()
+        self._styles = {}
+        self._strips = {}
+
+    def render_lines(self, crop: Region) -> list[Strip]:
+        """Return rows of the picture.
+
+        The framework's own way by single lines looks for borders and tints in each, which this
+        widget has not, and takes twice as long.
+        """
+        filters = tuple(self.get_line_filters())
+        if filters != self._filters:
+            self._filters, self._strips, self._styles = filters, {}, {}
+        strips = [self._strip(y) for y in crop.line_range]
+        if crop.column_span != (0, self.size.width):
+            strips = [strip.crop(*crop.column_span) for strip in strips]
+        return strips
+
+    def _strip(self, y: int) -> Strip:
+        """Return one row, the very same one until it changes."""
+        strip = self._strips.get(y)
+        if strip is None:
+            painted = self._painted
+            if painted is None or y >= painted.height:
+                return Strip.blank(self.size.width, self.rich_style)
+            segments = [Segment(text, self._style(ink)) for text, ink in painted.runs(y)]
+            strip = self._strips[y] = Strip(segments, painted.width)
+        return strip
+
+    def _style(self, ink: Ink) -> Style:
+        """Return how an ink looks in the present theme, as the app's filters leave it."""
+        found = self._styles.get(ink)
+        if found is None:
+            found = self.get_component_rich_style(f"space--{ink.name.lower()}")
+            sample = [Segment("x", found)]
+            for line_filter in self._filters:
+                sample = line_filter.apply(sample, self.background_colors[1])
+            found = self._styles[ink] = sample[0].style or found
+        return found
+
+    def _redraw(self) -> None:
+        if not self.size:
+            return
+        space = self._scene.space(self._moment, self._unknown)
+        before = self._painted
+        self._painted = self._studio.draw(space, self.camera, self.size.width, self.size.height)
+        changed = [Region(x, y, width, 1) for x, y, width in self._painted.changes(before)]
+        for region in changed:
+            self._strips.pop(region.y, None)
+        if changed:
+            self.refresh(*changed)
+
+    # -- the reach ----------------------------------------------------------------------------
+
+    def _work_out(self, key: Key) -> None:
+        """Have an outline worked out in a thread, one at a time, and not too often."""
+        if self._working or self._clock() - self._worked_s < REST_S or not self.is_attached:
+            return
+        self._working, self._worked_s = True, self._clock()
+        work = partial(self._worked, key)
+        self.run_worker(work, thread=True, exit_on_error=False, group="reach")
+
+    def _worked(self, key: Key) -> None:
+        try:
+            found = self._scene.work_out(key)
+            self.app.call_from_thread(self._keep, key, found)
+        finally:
+            self._working = False
+
+    def _keep(self, key: Key, found: Outline) -> None:
+        self._scene.keep(key, found)
+        self._redraw()
+
+    # -- the mouse ----------------------------------------------------------------------------
+
+    def on_mouse_down(self, event: events.MouseDown) -> None:
+        """Take hold of the picture."""
+        event.stop()
+        self._held_at = (event.screen_x, event.screen_y)
+        self.capture_mouse()
+
+    def on_mouse_up(self, event: events.MouseUp) -> None:
+        """Let go of it."""
+        event.stop()
+        self._held_at = None
+        self.release_mouse()
+
+    def on_mouse_move(self, event: events.MouseMove) -> None:
+        """Go round the arm, as if the table were turned by hand."""
+        if self._held_at is None:
+            return
+        x, y = self._held_at
+        self._held_at = (event.screen_x, event.screen_y)
+        across, down = DRAG_DEG
+        by_x, by_y = event.screen_x - x, event.screen_y - y
+        if by_x or by_y:
+            self.camera = self.camera.orbited(round(-by_x * across), round(by_y * down))
+            self._redraw()
+
+    def on_mouse_scroll_up(self, event: events.MouseScrollUp) -> None:
+        """Come nearer."""
+        event.stop()
+        self.look("nearer")
+
+    def on_mouse_scroll_down(self, event: events.MouseScrollDown) -> None:
+        """Go farther away."""
+        event.stop()
+        self.look("farther")
+
+
+# The arm in two drawings, from the side and from above; repaints only the rows that changed.
+
+Draw = Callable[[ArmScene, int, int, bool], list[str]]
+
+
+def scene_of(model: ArmModel, joints: Joints, opening_mm: float | None) -> ArmScene:
+    """Return what is to be drawn of an arm in this posture, with the bounds of its base."""
+    points = model.arm.points(joints)
+    reach_mm = sum(math.dist(start, end) for start, end in pairwise(points[1:]))
+    base = model.arm.limits[0]
+    bounds = tuple(
+        ((0.0, 0.0, 0.0), (reach_mm * math.cos(angle), reach_mm * math.sin(angle), 0.0))
+        for angle in (base.low_rad, base.high_rad)
+    )
+    return ArmScene(points, opening_mm or 0.0, joints[0], reach_mm, range_lines=bounds)
+
+
+class ArmView(Widget):
+    """One view of the arm with its title in the corner, or a sentence when nothing is known."""
+
+    def __init__(self, title: str, draw: Draw, *, braille: bool, id: str) -> None:  # noqa: A002
+        super().__init__(id=id)
+        self._title = title
+        self._draw = draw
+        self._braille = braille
+        self._scene: ArmScene | None = None
+        self._rows: list[str] = []
+
+    @property
+    def rows(self) -> tuple[str, ...]:
+        """The picture, row by row."""
+        return tuple(self._rows)
+
+    def show(self, scene: ArmScene | None) -> None:
+        """Draw another scene; None when the posture is not known."""
+        if scene != self._scene or not self._rows:
+            self._scene = scene
+            self._redraw()
+
+    def on_resize(self) -> None:
+        """Draw again at the new size."""
+        self._redraw()
+
+    def render_line(self, y: int) -> Strip:
+        """Return one row of the picture."""
+        text = self._rows[y] if y < len(self._rows) else " " * self.size.width
+        return Strip([Segment(text, self.rich_style)], self.size.width)
+
+    def _redraw(self) -> None:
+        before, self._rows = self._rows, self._picture()
+        if len(before) != len(self._rows):
+            self.refresh()
+            return
+        for y, (old, new) in enumerate(zip(before, self._rows, strict=True)):
+            if old != new:
+                self.refresh(Region(0, y, self.size.width, 1))
+
+    def _picture(self) -> list[str]:
+        width, height = self.size
+        if self._scene is None:
+            rows = [" " * width] * height
+            if height > 1:
+                rows[height // 2] = "posture not known: H"[:width].center(width)
+        else:
+            rows = self._draw(self._scene, width, height, self._braille)
+        if rows:
+            rows[0] = (self._title + rows[0][len(self._title) :])[:width]
+        return rows

@@ -1,0 +1,109 @@
+"""Gamepads as Linux has them, by the optional package evdev; the only file that knows it."""
+
+from __future__ import annotations
+
+import contextlib
+import select
+import sys
+from collections.abc import Iterator, Mapping
+from importlib import import_module
+from typing import Any
+
+from armdrive.errors import BadRequest
+from tui.gamepad.map import BUTTONS, STICKS
+from tui.gamepad.reader import PadEvent, Uncounted
+
+EV_SYN, EV_KEY, EV_ABS = 0, 1, 3
+SYN_DROPPED = 3
+"""Numbers of Linux's input-event-codes.h."""
+
+WAKE_S = 0.5
+"""A read that hears nothing comes back after this."""
+
+
+def check_gamepads() -> Any:
+    """Return the package that reads gamepads. Raises `BadRequest` where that cannot be done."""
+    if sys.platform != "linux":
+        raise BadRequest("gamepads are read on Linux alone; jog with the keys or the mouse")
+    try:
+        return import_module("evdev")
+    except ModuleNotFoundError:
+        raise BadRequest("gamepads need evdev: pip install 'armdrive[gamepad]'") from None
+
+
+class EvdevPad:
+    """One gamepad that is open."""
+
+    def __init__(self, device: Any) -> None:
+        """`device` is an `evdev.InputDevice`, or has its `name`, `fd`, `read` and so on."""
+        self._device = device
+        self.name = str(device.name)
+        self._ranges = {
+            code: (info.min, info.max)
+            for code, info in device.capabilities(absinfo=True).get(EV_ABS, [])
+            if code in STICKS.values() and info.max > info.min
+        }
+
+    def sticks(self) -> Mapping[int, float]:
+        """Return where the sticks stand, from -1 to 1."""
+        return {code: self._share(code, self._device.absinfo(code).value) for code in self._ranges}
+
+    def _share(self, code: int, value: int) -> float:
+        low, high = self._ranges[code]
+        share: float = (2 * value - low - high) / (high - low)
+        return min(max(share, -1.0), 1.0)
+
+    def events(self) -> Iterator[PadEvent | None]:
+        """Yield what it tells; raises `OSError` when it was unplugged, and `Uncounted`."""
+        while True:
+            if not select.select([self._device.fd], [], [], WAKE_S)[0]:
+                yield None
+                continue
+            for event in self._ready():
+                if event.type == EV_SYN and event.code == SYN_DROPPED:
+                    raise Uncounted
+                if event.type == EV_KEY and event.value in (0, 1):  # 2 is a repeat
+                    yield PadEvent(event.code, float(event.value), button=True)
+                elif event.type == EV_ABS and event.code in self._ranges:
+                    yield PadEvent(event.code, self._share(event.code, event.value))
+
+    def _ready(self) -> Iterator[Any]:
+        """Yield what is there; none of it may have been meant for this reader after all."""
+        with contextlib.suppress(BlockingIOError):
+            yield from self._device.read()
+
+    def close(self) -> None:
+        """Close it."""
+        self._device.close()
+
+
+def is_gamepad(device: Any) -> bool:
+    """Tell whether a device has two axes of a stick and a button of a gamepad."""
+    able = device.capabilities(absinfo=False)
+    sticks = {STICKS["left-x"], STICKS["left-y"]} <= set(able.get(EV_ABS, []))
+    return sticks and bool(set(BUTTONS.values()) & set(able.get(EV_KEY, [])))
+
+
+def open_gamepad(wanted: str, evdev: Any) -> EvdevPad | None:
+    """Open the gamepad whose name has these letters, or the only one; None where there is none.
+
+    Raises `BadRequest` where there are several: the first one is as likely the wrong one.
+    """
+    found = []
+    for path in evdev.list_devices():
+        try:
+            device = evdev.InputDevice(path)
+        except OSError:
+            continue  # unplugged meanwhile, or somebody else's alone
+        if is_gamepad(device) and wanted.lower() in str(device.name).lower():
+            found.append(device)
+        else:
+            device.close()
+    if len(found) == 1:
+        return EvdevPad(found[0])
+    names = ", ".join(str(device.name) for device in found)
+    for device in found:
+        device.close()
+    if found:
+        raise BadRequest(f"there are {names}: name one, --gamepad NAME")
+    return None

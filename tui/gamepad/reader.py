@@ -1,0 +1,126 @@
+"""Reads a gamepad in a thread of its own, and looks for one while there is none.
+
+The thread only tells what it reads: whether anything moves is decided where the keys are.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from armdrive.errors import ArmError
+
+LOOK_EVERY_S = 2.0
+"""So often a gamepad is looked for while there is none."""
+
+
+NONE_THERE = "plug one in; it is looked for (your user has to be in the group `input`)"
+
+
+@dataclass(frozen=True, slots=True)
+class PadEvent:
+    """Something that a gamepad tells: of a button, 1 pressed; or of a stick, from -1 to 1."""
+
+    code: int
+    value: float
+    button: bool = False
+
+
+class Pad(Protocol):
+    """One gamepad that is open."""
+
+    @property
+    def name(self) -> str:
+        """What it calls itself."""
+
+    def sticks(self) -> Mapping[int, float]:
+        """Return where its sticks stand, from -1 to 1."""
+
+    def events(self) -> Iterator[PadEvent | None]:
+        """Yield what it tells, and None every now and then while that is nothing.
+
+        Raises `OSError` when it was unplugged, and `Uncounted` when events were lost.
+        """
+
+    def close(self) -> None:
+        """Close it."""
+
+
+class Uncounted(Exception):
+    """The system had no room for all events: nobody knows how the sticks stand."""
+
+
+@dataclass(frozen=True, slots=True)
+class Came:
+    """A gamepad is there."""
+
+    name: str
+    sticks: Mapping[int, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Gone:
+    """There is none any more, or none can be opened, for this reason."""
+
+    reason: str
+
+
+Told = PadEvent | Came | Gone
+
+
+class PadReader:
+    """Tells all that a gamepad tells, until it is closed."""
+
+    def __init__(self, find: Callable[[], Pad | None], tell: Callable[[Told], None]) -> None:
+        """`find` opens a gamepad, or returns None; `tell` is called in the reader's own thread."""
+        self._find = find
+        self._tell = tell
+        self._closed = threading.Event()
+        self._said = ""
+
+    def start(self) -> None:
+        """Begin to look for one."""
+        threading.Thread(target=self._run, name="armdrive-gamepad", daemon=True).start()
+
+    def close(self) -> None:
+        """Tell nothing any more."""
+        self._closed.set()
+
+    def _run(self) -> None:
+        while not self._closed.is_set():
+            try:
+                pad = self._find()
+            except (ArmError, OSError) as error:
+                self._say_once(str(error))
+                pad = None
+            else:
+                if pad is None:
+                    self._say_once(NONE_THERE)
+            if pad is not None:
+                self._said = ""
+                self._read(pad)
+            self._closed.wait(LOOK_EVERY_S)
+
+    def _say_once(self, reason: str) -> None:
+        if reason != self._said:
+            self._said = reason
+            self._tell(Gone(reason))
+
+    def _read(self, pad: Pad) -> None:
+        reason = "unplugged"
+        try:
+            self._tell(Came(pad.name, pad.sticks()))
+            for event in pad.events():
+                if self._closed.is_set():
+                    return
+                if event is not None:
+                    self._tell(event)
+        except Uncounted:
+            reason = "some of what it told was lost"
+        except OSError as error:
+            reason = error.strerror or reason
+        finally:
+            self._tell(Gone(f"{pad.name}: {reason}"))
+            pad.close()

@@ -1,0 +1,228 @@
+"""Jogging at the desk: keys become jogs through the dead-man, at the settings of the moment.
+
+The mouse and a gamepad tell when a button is let go, so they hold by themselves; but a link that
+has stalled tells nothing. So they hold for some time after they were last heard of, and no longer.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import partial
+from typing import Protocol
+
+from armdrive.errors import ArmError
+from armdrive.motion.dead_man import GATE_S, Action, DeadMan, Disarm, Hold, Increment
+from armdrive.moves import Jog
+from tui.arm_port import DeskArm
+from tui.framework import Waking
+from tui.settings import Settings
+
+IDLE_DISARMS_S = 60.0
+"""So long without a jog key, and they are disarmed."""
+
+
+MOUSE_HOLDS_S = 2.0
+"""So long something is held after its mouse or gamepad was last heard of; a nudge of it goes on."""
+
+MOUSE_RENEWS_S = 0.1
+MOUSE_HOLD_S = 0.25
+"""Each hold that the mouse renews ends by itself after this, as that of a key does."""
+
+STEER_S = 0.03
+"""A stick that is moved changes the way of a jog no more often."""
+
+Aim = Callable[[], "Jog | None"]
+"""Where what is held would move the arm now; None while it rests."""
+
+
+class Rings(Protocol):
+    """Something that calls `tick` once, so much later; a new time replaces the last."""
+
+    def after(self, delay_s: float) -> None:
+        """Ring once after this delay; infinite means never."""
+
+
+class Jogging:
+    """The hand on the jog keys. They begin disarmed. Knows no screen: it says, and others show."""
+
+    def __init__(
+        self,
+        arm: DeskArm,
+        *,
+        clock: Callable[[], float],
+        say: Callable[[str], None],
+        settings: Callable[[], Settings],
+        age_s: Callable[[], float] = lambda: 0.0,
+    ) -> None:
+        """`age_s` tells how long ago the key came that is being acted on."""
+        self._arm = arm
+        self._clock = clock
+        self._say = say
+        self._settings = settings
+        self._age_s = age_s
+        self._deadman = DeadMan()
+        self._active_s = clock()
+        self._button = ""
+        self._aim: Aim = _nowhere
+        self._heard_s = -math.inf
+        self._renew_s = math.inf
+        self._renewed_s = -math.inf
+        self._doubts = Waking()
+        self._kept_s = 0.0
+        self.alarm: Rings | None = None
+
+    @property
+    def armed(self) -> bool:
+        """Whether jog keys have any effect."""
+        return self._deadman.armed
+
+    def next_s(self) -> float:
+        """Return when `tick` has something to do; infinite while nothing is held."""
+        return min(self._deadman.next_s(), self._renew_s)
+
+    @property
+    def held_button(self) -> str:
+        """The jog key whose on-screen button is held, or the name of what else is; or nothing."""
+        return self._button
+
+    def press(self, key: str) -> None:
+        """Hand a jog key to the dead-man."""
+        if self._settings().pair_of(key) is None:
+            self._say(f"no axis of this arm is moved by the key {key}")
+            return
+        came_s = self._clock() - self._age_s()
+        if self.armed:
+            self._active_s = came_s
+        if self.armed and self._doubts.is_old(came_s):
+            self.disarm(f"keys may be old: the desk was kept waiting for {self._kept_s:.1f} s")
+            return
+        self.lift()
+        self._apply(self._deadman.press(key, came_s))
+
+    def doubt(self, time_s: float) -> None:
+        """Hear that keys were kept waiting for so long: those that come now disarm.
+
+        Whatever was held has ended by itself meanwhile.
+        """
+        self.release()
+        self._kept_s = time_s
+        self._doubts.wake(self._clock())
+
+    def tick(self) -> None:
+        """Let the dead-man's time pass, and the mouse's."""
+        if self._button and self._clock() >= self._renew_s:
+            self._renew()
+        self._apply(self._deadman.tick(self._clock()))
+
+    # -- on-screen buttons, and what else tells when it is let go -----------------------------
+
+    def push(self, key: str) -> None:
+        """Hold the on-screen button of a jog key until `lift`, or the mouse is heard of no more."""
+        if not self.armed:
+            self._say("the buttons are dead, as the keys are, until they are armed")
+            return
+        if self._doubts.is_old(self._clock(), of_keyboard=False):
+            return
+        self.take(key, lambda: self._settings().direction_of(key))
+
+    def take(self, held: str, aim: Aim) -> None:
+        """Hold what has this name, and goes where `aim` says; whatever else is held ends."""
+        self.release()
+        self._button, self._aim = held, aim
+        self.moved()
+        self._renew()
+        self._apply(())
+
+    def steer(self) -> None:
+        """Go where what is held points by now: at rest at once, elsewhere not too often."""
+        self.moved()
+        if self._aim() is None or self._clock() - self._renewed_s >= STEER_S:
+            self._renew()
+            self._apply(())
+
+    def moved(self) -> None:
+        """Hear of the mouse while it holds a button."""
+        self._heard_s = self._active_s = self._clock()
+
+    def lift(self) -> None:
+        """Let go of the button."""
+        if self._button:
+            self._button, self._renew_s = "", math.inf
+            self._tell(self._arm.release)
+            self._apply(())
+
+    def _renew(self) -> None:
+        now_s = self._clock()
+        left_s = self._heard_s + MOUSE_HOLDS_S - now_s
+        if left_s <= 0.0:
+            source = "mouse" if self._settings().pair_of(self._button) else self._button
+            self.lift()
+            self._say(f"let go: nothing was heard of the {source} for {MOUSE_HOLDS_S:.0f} s")
+            return
+        jog, moving = self._aim(), self._renew_s != math.inf
+        if jog is None:
+            self._renew_s = math.inf
+            if moving:
+                self._tell(self._arm.release)
+            return
+        self._renew_s, self._renewed_s = now_s + MOUSE_RENEWS_S, now_s
+        speed, for_s = self._settings().speed, min(MOUSE_HOLD_S, left_s)
+        self._tell(partial(self._arm.hold, jog, speed=speed, for_s=for_s))
+
+    # -- arming -------------------------------------------------------------------------------
+
+    def arm_keys(self) -> bool:
+        """Let the jog keys have effect; refused while keys are still pouring in."""
+        self._active_s = self._clock()
+        may = self.armed or not self._doubts.is_old(self._active_s - self._age_s())
+        return may and self._deadman.arm(self._active_s)
+
+    def disarm(self, reason: str) -> None:
+        """End what is held, and let no key have effect."""
+        self.lift()
+        self._apply(self._deadman.disarm(reason))
+
+    def release(self) -> None:
+        """End what is held: it was meant with other settings."""
+        self.lift()
+        self._apply(self._deadman.release_all(self._clock()))
+
+    def disarm_idle(self) -> None:
+        """Disarm keys that nobody has used for a while."""
+        if self.armed and self._clock() - self._active_s >= IDLE_DISARMS_S:
+            self.disarm(f"no key for {IDLE_DISARMS_S:.0f} s")
+
+    def _apply(self, actions: tuple[Action, ...]) -> None:
+        for action in actions:
+            self._tell(partial(self.carry_out, action))
+        if self.alarm is not None:
+            delay_s = self.next_s() - self._clock()
+            # what came with a key that is acted on late has yet to be acted on
+            self.alarm.after(max(delay_s, GATE_S) if self._deadman.gated else delay_s)
+
+    def _tell(self, call: Callable[[], None]) -> None:
+        try:
+            call()
+        except ArmError as error:
+            self._say(str(error))
+
+    def carry_out(self, action: Action) -> None:
+        """Have the arm do what the dead-man says."""
+        settings = self._settings()
+        if isinstance(action, Increment):
+            self._arm.nudge(settings.increment_of(action.key), speed=settings.speed)
+        elif isinstance(action, Hold):
+            for_s = action.until_s - self._clock()
+            if for_s > 0:
+                jog = settings.direction_of(action.key)
+                self._arm.hold(jog, speed=settings.speed, for_s=for_s)
+        else:
+            self._arm.release()
+            if isinstance(action, Disarm):
+                self._say(f"keys disarmed: {action.reason}")
+
+
+def _nowhere() -> Jog | None:
+    """Return where nothing goes."""
+    return None

@@ -1,0 +1,184 @@
+"""The keyboard at hand: which keys do what, how they are printed, and footer and help from that."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import Any
+
+from textual.binding import Binding, BindingType
+
+from armdrive.errors.actions import desk_words, presented
+from tui.framework import printed
+from tui.gamepad.map import DEFAULT_PAD, PadMap
+from tui.keys.rows import DeskKey
+from tui.keys.table import STOP, TABLE, JogPair, titled, words
+
+FOOTER_FIRST = (STOP, "arm", "move-go", "points-go", "help", "quit")
+"""What a narrow footer shows before everything else, where it applies."""
+
+KEYS_WIDTH = 18
+"""So wide is the column of keys in the help."""
+
+_LABELS: Mapping[str, str] = MappingProxyType({"escape": "Esc"})
+
+
+def label(key: str) -> str:
+    """Return what is printed on a key."""
+    return _LABELS.get(key) or printed(key)
+
+
+@dataclass(frozen=True, slots=True)
+class Keyboard:
+    """The table of keys as it is on this keyboard: the same rows, maybe with other keys."""
+
+    rows: tuple[DeskKey, ...] = TABLE
+    pad: PadMap = DEFAULT_PAD
+    """What the sticks and buttons of a gamepad mean."""
+
+    def row(self, name: str) -> DeskKey:
+        """Return the row of an id; raises `KeyError`."""
+        found = next((row for row in self.rows if row.id == name), None)
+        if found is None:
+            raise KeyError(name)
+        return found
+
+    def of(self, name: str) -> tuple[str, ...]:
+        """Return the keys of a row."""
+        return self.row(name).keys
+
+    def label(self, name: str) -> str:
+        """Return what is printed on the first key of a row."""
+        return label(self.of(name)[0])
+
+    def presented(self, sentence: str) -> str:
+        """Return a sentence in the words of the desk: its actions by their keys."""
+        return presented(sentence, desk_words(self.label))
+
+    def jog(self, key: str) -> str:
+        """Return what is printed on the key that jogs as this one of the table does."""
+        return next(
+            (label(row.keys[0]) for row in self.rows if row.action == f"jog('{key}')"), label(key)
+        )
+
+    def at(self, place: str) -> tuple[DeskKey, ...]:
+        """Return the rows that count on one screen, those of all screens after its own."""
+        own = tuple(row for row in self.rows if row.place == place)
+        return (*own, *(row for row in self.rows if not row.place)) if place else own
+
+    def changed(self, keys: Mapping[str, tuple[str, ...]]) -> Keyboard:
+        """Return a keyboard on which these rows have other keys."""
+        rows = (replace(row, keys=keys.get(row.id, row.keys)) for row in self.rows)
+        return replace(self, rows=tuple(rows))
+
+    def keymap(self, bound: Sequence[DeskKey] = TABLE) -> dict[str, str]:
+        """Return the keys by id, as the framework takes them, of rows that are bound otherwise.
+
+        It goes through all of them for every key that is pressed, each with every binding.
+        """
+        before = {row.id: row.keys for row in bound}
+        return {row.id: ",".join(row.keys) for row in self.rows if before.get(row.id) != row.keys}
+
+    def footer(self, place: str, width: int, idle: Collection[str] = ()) -> str:
+        """Return as much of the key line as fits whole, the stop first, as wide as that.
+
+        Rows that are `idle`, by id, would do nothing now, and are left out.
+        """
+        shown = [row for row in self.at(place) if row.description and row.id not in idle]
+        order = {name: number for number, name in enumerate(FOOTER_FIRST)}
+        line = ""
+        for row in sorted(shown, key=lambda row: order.get(row.id, len(order))):
+            item = f"{label(row.keys[0])} {row.description}"
+            longer = f"{line}  {item}" if line else item
+            if len(longer) > width:
+                break
+            line = longer
+        return line.ljust(width)
+
+    def help(self, place: str, pairs: Sequence[JogPair]) -> Iterator[str]:
+        """Yield one line for each row that counts on a screen, and its jog keys last."""
+        rows = [row for row in self.at(place) if not row.action.startswith("jog(")]
+        yield f"On the {titled(place)} screen"
+        for row in rows:
+            if row.place:
+                yield _line(row)
+        yield ""
+        yield "On every screen"
+        for row in rows:
+            if not row.place:
+                yield _line(row)
+        if any(row.action.startswith("jog(") for row in self.at(place)):
+            yield from self._jog_help(pairs)
+
+    def _jog_help(self, pairs: Sequence[JogPair]) -> Iterator[str]:
+        yield ""
+        yield "Jog keys, while armed: tap for one increment, hold to keep moving."
+        for pair in pairs:
+            moves = f"{words(pair.joint)} (Cartesian mode: {pair.cartesian})"
+            keys = f"{self.jog(pair.plus)} {self.jog(pair.minus)}"
+            yield f"{keys:<{KEYS_WIDTH - 1}} {moves} + and -"
+
+
+def _line(row: DeskKey) -> str:
+    keys = " ".join(label(key) for key in row.keys)
+    return f"{keys:<{KEYS_WIDTH - 1}} {row.tooltip}"
+
+
+DEFAULT_KEYS = Keyboard()
+"""The table as it stands."""
+
+
+def as_rows(keyboard: Keyboard) -> list[dict[str, Any]]:
+    """Return the table as plain data: what `--json` prints."""
+    return [
+        {
+            "id": row.id,
+            "keys": [label(key) for key in row.keys],
+            "screen": row.place or "all",
+            "does": row.tooltip,
+        }
+        for row in keyboard.rows
+    ]
+
+
+def as_text(keyboard: Keyboard) -> Iterator[str]:
+    """Yield the table line by line, with the ids by which a file of keys goes."""
+    for row in as_rows(keyboard):
+        yield f"{row['id']:<15} {' '.join(row['keys']):<15} {row['screen']:<9} {row['does']}"
+
+
+def as_markdown(keyboard: Keyboard) -> Iterator[str]:
+    """Yield the table as documentation has it."""
+    yield "| id | keys | on screen | does |"
+    yield "|---|---|---|---|"
+    for row in as_rows(keyboard):
+        keys = " ".join(f"`{key}`" for key in row["keys"])
+        yield f"| `{row['id']}` | {keys} | {row['screen']} | {row['does']} |"
+
+
+# The framework's bindings, made from the table of keys.
+
+
+def bindings(*places: str) -> list[BindingType]:
+    """Make the framework's bindings of the rows that count at these places; "" is the desk itself.
+
+    A file of keys changes them later, by their ids.
+    """
+    return bindings_of(row for row in TABLE if row.place in places)
+
+
+def bindings_of(rows: Iterable[DeskKey]) -> list[BindingType]:
+    """Make the framework's bindings of these rows."""
+    return [
+        Binding(
+            ",".join(row.keys),
+            row.action,
+            row.description,
+            tooltip=row.tooltip,
+            priority=row.everywhere,
+            show=bool(row.description),
+            id=row.id,
+        )
+        for row in rows
+    ]

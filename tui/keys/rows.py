@@ -1,0 +1,347 @@
+"""The rows of the table of keys, by screen; those that jog are made in table.py."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from armdrive.trace.log import Topic
+
+
+@dataclass(frozen=True, slots=True)
+class DeskKey:
+    """One thing to do, and the keys that do it, named as the framework names them.
+
+    `place` is the screen (or kind of dialog) on which they do it; without one it is all screens.
+    `everywhere` keys work in every dialog too, before anything else. Those without a description
+    stand in no footer.
+    """
+
+    id: str
+    keys: tuple[str, ...]
+    action: str
+    description: str
+    tooltip: str
+    place: str = ""
+    everywhere: bool = False
+
+
+# Every screen of the desk, and its dialogs.
+
+STOP = "stop"
+"""The row that no file of keys can take the space bar from."""
+
+DESK_KEYS = (
+    DeskKey(
+        STOP,
+        ("space", "escape", "ctrl+c"),
+        "stop_arm",
+        "STOP",
+        "Stop, disarm, close any dialog; works everywhere. Space is 0.1 s quicker than Esc.",
+        everywhere=True,
+    ),
+    DeskKey("help", ("question_mark", "f1"), "help", "help", "Show all keys."),
+    DeskKey(
+        "quit",
+        ("ctrl+q",),
+        "leave",
+        "quit",
+        "Stop the arm and leave the desk.",
+        everywhere=True,
+    ),
+    DeskKey(
+        "reference",
+        ("H",),
+        "reference",
+        "reference",
+        "Show the reference posture, and say that the arm stands in it. A simulated arm is "
+        "led; one with switches homes by itself, after a question.",
+    ),
+    DeskKey(
+        "confirm",
+        ("C",),
+        "confirm",
+        "confirm",
+        "Show the posture that the last program left, and say that the arm stands in it.",
+    ),
+    DeskKey(
+        "motors",
+        ("P",),
+        "motors",
+        "motors",
+        "Switch the motor current on; or off, after a question, since the arm sags then.",
+    ),
+    DeskKey(
+        "reconnect",
+        ("L",),
+        "reconnect",
+        "link",
+        "Look for a lost link once, now. Moves nothing; what was under way is not taken up again.",
+    ),
+    DeskKey(
+        "palette",
+        ("ctrl+p",),
+        "command_palette",
+        "commands",
+        "Find by a few letters what can be done here; enter does it.",
+    ),
+    DeskKey(
+        "look",
+        ("T",),
+        "next_look",
+        "look",
+        "Other colours: dark, light, of high contrast, or your terminal's own.",
+    ),
+    DeskKey("reset", ("R",), "reset", "reset", "Leave error-stop. Moves nothing."),
+    DeskKey(
+        "estop",
+        ("X",),
+        "estop",
+        "e-stop",
+        "Stop and latch error-stop: nothing moves until a reset.",
+    ),
+)
+"""What can be done on every screen."""
+
+DIALOG_KEYS = (
+    DeskKey(
+        "help-close", ("question_mark", "f1", "enter", "n"), "close", "close", "Close it.", "help"
+    ),
+    DeskKey("understood", ("enter",), "close", "understood", "Go to the desk.", "first"),
+    DeskKey("yes", ("y",), "answer(True)", "yes", "It is so: do it.", "question"),
+    DeskKey("no", ("n",), "answer(False)", "no", "It is not so: do nothing.", "question"),
+)
+"""Enter answers no question: whoever armed with it might still be pressing it."""
+
+
+# The screens that plan motion: move and points.
+
+MOVE_KEYS = (
+    DeskKey("move-go", ("enter",), "press_go", "go (twice)",
+            "Press twice: the arm moves as it is shown. A key that is held does not count.",
+            "move"),
+    DeskKey("move-next", ("down", "tab"), "field(1)", "next", "Go to the next field.", "move"),
+    DeskKey("move-previous", ("up", "shift+tab"), "field(-1)", "",
+            "Go to the field before.", "move"),
+    DeskKey("move-more", ("right",), "step(1)", "more", "Make the field larger by a step.", "move"),
+    DeskKey("move-less", ("left",), "step(-1)", "less", "Make it smaller by a step.", "move"),
+    DeskKey("move-erase", ("backspace",), "erase", "",
+            "Take the last character of the field away; an empty field stays as it is.", "move"),
+    DeskKey("move-clear", ("delete",), "clear", "clear",
+            "Empty all fields: the arm would stay where it is.", "move"),
+    DeskKey("move-nearest", ("n",), "nearest", "nearest",
+            "After a refusal: ask for the nearest goal that is possible.", "move"),
+    DeskKey("move-posture", ("b",), "posture", "posture",
+            "Ask for the next posture that holds the hand at this goal, by its joints.", "move"),
+    DeskKey("move-mode", ("m",), "mode", "mode",
+            "Switch between joint angles and poses.", "move"),
+    DeskKey("move-line", ("l",), "line", "line",
+            "Switch between a straight line of the tip and a joint motion.", "move"),
+    DeskKey("move-frame", ("F",), "frame", "frame",
+            "Which frame the pose is one of; of the tool, it is a change from where it is.",
+            "move"),
+    DeskKey("move-slower", ("less_than_sign",), "speed(-1)", "slower", "Move more slowly.",
+            "move"),
+    DeskKey("move-faster", ("greater_than_sign",), "speed(1)", "faster", "Move faster.", "move"),
+    DeskKey("move-finer", ("left_square_bracket",), "step_size(-1)", "finer",
+            "Make the arrows' step smaller.", "move"),
+    DeskKey("move-coarser", ("right_square_bracket",), "step_size(1)", "coarser",
+            "Make the arrows' step larger.", "move"),
+)  # fmt: skip
+"""Digits, the point and the minus are typed into the field, and are no rows of the table."""
+
+POINT_KEYS = (
+    DeskKey("points-go", ("enter",), "press_go", "go (twice)",
+            "Press twice: the arm goes to the point as it is shown, or carries out the rest of the "
+            "sequence. A key that is held does not count.", "points"),
+    DeskKey("points-next", ("down",), "choose(1)", "next",
+            "Go to the next point or sequence.", "points"),
+    DeskKey("points-previous", ("up",), "choose(-1)", "",
+            "Go to the point or sequence before.", "points"),
+    DeskKey("points-teach", ("t",), "teach", "teach",
+            "Name the place where the arm stands. Type the name, then enter.", "points"),
+    DeskKey("points-again", ("U",), "again", "again",
+            "Press twice: the point is moved to where the arm stands.", "points"),
+    DeskKey("points-rename", ("r",), "rename", "rename",
+            "Give the point another name, in sequences too.", "points"),
+    DeskKey("points-delete", ("delete",), "delete", "delete",
+            "Press twice: the point or sequence is taken out of the file.", "points"),
+    DeskKey("points-edit", ("e",), "edit", "edit",
+            "Change the point's joints as a goal on the move screen; there, go, and teach it "
+            "again here.", "points"),
+    DeskKey("points-line", ("l",), "line", "line",
+            "Switch between a straight line of the tip and a joint motion; also of a marked step.",
+            "points"),
+    DeskKey("points-slower", ("less_than_sign",), "speed(-1)", "slower",
+            "Move more slowly; also in a marked step.", "points"),
+    DeskKey("points-faster", ("greater_than_sign",), "speed(1)", "faster",
+            "Move faster; also in a marked step.", "points"),
+    DeskKey("points-append", ("a",), "append", "append",
+            "Put the point at the end of a sequence, reached in the way and at the speed shown.",
+            "points"),
+    DeskKey("points-shorten", ("backspace",), "shorten", "",
+            "Take the last step of the sequence away; of a name, the last letter.", "points"),
+    DeskKey("points-step-next", ("pagedown",), "mark(1)", "mark",
+            "Of a sequence: mark its next step, to be taken out or moved.", "points"),
+    DeskKey("points-step-previous", ("pageup",), "mark(-1)", "",
+            "Of a sequence: mark the step before.", "points"),
+    DeskKey("points-step-drop", ("D",), "drop", "",
+            "Press twice: the marked step is taken out of the sequence.", "points"),
+    DeskKey("points-step-sooner", ("K",), "shift(-1)", "",
+            "The marked step is carried out one place sooner.", "points"),
+    DeskKey("points-step-later", ("J",), "shift(1)", "",
+            "The marked step is carried out one place later.", "points"),
+    DeskKey("points-step-change", ("E",), "change", "",
+            "Change the marked step: type another point, opening or time.", "points"),
+    DeskKey("points-grip", ("g",), "add_grip", "fingers",
+            "Of a sequence: have the fingers do something behind the marked step, or at the end. "
+            "Type open, close, grasp, here, point (the point's opening) or mm, then enter.",
+            "points"),
+    DeskKey("points-wait", ("W",), "add_wait", "wait",
+            "Of a sequence: wait behind the marked step, or at the end. Type seconds, then enter.",
+            "points"),
+    DeskKey("points-stepping", ("s",), "stepping", "stepping",
+            "Let right and left carry out single steps of the sequence, until it is pressed again.",
+            "points"),
+    DeskKey("points-forward", ("right",), "forward", "step",
+            "While stepping: carry out the next step of the sequence.", "points"),
+    DeskKey("points-backward", ("left",), "backward", "back",
+            "While stepping: go back to the point before. Fingers and waits are not taken back.",
+            "points"),
+    DeskKey("points-rewind", ("home",), "rewind", "rewind",
+            "Begin the sequence anew. Moves nothing.", "points"),
+    DeskKey("points-pause", ("p",), "pause", "pause",
+            "Hold the arm up behind its next burst, and let it go on.", "points"),
+)  # fmt: skip
+"""Names are typed once they are asked for; their letters are no rows of the table."""
+
+
+# The log and its dialogs. None of these keys moves the arm.
+
+LOG_KEYS = (
+    DeskKey("log-open", ("enter",), "open_line", "open",
+            "Show the whole line; of an error its cause and what to do.", "log"),
+    DeskKey("log-find", ("slash",), "find", "find",
+            "Show only the lines with a text; commas between words that must all be there.", "log"),
+    DeskKey("log-all", ("a",), "all", "all", "Show everything again, the newest last.", "log"),
+    DeskKey("log-pause", ("p",), "pause", "hold",
+            "Hold the lines still, or let them come again. The arm is not paused by it.", "log"),
+    DeskKey("log-save", ("s",), "save", "save",
+            "Write what the flight recorder holds to a file, and say where it is.", "log"),
+    DeskKey("log-catalogue", ("e",), "catalogue", "all errors",
+            "Look up what every error means and what to do.", "log"),
+    DeskKey("log-up", ("up",), "go(-1)", "older", "Choose the line before.", "log"),
+    DeskKey("log-down", ("down",), "go(1)", "", "Choose the next line.", "log"),
+    DeskKey("log-page-up", ("pageup",), "page(-1)", "", "Go back by a page.", "log"),
+    DeskKey("log-page-down", ("pagedown",), "page(1)", "", "Go on by a page.", "log"),
+    DeskKey("log-first", ("home",), "first", "", "Go to the oldest line.", "log"),
+    DeskKey("log-last", ("end",), "last", "newest", "Follow the newest line again.", "log"),
+    *(
+        DeskKey(f"log-{topic.value}", (str(number),), f"topic('{topic.value}')", topic.value,
+                f"Show the {topic.value} or leave them out.", "log")
+        for number, topic in enumerate(Topic, 1)
+    ),
+)  # fmt: skip
+"""The head of the screen names the keys of the topics, so that they come last in the footer."""
+
+LOG_DIALOG_KEYS = (
+    DeskKey("line-close", ("enter", "n"), "close", "close", "Close it.", "line"),
+    DeskKey("find-done", ("enter",), "close", "done", "Keep the text, and close.", "find"),
+    DeskKey("find-erase", ("backspace",), "erase", "", "Take the last character away.", "find"),
+    DeskKey("find-clear", ("delete",), "clear", "", "Take all characters away.", "find"),
+    DeskKey("catalogue-close", ("enter",), "close", "close", "Close it.", "catalogue"),
+    DeskKey("catalogue-erase", ("backspace",), "erase", "",
+            "Take the last character away.", "catalogue"),
+    DeskKey("catalogue-clear", ("delete",), "clear", "",
+            "Take all characters away.", "catalogue"),
+    DeskKey("catalogue-up", ("up",), "choose(-1)", "", "Choose the error before.", "catalogue"),
+    DeskKey("catalogue-down", ("down",), "choose(1)", "", "Choose the next error.", "catalogue"),
+)  # fmt: skip
+"""What is typed into a search is no row of the table."""
+
+
+# The set-up screen. Only `t` moves anything.
+
+SETUP_KEYS = (
+    DeskKey("setup-enter", ("enter",), "enter", "go on",
+            "Do what is marked. What opens a port or writes a file asks for a second press.",
+            "setup"),
+    DeskKey("setup-next", ("down", "tab"), "mark(1)", "next", "Mark the next line.", "setup"),
+    DeskKey("setup-previous", ("up", "shift+tab"), "mark(-1)", "", "Mark the line before.",
+            "setup"),
+    DeskKey("setup-on", ("right",), "on", "skip",
+            "Of a port: go on to describe the arm without opening it.", "setup"),
+    DeskKey("setup-back", ("left",), "back", "back",
+            "Go back to the question or the list before. Nothing is written.", "setup"),
+    DeskKey("setup-erase", ("backspace",), "erase", "", "Take the last character away.", "setup"),
+    DeskKey("setup-turn", ("t",), "turn", "TURN",
+            "While motors are checked: turn the motor a little; once more: bring it back.",
+            "setup"),
+    DeskKey("setup-yes", ("y",), "saw('AS_SHOWN')", "as shown", "It moved as shown.", "setup"),
+    DeskKey("setup-reversed", ("r",), "saw('OTHER_WAY')", "reversed", "It moved the other way.",
+            "setup"),
+    DeskKey("setup-nothing", ("n",), "saw('NOT_AT_ALL')", "nothing", "Nothing moved.", "setup"),
+    DeskKey("setup-another", ("a",), "another", "another",
+            "Another motor's part moved: which one is chosen next.", "setup"),
+    DeskKey("setup-double", ("d",), "saw('TWICE')", "double", "It moved about twice as far.",
+            "setup"),
+    DeskKey("setup-half", ("h",), "saw('HALF')", "half", "It moved about half as far.", "setup"),
+)  # fmt: skip
+"""While text is typed, printable keys are typed and do nothing else; space is never typed."""
+
+
+# The theory of an arm, and a model that no arm stands behind.
+
+THEORY_KEYS = (
+    DeskKey("theory-next", ("pagedown", "N"), "turn(1)", "next page",
+            "Go on to the next matrices, singularities, solutions.", "theory"),
+    DeskKey("theory-previous", ("pageup", "B"), "turn(-1)", "back",
+            "Go back to the page before.", "theory"),
+    DeskKey("theory-symbols", ("S",), "symbols", "symbols",
+            "Switch between numbers and the notes' own C1, S12.", "theory"),
+)  # fmt: skip
+"""They only turn pages: nothing on the theory screen moves an arm."""
+
+MODEL_KEYS = (
+    DeskKey("model-solution", ("G",), "solution", "solution",
+            "Put the model into its next solution for the same place of the hand.", "model"),
+    DeskKey("model-zero", ("Z",), "zero", "zero",
+            "Put every joint of the model at zero, or at the limit nearest to it.", "model"),
+)  # fmt: skip
+"""Only where no arm is connected: a model may leap."""
+
+
+# The view: these move the camera, never the arm. None of them is an arrow with shift: a terminal
+# that cannot tell those from plain arrows would jog.
+
+VIEW_KEYS = (
+    DeskKey("view-next", ("v",), "view('next')", "view",
+            "Look at the arm from the next side: iso, side, top, front."),
+    DeskKey("view-left", ("left_parenthesis",), "view('left')", "",
+            "Go round the arm to the left; the mouse does it by dragging."),
+    DeskKey("view-right", ("right_parenthesis",), "view('right')", "",
+            "Go round the arm to the right."),
+    DeskKey("view-up", ("i",), "view('up')", "", "Look at the arm from higher up."),
+    DeskKey("view-down", ("k",), "view('down')", "", "Look at the arm from lower down."),
+    DeskKey("view-nearer", ("z",), "view('nearer')", "",
+            "Come nearer to the tip; the mouse wheel does it too."),
+    DeskKey("view-farther", ("x",), "view('farther')", "", "Go farther away."),
+    DeskKey("view-fit", ("o",), "view('fit')", "", "Show all of the arm's reach again."),
+    DeskKey("view-clear", ("c",), "view('clear')", "",
+            "Forget the way that the tip has gone, as it is drawn."),
+)  # fmt: skip
+"""What can be done wherever an arm is drawn."""
+
+
+# Watching an arm that another program drives.
+
+WATCH_KEYS = (
+    DeskKey("watch-pause", ("p",), "ask('pause')", "pause",
+            "Have the arm wait behind what is under way; it goes on when it is resumed.", "watch"),
+    DeskKey("watch-resume", ("r",), "ask('resume')", "resume",
+            "Let a paused arm go on: it moves again.", "watch"),
+    DeskKey("watch-slower", ("minus",), "tempo(-1)", "slower",
+            "Have the arm go slower than it is asked to.", "watch"),
+    DeskKey("watch-faster", ("plus", "equals_sign"), "tempo(1)", "faster",
+            "Have the arm go less slow, at most as fast as it is asked to.", "watch"),
+)  # fmt: skip
+"""All that may be done to somebody else's arm, beside the stop."""

@@ -1,0 +1,1 @@
+"""The log: what passes between the arm and this program, in words."""

@@ -1,0 +1,355 @@
+"""The log screen: what passes between the arm and the desk, in words, as it comes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import ClassVar
+
+from textual import events
+from textual.app import ComposeResult
+from textual.binding import BindingType
+from textual.containers import Vertical, VerticalScroll
+from textual.content import Content
+from textual.screen import ModalScreen
+from textual.widgets import Static
+
+from armdrive.errors import ArmError
+from armdrive.errors.table import Entry, found
+from armdrive.status import Status
+from armdrive.text.printable import printable
+from armdrive.trace.log import LogBook, LogLine, LogReader, Sieve, Topic
+from tui.framework import PlainText
+from tui.keys.keyboard import Keyboard, bindings
+from tui.log import words as log_words
+from tui.log.words import Window
+from tui.screens import DeskScreen
+
+# The dialogs: a line in full, the text that lines must have, and every error there is.
+
+LONGEST = 40
+"""Characters of a search."""
+
+
+class LineScreen(ModalScreen[None]):
+    """One line in full, with cause and remedy where it is an error."""
+
+    BINDINGS: ClassVar[list[BindingType]] = bindings("line")
+
+    def __init__(self, keys: Keyboard, line: LogLine) -> None:
+        super().__init__()
+        self._keys = keys
+        self._line = line
+
+    def compose(self) -> ComposeResult:
+        """Lay the dialog out."""
+        with VerticalScroll(classes="dialog"):
+            yield PlainText(id="line-text")
+
+    def on_mount(self) -> None:
+        """Say all of it as soon as the width is known."""
+        self.call_after_refresh(self._fill)
+
+    def on_resize(self) -> None:
+        """Fit it to another width."""
+        self.call_after_refresh(self._fill)
+
+    def _fill(self) -> None:
+        text = self.query_one("#line-text", PlainText)
+        close = f"{self._keys.label('line-close')} closes"
+        text.show(f"{log_words.whole(self._line, text.content_size.width, self._keys)}\n\n{close}")
+
+    def action_close(self) -> None:
+        """Go back to the log."""
+        self.dismiss()
+
+
+class Typing(ModalScreen[None]):
+    """A dialog into which a text is typed. The space bar never comes here: it stops the arm."""
+
+    text = ""
+
+    def on_key(self, event: events.Key) -> None:
+        """Take a character; other keys go on to the table of keys."""
+        if event.is_printable and event.character is not None and len(self.text) < LONGEST:
+            event.stop()
+            event.prevent_default()
+            self.typed(self.text + event.character)
+
+    def action_erase(self) -> None:
+        """Take the last character away."""
+        self.typed(self.text[:-1])
+
+    def action_clear(self) -> None:
+        """Take all characters away."""
+        self.typed("")
+
+    def action_close(self) -> None:
+        """Go back to the log."""
+        self.dismiss()
+
+    def typed(self, text: str) -> None:
+        """Take the text as it is now."""
+        self.text = text
+
+
+class FindScreen(Typing):
+    """The text that every line must have; the log behind it follows as it is typed."""
+
+    BINDINGS: ClassVar[list[BindingType]] = bindings("find")
+    CSS = "FindScreen { align: center bottom; }"
+
+    def __init__(self, keys: Keyboard, text: str, use: Callable[[str], None]) -> None:
+        super().__init__()
+        self._keys = keys
+        self._use = use
+        self.text = text
+
+    def compose(self) -> ComposeResult:
+        """Lay the dialog out."""
+        with Vertical(classes="dialog short"):
+            yield PlainText(id="find-text")
+
+    def on_mount(self) -> None:
+        """Show what was typed before."""
+        self.typed(self.text)
+
+    def typed(self, text: str) -> None:
+        """Show the text, and have the log follow it."""
+        super().typed(text)
+        done = f"{self._keys.label('find-done')}: done"
+        said = log_words.asked_text("only lines with", text)
+        self.query_one("#find-text", PlainText).show(f"{said}\n{done}")
+        self._use(text)
+
+
+class CatalogueScreen(Typing):
+    """Every error of the catalogue, found by words; the chosen one in full."""
+
+    BINDINGS: ClassVar[list[BindingType]] = bindings("catalogue")
+
+    def __init__(self, keys: Keyboard, text: str = "") -> None:
+        super().__init__()
+        self._keys = keys
+        self._at = 0
+        self._rows: tuple[Entry, ...] = ()
+        self.text = text
+
+    def compose(self) -> ComposeResult:
+        """Lay the dialog out."""
+        with Vertical(classes="dialog", id="catalogue"):
+            yield PlainText(id="catalogue-find")
+            yield PlainText(id="catalogue-text")
+
+    def on_mount(self) -> None:
+        """Show it as soon as the size is known."""
+        self.call_after_refresh(self.typed, self.text)
+
+    def on_resize(self) -> None:
+        """Fit it to another size."""
+        self.call_after_refresh(self._fill)
+
+    def typed(self, text: str) -> None:
+        """Find the errors with this text."""
+        super().typed(text)
+        self._rows, self._at = found(text), 0
+        self._fill()
+
+    def action_choose(self, by: int) -> None:
+        """Choose another error."""
+        self._at = min(max(self._at + by, 0), max(len(self._rows) - 1, 0))
+        self._fill()
+
+    def _fill(self) -> None:
+        width, height = self.query_one("#catalogue").content_size
+        close = self._keys.label("catalogue-close")
+        said = f"{log_words.asked_text('errors with', self.text)}\n{close}: close"
+        self.query_one("#catalogue-find", PlainText).show(said)
+        room = height - 1 - said.count("\n") - 1
+        listed = log_words.catalogue(self._rows, self._at, width, room, self._keys)
+        self.query_one("#catalogue-text", PlainText).show(f"\n{listed}")
+
+
+# The rows, painted when they change. Errors are told by a mark, and by their style as well.
+
+Row = tuple[str, str]
+"""A text and its style."""
+
+
+class LogList(Static):
+    """As many rows as fit, each cut to the width before it comes here."""
+
+    def __init__(self, *, id: str) -> None:  # noqa: A002
+        super().__init__("", id=id, markup=False)
+        self._rows: tuple[Row, ...] = ()
+
+    @property
+    def shown(self) -> str:
+        """The rows as text."""
+        return "\n".join(text for text, _ in self._rows)
+
+    def show(self, rows: Sequence[Row]) -> None:
+        """Show these rows from now on."""
+        if tuple(rows) != self._rows:
+            self._rows = tuple(rows)
+            # cut once more: an escape is longer than what it stands for
+            fitting = ((printable(text)[: len(text)], style) for text, style in rows)
+            lines = (Content.styled(text, style) for text, style in fitting)
+            self.update(Content("\n").join(lines))
+
+
+PORTION = 100
+"""So many lines are made at a poll, which is 2000 a second, and keeps a stop waiting some 5 ms."""
+
+GLANCE_S = 0.2
+"""Lines that keep coming are painted so often: nobody reads faster, and each time all of them move.
+
+A key is answered at once."""
+
+STYLES = {Topic.ERRORS: "bold $error", Topic.INTENTS: "bold", Topic.REQUESTS: "dim"}
+"""Beside the marks and words that say the same."""
+
+
+class LogScreen(DeskScreen):
+    """Shows, and moves nothing. What has come since the last poll is read, and no more."""
+
+    place = "log"
+    BINDINGS: ClassVar[list[BindingType]] = bindings(place)
+    CSS = """
+    #log-head { height: 2; }
+    #log-lines { height: 1fr; }
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.book = LogBook()
+        self.window = Window()
+        self.held = False
+        self._reader: LogReader | None = None
+        self._lines: Sequence[LogLine] = ()
+        self._saved: Path | None = None
+        self._painted_s = -math.inf
+
+    def compose_body(self) -> ComposeResult:
+        """Lay the middle out: what is shown of how much, and the lines."""
+        with Vertical():
+            yield PlainText(id="log-head")
+            yield LogList(id="log-lines")
+
+    # -- what is shown ------------------------------------------------------------------------
+
+    def show_body(self, status: Status) -> None:  # noqa: ARG002 - the log says it itself
+        """Take what has come, and show it."""
+        hurried = not self.held and self._take()
+        if not hurried or self.desk.clock() >= self._painted_s + GLANCE_S:
+            self._paint()
+
+    def _take(self) -> bool:
+        """Read what is new, and tell whether there was anything."""
+        try:
+            if self._reader is None:
+                self._reader = self.desk.arm.log()
+            new = self._reader.read(PORTION)
+        except ArmError as error:
+            self.desk.message = str(error)
+            return False
+        if new:
+            self.book.take(new)
+            self._lines = tuple(self.book.lines)
+        return bool(new)
+
+    def _paint(self) -> None:
+        self._painted_s = self.desk.clock()
+        following, keys = self.window.chosen is None, self.desk.keys
+        head = log_words.head(self.book, keys, following=following, held=self.held)
+        self.text("log-head").show(head)
+        listed = self.query_one(LogList)
+        width, height = listed.content_size
+        chosen = self.window.line(self._lines)
+        rows = [
+            (
+                log_words.row(line, width, chosen=line is chosen and not following),
+                STYLES.get(line.topic, ""),
+            )
+            for line in self.window.visible(self._lines, height)
+        ]
+        if not rows:
+            rows = [(log_words.nothing(self.book.sieve), "")]
+        listed.show(rows)
+
+    def sieve(self, sieve: Sieve) -> None:
+        """Have other lines in sight."""
+        self.book.choose(sieve)
+        self._lines = tuple(self.book.lines)
+        self._answer()
+
+    # -- keys ---------------------------------------------------------------------------------
+
+    def _answer(self) -> None:
+        """Show what a key has done, whatever keeps coming."""
+        self._painted_s = -math.inf
+        self.desk.show()
+
+    def action_topic(self, topic: str) -> None:
+        """Show a topic, or leave it out."""
+        self.sieve(self.book.sieve.turned(Topic(topic)))
+
+    def action_all(self) -> None:
+        """Show everything again, and follow it."""
+        self.held = False
+        self.window = Window()
+        self.sieve(Sieve())
+
+    def action_find(self) -> None:
+        """Type what all lines must have."""
+        self.app.push_screen(FindScreen(self.desk.keys, self.book.sieve.text, self._find))
+
+    def _find(self, text: str) -> None:
+        self.sieve(Sieve(self.book.sieve.topics, text))
+
+    def action_pause(self) -> None:
+        """Hold the lines still, or let them come again."""
+        self.held = not self.held
+        self._answer()
+
+    def action_go(self, by: int) -> None:
+        """Choose another line."""
+        self.window.go(self._lines, by)
+        self._answer()
+
+    def action_page(self, by: int) -> None:
+        """Choose a line a page away."""
+        self.action_go(by * max(self.query_one(LogList).content_size.height - 1, 1))
+
+    def action_first(self) -> None:
+        """Choose the oldest line."""
+        self.action_go(-len(self._lines))
+
+    def action_last(self) -> None:
+        """Follow the newest line again."""
+        self.window = Window()
+        self._answer()
+
+    def action_open_line(self) -> None:
+        """Show all of the chosen line, or of the newest one."""
+        line = self.window.line(self._lines)
+        if line is None:
+            self.desk.say("there is no line to be opened")
+        else:
+            self.window.chosen = line.number
+            self.app.push_screen(LineScreen(self.desk.keys, line))
+
+    def action_catalogue(self) -> None:
+        """Show all errors."""
+        line = self.window.line(self._lines)
+        code = line.code if line is not None else ""
+        self.app.push_screen(CatalogueScreen(self.desk.keys, code))
+
+    def action_save(self) -> None:
+        """Write the recording, and say where it is."""
+        self.desk.say("writing ...")
+        self.desk.call(self._save, lambda _: f"written: {self._saved}")
+
+    def _save(self) -> None:
+        self._saved = self.desk.arm.save_recording()

@@ -1,0 +1,138 @@
+"""What the log screen and its dialogs say, as text that fits a width."""
+
+from __future__ import annotations
+
+import textwrap
+from bisect import bisect_left
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from armdrive.errors.printing import in_full
+from armdrive.errors.table import Entry, by_code
+from armdrive.trace.log import LogBook, LogLine, Sieve, Topic
+from tui.keys.keyboard import Keyboard
+
+CUT = "~"
+"""Stands at the end of what did not fit; enter shows the whole line."""
+
+WAYS: Mapping[str, str] = {"->": "to the arm", "<-": "from the arm"}
+
+
+def head(book: LogBook, keys: Keyboard, *, following: bool, held: bool) -> str:
+    """Return what is shown of how much, and by which keys that changes."""
+    topics = "  ".join(
+        f"{keys.label(f'log-{topic.value}')} [{'x' if topic in book.sieve.topics else ' '}] "
+        f"{topic.value}"
+        for topic in Topic
+    )
+    conduct = "HELD STILL" if held else "newest last" if following else "looking back"
+    text = f"  find: {book.sieve.text}" if book.sieve.text else ""
+    return f"{topics}\n{conduct}, {len(book.lines)} of {book.total} lines{text}"
+
+
+def row(line: LogLine, width: int, *, chosen: bool) -> str:
+    """Return a line of the log in so many columns: mark, time, way, code, bytes, words."""
+    mark = ">" if chosen else "!" if line.topic is Topic.ERRORS else " "
+    start = f"{mark}{line.time_s:10.3f} {line.way} "
+    code = f"[{line.code}] " if line.code and not line.words.startswith("[") else ""
+    if not line.shown:
+        return cut(f"{start}{code}{line.told}", width)
+    room = max((width - len(start)) * 2 // 5, 8)
+    return cut(f"{start}{cut(line.shown, room):<{room}}  {line.words}", width)
+
+
+def cut(text: str, width: int) -> str:
+    """Return as much of a text as fits, with a sign where it was cut."""
+    return text if len(text) <= width else f"{text[: max(width - 1, 0)]}{CUT}"
+
+
+def whole(line: LogLine, width: int, keys: Keyboard) -> str:
+    """Return everything that is known of a line; of an error the catalogue's row too."""
+    way = WAYS.get(line.way, "")
+    parts = [
+        f"{line.time_s:.4f} s after the connection, entry {line.number}: {line.kind.value} {way}",
+        line.shown,
+        line.words,
+        *(in_full(by_code(line.code)) if line.code else ()),
+    ]
+    return "\n\n".join(_filled(keys.presented(part), width) for part in parts if part)
+
+
+def catalogue(rows: Sequence[Entry], at: int, width: int, height: int, keys: Keyboard) -> str:
+    """Return a list of errors with one chosen, and that one in full below it."""
+    if not rows:
+        return "no error has these words"
+    below = "\n".join(_filled(keys.presented(part), width) for part in in_full(rows[at]))
+    room = max(height - below.count("\n") - 2, 1)
+    first = min(max(at - room // 2, 0), max(len(rows) - room, 0))
+    listed = (
+        cut(f"{'>' if index == at else ' '} {each.code}  {each.title}", width)
+        for index, each in enumerate(rows[first : first + room], first)
+    )
+    return "\n".join((*listed, "", below))
+
+
+def asked_text(what: str, text: str) -> str:
+    """Return the line in which a search is typed."""
+    return f"{what}: {text}_   (commas between words; space stops the arm)"
+
+
+def nothing(sieve: Sieve) -> str:
+    """Return why there is no line in sight."""
+    missing = [topic.value for topic in Topic if topic not in sieve.topics]
+    reasons = [f"left out: {', '.join(missing)}"] if missing else []
+    reasons += [f"only with: {sieve.text}"] if sieve.text else []
+    return f"no line ({'; '.join(reasons)})" if reasons else "nothing has passed yet"
+
+
+def _filled(text: str, width: int) -> str:
+    return textwrap.fill(text, max(width, 20), subsequent_indent="  ")
+
+
+# Which lines of the log are in sight: the newest, or those around the one that was chosen.
+
+
+@dataclass(slots=True)
+class Window:
+    """A window over lines that grow at one end and go at the other; lines go by their numbers.
+
+    `chosen` and `top` are numbers of lines: what is looked at stays where it is while others come.
+    Without a chosen line the newest is followed.
+    """
+
+    chosen: int | None = None
+    top: int = 0
+
+    def visible(self, lines: Sequence[LogLine], height: int) -> Sequence[LogLine]:
+        """Return the lines in sight, no more than `height`, with the chosen one among them."""
+        last = max(len(lines) - height, 0)
+        if self.chosen is None or not lines:
+            first = last
+        else:
+            at = index_of(lines, self.chosen)
+            self.chosen = lines[at].number
+            first = min(max(index_of(lines, self.top), at - height + 1), at, last)
+        self.top = lines[first].number if lines else 0
+        return lines[first : first + height]
+
+    def go(self, lines: Sequence[LogLine], by: int) -> None:
+        """Choose another line, so many further on; beyond the last one the newest is followed."""
+        if not lines:
+            return
+        at = len(lines) - 1 if self.chosen is None else index_of(lines, self.chosen)
+        if self.chosen is None and by >= 0:
+            return
+        at += by
+        self.chosen = None if at >= len(lines) else lines[max(at, 0)].number
+
+    def line(self, lines: Sequence[LogLine]) -> LogLine | None:
+        """Return the chosen line, or the newest; None where there is none."""
+        if not lines:
+            return None
+        return lines[-1] if self.chosen is None else lines[index_of(lines, self.chosen)]
+
+
+def index_of(lines: Sequence[LogLine], number: int) -> int:
+    """Return where a line is, or the next one after it where it has gone; lines must be there."""
+    at = bisect_left(lines, number, key=lambda line: line.number)
+    return min(at, len(lines) - 1)

@@ -1,0 +1,1 @@
+"""Planned motion: a goal is typed, seen, confirmed twice, and gone to."""

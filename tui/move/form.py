@@ -1,0 +1,240 @@
+"""A goal as it is typed: fields, the mode, the frame, line or joint motion, the speed. Pure.
+
+Units: degrees and mm, as people type them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+
+from armdrive.motion.resolve import BASE, TOOL
+from armdrive.status import Status
+from armdrive.storage.points import Point
+from kinematics import Joints, Pose
+from tui.settings import SPEEDS
+
+STEPS = (0.1, 1.0, 5.0, 10.0, 50.0)
+"""By how much the arrows change a field, in degrees or mm."""
+
+DIGITS = frozenset("0123456789.-")
+"""What a field is typed with; a space is never one of them."""
+
+LONGEST = 9
+"""Characters in a field: -1234.567 is more than any arm needs."""
+
+TASK_UNITS: Mapping[str, str] = MappingProxyType(
+    {"x": "mm", "y": "mm", "z": "mm", "pitch": "°", "roll": "°", "yaw": "°"}
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """What stands in a field: as typed, or a number from elsewhere with all its digits."""
+
+    text: str = ""
+    exact: float | None = None
+
+    @property
+    def value(self) -> float | None:
+        """The number; None of an empty field. Raises `ValueError` for what is no number."""
+        if self.exact is not None or not self.text:
+            return self.exact
+        return float(self.text)
+
+    @property
+    def shown(self) -> str:
+        """The field as people see it."""
+        return self.text if self.exact is None else f"{self.exact:.2f}"
+
+
+EMPTY = Entry()
+
+
+@dataclass(frozen=True, slots=True)
+class Ask:
+    """A goal that is complete: angles of some joints, a pose or a point, and how to go there."""
+
+    joints_deg: tuple[tuple[str, float], ...] = ()
+    pose: Pose | None = None
+    point: Point | None = None
+    line: bool = False
+    frame: str = BASE
+    speed: float = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class Form:
+    """The fields of both modes, and which of them is typed into. Every change makes a new one."""
+
+    joints: tuple[str, ...]
+    has_yaw: bool
+    frames: tuple[str, ...]
+    cartesian: bool = True
+    line: bool = False
+    frame: str = BASE
+    speed: float = 0.5
+    step: float = 1.0
+    at: int = 0
+    entries: Mapping[str, Entry] = field(default_factory=dict)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The fields of the present mode."""
+        if not self.cartesian:
+            return self.joints
+        return tuple(TASK_UNITS)[: None if self.has_yaw else -1]
+
+    @property
+    def name(self) -> str:
+        """The field that is typed into."""
+        return self.names[self.at]
+
+    def entry(self, name: str) -> Entry:
+        """Return what stands in a field of the present mode."""
+        return self.entries.get(name, EMPTY)
+
+    def unit(self, name: str) -> str:
+        """Return the unit of a field."""
+        return TASK_UNITS[name] if self.cartesian else "°"
+
+    # -- changes ------------------------------------------------------------------------------
+
+    def moved(self, by: int) -> Form:
+        """Go to another field."""
+        return replace(self, at=(self.at + by) % len(self.names))
+
+    def typed(self, character: str) -> Form:
+        """Type into the field; what was put there from elsewhere is typed over."""
+        entry = self.entry(self.name)
+        text = ("" if entry.exact is not None else entry.text) + character
+        return self._with(self.name, Entry(text[:LONGEST]))
+
+    def erased(self) -> Form:
+        """Take the last character away; a number from elsewhere as a whole."""
+        entry = self.entry(self.name)
+        return self._with(self.name, Entry("" if entry.exact is not None else entry.text[:-1]))
+
+    def cleared(self) -> Form:
+        """Empty every field of the present mode: all stays as it is."""
+        return replace(self, entries={})
+
+    def stepped(self, sign: int, present: float | None) -> Form:
+        """Change the field by a step, from what stands in it or from where the arm is."""
+        try:
+            value = self.entry(self.name).value
+        except ValueError:
+            value = None
+        start = present if value is None else value
+        if start is None:
+            return self
+        return self._with(self.name, Entry(exact=round(start + sign * self.step, 4)))
+
+    def other_mode(self) -> Form:
+        """Switch between joint angles and poses; the fields are empty then."""
+        return replace(self, cartesian=not self.cartesian, at=0, entries={})
+
+    def other_way(self) -> Form:
+        """Switch between a joint motion and a straight line, which only poses know."""
+        return replace(self, line=not self.line)
+
+    def next_frame(self) -> Form:
+        """Mean the pose in the next frame; what was typed was meant in the last one."""
+        following = self.frames[(self.frames.index(self.frame) + 1) % len(self.frames)]
+        return replace(self, frame=following, entries={})
+
+    def with_speed(self, by: int) -> Form:
+        """Go faster or more slowly."""
+        return replace(self, speed=neighbour(SPEEDS, self.speed, by))
+
+    def with_step(self, by: int) -> Form:
+        """Make the arrows' step smaller or larger."""
+        return replace(self, step=neighbour(STEPS, self.step, by))
+
+    def at_joints(self, joints: Joints) -> Form:
+        """Ask for these joints, with all their digits."""
+        entries = {name: Entry(exact=angle) for name, angle in joints.deg.items()}
+        return replace(self, cartesian=False, at=0, entries=entries)
+
+    def at_pose(self, pose: Pose) -> Form:
+        """Ask for this pose of the base, with all its digits."""
+        entries = {name: Entry(exact=value) for name, value in of_pose(pose).items()}
+        return replace(self, cartesian=True, frame=BASE, at=0, entries=entries)
+
+    def _with(self, name: str, entry: Entry) -> Form:
+        return replace(self, entries={**self.entries, name: entry})
+
+    # -- what it means ------------------------------------------------------------------------
+
+    def wrong(self) -> str:
+        """Say which field holds no number; nothing where all do."""
+        for name in self.names:
+            try:
+                value = self.entry(name).value
+            except ValueError:
+                return f"{name}: {self.entry(name).text!r} is no number"
+            if value is not None and not math.isfinite(value):
+                return f"{name} must be finite"
+        return ""
+
+    def ask(self, present: Mapping[str, float]) -> Ask | None:
+        """Return the goal; None where nothing is asked for, or not all of it is known.
+
+        `present` are the coordinates of the fields that stay empty: of the pose in the frame.
+        """
+        if self.wrong():
+            return None
+        values = {name: self.entry(name).value for name in self.names}
+        given = {name: value for name, value in values.items() if value is not None}
+        if not given:
+            return None
+        if not self.cartesian:
+            named = tuple((f"{name}_deg", value) for name, value in given.items())
+            return Ask(joints_deg=named, speed=self.speed)
+        whole = {**present, **given}
+        if not set(self.names) <= set(whole):
+            return None
+        return Ask(pose=pose_of(whole), line=self.line, frame=self.frame, speed=self.speed)
+
+
+def of_pose(pose: Pose) -> dict[str, float]:
+    """Return the coordinates of a pose by field."""
+    found = {
+        "x": pose.x_mm,
+        "y": pose.y_mm,
+        "z": pose.z_mm,
+        "pitch": pose.pitch_deg,
+        "roll": pose.roll_deg,
+    }
+    return found if pose.yaw_deg is None else {**found, "yaw": pose.yaw_deg}
+
+
+def pose_of(values: Mapping[str, float]) -> Pose:
+    """Return the pose of all fields."""
+    return Pose.of(
+        x_mm=values["x"],
+        y_mm=values["y"],
+        z_mm=values["z"],
+        pitch_deg=values["pitch"],
+        roll_deg=values["roll"],
+        yaw_deg=values.get("yaw"),
+    )
+
+
+def present_of(form: Form, status: Status, pose: Pose | None) -> dict[str, float]:
+    """Return where the arm is, field by field; empty while nobody knows.
+
+    `pose` is the present one in the form's frame; in the tool's a goal is a change, from zero.
+    """
+    if not form.cartesian:
+        return {} if status.joints is None else dict(status.joints.deg)
+    if form.frame == TOOL:
+        return dict.fromkeys(form.names, 0.0)
+    return {} if pose is None else of_pose(pose)
+
+
+def neighbour(values: tuple[float, ...], value: float, by: int) -> float:
+    """Return the value so many places further in a table; its ends are the ends."""
+    return values[min(max(values.index(value) + by, 0), len(values) - 1)]

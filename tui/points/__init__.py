@@ -1,0 +1,1 @@
+"""Named places and sequences over them."""

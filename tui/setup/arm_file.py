@@ -1,0 +1,308 @@
+"""The stages that lead to an arm file: ports, what is behind one, questions, what is written."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from armdrive.errors import ArmError, BadRequest
+from armdrive.setup.arm_text import Files
+from armdrive.setup.filing import Proposal, write
+from armdrive.setup.finding import Candidate, Found, candidates, looked_at, probe
+from armdrive.setup.interview import Describing, path_of
+from kinematics import KinematicsError
+from tui.screens import ScreenHost
+from tui.setup.stage import WARNING, Go, Stage, first_of, listed
+
+# The stages that write: a new arm file, or corrections of a present one.
+
+
+class NewFile(Stage):
+    """The file that the answers make; nothing stands on the disk yet."""
+
+    def __init__(self, desk: ScreenHost, go: Go, before: Asking, files: Files, name: str) -> None:
+        super().__init__(desk, go, before)
+        self.files, self.name, self.asking = files, name, before
+
+    def text(self) -> str:
+        """Show the file."""
+        path = path_of(self.name)
+        return "\n".join([self.again(f"writes {path}"), "", self.files.shown])
+
+    def enter(self) -> None:
+        """Take a press."""
+        self.twice.press()
+
+    def back(self) -> None:
+        """Go back to the last question."""
+        self.asking.describing.back()
+        super().back()
+
+    def due(self) -> None:
+        """Write it, unless somebody else has meanwhile written one of that name."""
+        if not self.twice.due():
+            return
+        path = path_of(self.name)
+        if path.exists():
+            raise BadRequest(f"{path} exists by now, and is not overwritten")
+        write(self.files, path)
+        self.go(Written(self.desk, self.go, first_of(self), path))
+
+
+class Closing(Stage):
+    """A stage behind which the desk may be opened anew, on an arm file; that takes two presses."""
+
+    path: Path
+
+    def reopening(self) -> list[str]:
+        """Say how the desk is opened on the file; nothing where nobody would do that."""
+        if not self.desk.reopens:
+            return []
+        return [self.again(f"leaves this arm, and opens the desk on {self.path.stem}"), WARNING]
+
+    def enter(self) -> None:
+        """Take a press towards the other desk; without one, go back to the steps."""
+        if self.desk.reopens:
+            self.twice.press()
+        else:
+            self.go(first_of(self))
+
+    def due(self) -> None:
+        """Leave for the desk of the file."""
+        if self.twice.due():
+            self.desk.open_next(self.path)
+
+
+class Written(Closing):
+    """A new file is written: what comes next."""
+
+    def __init__(self, desk: ScreenHost, go: Go, before: Stage, path: Path) -> None:
+        super().__init__(desk, go, before)
+        self.path = path
+
+    def text(self) -> str:
+        """Say what comes next, from the safest on."""
+        name, quit_ = self.path.stem, self.desk.keys.label("quit")
+        reopening = self.reopening()
+        leave = f"{'Or l' if reopening else 'L'}eave it ({quit_}), then:"
+        return "\n".join(
+            (
+                f"written: {self.path}",
+                "",
+                *reopening,
+                *[""] * bool(reopening),
+                f"This desk still has the arm it began with. {leave}",
+                f"  armdrive config check {name}",
+                "    (opens nothing)",
+                f"  armdrive jog --arm {name} --setup",
+                "    (connects, moves nothing: reference it there, and check its motors)",
+            )
+        )
+
+
+class Correction(Closing):
+    """What the arm's own file should say instead, as a difference; two presses write it."""
+
+    def __init__(self, desk: ScreenHost, go: Go, before: Stage, proposal: Proposal) -> None:
+        super().__init__(desk, go, before)
+        self.proposal, self.path = proposal, proposal.path
+        self.written = False
+
+    def text(self) -> str:
+        """Show the difference and the remarks."""
+        proposal = self.proposal
+        lines = [*proposal.remarks, ""] if proposal.remarks else []
+        if self.written:
+            leave = self.desk.keys.label("quit")
+            takes_up = "The arm takes it up when it is next connected"
+            reopening = self.reopening()
+            lines += [f"written: {proposal.path}", f"{takes_up}: check once more then.", ""]
+            lines += reopening or [f"Leave ({leave}), and come back."]
+        elif proposal.differs:
+            lines += [self.again(f"writes {proposal.path}"), "", *proposal.difference]
+        else:
+            lines += [f"{proposal.path} is left as it is: nothing in it has to be changed."]
+        return "\n".join(lines)
+
+    def enter(self) -> None:
+        """Take a press; go back where there is nothing to write."""
+        if self.written:
+            super().enter()
+        elif self.proposal.differs:
+            self.twice.press()
+        else:
+            self.go(first_of(self))
+
+    def due(self) -> None:
+        """Write it; once that is done, open the desk on it."""
+        if self.written:
+            super().due()
+        elif self.twice.due():
+            self.proposal.write()
+            self.written = True
+
+
+CHOICES = 8
+"""So many choices are shown at once."""
+
+
+class Ports(Stage):
+    """The ports and CAN interfaces, as they are known while closed; one of them is asked."""
+
+    def __init__(self, desk: ScreenHost, go: Go, before: Stage) -> None:
+        super().__init__(desk, go, before)
+        self.candidates: tuple[Candidate, ...] = ()
+        self.typed = ""
+        self._looking = True
+        self.found: Found | None = None
+        self._asked = ""
+        desk.call(self._look, None)  # who holds a port is not found in a moment
+
+    def _look(self) -> None:
+        try:
+            found = candidates()
+        finally:
+            self._looking = False
+        self.marked = len(found) if self.typed else 0
+        self.candidates = found
+
+    def rows(self) -> int:
+        """Return the number of ports, and one to be typed."""
+        return len(self.candidates) + 1
+
+    @property
+    def typing(self) -> bool:  # type: ignore[override]
+        """Whether the line for another port is marked."""
+        return self.marked == len(self.candidates)
+
+    @property
+    def port(self) -> str:
+        """The port that is marked or typed."""
+        return self.typed if self.typing else self.candidates[self.marked].port
+
+    def text(self) -> str:
+        """List the ports; of the marked one, all that is known, and what was found behind it."""
+        rows = [each.port for each in self.candidates]
+        looking = "looking for ports ..." if self._looking else "Listing has opened none."
+        lines = [f"Which port leads to the arm? {looking}", ""]
+        lines += listed([*rows, f"another: {self.typed}_"], self.marked)
+        if not self.typing:
+            lines += ["", *self.candidates[self.marked].lines]
+        lines += ["", *self._next()]
+        return "\n".join(lines)
+
+    def _next(self) -> list[str]:
+        keys = self.desk.keys
+        on = f"{keys.label('setup-on')}: describe the arm without opening it"
+        if self._asked:
+            return [f"asking {self._asked} ... (some seconds; nothing moves)"]
+        if self.found is not None and self.found.port == self.port:
+            told = list(self.found.lines)
+            if self.found.dialect:
+                return [*told, "", f"{keys.label('setup-enter')}: describe this arm"]
+            return [*told, "", self.again("asks again"), on]
+        return [WARNING, self.again("opens it and asks who is there"), on]
+
+    def type(self, character: str) -> None:
+        """Type a port's name."""
+        self.forget()
+        self.typed += character
+
+    def erase(self) -> None:
+        """Take the last character away."""
+        self.forget()
+        self.typed = self.typed[:-1]
+
+    def enter(self) -> None:
+        """Go on with a port that was recognised, or take a press towards asking."""
+        if self.found is not None and self.found.port == self.port and self.found.dialect:
+            self.go(Asking(self.desk, self.go, self, self.found.answers))
+        elif self._asked:
+            raise BadRequest(f"{self._asked} is being asked: wait")
+        elif not self.port:
+            raise BadRequest("type a port first: /dev/ttyUSB0, COM3, socket://HOST:PORT, can:...")
+        else:
+            self.twice.press()
+
+    def on(self) -> None:
+        """Describe the arm on this port, or on none yet."""
+        known = {"connection.port": self.port} if self.port else {}
+        self.go(Asking(self.desk, self.go, self, known))
+
+    def due(self) -> None:
+        """Ask the port, in a thread."""
+        if self.twice.due():
+            self._asked, port = self.port, self.port
+            self.desk.call(lambda: self._ask(port), None)
+
+    def _ask(self, port: str) -> None:
+        try:
+            known = looked_at(port)
+            self.found = probe(port) if known.openable else Found(port, known.lines)
+        finally:
+            self._asked = ""
+
+
+class Asking(Stage):
+    """The questions of `armdrive config new`, one at a time."""
+
+    typing = True
+
+    def __init__(self, desk: ScreenHost, go: Go, before: Stage, found: dict[str, str]) -> None:
+        super().__init__(desk, go, before)
+        self.describing = Describing(found)
+
+    def text(self) -> str:
+        """Put the question, with why it is asked, its choices, and what enter would answer."""
+        question, keys = self.describing.question, self.desk.keys
+        if question is None:
+            return ""
+        lines = [question.words, "", *self._choices(), question.why, ""]
+        lines += [f"answer: {self.describing.typed}_"] if self.describing.typed else []
+        offered = self.describing.line or "(type an answer)"
+        lines += [
+            f"{keys.label('setup-enter')}: {offered}",
+            f"{keys.label('setup-back')}: the question before. Numbers are parted by commas.",
+        ]
+        return "\n".join(lines)
+
+    def _choices(self) -> list[str]:
+        question, marked = self.describing.question, self.describing.marked
+        if question is None or not question.choices:
+            return []
+        width = max(len(word) for word, _ in question.choices)
+        rows = [f"{word:<{width}}  {meaning}".rstrip() for word, meaning in question.choices]
+        first = max(0, min(marked - CHOICES // 2, len(rows) - CHOICES))
+        at = -1 if self.describing.typed else marked - first
+        return [*listed(rows[first : first + CHOICES], at), ""]
+
+    def mark(self, by: int) -> bool:
+        """Mark another choice."""
+        self.describing.mark(by)
+        return True
+
+    def type(self, character: str) -> None:
+        """Type a character of the answer."""
+        self.describing.type(character)
+
+    def erase(self) -> None:
+        """Take the last character away."""
+        self.describing.erase()
+
+    def enter(self) -> None:
+        """Answer; after the last question show the file."""
+        self.describing.enter()
+        if self.describing.question is None:
+            self._show()
+
+    def _show(self) -> None:
+        try:
+            files = self.describing.files()
+        except (ArmError, KinematicsError):
+            self.describing.back()
+            raise
+        self.go(NewFile(self.desk, self.go, self, files, self.describing.name))
+
+    def back(self) -> None:
+        """Go back to the question before, or to where it began."""
+        if not self.describing.back():
+            super().back()

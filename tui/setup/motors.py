@@ -1,0 +1,185 @@
+"""The stage that turns each motor a little, and asks what was seen."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from armdrive.errors import ArmError, BadRequest
+from armdrive.render.scene import Moment
+from armdrive.setup.directions import TRIAL_SPEED, WAYS, Check, Saw, check_of
+from armdrive.setup.filing import file_of, propose
+from armdrive.status import State, Trust
+from tui.screens import ScreenHost
+from tui.setup.arm_file import Correction
+from tui.setup.stage import Go, Stage, listed
+
+HELD_S = 0.5
+"""A press sooner than this after the one before is a key that is held: it turns nothing."""
+
+ANSWERS = ("setup-yes", "setup-reversed", "setup-nothing", "setup-another", "setup-double",
+           "setup-half")  # fmt: skip
+
+
+class Motors(Stage):
+    """Each motor alone: `t` turns it and brings it back, other keys say what was seen."""
+
+    def __init__(self, desk: ScreenHost, go: Go, before: Stage) -> None:
+        super().__init__(desk, go, before)
+        status = desk.status
+        known = status.joints if status.trust is Trust.REFERENCED else None
+        self.check: Check = check_of(desk.arm.config, known)
+        self.others: tuple[str, ...] = ()
+        self._turning = False
+        self._pressed_s = float("-inf")
+
+    def text(self) -> str:
+        """Say which motor's turn it is, what ought to be seen, and which keys answer."""
+        check, keys = self.check, self.desk.keys
+        trial = check.trial
+        if trial is None:
+            return "\n".join(self._end())
+        number = trial.motor + 1
+        lines = [f"Motor {number}: {trial.name} ({len(check.looks)} answered for)", ""]
+        turn = keys.label("setup-turn")
+        if self._turning:
+            lines.append("IT TURNS. space stops it")
+        elif self.others:
+            return "\n".join([*lines, "Which motor's part moved instead?",
+                              *listed(self.others, self.marked)])  # fmt: skip
+        elif check.away:
+            lines.append(f"{turn}: TURN IT BACK by {trial.steps} steps")
+        else:
+            lines.append(f"{turn}: TURN IT by {trial.steps} steps; once more brings it back")
+        lines += ["", f"The drawn way: {trial.expected}", ""]
+        return "\n".join([*lines, *self._questions()])
+
+    def _questions(self) -> list[str]:
+        check, keys = self.check, self.desk.keys
+        if check.answered:
+            return ["answered: bring it back, then the next one's turn comes"]
+        if not check.shown:
+            return [self._before()]
+        if check.asks_hand:
+            clockwise = [keys.label(each) for each in ("setup-yes", "setup-reversed")]
+            word = check.trial.expected.word("roll") if check.trial is not None else ""
+            answers = (f"{clockwise[0]} yes", f"{clockwise[1]} the other way")
+            unseen = f"{keys.label('setup-nothing')} not seen"
+            asked = f"And the hand turned {word} as you look along it?"
+            return [asked, ", ".join((*answers, unseen))]
+        words = {row.id: row.tooltip for row in keys.rows if row.id in ANSWERS}
+        return [f"{keys.label(each):>3}  {words[each]}" for each in ANSWERS]
+
+    def _before(self) -> str:
+        stop = self.desk.status.stop_time_s
+        stops = f"; a stop takes up to {stop:.2f} s" if stop is not None else ""
+        return (
+            "Have the arm stand roughly as drawn, clear of everything, fingers half open. Stand "
+            "behind it: left and right are yours as you look along the arm. Keep a hand at the "
+            f"power switch{stops}."
+        )
+
+    def _end(self) -> list[str]:
+        verdict = self.check.verdict()
+        words = (
+            ("counts the other way", verdict.signs.motors),
+            ("reversed as a whole", verdict.signs.joints),
+            ("moved another motor's part", verdict.order),
+            ("went too far, or not far enough", verdict.farther),
+            ("not told", verdict.signs.unclear),
+        )
+        said = [f"  {what}: {', '.join(names)}" for what, names in words if names]
+        enter = self.desk.keys.label("setup-enter")
+        return ["Every motor has been answered for.", *(said or ["  all moved as shown"]), "",
+                f"{enter}: see what the arm file should say"]  # fmt: skip
+
+    def moment(self) -> Moment:
+        """Draw the posture, and the motor's turn as a ghost."""
+        opening_mm = self.desk.status.gripper_mm
+        after = self.check.after
+        return Moment(self.check.posture, opening_mm, goal=after, goal_opening_mm=opening_mm)
+
+    def rows(self) -> int:
+        """Return how many motors there are to choose from."""
+        return len(self.others)
+
+    # -- what was seen ------------------------------------------------------------------------
+
+    def saw(self, what: Saw) -> None:
+        """Take what was seen, or which way the hand turned where that is asked."""
+        if self._turning:
+            raise BadRequest("it turns: wait until it stands")
+        self.others = ()
+        trial = self.check.trial
+        if self.check.asks_hand and trial is not None:
+            self.check.hand(self._hand(trial.expected.word("roll"), what))
+        else:
+            self.check.saw(what)
+
+    def _hand(self, word: str, what: Saw) -> str:
+        other = next(each for each in WAYS["roll"] if each != word)
+        words = {Saw.AS_SHOWN: word, Saw.OTHER_WAY: other, Saw.NOT_AT_ALL: ""}
+        if what not in words:
+            raise BadRequest("only which way the hand turned is asked now")
+        return words[what]
+
+    def another(self) -> None:
+        """Have somebody choose which motor's part moved instead."""
+        if self._turning or not self.check.shown or self.check.asks_hand:
+            raise BadRequest("turn it first, then say what was seen")
+        self.others, self.marked = self.check.others(), 0
+
+    def enter(self) -> None:
+        """Choose the other motor, or show what the file should say."""
+        if self.others:
+            chosen, self.others = self.others[self.marked], ()
+            self.check.saw(Saw.ANOTHER, chosen)
+        elif self.check.trial is None:
+            self._propose()
+        else:
+            raise BadRequest("say what was seen of this motor first")
+
+    def _propose(self) -> None:
+        path = file_of(self.desk.arm.config)
+        if path is None:
+            raise BadRequest(
+                "this arm has no file to write it into, or its file was changed meanwhile: leave, "
+                "and connect to an arm file"
+            )
+        proposal = propose(path, self.check.transmission, self.check.verdict())
+        self.go(Correction(self.desk, self.go, self.before or self, proposal))
+
+    # -- turning ------------------------------------------------------------------------------
+
+    def turn(self) -> None:
+        """Turn the motor there, or back: one press, one turn; a key that is held is none."""
+        now_s = self.desk.clock()
+        held, self._pressed_s = now_s - self._pressed_s < HELD_S, now_s
+        if held or self._turning or self.desk.nobody_there():
+            return
+        state, keys = self.desk.status.state, self.desk.keys
+        if state is not State.STANDBY:
+            mends = {State.DISABLED: f": {keys.label('motors')} switches the motors on",
+                     State.ERROR_STOP: f": {keys.label('reset')} leaves it"}  # fmt: skip
+            raise BadRequest(f"the arm is {state.value}{mends.get(state, ': wait')}")
+        steps = self.check.steps(len(self.check.transmission.motors))
+        if not any(steps):
+            raise BadRequest("every motor has been answered for")
+        self._turning = True
+        self.desk.message = ""
+        stops = self.desk.arm.stops
+        self.desk.call(partial(self._turn, steps, stops), None)
+
+    def _turn(self, steps: tuple[int, ...], stops: int) -> None:
+        try:
+            self.desk.arm.move_motors(*steps, speed=TRIAL_SPEED, stops=stops)
+        except ArmError as error:
+            raise BadRequest(f"{error}. A motor that was on its way: jog it back") from None
+        else:
+            self.check.turned()
+        finally:
+            self._turning = False
+
+    def forget(self) -> None:
+        """Let nothing be half chosen."""
+        super().forget()
+        self.others = ()

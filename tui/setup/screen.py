@@ -1,0 +1,227 @@
+"""The set-up screen: from a port nobody knows to an arm file that was checked on the arm."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import ClassVar
+
+from textual import events
+from textual.app import ComposeResult
+from textual.binding import BindingType
+from textual.containers import Horizontal, VerticalScroll
+
+from armdrive.errors import ArmError, BadRequest
+from armdrive.render.scene import Moment
+from armdrive.setup.directions import Saw
+from armdrive.setup.filing import file_of
+from armdrive.status import Status
+from kinematics import KinematicsError
+from tui.arm_view import SpaceView
+from tui.framework import PlainText
+from tui.keys.keyboard import bindings
+from tui.screens import DeskScreen, ScreenHost
+from tui.setup.arm_file import Asking, Ports
+from tui.setup.motors import Motors
+from tui.setup.stage import Go, Stage, listed
+
+# The first stage of setting up: the steps, which of them can be taken here, and why not.
+
+STEPS = (
+    ("find", "find the arm", "its port or CAN interface; none is opened before you ask"),
+    ("describe", "describe it", "questions that make its file; nothing is sent"),
+    ("reference", "reference it", "tell armdrive where it stands, with the posture drawn"),
+    ("motors", "check its motors", "each turns a little, by a key; you say what you saw"),
+)
+"""In the order in which a new arm is set up."""
+
+
+class Steps(Stage):
+    """The steps. Those that need another arm than the desk's say how to come to it."""
+
+    def __init__(self, desk: ScreenHost, go: Go, path: Path | None) -> None:
+        super().__init__(desk, go)
+        self.path = path
+        self._motors: Motors | None = None
+        self.marked = 0 if self.free else 2
+
+    @property
+    def free(self) -> bool:
+        """Whether this desk has no arm of somebody's own: it is simulated, and has no file."""
+        return self.desk.status.simulated and self.path is None
+
+    def text(self) -> str:
+        """List the steps, and whose arm they are for."""
+        width = max(len(title) for _, title, _ in STEPS)
+        rows = [f"{n} {title:<{width}}  {why}" for n, (_, title, why) in enumerate(STEPS, 1)]
+        enter = self.desk.keys.label("setup-enter")
+        return "\n".join(
+            (
+                self._whose(),
+                "",
+                *listed(rows, self.marked),
+                "",
+                f"{enter} begins the marked step; a stop leaves it.",
+            )
+        )
+
+    def _whose(self) -> str:
+        status = self.desk.status
+        if self.path is not None:
+            twin = ", its simulated twin" if status.simulated else ""
+            return f"This desk has the arm {status.arm}{twin}: {self.path}"
+        if self.free:
+            return (
+                "No arm of yours is on this desk: it is simulated. The first two steps make a file "
+                "of yours; the others are tried on the simulated arm."
+            )
+        return f"This desk has an arm without a file, on {status.link}: describe it first."
+
+    def rows(self) -> int:
+        """Return the number of steps."""
+        return len(STEPS)
+
+    def enter(self) -> None:
+        """Begin the marked step."""
+        step = STEPS[self.marked][0]
+        if step in ("find", "describe") and not self.free:
+            self._other(step)
+        elif step == "find":
+            self.go(Ports(self.desk, self.go, self))
+        elif step == "describe":
+            self.go(Asking(self.desk, self.go, self, {}))
+        elif step == "reference":
+            self.desk.action_reference()
+        elif self.path is not None and file_of(self.desk.arm.config) != self.path:
+            raise BadRequest(f"{self.path} was changed: leave this desk and come back first")
+        else:
+            self.go(self._begun())
+
+    def _begun(self) -> Motors:
+        """Return the check that was left half-way, or a new one."""
+        if self._motors is None or self._motors.check.trial is None:
+            self._motors = Motors(self.desk, self.go, self)
+        return self._motors
+
+    def _other(self, step: str) -> None:
+        """Describe the arm of a port that has no file; else say that this needs leaving."""
+        wire = self.desk.arm.config.connection
+        if step == "describe" and self.path is None:
+            known = {"connection.port": wire.port, "dialect": wire.dialect,
+                     "connection.baud": str(wire.baud)}  # fmt: skip
+            self.go(Asking(self.desk, self.go, self, known))
+            return
+        leave = self.desk.keys.label("quit")
+        raise BadRequest(
+            f"this desk holds {self.desk.status.arm}: leave it ({leave}), then `armdrive jog "
+            "--sim teachmover --setup` sets up another one"
+        )
+
+
+class SetupScreen(DeskScreen):
+    """Shows one stage, and hands keys on to it. Nothing here moves the arm but `t`."""
+
+    place = "setup"
+    BINDINGS: ClassVar[list[BindingType]] = bindings(place)
+    CSS = """
+    #setup-panel { width: 1fr; min-width: 42; padding: 0 0 0 1; scrollbar-size: 1 0; }
+    #setup-text { height: auto; }
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        path = file_of(self.desk.arm.config)
+        self.first = Steps(self.desk, self._go, path)
+        self.stage: Stage = self.first
+
+    def _go(self, stage: Stage) -> None:
+        self.stage.forget()
+        self.stage = stage
+        if self._laid_out:
+            self.query_one("#setup-panel").scroll_home(animate=False)
+
+    def disarm(self, reason: str) -> None:
+        """Take a first press back; a stop also leaves the step."""
+        self.stage.forget()
+        if reason == "stopped":
+            self._go(self.first)
+
+    def compose_body(self) -> ComposeResult:
+        """Lay the middle out: the arm, where it is drawn, and the words of the stage."""
+        desk = self.desk
+        with Horizontal():
+            yield SpaceView(desk.arm.model, braille=desk.braille, id="space", clock=desk.clock)
+            with VerticalScroll(id="setup-panel", can_focus=False):
+                yield PlainText(id="setup-text")
+
+    def show_body(self, status: Status) -> None:
+        """Show the stage, and do what two presses have confirmed."""
+        del status
+        self._try(self.stage.due)
+        view, moment = self.query_one(SpaceView), self.stage.moment()
+        view.display = moment is not None
+        view.show(moment or Moment())
+        self.text("setup-text").show(self.stage.text())
+
+    def on_key(self, event: events.Key) -> None:
+        """Type into the stage where it is typed; other keys go on to the table of keys."""
+        character = event.character
+        if self.stage.typing and character and character.isprintable() and character != " ":
+            event.stop()
+            event.prevent_default()
+            self._do(lambda: self.stage.type(character))
+
+    def _try(self, deed: Callable[[], object]) -> None:
+        try:
+            deed()
+        except (ArmError, KinematicsError, OSError) as error:
+            self.desk.message = str(error)
+
+    def _do(self, deed: Callable[[], object]) -> None:
+        self.desk.message = ""
+        self._try(deed)
+        self.desk.show()
+
+    def action_enter(self) -> None:
+        """Do what is marked."""
+        self._do(self.stage.enter)
+
+    def action_mark(self, by: int) -> None:
+        """Mark another line, or scroll a text."""
+        if self.stage.mark(by):
+            self._do(lambda: None)
+        else:
+            self.query_one("#setup-panel").scroll_relative(y=3 * by, animate=False)
+
+    def action_on(self) -> None:
+        """Go on without opening."""
+        self._do(self.stage.on)
+
+    def action_back(self) -> None:
+        """Go back."""
+        self._do(self.stage.back)
+
+    def action_erase(self) -> None:
+        """Take the last character away."""
+        self._do(self.stage.erase)
+
+    def _motors(self) -> Motors | None:
+        if isinstance(self.stage, Motors):
+            return self.stage
+        self.desk.say("that is for checking motors: choose that step first")
+        return None
+
+    def action_turn(self) -> None:
+        """Turn the motor, or bring it back."""
+        if motors := self._motors():
+            self._do(motors.turn)
+
+    def action_saw(self, what: str) -> None:
+        """Say what was seen."""
+        if motors := self._motors():
+            self._do(lambda: motors.saw(Saw[what]))
+
+    def action_another(self) -> None:
+        """Say that another motor's part moved."""
+        if motors := self._motors():
+            self._do(motors.another)

@@ -1,0 +1,96 @@
+"""What the stages of the set-up screen have in common; each is a list, a question, or a text."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from armdrive.errors import BadRequest
+from armdrive.render.scene import Moment
+from tui.move.errand import Twice
+from tui.screens import ScreenHost
+
+WARNING = (
+    "Opening it can restart the board behind it: motors lose their current, and an arm that is "
+    "raised sags. Support it first. Nothing that is sent moves it."
+)
+"""Said before a port is opened."""
+
+Go = Callable[["Stage"], None]
+"""Shows another stage."""
+
+
+class Stage:
+    """One stage. It knows the desk and how to go on to another one, and nothing of the screen."""
+
+    typing = False
+    """Whether printable keys are typed into it."""
+
+    def __init__(self, desk: ScreenHost, go: Go, before: Stage | None = None) -> None:
+        self.desk = desk
+        self.go = go
+        self.before = before
+        self.marked = 0
+        self.twice = Twice(desk.clock)
+
+    def text(self) -> str:
+        """Say what the stage is about, what is marked, and what comes next."""
+        raise NotImplementedError
+
+    def moment(self) -> Moment | None:
+        """Return the posture to be drawn beside it, if one is."""
+        return None
+
+    def rows(self) -> int:
+        """Return how many lines there are to mark."""
+        return 0
+
+    def mark(self, by: int) -> bool:
+        """Mark another line; tell whether there are lines to mark, and not a text to scroll."""
+        self.twice.forget()
+        if self.rows():
+            self.marked = (self.marked + by) % self.rows()
+        return bool(self.rows())
+
+    def type(self, character: str) -> None:
+        """Type a character."""
+
+    def erase(self) -> None:
+        """Take the last character away."""
+
+    def enter(self) -> None:
+        """Do what is marked, or take a press of the two that it needs."""
+
+    def on(self) -> None:
+        """Go on without it."""
+        raise BadRequest("there is nothing to skip here")
+
+    def back(self) -> None:
+        """Go back."""
+        if self.before is not None:
+            self.go(self.before)
+
+    def due(self) -> None:
+        """Do what two presses have confirmed, once."""
+
+    def forget(self) -> None:
+        """Take a first press back."""
+        self.twice.forget()
+
+    def again(self, what: str) -> str:
+        """Say how `what` is confirmed."""
+        enter = self.desk.keys.label("setup-enter")
+        if self.twice.waiting:
+            return f"{enter} ONCE MORE {what}; anything else takes it back"
+        return f"{enter}, twice: {what}"
+
+
+def listed(rows: Sequence[str], marked: int) -> list[str]:
+    """Return rows with the marked one pointed at."""
+    return [f"{'>' if at == marked else ' '} {row}" for at, row in enumerate(rows)]
+
+
+def first_of(stage: Stage) -> Stage:
+    """Return the stage that all began with."""
+    while stage.before is not None:
+        stage = stage.before
+    return stage

@@ -1,0 +1,95 @@
+"""How a desk is started on an arm, and how it was left."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from armdrive.render.canvas import can_braille
+from tui.arm_port import DeskArm
+from tui.desk import Desk
+from tui.framework import forget_a_closed_terminal
+from tui.gamepad.evdev import check_gamepads, open_gamepad
+from tui.gamepad.reader import Pad
+from tui.keys.keyboard import Keyboard
+from tui.keys.remap import load_keys
+from tui.settings import memory_file
+
+
+@dataclass(frozen=True, slots=True)
+class DeskEnd:
+    """How a desk was left: its exit code, and the arm file that the next one is wanted for."""
+
+    code: int = 0
+    opens: Path | None = None
+
+
+def run_desk(
+    arm: DeskArm,
+    *,
+    ascii_only: bool = False,
+    keys: Keyboard | None = None,
+    first: str = "",
+    hint: str = "",
+    reopens: bool = False,
+    gamepad: str | None = None,
+) -> DeskEnd:
+    """Show the desk until somebody leaves it, and return how that was.
+
+    `keys` is the keyboard; without one it is the user's own file of keys, where there is one.
+    `first` is the id of the screen to begin at, instead of the one that was left; `hint` is said
+    at the beginning. With `reopens` the caller opens another desk where an arm file that was
+    written here is to be used at once. `gamepad` are letters of the name of the gamepad that jogs
+    as well, none of them for the only one; raises `BadRequest` where none can be read.
+    However it ends, the arm has been told to stop; closing the arm remains the caller's duty,
+    except after SIGTERM and SIGHUP, when it is closed at once.
+    """
+    if keys is None:
+        keys = load_keys(None)
+    braille = not ascii_only and can_braille(sys.stdout.encoding, os.environ)
+    desk = Desk(
+        arm,
+        braille=braille,
+        handle_signals=True,
+        keys=keys,
+        memory=memory_file(),
+        first=first,
+        find_pad=None if gamepad is None else _finds_pad(gamepad),
+    )
+    desk.reopens = reopens
+    desk.message = hint or desk.message
+    try:
+        with short_turns():
+            desk.run_or_raise()
+    finally:
+        arm.request_stop()
+        forget_a_closed_terminal()
+    return DeskEnd(desk.return_code or 0, desk.opens)
+
+
+def _finds_pad(wanted: str) -> Callable[[], Pad | None]:
+    return partial(open_gamepad, wanted, check_gamepads())
+
+
+# How soon a thread of the desk has its turn: the one that speaks to the arm waits for no picture.
+# The interpreter lets a thread that computes go on for 5 ms before another one that has been woken
+# may run. A stop passes through three threads, while the one that paints is hardly ever at rest.
+
+TURN_S = 0.0005
+"""`benchmarks/desk.py keys` shows what a stop gains by it, `painting` that it costs nothing."""
+
+
+@contextlib.contextmanager
+def short_turns() -> Iterator[None]:
+    """Have threads take turns quickly for as long as this lasts, unless they do so already."""
+    before_s = sys.getswitchinterval()
+    sys.setswitchinterval(min(before_s, TURN_S))
+    try:
+        yield
+    finally:
+        sys.setswitchinterval(before_s)

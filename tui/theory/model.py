@@ -1,0 +1,352 @@
+"""The desk of a model: a named system or a link table, jogged with no arm connected at all."""
+
+from __future__ import annotations
+
+import math
+import os
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import ClassVar, cast
+
+from textual.app import ComposeResult
+from textual.binding import BindingType
+from textual.containers import Container
+from textual.screen import Screen
+
+from armdrive.errors import KeyFileError
+from armdrive.render.canvas import can_braille
+from kinematics.textbook.stepping import axes_of, axis_unit, has_inverse, step_axis, step_joint
+from kinematics.textbook.study import Study, Subject, study
+from kinematics.textbook.worked_example import example_posture
+from tui.arm_view import SpaceView
+from tui.framework import FirstKeys, PlainText
+from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings_of, label
+from tui.keys.rows import DeskKey
+from tui.keys.table import LETTERS, STOP, JogPair, words
+from tui.look import CSS, HelpScreen
+from tui.settings import INCREMENTS
+from tui.theory.panel import TheoryPanel, axis_rows, joint_rows
+
+# The keyboard of a model: the rows of the desk's table that make sense with no arm.
+
+PLACE = "theory"
+"""Where all rows of a model's keyboard count."""
+
+KEPT = (STOP, "help", "quit", "help-close", "mode", "finer", "coarser")
+"""Rows by id; those that jog, and those of the theory, are kept too."""
+
+NOTHING_TO_STOP = "Close a dialog. There is nothing to stop: no arm is connected."
+
+_ARROWS = (("left", "right", 0, "y"), ("up", "down", 1, "z"))
+_OWN_PLACES = ("theory", "model")
+_OWN_ACTIONS = ("jog(", "view(")
+
+
+class ModelKeyboard(Keyboard):
+    """A keyboard on which nothing has to be armed."""
+
+    __slots__ = ()
+
+    def _jog_help(self, pairs: Sequence[JogPair]) -> Iterator[str]:
+        yield ""
+        yield "Jog keys: each press is one step, at once; nothing is armed, as nothing moves."
+        for pair in pairs:
+            keys = f"{self.jog(pair.plus)} {self.jog(pair.minus)}"
+            hand = f"of the hand: {pair.cartesian}" if pair.cartesian else ""
+            joint = f"joint {words(pair.joint)}" if pair.joint else ""
+            yield f"{keys:<17} {', '.join(filter(None, (joint, hand)))}, + and -"
+
+
+def model_keys(keys: Keyboard = DEFAULT_KEYS) -> ModelKeyboard:
+    """Return the rows of a keyboard that a model has, with the keys that they have there.
+
+    Raises `KeyFileError` where a file of keys gives one key to two of them: on the desk they may
+    be far apart.
+    """
+    rows = tuple(_rows(keys))
+    owners: dict[str, DeskKey] = {}
+    for row in rows:
+        for key in row.keys if row.place in ("", PLACE) else ():
+            other = owners.setdefault(key, row)
+            if other is not row:
+                raise KeyFileError(
+                    f"with a model, {label(key)} would be both {other.id} and {row.id}: give one "
+                    "of them another key"
+                )
+    return ModelKeyboard(rows)
+
+
+def model_pairs(joints: Sequence[str], axes: Sequence[str]) -> tuple[JogPair, ...]:
+    """Return the jog keys of a model: a row of letters for each joint and axis of the hand.
+
+    Where there are more of the ones than of the others the names of the rest are empty. There are
+    keys for seven.
+    """
+    count = min(max(len(joints), len(axes)), len(LETTERS))
+    letters = [JogPair(*LETTERS[row], _at(joints, row), _at(axes, row)) for row in range(count)]
+    arrows = [
+        JogPair(plus, minus, _at(joints, row), axis if axis in axes else "")
+        for plus, minus, row, axis in _ARROWS
+    ]
+    return (*letters, *(pair for pair in arrows if pair.joint or pair.cartesian))
+
+
+def _rows(keys: Keyboard) -> Iterator[DeskKey]:
+    for row in keys.rows:
+        if row.id == STOP:
+            yield replace(row, description="", tooltip=NOTHING_TO_STOP)
+        elif row.id == "quit":
+            yield replace(row, tooltip="Leave the model.")
+        elif row.id in ("help", "help-close"):
+            yield row
+        elif row.id in KEPT or row.place in _OWN_PLACES or row.action.startswith(_OWN_ACTIONS):
+            yield replace(row, place=PLACE)
+
+
+def _at(names: Sequence[str], row: int) -> str:
+    return names[row] if row < len(names) else ""
+
+
+# The hand on a model: its posture, and what each key makes of it. Pure: it knows no screen.
+
+FIRST_INCREMENT = INCREMENTS.index(5.0)
+
+
+@dataclass(slots=True)
+class ModelHand:
+    """A model in a posture, the mode of its keys, and one increment in degrees or mm."""
+
+    subject: Subject
+    values: tuple[float, ...] = ()
+    cartesian: bool = False
+    increment_index: int = FIRST_INCREMENT
+    pairs: tuple[JogPair, ...] = field(init=False)
+    axes: tuple[str, ...] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.values = self.values or example_posture(self.subject.chain)
+        self.axes = axes_of(self.subject)
+        self.pairs = model_pairs(self.subject.chain.joint_names, self.axes)
+
+    @property
+    def increment(self) -> float:
+        """One increment, in degrees or mm."""
+        return INCREMENTS[self.increment_index]
+
+    @property
+    def study(self) -> Study:
+        """What follows from the present posture."""
+        return study(self.subject, self.values)
+
+    @property
+    def way(self) -> str:
+        """Say what the keys move, and how."""
+        if not self.cartesian:
+            return "joints"
+        return "the hand, by closed form" if has_inverse(self.subject) else "the hand, by Jacobian"
+
+    def press(self, key: str) -> str:
+        """Make the step of a jog key; return what it could not do."""
+        pair = next((each for each in self.pairs if key in (each.plus, each.minus)), None)
+        name = "" if pair is None else pair.axis(cartesian=self.cartesian)
+        if pair is None or not name:
+            return "no axis of this model is moved by that key"
+        sign = 1.0 if key == pair.plus else -1.0
+        if self.cartesian:
+            by = sign * self._amount(axis_unit(name))
+            stepped = step_axis(self.subject, self.values, self.axes.index(name), by)
+        else:
+            chain = self.subject.chain
+            joint = chain.joint_names.index(name)
+            by = sign * self._amount(chain.kinds[joint].unit)
+            stepped = step_joint(self.subject, self.values, joint, by)
+        self.values = stepped.values
+        return stepped.said
+
+    def next_solution(self) -> str:
+        """Go on to the next solution within the limits; return its name, or why there is none."""
+        of = self.study
+        if of.refusal:
+            return of.refusal
+        after = -1 if of.here is None else of.here
+        order = [*of.branches[after + 1 :], *of.branches[: max(after, 0)]]
+        taken = next((branch for branch in order if branch.within_limits), None)
+        if taken is None:
+            return "no other solution is within the limits"
+        self.values = taken.joints
+        return f"the same place of the hand by {taken.name}"
+
+    def zero(self) -> str:
+        """Put every joint at zero, or at the limit nearest to it."""
+        chain = self.subject.chain
+        self.values = chain.clamp(chain.zero)
+        moved = "" if self.values == chain.zero else ", or at the limit nearest to it"
+        return f"every joint at zero{moved}"
+
+    def coarser(self, steps: int) -> None:
+        """Make the increment larger by so many sizes."""
+        self.increment_index = min(max(self.increment_index + steps, 0), len(INCREMENTS) - 1)
+
+    def _amount(self, unit: str) -> float:
+        return math.radians(self.increment) if unit == "rad" else self.increment
+
+
+NO_ARM = "MODEL ONLY: no arm is connected"
+
+
+class ModelScreen(Screen[None]):
+    """A model, its theory, and the keys that move it."""
+
+    AUTO_FOCUS = ""
+    BINDINGS: ClassVar[list[BindingType]] = bindings_of(
+        row for row in model_keys().rows if row.place == PLACE
+    )
+
+    @property
+    def desk(self) -> ModelDesk:
+        """The app that the screen belongs to."""
+        return cast("ModelDesk", self.app)
+
+    def compose(self) -> ComposeResult:
+        """Lay the title, the theory, a remark and the keys out."""
+        yield PlainText(id="title")
+        with Container(id="body"):
+            yield TheoryPanel(self.desk.hand.subject, self._numbers, braille=self.desk.braille)
+        yield PlainText(id="remarks")
+        yield PlainText(id="footer")
+
+    def on_mount(self) -> None:
+        """Show the model as soon as there is room to show it in."""
+        self.call_after_refresh(self.show)
+
+    def on_resize(self) -> None:
+        """Fit everything to the new size."""
+        self.call_after_refresh(self.show)
+
+    @property
+    def panel(self) -> TheoryPanel:
+        """What shows the theory."""
+        return self.query_one(TheoryPanel)
+
+    def show(self) -> None:
+        """Show the model as it stands."""
+        if not self.is_attached:
+            return
+        desk, width = self.desk, self.size.width
+        step = f"step {desk.hand.increment:g}\N{DEGREE SIGN}/mm, keys move {desk.hand.way}"
+        self._text("title").show(f"{NO_ARM}. {desk.hand.subject.title}"[:width].ljust(width))
+        self._text("remarks").show(f"{step}\n! {desk.said}" if desk.said else step)
+        self._text("footer").show(desk.keys.footer(PLACE, width))
+        self.panel.show(desk.hand.study)
+
+    def _numbers(self, of: Study, width: int) -> str:
+        desk = self.desk
+        hand, keys = desk.hand, desk.keys
+        return "\n".join(
+            (
+                joint_rows(of, width, None if hand.cartesian else keys, hand.pairs),
+                axis_rows(of, hand.axes, keys if hand.cartesian else None, hand.pairs),
+            )
+        )
+
+    def _text(self, name: str) -> PlainText:
+        return self.query_one(f"#{name}", PlainText)
+
+    # -- keys ---------------------------------------------------------------------------------
+
+    def action_jog(self, key: str) -> None:
+        """Make one step of the model."""
+        self.desk.say(self.desk.hand.press(key))
+
+    def action_mode(self) -> None:
+        """Switch between joints and the hand."""
+        self.desk.hand.cartesian = not self.desk.hand.cartesian
+        self.desk.say("")
+
+    def action_finer(self) -> None:
+        """Make the increment smaller."""
+        self.desk.hand.coarser(-1)
+        self.desk.say("")
+
+    def action_coarser(self) -> None:
+        """Make the increment larger."""
+        self.desk.hand.coarser(1)
+        self.desk.say("")
+
+    def action_solution(self) -> None:
+        """Go on to the next solution for the same place of the hand."""
+        self.desk.say(self.desk.hand.next_solution())
+
+    def action_zero(self) -> None:
+        """Put every joint at zero."""
+        self.desk.say(self.desk.hand.zero())
+
+    def action_view(self, what: str) -> None:
+        """Look at the model from elsewhere."""
+        self.query_one(SpaceView).look(what)
+
+    def action_turn(self, by: int) -> None:
+        """Turn pages."""
+        self.panel.turn(by)
+
+    def action_symbols(self) -> None:
+        """Switch between numbers and symbols."""
+        self.panel.switch_symbols()
+
+
+class ModelDesk(FirstKeys):
+    """One model, and no arm: nothing here can be stopped, for nothing moves."""
+
+    ENABLE_COMMAND_PALETTE = False
+    TITLE = "armdrive"
+    BINDINGS: ClassVar[list[BindingType]] = bindings_of(
+        row for row in model_keys().rows if not row.place
+    )
+    CSS = CSS
+
+    def __init__(self, subject: Subject, *, braille: bool, keys: Keyboard = DEFAULT_KEYS) -> None:
+        super().__init__()
+        self.hand = ModelHand(subject)
+        self.braille = braille
+        self.keys = model_keys(keys)
+        self.said = ""
+
+    def get_default_screen(self) -> ModelScreen:
+        """Return the only screen."""
+        return ModelScreen()
+
+    def on_mount(self) -> None:
+        """Take the keys of the user's own file."""
+        self.set_keymap(self.keys.keymap(model_keys().rows))
+
+    def say(self, message: str) -> None:
+        """Show the model with a remark; an empty one takes the last away."""
+        self.said = message
+        cast("ModelScreen", self.screen_stack[0]).show()
+
+    def first_keys(self) -> Mapping[str, Callable[[], None]]:
+        """Return what no widget may keep for itself, as on the desk of an arm."""
+        return dict.fromkeys(self.keys.of("stop"), self.action_stop_arm)
+
+    def action_stop_arm(self) -> None:
+        """Close what lies over the model, and say that nothing moves."""
+        while len(self.screen_stack) > 1:
+            self.pop_screen()
+        self.say("there is nothing to stop: no arm is connected")
+
+    def action_help(self) -> None:
+        """Show all keys."""
+        self.push_screen(HelpScreen(self.keys, PLACE, self.hand.pairs))
+
+    def action_leave(self) -> None:
+        """End it."""
+        self.exit(0)
+
+
+def run_model(subject: Subject, *, ascii_only: bool = False, keys: Keyboard = DEFAULT_KEYS) -> int:
+    """Show a model until somebody leaves it, and return the exit code."""
+    braille = not ascii_only and can_braille(sys.stdout.encoding, os.environ)
+    desk = ModelDesk(subject, braille=braille, keys=keys)
+    desk.run_or_raise()
+    return desk.return_code or 0

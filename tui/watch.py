@@ -1,0 +1,356 @@
+"""Watching an arm that another program drives: its status, a stop, a pause, a slower tempo.
+
+Leaving stops nothing: the arm is somebody else's. A thread hears of it and keeps the latest view;
+the screen looks at that, so that neither waits for the other.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import sys
+import threading
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any, ClassVar, Protocol, cast
+
+from textual.app import ComposeResult, SystemCommand
+from textual.binding import BindingType
+from textual.containers import Container, Horizontal, VerticalScroll
+from textual.screen import Screen
+
+from armdrive.errors import ArmError
+from armdrive.errors.actions import COMMAND_LINE, presented
+from armdrive.render.canvas import can_braille
+from armdrive.render.scene import Moment
+from armdrive.storage.lock_client import ask_holder, follow_holder
+from kinematics import ArmModel, Joints
+from tui.arm_view import SpaceView
+from tui.framework import FirstKeys, PlainText
+from tui.keys.keyboard import DEFAULT_KEYS, Keyboard, bindings
+from tui.keys.remap import load_keys
+from tui.keys.table import STOP
+from tui.look import CSS, look_after, put_on
+from tui.panels import TITLE_GAP, UNKNOWN, View, at_work, number_text, parted
+from tui.settings import memory_file, recall
+
+# What is said of such an arm, from the plain data of its status.
+
+TEMPOS = (10, 25, 50, 75, 100)
+"""Percent of the speed that is asked for."""
+
+
+def title(name: str, view: View, width: int) -> str:
+    """Say which arm is watched, and whether it is real, the latter first lest it is cut off."""
+    if not view:
+        return f"WATCHING {name}"[:width].ljust(width)
+    kind = "SIMULATED" if view.get("simulated") else "REAL ARM"
+    arm = f"{name} ({view.get('title', '?')}) on {view.get('link', '?')}"
+    told = view.get("program")
+    program = at_work(told) if isinstance(told, Mapping) else ""
+    gap = TITLE_GAP if program else 0
+    return parted(f"{kind}, WATCHED: {arm}", gap, program, width, len(kind))
+
+
+def lines(view: View) -> str:
+    """Say how the arm is, in words and numbers: first what a small terminal must not cut off."""
+    if not view:
+        return "nothing is known of it yet"
+    joints, pose = view.get("joints"), view.get("pose")
+    conduct = f"state {view.get('state', '?')}{', PAUSED' if view.get('paused') else ''}"
+    time_s = number_text(view.get("stop_time_s"), 2)
+    way = f"{number_text(view.get('stop_distance_mm'))} mm, {time_s} s"
+    texts = (
+        f"{conduct}  speed {percent(view)} %",
+        program_words(view),
+        *(_remark(view[word]) for word in ("notice", "error") if view.get(word)),
+        f"position {view.get('trust', '?')}: {view.get('trust_reason', '?')}",
+        "",
+        *_named(joints, "_deg", "\N{DEGREE SIGN}"),
+        "" if joints else "the joints are not known",
+        *_named(pose, "", ""),
+        "" if pose is None else f"gripper {number_text(view.get('gripper_mm'))} mm",
+        f"motor current {view.get('current', '?')}",
+        f"stop: {way} at most",
+    )
+    return "\n".join(text for text in texts if text is not None)
+
+
+def _remark(sentence: object) -> str:
+    """Return a remark in the words of the command line: no key of this app acts on the arm."""
+    return f"! {presented(str(sentence), COMMAND_LINE)}"
+
+
+def program_words(view: View) -> str | None:
+    """Say which program the arm is at work on, and how far it has come; None of none."""
+    program = view.get("program")
+    if not isinstance(program, dict) or not program:
+        return None
+    loop, loops = program.get("loop"), program.get("loops", 1)
+    several = "" if loops == 1 else f", loop {loop} of {loops}" if loops else f", loop {loop}"
+    line, act = program.get("line"), program.get("text") or program.get("act") or ""
+    share, left_s = (number_text(program.get(word), 0) for word in ("percent", "left_s"))
+    texts = (
+        f"program {Path(str(program.get('file', UNKNOWN))).name}{several}",
+        f"line {line}: {act}" if line else act,
+        "" if UNKNOWN in (share, left_s) else f"{share} %, {left_s} s left",
+    )
+    return "\n".join(str(text) for text in texts if text)
+
+
+def percent(view: View) -> int:
+    """Return the speed that the arm may go at, in percent of what it is asked for."""
+    share = view.get("speed_override", 1.0)
+    return round(share * 100) if isinstance(share, int | float) else 100
+
+
+def tempo(now: int, steps: int) -> int:
+    """Return the next tempo below or above; the ends hold."""
+    others = [each for each in TEMPOS if (each - now) * steps > 0]
+    if not others:
+        return min(TEMPOS) if steps < 0 else max(TEMPOS)
+    return max(others) if steps < 0 else min(others)
+
+
+def _named(values: object, ending: str, unit: str) -> list[str]:
+    if not isinstance(values, dict):
+        return []
+    return [
+        f"{str(name).removesuffix(ending).replace('_', ' '):<12}{number_text(value):>8}{unit}"
+        for name, value in values.items()
+    ]
+
+
+# The program that drives the arm: what is asked of it.
+
+EVERY_S = 0.05
+
+
+class Holder(Protocol):
+    """The program that drives the arm."""
+
+    def views(self) -> Iterator[Mapping[str, Any]]:
+        """Yield its status whenever it has changed, until it gives the arm back."""
+
+    def ask(self, request: str, **words: object) -> Mapping[str, Any]:
+        """Ask for something; raises `ArmError` where nobody answers."""
+
+
+class HeldArm:
+    """Speaks with the program that holds an arm."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+
+    def views(self) -> Iterator[Mapping[str, Any]]:
+        """Yield its status whenever it has changed, or its program has come further."""
+        return follow_holder(self._name, EVERY_S)
+
+    def ask(self, request: str, **words: object) -> Mapping[str, Any]:
+        """Ask for something; raises `ArmError` where nobody answers."""
+        return ask_holder(self._name, request, **words)
+
+
+# The screen, on which nothing moves the arm, and its app.
+
+
+class WatchScreen(Screen[None]):
+    """A picture and words of what another program says of its arm."""
+
+    AUTO_FOCUS = ""
+    CSS = """
+    #panel { width: 1fr; padding: 0 0 0 1; scrollbar-size: 0 0; }
+    #watched { height: auto; }
+    """
+    _laid_out = False
+
+    @property
+    def watching(self) -> Watching:
+        """The app that the screen belongs to."""
+        return cast("Watching", self.app)
+
+    def compose(self) -> ComposeResult:
+        """Lay the screen out: the arm on the left, words and numbers on the right."""
+        app = self.watching
+        yield PlainText(id="title")
+        yield PlainText(id="banner")
+        with Container(id="body"), Horizontal():
+            yield SpaceView(app.model, braille=app.braille, id="space")
+            with VerticalScroll(id="panel", can_focus=False):
+                yield PlainText(id="watched")
+        yield PlainText(id="remarks")
+        yield PlainText(id="footer")
+
+    def on_mount(self) -> None:
+        """Show what was heard before there was room for it."""
+        self._laid_out = True
+        self.call_after_refresh(self.watching.poll)
+
+    def show(self, view: View, ended: str, message: str) -> None:
+        """Show what is known, why it is no longer new, and what was said last."""
+        if not (self._laid_out and self.is_attached):
+            return  # not laid out yet, or already being taken down
+        app, width = self.watching, self.size.width
+        texts = {
+            "title": title(app.arm_name, view, width),
+            "banner": f"NOT WATCHED ANY MORE: {ended}" if ended else "",
+            "watched": lines(view),
+            "remarks": f"! {message}" if message else "",
+            "footer": app.keys.footer("watch", width),
+        }
+        for name, text in texts.items():
+            self.query_one(f"#{name}", PlainText).show(text)
+        self.query_one("#banner").set_class(bool(ended), "-shown")
+        real = bool(view) and not view.get("simulated")
+        self.query_one("#title").set_class(real, "-real")
+        self.query_one(SpaceView).show(moment(view, app.model))
+
+
+def moment(view: View, model: ArmModel) -> Moment:
+    """Return what is to be drawn of what another program says of its arm."""
+    names, told = model.arm.joint_names, view.get("joints")
+    if not isinstance(told, dict) or set(told) != {f"{name}_deg" for name in names}:
+        return Moment()
+    values = [told[f"{name}_deg"] for name in names]
+    if not all(isinstance(value, int | float) for value in values):
+        return Moment()
+    opening = view.get("gripper_mm")
+    joints = Joints(tuple(math.radians(value) for value in values), names)
+    return Moment(joints, float(opening) if isinstance(opening, int | float) else None)
+
+
+POLL_S = 0.05
+GIVEN_BACK = "the program has given the arm back"
+COMMON = (STOP, "quit", "look")
+"""The rows of the desk that count here too."""
+
+
+class Watching(FirstKeys):
+    """An app that shows somebody else's arm."""
+
+    ENABLE_COMMAND_PALETTE = False
+    TITLE = "armdrive"
+    ABSENT_S = 1.0
+    CSS = CSS
+    BINDINGS: ClassVar[list[BindingType]] = [
+        *bindings("watch"),
+        *(each for each in bindings("") if getattr(each, "id", "") in COMMON),
+    ]
+
+    def __init__(
+        self,
+        name: str,
+        model: ArmModel,
+        holder: Holder,
+        *,
+        braille: bool,
+        keys: Keyboard = DEFAULT_KEYS,
+        look: str = "",
+    ) -> None:
+        super().__init__()
+        self.arm_name = name
+        self.model = model
+        self.braille = braille
+        self.keys = Keyboard(tuple(row for row in keys.rows if row.place or row.id in COMMON))
+        self.view: Mapping[str, Any] = {}
+        self.ended = ""
+        self.message = "watching: nothing here moves the arm, and leaving does not stop it"
+        self.look_name = look
+        self._holder = holder
+
+    def get_default_screen(self) -> Screen[None]:
+        """Return the one screen."""
+        return WatchScreen()
+
+    def on_mount(self) -> None:
+        """Begin to hear, and to show what was heard."""
+        self.look_name = put_on(self, self.look_name)
+        self.set_keymap(self.keys.keymap())
+        threading.Thread(target=self._hear, name="armdrive-watch", daemon=True).start()
+        self.set_interval(POLL_S, self.poll)
+        self.call_after_refresh(self.poll)
+
+    def _hear(self) -> None:
+        try:
+            for view in self._holder.views():
+                if "state" not in view:
+                    self.ended = str(view.get("error", "it does not let itself be watched"))
+                    return
+                self.view = view
+            self.ended = GIVEN_BACK
+        except ArmError as error:
+            self.ended = str(error)
+
+    def poll(self) -> None:
+        """Show the latest view."""
+        self.alive()
+        if self.is_running and self.screen_stack and isinstance(self.screen, WatchScreen):
+            self.screen.show(self.view, self.ended, self.message)
+
+    def say(self, message: str) -> None:
+        """Say something."""
+        self.message = message
+        self.poll()
+
+    def get_system_commands(self, screen: Screen[object]) -> Iterable[SystemCommand]:
+        """Offer nothing of the framework's own."""
+        del screen
+        return ()
+
+    # -- what may be asked --------------------------------------------------------------------
+
+    def first_keys(self) -> Mapping[str, Callable[[], None]]:
+        """Return what no widget may keep for itself: the stop."""
+        return dict.fromkeys(self.keys.of(STOP), self.action_stop_arm)
+
+    def action_stop_arm(self) -> None:
+        """Ask for a stop, which is legal at any time."""
+        self.say("asking for a STOP ...")
+        self._ask("stop", "the arm was told to stop")
+
+    def action_ask(self, request: str) -> None:
+        """Ask for a pause, or its end."""
+        self._ask(request, f"asked to {request}")
+
+    def action_tempo(self, steps: int) -> None:
+        """Ask for a slower tempo, or a less slow one."""
+        wanted = tempo(percent(self.view), steps)
+        self._ask("slow", f"asked to go at {wanted} % of the speed", percent=wanted)
+
+    def action_next_look(self) -> None:
+        """Put on the next colours."""
+        self.look_name = put_on(self, look_after(self.look_name).name)
+        self.say(f"look: {self.look_name}")
+
+    def action_leave(self) -> None:
+        """Stop watching, and nothing else."""
+        self.exit(0)
+
+    def _ask(self, request: str, done: str, **words: object) -> None:
+        work = partial(self._asked, request, done, words)
+        self.run_worker(work, thread=True, exit_on_error=False)
+
+    def _asked(self, request: str, done: str, words: Mapping[str, object]) -> None:
+        try:
+            answer = self._holder.ask(request, **words)
+            said = str(answer["error"]) if "error" in answer else done
+        except ArmError as error:
+            said = f"{request.upper()} WAS NOT HEARD: {error}. Use the arm's own switch"
+        self.call_from_thread(self.say, said)
+
+
+def run_watch(
+    name: str, model: ArmModel, *, ascii_only: bool = False, keys: Keyboard | None = None
+) -> int:
+    """Show an arm that another program drives, until somebody leaves; return the exit code.
+
+    Nothing here moves the arm, and leaving does not stop it.
+    """
+    if keys is None:
+        keys = load_keys(None)
+    braille = not ascii_only and can_braille(sys.stdout.encoding, os.environ)
+    look = recall(memory_file()).look
+    app = Watching(name, model, HeldArm(name), braille=braille, keys=keys, look=look)
+    app.run_or_raise()
+    return app.return_code or 0

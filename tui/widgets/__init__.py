@@ -1,1 +1,0 @@
-"""Small widgets that repaint only what has changed."""
