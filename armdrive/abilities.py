@@ -147,10 +147,6 @@ class Abort(Enum):
     RAMP = "the device ramps down when asked"
 
 
-OUTPUTS = 8
-"""Outputs are numbered from 1 to this."""
-
-
 class Switching(Enum):
     """What the host can do to the motor current."""
 

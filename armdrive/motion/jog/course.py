@@ -1,9 +1,9 @@
 """The course of a held jog: an operator's wish and the clock in, the next leg out. Moves nothing.
 
-A leg is as long as one burst or one queued segment. Its speed comes from a ramp and from what
-joints and motors can do there (rates.py: the jog slows near a singularity), and from the way that
-is left to the next bound (bounds.py), so that the arm could always stop before it. Where no step
-is left, the course has ended and says why.
+A leg is as long as one burst or one queued segment. Its speed comes from a ramp, from what joints
+and motors can do there (rates.py: the jog slows near a singularity), and from the way that is left
+to the next bound (bounds.py), so that the arm could always stop before it. Where no step is left,
+the course has ended and says why.
 """
 
 from __future__ import annotations
