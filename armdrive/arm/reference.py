@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, cast
 
 from armdrive.arm.jogging import Jogging
 from armdrive.arm.moving import Moving
@@ -20,9 +19,6 @@ from armdrive.status import Evidence, State, Trust
 from armdrive.storage.verifications import last_entry, write_down
 from kinematics import Joints, Pose
 from kinematics.errors import finite
-
-if TYPE_CHECKING:
-    from armdrive.arm import Arm
 
 Told = Callable[[tuple[str, ...]], None]
 
@@ -140,7 +136,7 @@ class Referencing(Moving, Jogging):
             )
             raise Refused(f"no reference posture is known of the {self.config.title}: {way}")
         joints = self.model.arm.ik(reference.pose)
-        return PostureRequest(cast("Arm", self), reference.pose, joints, reference.opening_mm)
+        return PostureRequest(self, reference.pose, joints, reference.opening_mm)
 
     def _vouch(self, joints: Joints, opening_mm: float, evidence: Evidence) -> None:
         there = Coordinates(joints, opening_mm)
