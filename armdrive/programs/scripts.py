@@ -16,10 +16,13 @@ import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from types import FrameType
+from typing import Any, cast
 
+from armdrive.arm import Arm
+from armdrive.config.arm import ArmConfig
 from armdrive.connect.port import standing_in
-from armdrive.connect.target import SIM, connect_simulated, find
+from armdrive.connect.target import SIM, connect, connect_simulated, find
 from armdrive.errors import BadRequest
 from armdrive.programs.acts import Mark
 from armdrive.programs.rehearsal import (
@@ -34,20 +37,13 @@ from armdrive.programs.rehearsal import (
     rehearsing_arm,
 )
 from armdrive.programs.running import Took
+from armdrive.sim.world.scene import Scene
+from armdrive.sim.world.table import Incident
+from armdrive.tasks import Witness
 from armdrive.text.printable import printable_lines
 from armdrive.text.reading import read_bytes
 from armdrive.trace import calls as recorded
-
-if TYPE_CHECKING:
-    from types import FrameType
-
-    from armdrive.arm import Arm
-    from armdrive.config.arm import ArmConfig
-    from armdrive.sim.world.scene import Scene
-    from armdrive.sim.world.table import Incident
-    from armdrive.tasks import Witness
-    from kinematics.geometry import Point
-
+from kinematics.geometry import Point
 
 # The calls that a script makes of its arms, and the line of the script that made each.
 #
@@ -162,8 +158,6 @@ class Connections:
 
 def as_it_says(target: str, options: Mapping[str, Any]) -> Arm:
     """Connect to an arm that a script names, outside of any standing in."""
-    from armdrive.connect.target import connect
-
     with standing_in(lambda *_: None):
         return connect(target, **options)
 
