@@ -16,41 +16,45 @@ Every action prints JSON with --json.
 from __future__ import annotations
 
 import argparse
-import importlib
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import cast
 
+from armdrive.cli import (
+    config_check,
+    config_default,
+    config_limits,
+    config_list,
+    config_new,
+    config_show,
+    config_signs,
+)
 from armdrive.cli.running import Command
 
-ACTIONS: Mapping[str, tuple[str, str]] = MappingProxyType(
+ACTIONS: Mapping[str, tuple[Command, str]] = MappingProxyType(
     {
-        "new": ("config_new", "ask questions and write an arm file"),
-        "signs": ("config_signs", "turn each motor a little to find which way it counts"),
-        "limits": ("config_limits", "press each limit switch, and see that it raises an alarm"),
-        "list": ("config_list", "list the arm files"),
-        "show": ("config_show", "show an arm as armdrive understands its file"),
-        "check": ("config_check", "say everything that is wrong with an arm file"),
-        "set-default": ("config_default", "choose the arm that is used where none is named"),
+        "new": (config_new, "ask questions and write an arm file"),
+        "signs": (config_signs, "turn each motor a little to find which way it counts"),
+        "limits": (config_limits, "press each limit switch, and see that it raises an alarm"),
+        "list": (config_list, "list the arm files"),
+        "show": (config_show, "show an arm as armdrive understands its file"),
+        "check": (config_check, "say everything that is wrong with an arm file"),
+        "set-default": (config_default, "choose the arm that is used where none is named"),
     }
 )
-"""Every action: the file that does it, and its line of help."""
+"""Every action: the module that does it, and its line of help."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the actions, each with its own options."""
     actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION")
-    for name, (_, help_line) in ACTIONS.items():
+    for name, (command, help_line) in ACTIONS.items():
         sub = actions.add_parser(
             name, help=help_line, description=help_line[0].upper() + help_line[1:] + "."
         )
-        _module(name).add_arguments(sub)
+        command.add_arguments(sub)
 
 
 def run(options: argparse.Namespace) -> int:
     """Do what was asked."""
-    return _module(options.action).run(options)
-
-
-def _module(action: str) -> Command:
-    return cast(Command, importlib.import_module(f"armdrive.cli.{ACTIONS[action][0]}"))
+    command, _ = ACTIONS[options.action]
+    return command.run(options)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import argparse
 
-from armdrive.cli.choosing import add_json_option
 from armdrive.cli.config_files import arm_paths, read
+from armdrive.cli.options import add_json_option
 from armdrive.cli.output import emit, say
 from armdrive.config.arm import load_arm_file
+from armdrive.config.check import problems_of, remarks_on
 from armdrive.errors import ArmFileError
+from armdrive.setup.limits import limit_remarks
 
 WRONG = 2
 
@@ -29,9 +31,6 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _check(name: str, json: bool) -> bool:
-    from armdrive.config.check import problems_of, remarks_on
-    from armdrive.setup.limits import limit_remarks
-
     remarks: list[str] = []
     try:
         arm = read(name)

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import argparse
 
-from armdrive.cli.choosing import add_json_option, default_arm
+from armdrive.cli.chosen_arm import default_arm
 from armdrive.cli.config_files import choose_default, path_of
+from armdrive.cli.options import add_json_option
 from armdrive.cli.output import emit, say
+from armdrive.config.arm import load_arm_file
+from armdrive.connect.target import SIM, find
 from armdrive.errors import BadRequest
 
 
@@ -36,13 +39,10 @@ def run(options: argparse.Namespace) -> int:
 
 def _check(name: str) -> None:
     """Raise for what is no usable arm."""
-    from armdrive.connect.target import SIM, find
-
     if name.startswith(SIM):
         find(name)
         return
     if name.endswith(".toml"):
         raise BadRequest(f"the name of an arm file, not its path: {name!r}")
-    from armdrive.config.arm import load_arm_file
 
     load_arm_file(path_of(name))

@@ -9,14 +9,16 @@ from __future__ import annotations
 
 import argparse
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING
 
-from armdrive.cli.choosing import add_json_option
+from armdrive.arm import Arm
 from armdrive.cli.config_asking import agree, ask_value
 from armdrive.cli.config_files import read
 from armdrive.cli.config_signs import connected
+from armdrive.cli.options import add_json_option
 from armdrive.cli.output import emit, say
+from armdrive.config.arm import load_arm_file
 from armdrive.dialog import Question, choice
+from armdrive.setup.filing import Proposal
 from armdrive.setup.limits import (
     Saw,
     WiredSwitch,
@@ -29,10 +31,6 @@ from armdrive.setup.limits import (
     switches_of,
 )
 from armdrive.sim.device import HasSwitches, SwitchState
-
-if TYPE_CHECKING:
-    from armdrive.arm import Arm
-    from armdrive.setup.filing import Proposal
 
 PERSON = "press the switches of a real arm"
 PRESSED, NONE, RELEASED = "pressed", "none", "released"
@@ -54,8 +52,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Look at each switch, and write down the day on which all work."""
-    from armdrive.config.arm import load_arm_file
-
     path = read(options.name).path
     config = load_arm_file(path)
     switches = switches_of(config)

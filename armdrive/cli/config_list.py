@@ -6,9 +6,11 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from armdrive.cli.choosing import add_json_option, default_arm
+from armdrive.cli.chosen_arm import default_arm
 from armdrive.cli.config_files import arm_paths
+from armdrive.cli.options import add_json_option
 from armdrive.cli.output import emit, say
+from armdrive.config.arm import load_arm_file
 from armdrive.errors import ArmFileError
 from armdrive.storage import files as places
 
@@ -44,8 +46,6 @@ _COLUMNS = ("name", "model", "dialect")
 
 
 def _row(path: Path, default: str) -> dict[str, Any]:
-    from armdrive.config.arm import load_arm_file
-
     row = {"name": path.stem, "default": path.stem == default, "error": ""}
     try:
         config = load_arm_file(path)

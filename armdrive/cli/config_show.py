@@ -5,19 +5,20 @@ from __future__ import annotations
 import argparse
 import math
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from armdrive.cli.choosing import add_json_option
+from armdrive.abilities import Budget
 from armdrive.cli.config_files import ArmText, read
+from armdrive.cli.options import add_json_option
 from armdrive.cli.output import emit, say, say_lines
-from armdrive.config.arm import parse_arm_file
+from armdrive.config.arm import ArmConfig, parse_arm_file
+from armdrive.config.write import complete
 from armdrive.errors import ArmFileError
+from armdrive.registry import dialect
+from armdrive.runtime.stop_bounds import stop_bound
+from armdrive.setup.questions.arm import LENGTHS
 from armdrive.status import pose_view
-from kinematics import KinematicsError
-
-if TYPE_CHECKING:
-    from armdrive.config.arm import ArmConfig
-    from kinematics import MotorSpec, Transmission
+from kinematics import ArmPreset, KinematicsError, MotorSpec, Transmission
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -32,8 +33,6 @@ def run(options: argparse.Namespace) -> int:
     arm = read(options.name)
     config = _config(arm)
     if options.toml:
-        from armdrive.config.write import complete
-
         text = complete(config, arm.table)
         emit({"toml": text}) if options.json else say_lines(text.rstrip("\n"))
         return 0
@@ -88,9 +87,6 @@ def arm_view(config: ArmConfig) -> dict[str, Any]:
 
 
 def _lengths(config: ArmConfig) -> dict[str, Any]:
-    from armdrive.setup.questions.arm import LENGTHS
-    from kinematics import ArmPreset
-
     if not isinstance(config.bare, ArmPreset):
         return {}
     return {"lengths": {key: getattr(config.bare.arm, key) for key in LENGTHS}}
@@ -117,9 +113,6 @@ def _motor(motor: MotorSpec, seen: list[str], transmission: Transmission) -> dic
 
 def _wire(config: ArmConfig) -> dict[str, float]:
     """Return what a piece of motion costs on this wire, and what share of the time is left."""
-    from armdrive.abilities import Budget
-    from armdrive.registry import dialect
-
     able, baud = dialect(config.connection.dialect).abilities, config.connection.baud
     lengths = Budget(config.motion.jog_burst_s, config.motion.planned_burst_s)
     share = lengths.moving_share(able.traffic, baud, able.queued_segments)
@@ -131,9 +124,6 @@ def _wire(config: ArmConfig) -> dict[str, float]:
 
 def _stopping(config: ArmConfig) -> dict[str, dict[str, float]]:
     """Return the announced bounds while jogging and while moving as planned, arm stretched out."""
-    from armdrive.registry import dialect
-    from armdrive.runtime.stop_bounds import stop_bound
-
     controller = dialect(config.connection.dialect).controller(config)
     found = {}
     motion = config.motion

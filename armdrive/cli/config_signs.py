@@ -9,9 +9,9 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from armdrive.cli.choosing import add_json_option
 from armdrive.cli.config_asking import agree, ask_value
 from armdrive.cli.config_files import ArmText, read
+from armdrive.cli.options import add_json_option
 from armdrive.cli.output import emit, say
 from armdrive.dialog import Question, choice
 from armdrive.errors import DeviceFault, OperatorNeeded

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import os
 import sys
-from typing import TYPE_CHECKING
 
+from armdrive.arm import Arm
 from armdrive.cli.output import put, say
+from armdrive.dialog import PostureRequest
 from armdrive.errors import OperatorNeeded
 from armdrive.render.canvas import can_braille
 from armdrive.render.side_view import ArmScene, side_view
 from armdrive.status import Trust
-
-if TYPE_CHECKING:
-    from armdrive.arm import Arm
-    from armdrive.dialog import PostureRequest
-    from kinematics import Joints
+from kinematics import Joints
 
 WIDTH, HEIGHT = 60, 16
 

@@ -9,26 +9,21 @@ put the blocks down yourself, and look yourself where they end.
 from __future__ import annotations
 
 import argparse
+import shutil
 import sys
 import time
-from typing import TYPE_CHECKING
 
-from armdrive.cli.choosing import (
-    DEFAULT_SIM,
-    add_allow_restored,
-    add_arm_options,
-    chosen_target,
-    default_arm,
-)
-from armdrive.cli.numbers import positive
+from armdrive.arm import Arm
+from armdrive.cli.arm_options import add_allow_restored, add_arm_options
+from armdrive.cli.chosen_arm import DEFAULT_SIM, chosen_target, default_arm
+from armdrive.cli.demo_real import run_on_real_arm
+from armdrive.cli.options import positive
 from armdrive.cli.output import emit, say
+from armdrive.cli.showing import show
+from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import BadRequest
-from armdrive.programs.demo import JOBS, blocks_of, misplaced, perform
-
-if TYPE_CHECKING:
-    from armdrive.arm import Arm
-    from armdrive.programs.demo import Carried
-    from armdrive.sim.simulated_arm import Twin
+from armdrive.programs.demo import JOBS, Carried, blocks_of, misplaced, perform
+from armdrive.sim.simulated_arm import Twin, make_twin
 
 SPEED = 8.0
 DIALECT = "teachmover"
@@ -56,8 +51,6 @@ def run(options: argparse.Namespace) -> int:
     if options.arm or options.port or options.sim:
         target = chosen_target(options)
         if not target.simulated:
-            from armdrive.cli.demo_real import run_on_real_arm
-
             return run_on_real_arm(options)
         if target.config.connection.dialect != DIALECT:
             raise BadRequest(
@@ -68,16 +61,11 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _run_simulated(options: argparse.Namespace) -> int:
-    from armdrive.connect.target import simulated_config
-    from armdrive.sim.simulated_arm import make_twin
-
     config = simulated_config(DIALECT)
     twin = make_twin(config, blocks=blocks_of(JOBS))
     drawn = sys.stdout.isatty() and not (options.plain or options.json)
     began_s = time.monotonic()
     if drawn:
-        from armdrive.cli.showing import show
-
         carried, simulated_s = show(config, twin, pace=options.pace, braille=not options.ascii)
     else:
         carried, simulated_s = _perform_plainly(twin, config, as_json=options.json)
@@ -90,8 +78,6 @@ def _run_simulated(options: argparse.Namespace) -> int:
 
 
 def _perform_plainly(twin: Twin, config: object, *, as_json: bool) -> tuple[list[Carried], float]:
-    from armdrive.connect.target import connect_simulated
-
     arm: Arm
     with connect_simulated(config, twin=twin) as arm:  # type: ignore[arg-type]
         tell = (lambda text: emit({"step": text})) if as_json else say
@@ -143,8 +129,6 @@ def _simulated() -> str:
 
 def _program() -> str:
     """Return how this program was called, so that the next commands work verbatim."""
-    import shutil
-
     called = sys.argv[0]
     if called.endswith("__main__.py"):
         return f"{sys.executable} -m armdrive"

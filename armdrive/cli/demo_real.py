@@ -4,16 +4,12 @@ from __future__ import annotations
 
 import argparse
 import sys
-from typing import TYPE_CHECKING
 
-from armdrive.cli.choosing import connect_chosen
+from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.confirming import agreed, ask_operator, settle_trust
 from armdrive.cli.output import say, say_which
 from armdrive.errors import OperatorNeeded
-from armdrive.programs.demo import JOBS, perform
-
-if TYPE_CHECKING:
-    from armdrive.programs.demo import Job
+from armdrive.programs.demo import JOBS, Job, perform
 
 
 def run_on_real_arm(options: argparse.Namespace) -> int:

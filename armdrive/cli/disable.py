@@ -11,17 +11,15 @@ from __future__ import annotations
 import argparse
 import contextlib
 import sys
-from typing import TYPE_CHECKING
 
-from armdrive.cli.choosing import add_allow_restored, add_arm_options, connect_chosen
+from armdrive.arm import Arm
+from armdrive.cli.arm_options import add_allow_restored, add_arm_options
+from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.confirming import agreed, settle_trust
 from armdrive.cli.output import emit, say, say_which
 from armdrive.errors import NotReferenced, OperatorNeeded
 from armdrive.registry import dialect
 from armdrive.status import State, status_view
-
-if TYPE_CHECKING:
-    from armdrive.arm import Arm
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -23,9 +23,8 @@ import sys
 from contextlib import closing
 from typing import TYPE_CHECKING
 
-from armdrive.cli.choosing import add_json_option
 from armdrive.cli.doctor_report import Report
-from armdrive.cli.numbers import count
+from armdrive.cli.options import add_json_option, count
 from armdrive.cli.output import say
 from armdrive.errors import ArmError, BadRequest, OperatorNeeded, PortUnavailable
 from armdrive.registry import DIALECTS

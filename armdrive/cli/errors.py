@@ -8,7 +8,7 @@ from __future__ import annotations
 import argparse
 from dataclasses import asdict
 
-from armdrive.cli.choosing import add_json_option
+from armdrive.cli.options import add_json_option
 from armdrive.cli.output import emit, put, say
 from armdrive.errors.printing import in_full, listing, page
 from armdrive.errors.table import ENTRIES, Entry, by_code, found

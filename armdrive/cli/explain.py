@@ -17,20 +17,31 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
-from armdrive.cli.choosing import add_json_option
-from armdrive.cli.numbers import number
+from armdrive.cli.explain_accuracy import explain_accuracy
+from armdrive.cli.explain_efficiency import explain_efficiency
+from armdrive.cli.explain_view import example_view, symbolic_view
+from armdrive.cli.options import add_json_option, number
 from armdrive.cli.output import emit, say, say_lines
 from armdrive.cli.units import coordinates_text, given_goal, given_joints
 from armdrive.config.link_model import is_model_file, read_model
 from armdrive.errors import BadRequest, Refused
 from kinematics import PRESETS, preset
+from kinematics.chains.urdf import urdf_of_chain
 from kinematics.errors import OutOfReach, UnknownSystem
 from kinematics.textbook.systems import SYSTEMS, MiniMover, System, system
-
-if TYPE_CHECKING:
-    from kinematics.textbook.worked_example import Section, SymbolicExample, WorkedExample
+from kinematics.textbook.worked_example import (
+    FRAME_COORDINATES,
+    Section,
+    SymbolicExample,
+    WorkedExample,
+    sections,
+    symbolic_chain_example,
+    symbolic_sections,
+    symbolic_system_example,
+    work_chain,
+    work_system,
+)
 
 EFFICIENCY = "efficiency"
 ACCURACY = "accuracy"
@@ -60,13 +71,9 @@ def run(options: argparse.Namespace) -> int:
         _list(as_json=options.json)
         return 0
     if options.system == EFFICIENCY:
-        from armdrive.cli.explain_efficiency import explain_efficiency
-
         explain_efficiency(options.joints, as_json=options.json)
         return 0
     if options.system == ACCURACY:
-        from armdrive.cli.explain_accuracy import explain_accuracy
-
         explain_accuracy(options.joints, as_json=options.json)
         return 0
     if options.urdf:
@@ -82,20 +89,14 @@ def run(options: argparse.Namespace) -> int:
         return 0
     example = _example(options.system, joints or None, options.goal)
     if options.json:
-        from armdrive.cli.explain_view import example_view
-
         emit(example_view(example))
     else:
-        from kinematics.textbook.worked_example import sections
-
         _say_heading(example.title or example.name, example.source)
         _say_sections(sections(example))
     return 0
 
 
 def _say_urdf(word: str) -> None:
-    from kinematics.chains.urdf import urdf_of_chain
-
     chain = read_model(word).chain if is_model_file(word) else _system(word).chain()
     name = word if not is_model_file(word) else ""
     say_lines(urdf_of_chain(chain, name=name).rstrip())
@@ -133,8 +134,6 @@ def _list(*, as_json: bool) -> None:
 def _example(
     word: str, joints: Sequence[float] | None, goal: Sequence[float] | None
 ) -> WorkedExample:
-    from kinematics.textbook.worked_example import FRAME_COORDINATES, work_chain, work_system
-
     if is_model_file(word):
         model = read_model(word)
         chain = model.chain
@@ -178,12 +177,6 @@ def _title(word: str, named: System) -> str:
 
 
 def _say_symbolic(options: argparse.Namespace) -> None:
-    from kinematics.textbook.worked_example import (
-        symbolic_chain_example,
-        symbolic_sections,
-        symbolic_system_example,
-    )
-
     if is_model_file(options.system):
         model = read_model(options.system)
         title, source = model.title, model.source
@@ -193,8 +186,6 @@ def _say_symbolic(options: argparse.Namespace) -> None:
         title, source = _title(options.system, named), named.source
         example = symbolic_system_example(named)
     if options.json:
-        from armdrive.cli.explain_view import symbolic_view
-
         emit({"title": title, "source": source, **symbolic_view(example, latex=options.latex)})
         return
     if options.latex:

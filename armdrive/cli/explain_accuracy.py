@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import asdict
 
-from armdrive.cli.numbers import number
+from armdrive.cli.options import number
 from armdrive.cli.output import emit, say, say_lines
 from armdrive.errors import BadRequest, Refused
 from kinematics import ArmPreset, Joints, preset

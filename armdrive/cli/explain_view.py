@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from armdrive.cli.ik_by_numbers import solution_view
 from armdrive.cli.units import shown, shown_joints
 from kinematics.chains.tables import rows_of
-from kinematics.frames.transforms import IN_PLACE, position_of
+from kinematics.frames.transforms import IN_PLACE, Transform, position_of
 from kinematics.textbook.notation import Latex, Text
 from kinematics.textbook.symbols import as_symbol
-from kinematics.textbook.worked_example import violation_text
-
-if TYPE_CHECKING:
-    from kinematics.frames.transforms import Transform
-    from kinematics.textbook.worked_example import SymbolicExample, WorkedBranch, WorkedExample
+from kinematics.textbook.worked_example import (
+    SymbolicExample,
+    WorkedBranch,
+    WorkedExample,
+    violation_text,
+)
 
 
 def example_view(example: WorkedExample) -> dict[str, Any]:

@@ -12,15 +12,16 @@ import argparse
 import math
 from collections.abc import Sequence
 
-from armdrive.cli.choosing import add_json_option
 from armdrive.cli.models import MODEL_HELP, find_model
-from armdrive.cli.numbers import number
+from armdrive.cli.options import add_json_option, number
 from armdrive.cli.output import emit, say
 from armdrive.cli.units import given_joints, shown_joints
 from armdrive.config.link_model import Model
 from armdrive.errors import BadRequest
 from armdrive.status import joints_view, pose_view, violation_text
 from kinematics import JOINT_NAMES, PRESETS, ArmPreset, Joints, preset
+from kinematics.textbook import worked_example as worked_text
+from kinematics.textbook.worked_example import FRAME_COORDINATES, frame_coordinates
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -72,9 +73,6 @@ def _of_preset(model: ArmPreset, typed: Sequence[float], *, as_json: bool) -> No
 
 
 def _of_chain(model: Model, typed: Sequence[float], *, as_json: bool) -> None:
-    from kinematics.textbook import worked_example as worked_text
-    from kinematics.textbook.worked_example import FRAME_COORDINATES, frame_coordinates
-
     values = given_joints(model.chain, typed)
     frame = model.chain.fk(values)
     x, y, z, *angles = frame_coordinates(frame)

@@ -8,20 +8,17 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
+from armdrive.arm import Arm
 from armdrive.cli.confirming import scene_of
 from armdrive.cli.output import put, say
+from armdrive.dialog import PostureRequest
 from armdrive.errors import ArmError, BadRequest
 from armdrive.moves import BASE_FRAME, GRIPPER_AXIS
 from armdrive.render.canvas import can_braille
 from armdrive.render.side_view import side_view, top_view
 from armdrive.status import Trust
 from kinematics import KinematicsError
-
-if TYPE_CHECKING:
-    from armdrive.arm import Arm
-    from armdrive.dialog import PostureRequest
 
 PICTURE_WIDTH, PICTURE_HEIGHT = 46, 14
 MOST_DEG = MOST_MM = 20.0

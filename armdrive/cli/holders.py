@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
 
-from armdrive.cli.choosing import chosen_target
 from armdrive.cli.output import emit, say
 from armdrive.errors import ArmError
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
+from armdrive.storage.lock_client import ask_holder, held_arms
 
 
 def chosen_holders(options: argparse.Namespace) -> list[str]:
     """Return the arm that the options name; without a name, all that are held."""
-    from armdrive.storage.lock_client import held_arms
+    if not (options.arm or options.sim or options.port):
+        return held_arms()
+    # loads all that drives an arm, which a stop of every arm has no time for
+    from armdrive.cli.chosen_arm import chosen_target
 
-    if options.arm or options.sim or options.port:
-        return [chosen_target(options).config.name]
-    return held_arms()
+    return [chosen_target(options).config.name]
 
 
 def one_holder(options: argparse.Namespace) -> str:
@@ -34,8 +32,6 @@ def one_holder(options: argparse.Namespace) -> str:
 
 def ask(name: str, request: str, **words: object) -> Mapping[str, object]:
     """Ask a holder. Raises `ArmError` where there is none, or where it says no."""
-    from armdrive.storage.lock_client import ask_holder
-
     answer = ask_holder(name, request, **words)
     if "error" in answer and "state" not in answer:
         raise ArmError(str(answer["error"]))

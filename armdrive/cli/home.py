@@ -17,21 +17,20 @@ import argparse
 import contextlib
 import math
 import sys
-from typing import TYPE_CHECKING
 
-from armdrive.cli.choosing import add_arm_options, connect_chosen
+import tui
+from armdrive.arm import Arm
+from armdrive.cli.arm_options import add_arm_options
+from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.confirming import agreed
 from armdrive.cli.guiding import Guide
-from armdrive.cli.numbers import number
+from armdrive.cli.options import number
 from armdrive.cli.output import emit, say, say_which
 from armdrive.cli.reporting import Reporter
 from armdrive.errors import BadRequest, OperatorNeeded
 from armdrive.moves import GRIPPER_AXIS
 from armdrive.status import State, status_view
 from kinematics import Joints
-
-if TYPE_CHECKING:
-    from armdrive.arm import Arm
 
 PARK = "park"
 WAY_CLEAR = "Is its way clear, and a hand at its switch? Type yes: "
@@ -127,9 +126,7 @@ def _guided(arm: Arm) -> None:
 
 
 def _in_the_desk(arm: Arm) -> None:
-    from tui import run_desk
-
-    run_desk(arm, ascii_only=False)
+    tui.run_desk(arm, ascii_only=False)
     arm.stand_still()
 
 

@@ -11,10 +11,9 @@ from __future__ import annotations
 
 import argparse
 
-from armdrive.cli.choosing import add_json_option
 from armdrive.cli.ik_by_numbers import solve_by_numbers
 from armdrive.cli.models import MODEL_HELP, find_model
-from armdrive.cli.numbers import number
+from armdrive.cli.options import add_json_option, number
 from armdrive.cli.output import emit, say
 from armdrive.errors import BadRequest
 from armdrive.status import joints_view, pose_view, violation_text

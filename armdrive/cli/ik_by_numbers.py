@@ -5,18 +5,24 @@ from __future__ import annotations
 import argparse
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from armdrive.cli.output import emit, say
 from armdrive.cli.units import shown_joints
+from armdrive.config.link_model import Model
 from armdrive.errors import Refused
+from kinematics.chains.chain import Chain
+from kinematics.chains.goals import Goal, Part
+from kinematics.chains.inverse import Solution, solve_goal, solve_pose_ik
+from kinematics.chains.task import Task, goal_of
+from kinematics.frames.transforms import position_of
 from kinematics.spaces import Pose
-
-if TYPE_CHECKING:
-    from armdrive.config.link_model import Model
-    from kinematics.chains.chain import Chain
-    from kinematics.chains.goals import Goal
-    from kinematics.chains.inverse import Solution
+from kinematics.textbook.worked_example import (
+    FRAME_COORDINATES,
+    coordinates_text,
+    frame_coordinates,
+    joints_text,
+)
 
 
 def solve_by_numbers(model: Model, options: argparse.Namespace) -> int:
@@ -26,8 +32,6 @@ def solve_by_numbers(model: Model, options: argparse.Namespace) -> int:
 
     Raises `Refused` where it is not met, after printing the posture that comes nearest.
     """
-    from kinematics.chains.inverse import solve_goal, solve_pose_ik
-
     pose = Pose.of(
         x_mm=options.x,
         y_mm=options.y,
@@ -52,10 +56,6 @@ def solve_by_numbers(model: Model, options: argparse.Namespace) -> int:
 
 def _headed(chain: Chain, pose: Pose, yaw_deg: float, pitch_free: bool, roll_free: bool) -> Goal:
     """Return the goal of a hand that points in a direction of its own."""
-    from kinematics.chains.goals import Part
-    from kinematics.chains.task import Task, goal_of
-    from kinematics.frames.transforms import position_of
-
     headed = replace(pose, yaw_rad=math.radians(yaw_deg))
     goal = goal_of(headed, Task.WHOLE, position_of(chain.base))
     free = {Part.PITCH} if pitch_free else set()
@@ -79,13 +79,6 @@ def solution_view(chain: Chain, solution: Solution) -> dict[str, Any]:
 
 
 def _say(model: Model, solution: Solution) -> None:
-    from kinematics.textbook.worked_example import (
-        FRAME_COORDINATES,
-        coordinates_text,
-        frame_coordinates,
-        joints_text,
-    )
-
     say(f"{model.title}, solved by numbers")
     say(f"{'joints' if solution.ok else 'nearest'}: {joints_text(model.chain, solution.joints)}")
     say(f"tip {coordinates_text(FRAME_COORDINATES, frame_coordinates(solution.frame))}")

@@ -8,29 +8,24 @@ With --model a named system of the lecture notes, or a link table, is jogged wit
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING
+from pathlib import Path
 
-from armdrive.cli.choosing import (
-    DEFAULT_SIM,
-    add_arm_options,
-    chosen_target,
-    connect_chosen,
-    default_arm,
-)
+import tui
+from armdrive.cli.arm_options import add_arm_options
+from armdrive.cli.chosen_arm import DEFAULT_SIM, chosen_target, connect_chosen, default_arm
 from armdrive.cli.config_files import arm_paths
 from armdrive.cli.confirming import agreed, confirm_simulated
-from armdrive.cli.numbers import count
+from armdrive.cli.jog_web import jog_web
+from armdrive.cli.options import count
 from armdrive.cli.output import emit, say
 from armdrive.cli.screens import require_screen
+from armdrive.cli.watch import watch_on_screen
 from armdrive.errors import ArmInUse
 from armdrive.status import State, coded
 from armdrive.storage import files as places
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from tui import DeskEnd
-    from tui.keyboard import Keyboard
+from tui.keyboard import Keyboard, as_rows, as_text
+from tui.pad_evdev import check_gamepads
+from tui.remap import load_keys
 
 WEB_PORT = 8765
 """Where a browser finds the desk, unless another port is named."""
@@ -84,14 +79,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Open the desk."""
-    from tui.remap import load_keys
-
     keys = load_keys(options.keys)  # what is wrong with it is said before anything is opened
     if options.show_keys:
         return _show_keys(keys, json=options.json)
     if options.web:
-        from armdrive.cli.jog_web import jog_web
-
         return jog_web(options)
     if options.model is not None:
         from armdrive.cli.jog_model import jog_model
@@ -100,8 +91,6 @@ def run(options: argparse.Namespace) -> int:
     if not options.served:
         require_screen("jogging", "`armdrive shell` and `armdrive move` need none")
     if options.gamepad is not None:
-        from tui.pad_evdev import check_gamepads
-
         check_gamepads()
     end = _desk(options, keys, "setup" if options.setup else "", _hint(options, keys))
     while end.opens is not None:  # an arm file that was written there
@@ -111,18 +100,16 @@ def run(options: argparse.Namespace) -> int:
     return end.code
 
 
-def _desk(options: argparse.Namespace, keys: Keyboard, first: str, hint: str) -> DeskEnd:
+def _desk(options: argparse.Namespace, keys: Keyboard, first: str, hint: str) -> tui.DeskEnd:
     """Connect the arm, and show its desk until that is left."""
-    from tui import DeskEnd, run_desk
-
     # in real time also the simulated twin of a port's arm
     try:
         arm = connect_chosen(options, pace="real", reconnect=options.reconnect)
     except ArmInUse as error:
-        return DeskEnd(_watch_instead(error, options))
+        return tui.DeskEnd(_watch_instead(error, options))
     with arm:
         confirm_simulated(arm)
-        end = run_desk(
+        end = tui.run_desk(
             arm,
             ascii_only=options.ascii,
             keys=keys,
@@ -158,8 +145,6 @@ def _hint(options: argparse.Namespace, keys: Keyboard) -> str:
 
 def _watch_instead(error: ArmInUse, options: argparse.Namespace) -> int:
     """Offer to watch an arm that another program drives. Raises the error where nobody wants to."""
-    from armdrive.cli.watch import watch_on_screen
-
     if options.served:
         raise error
     say(str(error))
@@ -169,8 +154,6 @@ def _watch_instead(error: ArmInUse, options: argparse.Namespace) -> int:
 
 
 def _show_keys(keys: Keyboard, *, json: bool) -> int:
-    from tui.keyboard import as_rows, as_text
-
     if json:
         emit({"keys": as_rows(keys)})
     else:

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import argparse
 
 from armdrive.cli.output import emit, say
 from armdrive.cli.screens import require_screen
 from armdrive.errors import BadRequest
 from kinematics.textbook.study import find_subject, subject_names
-
-if TYPE_CHECKING:
-    import argparse
-
-    from tui.keyboard import Keyboard
+from tui import model_desk
+from tui.keyboard import Keyboard
 
 
 def jog_model(options: argparse.Namespace, keys: Keyboard) -> int:
@@ -27,9 +24,7 @@ def jog_model(options: argparse.Namespace, keys: Keyboard) -> int:
     subject = find_subject(options.model)
     if not options.served:
         require_screen("jogging", "`armdrive explain` prints the same of one posture")
-    from tui.model_desk import run_model
-
-    return run_model(subject, ascii_only=options.ascii, keys=keys)
+    return model_desk.run_model(subject, ascii_only=options.ascii, keys=keys)
 
 
 def _list(*, as_json: bool) -> None:

@@ -17,7 +17,7 @@ from collections.abc import Iterator
 from importlib import import_module
 from typing import Any
 
-from armdrive.cli.choosing import chosen_target
+from armdrive.cli.chosen_arm import chosen_target
 from armdrive.cli.jog_door import HOST, PAGE, SOCKET, Door, Visit
 from armdrive.cli.jog_porch import Porch
 from armdrive.cli.output import say

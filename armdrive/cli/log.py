@@ -14,10 +14,12 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from armdrive.cli.choosing import add_json_option
+from armdrive.cli.options import add_json_option
 from armdrive.cli.output import emit, say
 from armdrive.errors import BadRequest
-from armdrive.trace.log import BETWEEN, Sieve, Topic
+from armdrive.trace.files import ENDING, read_recording, recordings
+from armdrive.trace.log import BETWEEN, Sieve, Topic, recorded
+from armdrive.trace.timeline import heading
 from kinematics.errors import suggestion
 
 
@@ -37,10 +39,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Read, sieve, print."""
-    from armdrive.trace.files import read_recording
-    from armdrive.trace.log import recorded
-    from armdrive.trace.timeline import heading
-
     sieve = Sieve(_topics(options.only), options.find)
     file = options.file or _newest()
     recording = read_recording(file)
@@ -65,8 +63,6 @@ def _topics(words: str | None) -> frozenset[Topic]:
 
 
 def _newest() -> Path:
-    from armdrive.trace.files import ENDING, recordings
-
     files = sorted(recordings().glob(f"*{ENDING}"), key=lambda path: path.stat().st_mtime_ns)
     if not files:
         raise BadRequest(

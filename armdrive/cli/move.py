@@ -16,20 +16,20 @@ from __future__ import annotations
 
 import argparse
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from armdrive.cli.choosing import add_allow_restored, add_arm_options, connect_chosen
+from armdrive.arm import Arm
+from armdrive.cli.arm_options import add_allow_restored, add_arm_options
+from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.confirming import settle_trust
-from armdrive.cli.numbers import fraction, number
+from armdrive.cli.options import fraction, number
 from armdrive.cli.output import emit, say, say_which
+from armdrive.cli.previewing import show_preview
 from armdrive.errors import BadRequest
+from armdrive.motion.preview import Preview
 from armdrive.motion.resolve import BASE, TOOL
 from armdrive.status import status_view
 from kinematics import JOINT_NAMES, Pose
-
-if TYPE_CHECKING:
-    from armdrive.arm import Arm
-    from armdrive.motion.preview import Preview
 
 COORDINATES = (
     ("x", "mm"), ("y", "mm"), ("z", "mm"), ("pitch", "deg"), ("roll", "deg"), ("yaw", "deg"),
@@ -82,8 +82,6 @@ def run(options: argparse.Namespace) -> int:
             say_which(arm.status)
         settle_trust(arm)
         if options.preview:
-            from armdrive.cli.previewing import show_preview
-
             return show_preview(_preview(arm, options), as_json=options.json)
         for moved in _moves(arm, options):
             if not options.json:

@@ -9,13 +9,11 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import Any, TextIO
 
 from armdrive.errors.actions import COMMAND_LINE, presented
+from armdrive.status import Status
 from armdrive.text.printable import encodable, printable, printable_lines
-
-if TYPE_CHECKING:
-    from armdrive.status import Status
 
 
 def say(text: str) -> None:

@@ -22,11 +22,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
-from armdrive.cli.choosing import (
-    add_allow_restored,
-    add_arm_options,
-    connect_chosen,
-)
+from armdrive.cli.arm_options import add_allow_restored, add_arm_options
+from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.confirming import agreed, settle_trust
 from armdrive.cli.output import emit, put_error, say, say_lines, say_which
 from armdrive.cli.pendant_files import from_file, into_file, require_free, text_of

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from armdrive.cli.choosing import chosen_target
+from armdrive.cli.chosen_arm import chosen_target
 from armdrive.cli.output import emit, say
 from armdrive.cli.pendant_files import from_file, into_file
 

@@ -16,14 +16,13 @@ import shutil
 import sys
 from pathlib import Path
 
-from armdrive.cli.choosing import add_json_option
 from armdrive.cli.models import MODEL_HELP, find_model
-from armdrive.cli.numbers import number
+from armdrive.cli.options import add_json_option, number
 from armdrive.cli.output import emit, say
 from armdrive.errors import BadRequest
 from armdrive.render.canvas import can_braille
 from armdrive.render.reach import reach_sketches, section_sketch
-from armdrive.render.sketch import Sketch, sketch_rows
+from armdrive.render.sketch import Sketch, save_sketches, sketch_rows
 from kinematics import PRESETS, preset
 
 MOST_COLUMNS, MOST_ROWS = 110, 36
@@ -50,8 +49,6 @@ def run(options: argparse.Namespace) -> int:
     """Draw it."""
     title, sketches = _sketches(options)
     if options.output is not None:
-        from armdrive.render.sketch import save_sketches
-
         save_sketches(sketches, title, options.output)
         if not options.json:
             say(f"{title}: written to {options.output}")

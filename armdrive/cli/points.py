@@ -21,25 +21,20 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from armdrive.cli.choosing import (
-    add_allow_restored,
-    add_arm_options,
-    chosen_target,
-    connect_chosen,
-)
+from armdrive.arm import Arm
+from armdrive.cli.arm_options import add_allow_restored, add_arm_options
+from armdrive.cli.chosen_arm import chosen_target, connect_chosen
 from armdrive.cli.confirming import settle_trust
-from armdrive.cli.numbers import count, fraction
+from armdrive.cli.options import count, fraction
 from armdrive.cli.output import emit, say, say_lines, say_which
-from armdrive.cli.points_export import add_export_options, export
 from armdrive.cli.points_shaping import add_shape_options, shape
+from armdrive.cli.previewing import show_preview
+from armdrive.programs.teaching.sequence import Stepper
 from armdrive.status import joints_view, pose_view, status_view
 from armdrive.storage.point_file import Points, points_of
 from armdrive.storage.points import Point, StepList
-
-if TYPE_CHECKING:
-    from armdrive.arm import Arm
 
 Deed = Callable[[argparse.Namespace], int]
 
@@ -57,7 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         if name == "run":
             action.add_argument("--times", type=count, default=1, help="so often (default 1)")
         if name == "export":
-            add_export_options(action)
+            action.add_argument("--force", action="store_true", help="overwrite another file")
         if name in ("copy", "mirror", "offset"):
             add_shape_options(action, name)
         if name in ("go", "run"):
@@ -187,8 +182,6 @@ def _go(options: argparse.Namespace) -> int:
             say_which(arm.status)
         settle_trust(arm)
         if options.preview:
-            from armdrive.cli.previewing import show_preview
-
             seen = arm.preview(options.name, line=options.line, speed=options.speed)
             return show_preview(seen, as_json=options.json)
         moved = arm.go(options.name, how=how, speed=options.speed).wait()
@@ -200,8 +193,6 @@ def _go(options: argparse.Namespace) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    from armdrive.programs.teaching.sequence import Stepper
-
     with _connected(options, allow_restored=options.allow_restored) as arm:
         if not options.json:
             say_which(arm.status)
@@ -216,6 +207,12 @@ def _run(options: argparse.Namespace) -> int:
         if options.json:
             emit(status_view(arm.status))
     return 0
+
+
+def _export(options: argparse.Namespace) -> int:
+    from armdrive.cli.points_export import export  # the only action that needs the language
+
+    return export(options)
 
 
 def _point_view(point: Point) -> dict[str, Any]:
@@ -242,7 +239,7 @@ ACTIONS: Mapping[str, tuple[Deed, tuple[str, ...], str]] = MappingProxyType(
         "delete": (_delete, ("name",), "take a point or a sequence away"),
         "copy": (shape, ("name", "new"), "the same point or sequence once more, over new points"),
         "mirror": (shape, ("name", "new"), "a point or a sequence with left and right exchanged"),
-        "export": (export, ("name", "file"), "write a sequence as a program file"),
+        "export": (_export, ("name", "file"), "write a sequence as a program file"),
         "offset": (shape, ("name", "new"), "a point or a sequence in another place"),
     }
 )

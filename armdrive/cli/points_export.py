@@ -2,30 +2,21 @@
 
 from __future__ import annotations
 
+import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from armdrive.cli.choosing import chosen_target
+from armdrive.cli.chosen_arm import chosen_target
 from armdrive.cli.output import emit, say
 from armdrive.errors import BadRequest
+from armdrive.programs.language.writing import unparse
+from armdrive.programs.program import read_program
+from armdrive.programs.teaching.export import program_of
 from armdrive.storage.files import DISK, replace_durably
 from armdrive.storage.point_file import points_of
-
-if TYPE_CHECKING:
-    import argparse
-
-
-def add_export_options(action: argparse.ArgumentParser) -> None:
-    """Declare the options."""
-    action.add_argument("--force", action="store_true", help="overwrite another file")
 
 
 def export(options: argparse.Namespace) -> int:
     """Write the program beside nothing that is there, unless told to, and say where."""
-    from armdrive.programs.language.writing import unparse
-    from armdrive.programs.program import read_program
-    from armdrive.programs.teaching.export import program_of
-
     path = Path(options.file)
     if path.exists() and not options.force:
         raise BadRequest(f"{path} is there already: name another file, or say --force")

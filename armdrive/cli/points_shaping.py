@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
+import argparse
 import math
-from typing import TYPE_CHECKING
 
-from armdrive.cli.choosing import chosen_target
-from armdrive.cli.numbers import number
+from armdrive.cli.chosen_arm import chosen_target
+from armdrive.cli.options import number
 from armdrive.cli.output import emit, say
+from armdrive.config.arm import ArmConfig
+from armdrive.programs.teaching.shape import Offset, Shape, mirrored, offset, shaped
 from armdrive.storage.point_file import points_of
 from armdrive.storage.points import check_name
-
-if TYPE_CHECKING:
-    import argparse
-
-    from armdrive.config.arm import ArmConfig
-    from armdrive.programs.teaching.shape import Shape
 
 AXES = ("x", "y", "z")
 
@@ -36,8 +32,6 @@ def add_shape_options(action: argparse.ArgumentParser, name: str) -> None:
 
 def shape(options: argparse.Namespace) -> int:
     """Make the new from the old, look at every point, and write them all or none."""
-    from armdrive.programs.teaching.shape import shaped
-
     config = chosen_target(options).config
     book = points_of(config)
     taught = book.read()
@@ -61,8 +55,6 @@ def shape(options: argparse.Namespace) -> int:
 
 def _change(options: argparse.Namespace, config: ArmConfig) -> tuple[Shape, str]:
     """Return how postures change, and the words for the notes."""
-    from armdrive.programs.teaching.shape import Offset, mirrored, offset
-
     if options.action == "copy":
         return (lambda joints: joints), ""
     if options.action == "mirror":

@@ -8,14 +8,22 @@ from __future__ import annotations
 import argparse
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from armdrive.cli.choosing import add_json_option
+from armdrive.cli.options import add_json_option
 from armdrive.cli.output import emit, say
-
-if TYPE_CHECKING:
-    from armdrive.setup.ports import Naming
-    from armdrive.transports.ports import PortInfo
+from armdrive.setup.ports import (
+    Naming,
+    arm_files,
+    forbidden,
+    held_by_armdrive,
+    owners_of,
+    same_port,
+    strangers_to,
+)
+from armdrive.transports.address import CanAddress, is_can
+from armdrive.transports.open_errors import NoSuchPort
+from armdrive.transports.ports import PortInfo, ask_drivers, list_can_ports, list_ports
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -28,9 +36,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """List the ports."""
-    from armdrive.setup.ports import arm_files
-    from armdrive.transports.ports import ask_drivers, list_can_ports, list_ports
-
     files = tuple(map(_by_device, arm_files()))
     ports = list_ports()
     views = [_view(info, files) for info in ports]
@@ -61,15 +66,11 @@ def run(options: argparse.Namespace) -> int:
 
 def _by_device(naming: Naming) -> Naming:
     """Return an arm file's naming with the serial port of its CAN adapter, where that is one."""
-    from armdrive.transports.address import CanAddress, is_can
-
     address = CanAddress.parse(naming.port) if is_can(naming.port) else CanAddress()
     return replace(naming, port=address.device) if address.device else naming
 
 
 def _view(info: PortInfo, files: tuple[Naming, ...]) -> dict[str, Any]:
-    from armdrive.setup.ports import forbidden, held_by_armdrive, owners_of, strangers_to
-
     owners = owners_of(info.device, files)
     arms = [each.arm for each in owners]
     holder = None
@@ -104,10 +105,6 @@ def _absent(ports: tuple[PortInfo, ...], files: tuple[Naming, ...]) -> list[dict
 
 def _missing(naming: Naming, ports: tuple[PortInfo, ...]) -> str:
     """Say why the port of an arm file is not to be found; nothing where it is."""
-    from armdrive.setup.ports import same_port
-    from armdrive.transports.address import is_can
-    from armdrive.transports.open_errors import NoSuchPort
-
     try:
         port = naming.find()
     except NoSuchPort as error:

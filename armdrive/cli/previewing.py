@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from armdrive.cli.output import emit, say
 from armdrive.errors import Refused
+from armdrive.motion.preview import Preview
 from armdrive.motion.preview_text import preview_lines, preview_view
-
-if TYPE_CHECKING:
-    from armdrive.motion.preview import Preview
 
 
 def show_preview(preview: Preview, *, as_json: bool) -> int:

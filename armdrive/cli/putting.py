@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING
 
+from armdrive.arm import Arm
+from armdrive.connect.target import Target
 from armdrive.errors import BadRequest
-
-if TYPE_CHECKING:
-    from armdrive.arm import Arm
-    from armdrive.connect.target import Target
-    from armdrive.sim.world.table import Block
+from armdrive.sim.world.table import Block
 
 
 def add_put_option(parser: argparse.ArgumentParser | argparse._ArgumentGroup) -> None:
@@ -44,7 +41,7 @@ def put_blocks(arm: Arm, blocks: list[Block]) -> None:
 
 
 def _block(words: str) -> Block:
-    from armdrive.sim.serving.console import block_of
+    from armdrive.sim.serving.console import block_of  # loads what serves a CAN bus too
 
     try:
         return block_of(words.split(","))

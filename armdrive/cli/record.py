@@ -9,9 +9,11 @@ import argparse
 import shutil
 from pathlib import Path
 
-from armdrive.cli.choosing import add_arm_options, chosen_target
+from armdrive.cli.arm_options import add_arm_options
+from armdrive.cli.holders import chosen_holders
 from armdrive.cli.output import emit, say
 from armdrive.errors import ArmError, BadRequest
+from armdrive.storage.lock_client import ask_holder
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -22,10 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Ask the holders to write, and say which files they wrote."""
-    from armdrive.storage.lock_client import held_arms
-
-    named = options.arm or options.sim or options.port
-    names = [chosen_target(options).config.name] if named else held_arms()
+    names = chosen_holders(options)
     if not names:
         raise ArmError("no program of yours holds an arm: there is nothing to be written")
     if options.output is not None and len(names) > 1:
@@ -42,8 +41,6 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _recorded(name: str) -> Path:
-    from armdrive.storage.lock_client import ask_holder
-
     answer = ask_holder(name, "record")
     if "recording" not in answer:
         raise ArmError(f"{name} was not recorded: {answer.get('error', 'no reason was given')}")

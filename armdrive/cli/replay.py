@@ -15,15 +15,14 @@ import argparse
 import time
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from armdrive.cli.choosing import add_json_option
-from armdrive.cli.numbers import positive
+from armdrive.cli.options import add_json_option, positive
 from armdrive.cli.output import emit, say
-
-if TYPE_CHECKING:
-    from armdrive.trace.files import Recording
-    from armdrive.trace.replay import Replayed
+from armdrive.sim.device import Options
+from armdrive.sim.kinds import twin_kind
+from armdrive.trace.files import Recording, read_recording
+from armdrive.trace.replay import Replayed, replay
+from armdrive.trace.timeline import Teller, heading, lines, replayed_view
 
 PARTED = 1
 
@@ -48,8 +47,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Read, replay, print."""
-    from armdrive.trace.files import read_recording
-
     recording = read_recording(options.file)
     replayed = None if options.show else _replayed(recording, options.set)
     if options.json:
@@ -60,17 +57,11 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _replayed(recording: Recording, words: list[str]) -> Replayed:
-    from armdrive.sim.device import Options
-    from armdrive.sim.kinds import twin_kind
-    from armdrive.trace.replay import replay
-
     dialect = recording.config().connection.dialect
     return replay(recording, Options.parse(twin_kind(dialect).options, words))
 
 
 def _print_json(recording: Recording, replayed: Replayed | None) -> None:
-    from armdrive.trace.timeline import Teller, replayed_view
-
     if replayed is not None:
         emit(replayed_view(recording, replayed))
         return
@@ -80,8 +71,6 @@ def _print_json(recording: Recording, replayed: Replayed | None) -> None:
 
 
 def _print(recording: Recording, replayed: Replayed | None, options: argparse.Namespace) -> None:
-    from armdrive.trace.timeline import heading, lines
-
     say(heading(recording))
     parting = None if replayed is None else replayed.parting
     if not options.quiet:

@@ -9,7 +9,8 @@ from __future__ import annotations
 import argparse
 import contextlib
 
-from armdrive.cli.choosing import add_arm_options, connect_chosen
+from armdrive.cli.arm_options import add_arm_options
+from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.output import emit, say, say_which
 from armdrive.status import status_view
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import argparse
 
-from armdrive.cli.choosing import add_arm_options
+from armdrive.cli.arm_options import add_arm_options
 from armdrive.cli.holders import ask_all
 
 

@@ -20,10 +20,11 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from armdrive.cli.choosing import add_allow_restored, add_arm_options, add_pace_option
-from armdrive.cli.numbers import number, positive
+from armdrive.cli.arm_options import add_allow_restored, add_arm_options, add_pace_option
+from armdrive.cli.options import number, positive
 from armdrive.cli.putting import add_put_option
 from armdrive.errors import BadRequest
+from armdrive.render.sketch import check_output
 
 PROGRAM, SCRIPT = ".arm", ".py"
 
@@ -95,8 +96,6 @@ def run(options: argparse.Namespace) -> int:
 
 def _check_plot(output: str) -> None:
     if output:
-        from armdrive.render.sketch import check_output
-
         check_output(Path(output))
 
 

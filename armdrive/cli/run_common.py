@@ -6,9 +6,10 @@ import argparse
 import json
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from armdrive.cli.choosing import chosen_target, connect_chosen
+from armdrive.arm import Arm
+from armdrive.cli.chosen_arm import chosen_target, connect_chosen
 from armdrive.cli.confirming import ask_operator, settle_trust
 from armdrive.cli.output import complain, emit, put, put_error, say, say_which
 from armdrive.cli.putting import put_blocks, require_table
@@ -16,13 +17,10 @@ from armdrive.cli.run_report import draw_path, rehearsal_lines, rehearsal_view
 from armdrive.cli.run_showing import Display
 from armdrive.errors import ArmError, ArmInUse, DeviceFault, LinkError
 from armdrive.errors.table import error_view, tagged
+from armdrive.programs.acts import Mark
 from armdrive.programs.problems import excerpt
+from armdrive.programs.rehearsal import Rehearsal
 from armdrive.status import State, pose_view
-
-if TYPE_CHECKING:
-    from armdrive.arm import Arm
-    from armdrive.programs.acts import Mark
-    from armdrive.programs.rehearsal import Rehearsal
 
 
 def connect_to_run(options: argparse.Namespace, *, pace: str | float | None = None) -> Arm:

@@ -9,10 +9,9 @@ import sys
 import threading
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
-if TYPE_CHECKING:
-    from armdrive.arm import Arm
+from armdrive.arm import Arm
 
 LOOK_EVERY_S = 0.05
 

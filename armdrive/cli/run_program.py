@@ -6,9 +6,9 @@ import argparse
 import contextlib
 from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING
 
-from armdrive.cli.choosing import chosen_target
+from armdrive.arm import Arm
+from armdrive.cli.chosen_arm import chosen_target
 from armdrive.cli.output import put_error
 from armdrive.cli.run_again import move_command, resume_command
 from armdrive.cli.run_common import (
@@ -28,6 +28,7 @@ from armdrive.cli.run_person import Terminal, standard_input
 from armdrive.cli.run_showing import Display
 from armdrive.cli.run_signals import stopped_by_interrupt
 from armdrive.cli.run_words import duration
+from armdrive.programs.acts import Answer, Machine
 from armdrive.programs.journal import (
     Entry,
     Journal,
@@ -37,14 +38,9 @@ from armdrive.programs.journal import (
 )
 from armdrive.programs.performing import Performer
 from armdrive.programs.problems import lines_of
-from armdrive.programs.program import ArmProgram, read_program_file
+from armdrive.programs.program import ArmProgram, Program, read_program_file
 from armdrive.programs.rehearsal import Plan, Rehearsal, rehearse, require_rehearsed
 from armdrive.programs.running import Progress, Run, Step
-
-if TYPE_CHECKING:
-    from armdrive.arm import Arm
-    from armdrive.programs.acts import Answer, Machine
-    from armdrive.programs.program import Program
 
 
 def run_program(options: argparse.Namespace) -> int:

@@ -8,17 +8,17 @@ import shutil
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from armdrive.cli.output import say
 from armdrive.cli.run_words import duration, line_words
 from armdrive.errors.table import error_view
 from armdrive.programs.acts import Look
-
-if TYPE_CHECKING:
-    from armdrive.programs.rehearsal import Rehearsal
-    from armdrive.programs.running import Took
-    from kinematics.geometry import Point
+from armdrive.programs.rehearsal import Rehearsal
+from armdrive.programs.running import Took
+from armdrive.render.canvas import can_braille
+from armdrive.render.sketch import Sketch, save_sketches, sketch_rows
+from kinematics.geometry import Point
 
 MOST_COLUMNS, MOST_ROWS = 110, 30
 
@@ -85,9 +85,6 @@ def _total_s(acts: Sequence[Took]) -> float:
 
 def draw_path(path: Sequence[Point], title: str, output: Path | None) -> None:
     """Draw the tip's path from the side and from above, into a file or into the terminal."""
-    from armdrive.render.canvas import can_braille
-    from armdrive.render.sketch import Sketch, sketch_rows
-
     side = tuple((math.hypot(x, y), z) for x, y, z in path)
     above = tuple((x, y) for x, y, _ in path)
     sketches = (
@@ -95,8 +92,6 @@ def draw_path(path: Sequence[Point], title: str, output: Path | None) -> None:
         Sketch((above,), (), "x", "y"),
     )
     if output is not None:
-        from armdrive.render.sketch import save_sketches
-
         save_sketches(sketches, title, output)
         return
     braille = can_braille(sys.stdout.encoding, os.environ)

@@ -10,9 +10,10 @@ import argparse
 import contextlib
 import sys
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from armdrive.cli.choosing import chosen_target
+from armdrive.arm import Arm
+from armdrive.cli.chosen_arm import chosen_target
 from armdrive.cli.output import put_error
 from armdrive.cli.run_common import (
     connect_to_check,
@@ -32,9 +33,10 @@ from armdrive.cli.run_signals import stopped_by_interrupt
 from armdrive.cli.run_words import line_words
 from armdrive.errors import ArmError, BadRequest, Stopped
 from armdrive.programs.acts import Mark
-from armdrive.programs.rehearsal import Plan
+from armdrive.programs.rehearsal import Plan, Rehearsal
 from armdrive.programs.scripts import (
     Connections,
+    ScriptCall,
     as_it_says,
     carry_out,
     line_of,
@@ -43,11 +45,6 @@ from armdrive.programs.scripts import (
     rehearse_script,
 )
 from kinematics.errors import KinematicsError
-
-if TYPE_CHECKING:
-    from armdrive.arm import Arm
-    from armdrive.programs.rehearsal import Rehearsal
-    from armdrive.programs.scripts import ScriptCall
 
 MOVING = frozenset(
     {

@@ -11,19 +11,15 @@ import shutil
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
+from armdrive.arm import Arm
 from armdrive.cli.output import put
 from armdrive.cli.run_words import place_words
 from armdrive.errors import Stopped
-from armdrive.programs.acts import Mark
-from armdrive.programs.running import Estimate, Progress
+from armdrive.programs.acts import Answer, Machine, Mark
+from armdrive.programs.running import Estimate, Progress, Step
 from armdrive.text.printable import printable
-
-if TYPE_CHECKING:
-    from armdrive.arm import Arm
-    from armdrive.programs.acts import Answer, Machine
-    from armdrive.programs.running import Step
 
 REDRAW_S = 0.2
 CLEAR_LINE = "\r\x1b[K"

@@ -8,10 +8,8 @@ import signal
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from types import FrameType
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from armdrive.arm import Arm
+from armdrive.arm import Arm
 
 INTERRUPTED = 130
 

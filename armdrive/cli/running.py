@@ -4,24 +4,23 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import importlib
+import difflib
 import json
 import os
+import re
+import shlex
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Collection, Iterator, Mapping
 from pathlib import Path
 from types import FrameType
-from typing import NoReturn, Protocol, cast
+from typing import NoReturn, Protocol
 
-from armdrive.cli import COMMANDS
-from armdrive.cli.naming import with_arm
-from armdrive.cli.output import complain
-from armdrive.cli.parsing import Parser
+from armdrive.cli.output import complain, put_error
 from armdrive.cli.unexpected import FAULT, Unexpected, raises_unexpected, threads_told
 from armdrive.errors import ArmError
 from armdrive.errors.actions import COMMAND_LINE, presented
-from armdrive.errors.table import error_view, tagged
+from armdrive.errors.table import error_view, named, tagged
 from armdrive.text.printable import as_message
 from kinematics.errors import BadNumber, KinematicsError, UnknownPreset, UnknownSystem
 
@@ -32,6 +31,8 @@ INTERRUPTED = 130
 
 class Command(Protocol):
     """What the module of a command offers."""
+
+    __doc__: str | None
 
     def add_arguments(self, parser: argparse.ArgumentParser) -> None:
         """Declare the command's own options."""
@@ -49,22 +50,35 @@ class Ended(BaseException):
         super().__init__(f"ended by {name}; an arm that moved was stopped")
 
 
-def run_command(name: str, words: list[str]) -> int:
-    """Parse and run a command of the table."""
+class Parser(argparse.ArgumentParser):
+    """An argument parser whose errors print nothing that a terminal would act on.
+
+    They quote what was typed.
+    """
+
+    def exit(self, status: int = 0, message: str | None = None) -> NoReturn:
+        """End the program as `ArgumentParser` does, with a printable message."""
+        super().exit(status, None if message is None else as_message(message))
+
+
+def run_command(
+    name: str, summary: str, load: Callable[[], Mapping[str, Command]], words: list[str]
+) -> int:
+    """Load a command, parse its words, run it, and return its exit code."""
     _fill_closed_streams()
-    module = cast(Command, importlib.import_module(f"armdrive.cli.{name}"))
+    command = load()[name]
     parser = Parser(
         prog=f"armdrive {name}",
-        description=COMMANDS[name][0].upper() + COMMANDS[name][1:] + ".",
+        description=summary[0].upper() + summary[1:] + ".",
         formatter_class=argparse.RawDescriptionHelpFormatter,
-        epilog=module.__doc__.partition("\n\n")[2] if module.__doc__ else None,
+        epilog=command.__doc__.partition("\n\n")[2] if command.__doc__ else None,
     )
     options = argparse.Namespace()
     try:
-        module.add_arguments(parser)
+        command.add_arguments(parser)
         parser.parse_args(words, options)
         with _signals(), threads_told():
-            return module.run(options)
+            return command.run(options)
     except KeyboardInterrupt:
         pressed = KeyboardInterrupt("interrupted; an arm that moved was stopped")
         return _say(options, pressed, INTERRUPTED)
@@ -86,6 +100,15 @@ def run_command(name: str, words: list[str]) -> int:
         if raises_unexpected():
             raise
         return _say(options, Unexpected(error), FAULT)
+
+
+def refuse(word: str, known: Collection[str]) -> int:
+    """Say that there is no such command, and which one may be meant; return the exit code."""
+    code = named("BadRequest").code
+    near = difflib.get_close_matches(word, known, n=1)
+    hint = f"did you mean `armdrive {near[0]}`?" if near else "`armdrive --help` lists them all"
+    put_error(as_message(f"armdrive: [{code}] there is no command {word!r}; {hint}\n"))
+    return USAGE
 
 
 def _fill_closed_streams() -> None:
@@ -136,3 +159,41 @@ def _signals() -> Iterator[None]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+# Remedies name a command. Where this command named its arm, the next one has to name it as well.
+
+_OF_AN_ARM = ("disable", "enable", "home", "jog", "move", "reset", "status", "verify")
+"""The commands that remedies tell to run, and that act on the arm that their options name."""
+
+_MENDING = "`armdrive doctor --mend`"
+"""Needs the arm file: it says what is expected."""
+
+_COMMAND = re.compile(rf"`armdrive ((?:{'|'.join(_OF_AN_ARM)})(?: --[a-z-]+)*)`")
+
+
+def with_arm(sentence: str, options: argparse.Namespace) -> str:
+    """Return a sentence whose commands name the arm as the options of this one did."""
+    words = _named(options)
+    if not words:
+        return sentence
+    if getattr(options, "arm", None):
+        mending = f"`armdrive doctor --arm {shlex.quote(str(options.arm))} --mend`"
+        sentence = sentence.replace(_MENDING, mending)
+    return _COMMAND.sub(lambda found: f"`armdrive {_insert(found[1], words)}`", sentence)
+
+
+def _insert(command: str, words: str) -> str:
+    if "--arm" in command:
+        return command
+    name, _, rest = command.partition(" ")
+    return " ".join(filter(None, (name, words, rest)))
+
+
+def _named(options: argparse.Namespace) -> str:
+    given = [
+        (f"--{name}", str(value))
+        for name in ("arm", "sim", "port", "dialect")
+        if (value := getattr(options, name, None))
+    ]
+    return shlex.join(word for pair in given for word in pair)

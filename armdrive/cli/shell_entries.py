@@ -4,32 +4,29 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from armdrive.arm import Arm
 from armdrive.cli.output import put_error, say, say_lines
 from armdrive.cli.run_common import failed_view
 from armdrive.cli.run_signals import stopped_by_interrupt
 from armdrive.cli.shell_person import AtPrompt, Said, Shown
-from armdrive.cli.shell_words import own_word
 from armdrive.errors import ArmError, NotReferenced, OperatorNeeded, ProgramError
 from armdrive.errors.actions import SHELL, presented
 from armdrive.errors.table import tagged
 from armdrive.programs.acts import Mark
+from armdrive.programs.machine import Machine
 from armdrive.programs.performing import Performer
 from armdrive.programs.program import ArmProgram
 from armdrive.programs.running import Run
-from armdrive.programs.session import Session
+from armdrive.programs.session import Entry, Session
 from armdrive.status import State
 from armdrive.storage.point_file import points_of
-
-if TYPE_CHECKING:
-    from armdrive.arm import Arm
-    from armdrive.cli.shell_words import OwnWord
-    from armdrive.programs.machine import Machine
-    from armdrive.programs.session import Entry
 
 INPUT = "standard input"
 """What the lines of a pipe are called."""
@@ -45,6 +42,29 @@ WAYS_OUT: Mapping[State, str] = MappingProxyType(
 
 REFERENCE = "`home` references the arm"
 
+_LINE = re.compile(r"\s*([a-z]+)(?:\s+([^\s=(].*?))?\s*", re.IGNORECASE)
+"""A word and what stands behind it; `list = 3` gives a name a value."""
+
+
+class Left(Exception):
+    """The person is done."""
+
+
+@dataclass(frozen=True, slots=True)
+class OwnWord:
+    """A word of the shell: what stands behind it, what it does."""
+
+    usage: str
+    says: str
+    deed: Callable[[Shell, str], None]
+
+
+def own_word(line: str, words: Mapping[str, OwnWord]) -> tuple[OwnWord, str] | None:
+    """Return the word of the shell that a line is, and what stands behind it; None for none."""
+    match = _LINE.fullmatch(line)
+    word = None if match is None else words.get(match[1].lower())
+    return None if word is None or match is None else (word, match[2] or "")
+
 
 class _Once:
     """The source of a machine that has been made already."""
@@ -58,10 +78,21 @@ class _Once:
 
 
 class Shell:
-    """A prompt's session on one arm. `typing` tells that a person types, and not a pipe."""
+    """A prompt's session on one arm.
 
-    def __init__(self, arm: Arm, options: argparse.Namespace, *, typing: bool) -> None:
+    `words` are the shell's own; `typing` tells that a person types, and not a pipe.
+    """
+
+    def __init__(
+        self,
+        arm: Arm,
+        options: argparse.Namespace,
+        words: Mapping[str, OwnWord],
+        *,
+        typing: bool,
+    ) -> None:
         self.arm = arm
+        self.words = words
         self.json = bool(options.json)
         self.typing = typing
         self.saved: set[str] = set()
@@ -90,7 +121,7 @@ class Shell:
 
         `position` is its number in the input. Raises what the entry does, and `Left` for `quit`.
         """
-        own = None if self.session.unfinished else own_word(line)
+        own = None if self.session.unfinished else own_word(line, self.words)
         if own is not None:
             self._do(*own, position)
             return

@@ -6,19 +6,17 @@ import contextlib
 import signal
 import time
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from armdrive.arm import Arm
 from armdrive.cli.confirming import ask_operator
 from armdrive.cli.output import put
 from armdrive.cli.run_showing import Display
-from armdrive.programs.acts import Grasp, Say
-
-if TYPE_CHECKING:
-    from armdrive.arm import Arm
-    from armdrive.dialog import PostureRequest
-    from armdrive.programs.acts import Answer, Machine
-    from armdrive.programs.running import Step
-    from armdrive.programs.session import Typed
+from armdrive.dialog import PostureRequest
+from armdrive.programs.acts import Answer, Grasp, Machine, Say
+from armdrive.programs.running import Step
+from armdrive.programs.session import Typed
+from armdrive.setup.keyboard import raw_terminal
 
 LOOK_EVERY_S = 0.05
 ENTER = (b"\r", b"\n")
@@ -119,7 +117,6 @@ def _keys(typing: bool) -> Iterator[Callable[[], bool]]:
 
         yield never
         return
-    from armdrive.setup.keyboard import raw_terminal
 
     with raw_terminal() as terminal:
 

@@ -2,59 +2,44 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING
 
 from armdrive.cli.confirming import agreed
-from armdrive.cli.shell_blocks import blocks, put
-from armdrive.cli.shell_help import help_on
+from armdrive.cli.putting import put_blocks
+from armdrive.cli.shell_entries import Left, OwnWord, Shell
 from armdrive.errors import BadRequest, OperatorNeeded
 from armdrive.programs.language.syntax import Tree
 from armdrive.programs.language.values import Place, said, to_json
+from armdrive.programs.language.words import (
+    FORMS,
+    FUNCTIONS,
+    GROUPS,
+    RESERVED,
+    SPELLINGS,
+    WORDS,
+    Function,
+    Word,
+    usage,
+)
 from armdrive.programs.language.writing import unparse
 from armdrive.programs.program import ENDING, ArmProgram, read_program, read_program_file
 from armdrive.registry import dialect
-from armdrive.sim.serving.console import PARTS
+from armdrive.sim.serving.console import PARTS, block_of
+from armdrive.sim.world.scene import Scene
 from armdrive.status import joints_view, pose_view, status_view
 from armdrive.storage.files import DISK, replace_durably
 from armdrive.storage.point_file import points_of
-
-if TYPE_CHECKING:
-    from armdrive.cli.shell_entries import Shell
-
-_LINE = re.compile(r"\s*([a-z]+)(?:\s+([^\s=(].*?))?\s*", re.IGNORECASE)
-"""A word and what stands behind it; `list = 3` gives a name a value."""
+from kinematics.errors import suggestion
 
 OVER = "over"
 """What has to stand behind the name of a file that is to be written over."""
 
 
-class Left(Exception):
-    """The person is done."""
-
-
-@dataclass(frozen=True, slots=True)
-class OwnWord:
-    """A word of the shell: what stands behind it, what it does."""
-
-    usage: str
-    says: str
-    deed: Callable[[Shell, str], None]
-
-
-def own_word(line: str) -> tuple[OwnWord, str] | None:
-    """Return the word of the shell that a line is, and what stands behind it; None for none."""
-    match = _LINE.fullmatch(line)
-    word = None if match is None else OWN_WORDS.get(match[1].lower())
-    return None if word is None or match is None else (word, match[2] or "")
-
-
 def _help(shell: Shell, rest: str) -> None:
-    for text in help_on(rest, shell.session.context):
+    for text in help_on(rest, shell):
         shell.tell({"event": "help", "text": text}, text)
 
 
@@ -204,6 +189,104 @@ def _quit(_: Shell, __: str) -> None:
     raise Left
 
 
+# -- the table of a simulated arm ------------------------------------------------------------
+
+
+def _put(shell: Shell, rest: str) -> None:
+    """Put a block on the table: `put A 250 0`, or with commas."""
+    _scene(shell)
+    block = block_of(rest.replace(",", " ").split())
+    put_blocks(shell.arm, [block])
+    _tell_block(shell, block.name)
+
+
+def _blocks(shell: Shell, _: str) -> None:
+    """Say where every block stands, as the simulated world itself has it."""
+    names = list(_scene(shell).blocks)
+    for name in names:
+        _tell_block(shell, name)
+    if not names and not shell.json:
+        shell.tell({}, "there are no blocks: `put A 250 0` puts one on the table")
+
+
+def _tell_block(shell: Shell, name: str) -> None:
+    scene = _scene(shell)
+    block, held = scene.blocks[name], scene.held == name
+    where = "in the fingers, its" if held else "its"
+    text = f"{where} bottom at x {block.x_mm:.1f}, y {block.y_mm:.1f}, z {block.z_mm:.1f} mm"
+    size = f"{block.width_mm:g} mm wide and {block.height_mm:g} mm high"
+    view = {"event": "block", **asdict(block), "held": held}
+    shell.tell(view, f"  {name}: {text}, {size}")
+
+
+def _scene(shell: Shell) -> Scene:
+    twin = shell.arm.twin
+    if twin is None:
+        raise BadRequest("nobody knows what lies on the table of a real arm")
+    return twin.world.scene
+
+
+# -- help and completion ------------------------------------------------------------------------
+
+
+WIDTH = 34
+
+
+def help_on(word: str, shell: Shell) -> list[str]:
+    """Return what a word means, or all words with a line each. Raises `BadRequest`."""
+    low = word.strip().lower()
+    if not low:
+        return _everything(shell.words)
+    found: list[str] = []
+    if low in SPELLINGS:
+        found += _of_word(WORDS[SPELLINGS[low]])
+    if low in FUNCTIONS:
+        found += _of_function(FUNCTIONS[low])
+    found += [f"{row.pattern}\n  {row.says}" for row in FORMS if row.name == low]
+    if low in shell.words:
+        own = shell.words[low]
+        found.append(f"{own.usage}\n  {own.says}")
+    named = [each for each in shell.session.context.defines if each.name.lower() == low]
+    found += [f"{each.name}({', '.join(each.parameters)})\n  A subprogram." for each in named]
+    if not found:
+        known = (*SPELLINGS, *FUNCTIONS, *shell.words, *(row.name for row in FORMS))
+        raise BadRequest(f"there is no word {word!r}{suggestion(low, known)}")
+    return found
+
+
+def _everything(own: Mapping[str, OwnWord]) -> list[str]:
+    found = ["words of a program: `help WORD` tells more, docs/programs.md everything"]
+    for title, words in GROUPS.items():
+        found.append(f"  {title}: {', '.join(word.name for word in words)}")
+    found.append(f"  Shape: {', '.join(row.name for row in FORMS)}")
+    found.append(f"  Values: {', '.join((*FUNCTIONS, 'joints', 'here'))}; a value alone is shown")
+    found.append("words of the shell")
+    found += [f"  {row.usage:<{WIDTH}}{row.says}" for row in own.values()]
+    found.append("Ctrl-C stops what moves; a block ends with `end`")
+    return found
+
+
+def _of_word(word: Word) -> list[str]:
+    old = f"\n  old spelling: {', '.join(each.upper() for each in word.old)}" if word.old else ""
+    return [f"{usage(word)}\n  {word.says}\n  {word.example}{old}"]
+
+
+def _of_function(row: Function) -> list[str]:
+    return [f"{row.name}(...)\n  {row.says}\n  {row.example}"]
+
+
+def known_words(shell: Shell) -> list[str]:
+    """Return everything that can be completed at the prompt."""
+    context = shell.session.context
+    return [
+        *(word for word in RESERVED if len(word) > 1),
+        *shell.words,
+        *context.variables,
+        *(define.name for define in context.defines),
+        *points_of(shell.arm.config),
+    ]
+
+
 OWN_WORDS: Mapping[str, OwnWord] = MappingProxyType({
     "help": OwnWord("help [WORD]", "What there is to type, or what one word means.", _help),
     "where": OwnWord("where", "Where the arm stands.", _where),
@@ -215,8 +298,8 @@ OWN_WORDS: Mapping[str, OwnWord] = MappingProxyType({
     "save": OwnWord(f"save FILE.arm [{OVER}]", "Write the list into a program file.", _save),
     "load": OwnWord("load FILE.arm", "Take over a file's subprograms, points and values.", _load),
     "new": OwnWord("new", "Forget names, subprograms and the list.", _new),
-    "put": OwnWord(f"put {PARTS}", "A simulated arm: put a block on its table, mm.", put),
-    "blocks": OwnWord("blocks", "A simulated arm: where its blocks stand.", blocks),
+    "put": OwnWord(f"put {PARTS}", "A simulated arm: put a block on its table, mm.", _put),
+    "blocks": OwnWord("blocks", "A simulated arm: where its blocks stand.", _blocks),
     "reset": OwnWord("reset", "Leave an error, after looking at the arm. Moves nothing.", _reset),
     "reconnect": OwnWord("reconnect", "Look for a wire that was lost. Moves nothing.", _reconnect),
     "enable": OwnWord("enable", "Switch the motors on. Moves nothing.", _enable),

@@ -6,18 +6,15 @@ import os
 import shutil
 import sys
 import threading
-from typing import TYPE_CHECKING
 
+from armdrive.arm import Arm
 from armdrive.cli.output import draw_over, put
+from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import connect_simulated
 from armdrive.programs.demo import JOBS, Carried, perform
 from armdrive.render.canvas import can_braille
 from armdrive.render.side_view import ArmScene, Box, side_view, top_view
-
-if TYPE_CHECKING:
-    from armdrive.arm import Arm
-    from armdrive.config.arm import ArmConfig
-    from armdrive.sim.simulated_arm import Twin
+from armdrive.sim.simulated_arm import Twin
 
 FRAME_S = 1.0 / 15.0
 MOST_COLUMNS, MOST_ROWS = 110, 22

@@ -19,9 +19,20 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from armdrive.cli.numbers import count, number
+from armdrive.cli.options import count, number
 from armdrive.cli.output import put_error, say, say_lines
-from armdrive.sim.kinds import TWINS
+from armdrive.connect.target import simulated_config
+from armdrive.errors import BadRequest
+from armdrive.sim.bus.bus import BITRATE
+from armdrive.sim.bus.drives import DrivesOnBus
+from armdrive.sim.device import Options
+from armdrive.sim.faults.request import parse_option
+from armdrive.sim.faults.running import check_faults
+from armdrive.sim.kinds import TWINS, twin_kind
+from armdrive.sim.listing import listing
+from armdrive.sim.serving.serve import make_server, run_device
+from armdrive.sim.serving.servers import SlcanServer, beyond_this_computer
+from armdrive.sim.simulated_arm import make_device
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -67,11 +78,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Serve until told to end."""
-    from armdrive.errors import BadRequest
-
     if options.list:
-        from armdrive.sim.listing import listing
-
         say_lines(listing([options.dialect] if options.dialect else list(TWINS)))
         return 0
     if options.dialect is None:
@@ -82,10 +89,6 @@ def run(options: argparse.Namespace) -> int:
 
 def _check_door(options: argparse.Namespace) -> None:
     """Raise `BadRequest` unless the device is offered over a wire of its kind."""
-    from armdrive.errors import BadRequest
-    from armdrive.sim.bus.drives import DrivesOnBus
-    from armdrive.sim.kinds import twin_kind
-
     on_bus = issubclass(twin_kind(options.dialect).device, DrivesOnBus)
     if on_bus and not options.slcan:
         raise BadRequest(f"{options.dialect} is spoken on a CAN bus: --slcan PATH is required")
@@ -98,17 +101,6 @@ def _check_door(options: argparse.Namespace) -> None:
 
 
 def _serve(options: argparse.Namespace) -> int:
-    from armdrive.connect.target import simulated_config
-    from armdrive.sim.bus.bus import BITRATE
-    from armdrive.sim.bus.drives import DrivesOnBus
-    from armdrive.sim.device import Options
-    from armdrive.sim.faults.request import parse_option
-    from armdrive.sim.faults.running import check_faults
-    from armdrive.sim.kinds import twin_kind
-    from armdrive.sim.serving.serve import make_server, run_device
-    from armdrive.sim.serving.servers import SlcanServer, beyond_this_computer
-    from armdrive.sim.simulated_arm import make_device
-
     config = simulated_config(options.dialect)
     if options.baud is not None:
         config = replace(config, connection=replace(config.connection, baud=options.baud))

@@ -13,9 +13,9 @@ from __future__ import annotations
 
 import argparse
 
-from armdrive.cli.choosing import add_arm_options
+from armdrive.cli.arm_options import add_arm_options
 from armdrive.cli.holders import ask_all
-from armdrive.cli.numbers import number
+from armdrive.cli.options import number
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -6,10 +6,12 @@ import argparse
 import contextlib
 from typing import Any
 
-from armdrive.cli.choosing import add_arm_options, chosen_target, connect_chosen
+from armdrive.cli.arm_options import add_arm_options
+from armdrive.cli.chosen_arm import chosen_target, connect_chosen
 from armdrive.cli.output import emit, say
 from armdrive.errors import ArmInUse
 from armdrive.status import status_view
+from armdrive.storage.lock_client import ask_holder
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -32,8 +34,6 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _of_holder(options: argparse.Namespace) -> int:
-    from armdrive.storage.lock_client import ask_holder
-
     view = ask_holder(chosen_target(options).config.name, "status")
     if options.json:
         emit(view)

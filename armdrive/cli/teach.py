@@ -21,18 +21,17 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
-from typing import TYPE_CHECKING
 
-from armdrive.cli.choosing import add_arm_options, chosen_target, connect_chosen
-from armdrive.cli.numbers import count, fraction, number
+from armdrive.cli.arm_options import add_arm_options
+from armdrive.cli.chosen_arm import chosen_target, connect_chosen
+from armdrive.cli.options import count, fraction, number
 from armdrive.cli.output import emit, say, say_which
+from armdrive.cli.teach_recording import record
 from armdrive.programs.teaching import edit as editing
+from armdrive.programs.teaching.edit import Edited
 from armdrive.programs.teaching.record import REST_S
 from armdrive.storage.point_file import Points, points_of
-from armdrive.storage.points import Step, StepList
-
-if TYPE_CHECKING:
-    from armdrive.programs.teaching.edit import Edited
+from armdrive.storage.points import Step, StepList, parse_step
 
 Deed = Callable[[argparse.Namespace], int]
 
@@ -138,8 +137,6 @@ def _shown(
 
 
 def _typed(options: argparse.Namespace) -> Step:
-    from armdrive.storage.points import parse_step
-
     return parse_step(" ".join(options.step))
 
 
@@ -202,8 +199,6 @@ def _free_name(sequence: str, taken: Mapping[str, object]) -> str:
 
 
 def _record(options: argparse.Namespace) -> int:
-    from armdrive.cli.teach_recording import record
-
     return record(options)
 
 

@@ -2,31 +2,27 @@
 
 from __future__ import annotations
 
+import argparse
 import re
 import time
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Mapping
+from typing import Any
 
-from armdrive.cli.choosing import chosen_target
+from armdrive.cli.chosen_arm import chosen_target
 from armdrive.cli.holders import one_holder
 from armdrive.cli.output import emit, say
+from armdrive.connect.target import find
 from armdrive.errors import ArmError, BadRequest, Refused
 from armdrive.programs.teaching.record import Choices, Recorder, seen_in
+from armdrive.storage.lock_client import watch_holder
 from armdrive.storage.point_file import Points, points_of
 from armdrive.storage.points import Step, check_name
-
-if TYPE_CHECKING:
-    import argparse
-    from collections.abc import Iterator, Mapping
-    from typing import Any
 
 LOOK_EVERY_S = 0.1
 
 
 def record(options: argparse.Namespace) -> int:
     """Record until Ctrl-C, or until the arm is given back."""
-    from armdrive.connect.target import find
-    from armdrive.storage.lock_client import watch_holder
-
     name = one_holder(options)
     named = options.arm or options.sim or options.port
     config = (chosen_target(options) if named else find(name)).config

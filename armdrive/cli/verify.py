@@ -12,20 +12,17 @@ from __future__ import annotations
 
 import argparse
 import sys
-from typing import TYPE_CHECKING
 
-from armdrive.cli.choosing import add_allow_restored, add_arm_options, connect_chosen
+from armdrive.arm import Arm
+from armdrive.cli.arm_options import add_allow_restored, add_arm_options
+from armdrive.cli.chosen_arm import connect_chosen
 from armdrive.cli.confirming import agreed, settle_trust
 from armdrive.cli.guiding import Guide
-from armdrive.cli.numbers import fraction
+from armdrive.cli.options import fraction
 from armdrive.cli.output import emit, say, say_which
 from armdrive.errors import OperatorNeeded
-from armdrive.motion.verify import Verdict
+from armdrive.motion.verify import Verdict, Verified
 from armdrive.storage.verifications import verified_view
-
-if TYPE_CHECKING:
-    from armdrive.arm import Arm
-    from armdrive.motion.verify import Verified
 
 OFF = 1
 FINE = "Finer is better here: shoulder 0.1, say. The smallest jog is one step of a motor."

@@ -9,13 +9,16 @@ from __future__ import annotations
 import argparse
 import contextlib
 
-from armdrive.cli.choosing import add_arm_options
+import tui
+from armdrive.cli.arm_options import add_arm_options
 from armdrive.cli.holders import one_holder
-from armdrive.cli.numbers import number
+from armdrive.cli.options import number
 from armdrive.cli.output import emit
 from armdrive.cli.screens import require_screen
 from armdrive.connect.control_socket import WATCH_EVERY_S
+from armdrive.connect.target import find
 from armdrive.errors import ArmError
+from armdrive.storage.lock_client import watch_holder
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -33,8 +36,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Print one status after the other."""
-    from armdrive.storage.lock_client import watch_holder
-
     name = one_holder(options)
     if options.screen:
         return watch_on_screen(name)
@@ -48,8 +49,5 @@ def run(options: argparse.Namespace) -> int:
 
 def watch_on_screen(name: str, *, ascii_only: bool = False) -> int:
     """Draw a held arm until somebody leaves; return the exit code."""
-    from armdrive.connect.target import find
-    from tui import run_watch
-
     require_screen("watching on a screen", "without --screen it is JSON")
-    return run_watch(name, find(name).config.model, ascii_only=ascii_only)
+    return tui.run_watch(name, find(name).config.model, ascii_only=ascii_only)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from armdrive.arm import Arm
+from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import connect_simulated, state_file
 from armdrive.errors import StateFileError
 from armdrive.sim.simulated_arm import Twin, make_twin
@@ -17,11 +18,6 @@ from armdrive.storage.verifications import logbook_file
 from armdrive.text.reading import is_there, read_json
 from armdrive.trace.files import recordings
 from armdrive.trace.recorder import FlightRecorder
-
-if TYPE_CHECKING:
-    from armdrive.arm import Arm
-    from armdrive.config.arm import ArmConfig
-
 
 LARGEST_BYTES = 8_000_000
 """Bytes. A world with a full program memory and thousands of blocks is smaller."""

@@ -141,7 +141,7 @@ def test_after_an_emergency_stop_it_is_said_what_leads_on(capsys):
     with closing(connect_simulated(simulated_config("robko01"))) as arm:
         arm.enable()
         arm.home()
-        shell = Shell(arm, Namespace(json=False), typing=True)
+        shell = Shell(arm, Namespace(json=False), OWN_WORDS, typing=True)
         shell.take("point rest = here")
         arm.estop()
         with pytest.raises(WrongState) as caught:

@@ -1,4 +1,4 @@
-"""Numbers as people type them on a command line: a wrong one is named, never a traceback."""
+"""Options and numbers that any command may have. A wrong number is named, never a traceback."""
 
 from __future__ import annotations
 
@@ -7,6 +7,11 @@ import math
 
 _MOST_DIGITS = 18
 """Whole numbers have 64 bits wherever they go: into a file, a socket or a system call."""
+
+
+def add_json_option(parser: argparse.ArgumentParser) -> None:
+    """Add `--json`."""
+    parser.add_argument("--json", action="store_true", help="print JSON")
 
 
 def number(text: str) -> float:
