@@ -13,13 +13,13 @@ import shutil
 import sys
 import time
 
-from armdrive.arm import Arm
 from armdrive.cli.arm_options import add_allow_restored, add_arm_options
 from armdrive.cli.chosen_arm import DEFAULT_SIM, chosen_target, default_arm
 from armdrive.cli.demo_real import run_on_real_arm
 from armdrive.cli.options import positive
 from armdrive.cli.output import emit, say
 from armdrive.cli.showing import show
+from armdrive.config.arm import ArmConfig
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import BadRequest
 from armdrive.programs.demo import JOBS, Carried, blocks_of, misplaced, perform
@@ -77,9 +77,10 @@ def _run_simulated(options: argparse.Namespace) -> int:
     return 1 if wrong else 0
 
 
-def _perform_plainly(twin: Twin, config: object, *, as_json: bool) -> tuple[list[Carried], float]:
-    arm: Arm
-    with connect_simulated(config, twin=twin) as arm:  # type: ignore[arg-type]
+def _perform_plainly(
+    twin: Twin, config: ArmConfig, *, as_json: bool
+) -> tuple[list[Carried], float]:
+    with connect_simulated(config, twin=twin) as arm:
         tell = (lambda text: emit({"step": text})) if as_json else say
         if not as_json:
             say(arm.status.which)

@@ -27,9 +27,9 @@ SOURCES = sorted(path for root in ROOTS for path in root.rglob("*.py"))
 PICKLES = {"pickle", "cPickle", "marshal", "shelve", "dill", "cloudpickle", "joblib"}
 EXECUTE = {"subprocess", "pty", "runpy", "code", "codeop", "imp", "commands", "popen2"}
 ALLOWED = {
-    ("transports/serve.py", "pty"),
-    ("transports/can_ports.py", "subprocess"),
-    ("programs/python_programs.py", "runpy"),
+    ("sim/serving/servers.py", "pty"),
+    ("transports/ports.py", "subprocess"),
+    ("programs/scripts.py", "runpy"),
 }
 """`pty.openpty` starts nothing; `pty.spawn` would. Drivers of CAN adapters are asked by a program
 that is written out in the source, whole, and takes no name from any file. A Python script is run
@@ -201,9 +201,6 @@ def test_what_an_arm_file_names_is_never_started():
     ]
     assert sorted(loaders) == [
         "__init__.py",
-        "cli/can.py",
-        "cli/config.py",
         "cli/jog_web.py",
-        "cli/running.py",
-        "draw/picture.py",
+        "render/sketch.py",
     ]

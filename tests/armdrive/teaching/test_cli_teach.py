@@ -141,7 +141,7 @@ def views(monkeypatch, call):
     view = json.loads(call("status", "--json", code=0).out)
     told = []
     monkeypatch.setattr(teach_recording, "one_holder", lambda _: "sim:teachmover")
-    monkeypatch.setattr("armdrive.storage.lock_client.watch_holder", lambda *_: iter_views(told))
+    monkeypatch.setattr("armdrive.cli.teach_recording.watch_holder", lambda *_: iter_views(told))
     return view, told
 
 
