@@ -12,14 +12,14 @@ TYPE_CHECKING = False  # as typing's, which is slow to import
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from armdrive.cli.running import Command
+    from armdrive.cli.runner import Command
 
 # Commands that need the same libraries are loaded together; where one would wait for libraries of
 # another, they are not. A module's own imports stand at its top.
 
 
 def _arm_commands() -> Mapping[str, Command]:
-    from armdrive.cli import disable, enable, home, move, reset, verify
+    from armdrive.cli.drive import disable, enable, home, move, reset, verify
 
     return {
         "disable": disable,
@@ -32,61 +32,62 @@ def _arm_commands() -> Mapping[str, Command]:
 
 
 def _point_commands() -> Mapping[str, Command]:
-    from armdrive.cli import pendant, points
+    from armdrive.cli import pendant
+    from armdrive.cli.drive import points
 
     return {"pendant": pendant, "points": points}
 
 
 def _jog_commands() -> Mapping[str, Command]:
-    from armdrive.cli import jog
+    from armdrive.cli.drive import jog
 
     return {"jog": jog}
 
 
 def _requests_to_other_programs() -> Mapping[str, Command]:
-    from armdrive.cli import pause, resume, slow, stop
+    from armdrive.cli.drive import pause, resume, slow, stop
 
     return {"pause": pause, "resume": resume, "slow": slow, "stop": stop}
 
 
 def _run_commands() -> Mapping[str, Command]:
-    from armdrive.cli import run
+    from armdrive.cli.program import run
 
     return {"run": run}
 
 
 def _shell_commands() -> Mapping[str, Command]:
-    from armdrive.cli import shell
+    from armdrive.cli.program import shell
 
     return {"shell": shell}
 
 
 def _teaching_commands() -> Mapping[str, Command]:
-    from armdrive.cli import demo, teach
+    from armdrive.cli.program import demo, teach
 
     return {"demo": demo, "teach": teach}
 
 
 def _status_commands() -> Mapping[str, Command]:
-    from armdrive.cli import status, watch
+    from armdrive.cli.look import status, watch
 
     return {"status": status, "watch": watch}
 
 
 def _recording_commands() -> Mapping[str, Command]:
-    from armdrive.cli import record, replay
+    from armdrive.cli.look import record, replay
 
     return {"record": record, "replay": replay}
 
 
 def _log_commands() -> Mapping[str, Command]:
-    from armdrive.cli import log
+    from armdrive.cli.look import log
 
     return {"log": log}
 
 
 def _arm_file_commands() -> Mapping[str, Command]:
-    from armdrive.cli import config
+    from armdrive.cli.set_up import config
 
     return {"config": config}
 
@@ -98,25 +99,25 @@ def _diagnosis_commands() -> Mapping[str, Command]:
 
 
 def _port_commands() -> Mapping[str, Command]:
-    from armdrive.cli import ports
+    from armdrive.cli.set_up import ports
 
     return {"ports": ports}
 
 
 def _sim_commands() -> Mapping[str, Command]:
-    from armdrive.cli import sim
+    from armdrive.cli.set_up import sim
 
     return {"sim": sim}
 
 
 def _kinematics_commands() -> Mapping[str, Command]:
-    from armdrive.cli import explain, fk, ik, plot
+    from armdrive.cli.learn import explain, fk, ik, plot
 
     return {"explain": explain, "fk": fk, "ik": ik, "plot": plot}
 
 
 def _error_commands() -> Mapping[str, Command]:
-    from armdrive.cli import errors
+    from armdrive.cli.learn import errors
 
     return {"errors": errors}
 
@@ -225,7 +226,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
         sys.stdout.write(f"armdrive {version('armdrive')}\n")
         return 0
-    from armdrive.cli.running import refuse, run_command
+    from armdrive.cli.runner import refuse, run_command
 
     if word not in COMMANDS:
         return refuse(word, COMMANDS)

@@ -18,7 +18,7 @@ from collections.abc import Mapping
 from types import MappingProxyType
 
 from armdrive.cli import can_monitor, can_setup
-from armdrive.cli.running import Command
+from armdrive.cli.runner import Command
 
 ACTIONS: Mapping[str, tuple[Command, str]] = MappingProxyType(
     {

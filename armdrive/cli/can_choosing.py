@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from armdrive.cli.config_asking import ask_value
-from armdrive.cli.output import say
+from armdrive.cli.presenter import say
+from armdrive.cli.questions import ask_value
 from armdrive.dialog import Question, WrongAnswer
 
 

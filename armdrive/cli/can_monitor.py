@@ -30,7 +30,7 @@ from typing import TYPE_CHECKING
 
 from armdrive.cli.can_overhearing import held_frames, holder_of
 from armdrive.cli.options import add_json_option, count, number
-from armdrive.cli.output import emit, put_error, say
+from armdrive.cli.presenter import emit, put_error, say
 from armdrive.errors import BadRequest
 from armdrive.registry import LANGUAGES, USUAL, Language, language_of
 

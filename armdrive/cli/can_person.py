@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from armdrive.cli.config_asking import Back, ask
-from armdrive.cli.output import say
+from armdrive.cli.presenter import say
+from armdrive.cli.questions import Back, ask
 from armdrive.dialog import Ask, WrongAnswer
 from armdrive.errors import BadRequest, OperatorNeeded
 

@@ -25,9 +25,9 @@ from typing import TYPE_CHECKING, Any
 
 from armdrive.cli.can_choosing import chosen_port
 from armdrive.cli.can_person import TerminalPerson
-from armdrive.cli.config_asking import agree
 from armdrive.cli.options import add_json_option
-from armdrive.cli.output import emit, say, say_lines
+from armdrive.cli.presenter import emit, say, say_lines
+from armdrive.cli.questions import agree
 from armdrive.errors import ArmFileError, BadRequest, OperatorNeeded
 from armdrive.setup import plan as kept
 from armdrive.setup.arm_text import merged, signs_of, text_of

@@ -6,8 +6,8 @@ import argparse
 import os
 
 from armdrive.arm import Arm
-from armdrive.cli.config_files import chosen_default
-from armdrive.cli.worlds import connect_remembered
+from armdrive.cli.arm_files import chosen_default
+from armdrive.cli.sim_state import connect_remembered
 from armdrive.connect import target as targets
 from armdrive.connect.target import Target
 from armdrive.errors import BadRequest

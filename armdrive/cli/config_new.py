@@ -11,10 +11,10 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from armdrive.cli.config_asking import Back, agree, ask
 from armdrive.cli.config_signs import connected, find_signs
 from armdrive.cli.options import add_json_option
-from armdrive.cli.output import emit, say, say_lines
+from armdrive.cli.presenter import emit, say, say_lines
+from armdrive.cli.questions import Back, agree, ask
 from armdrive.dialog import WrongAnswer
 from armdrive.errors import ArmError, BadRequest
 from armdrive.setup.arm_text import files_of

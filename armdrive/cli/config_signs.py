@@ -9,10 +9,10 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING
 
-from armdrive.cli.config_asking import agree, ask_value
-from armdrive.cli.config_files import ArmText, read
+from armdrive.cli.arm_files import ArmText, read
 from armdrive.cli.options import add_json_option
-from armdrive.cli.output import emit, say
+from armdrive.cli.presenter import emit, say
+from armdrive.cli.questions import agree, ask_value
 from armdrive.dialog import Question, choice
 from armdrive.errors import DeviceFault, OperatorNeeded
 from armdrive.setup.directions import (
@@ -145,7 +145,7 @@ def _move(arm: Arm, trial: Trial, sign: int) -> None:
 
 
 def _explain(arm: Arm) -> None:
-    from armdrive.cli.confirming import posture_drawing
+    from armdrive.cli.terminal_person import posture_drawing
 
     for line in posture_drawing(arm, found_posture(arm.model.arm), 30.0):
         say(line)

@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING
 
 from armdrive.cli.doctor_report import Report
 from armdrive.cli.options import add_json_option, count
-from armdrive.cli.output import say
+from armdrive.cli.presenter import say
 from armdrive.errors import ArmError, BadRequest, OperatorNeeded, PortUnavailable
 from armdrive.registry import DIALECTS
 
@@ -149,7 +149,7 @@ def _config(options: argparse.Namespace) -> ArmConfig | None:
 
 
 def _agree(port: str, options: argparse.Namespace) -> None:
-    from armdrive.cli.confirming import agreed
+    from armdrive.cli.terminal_person import agreed
 
     if options.yes:
         return
@@ -256,7 +256,7 @@ def _unconnected(error: ArmError, config: ArmConfig) -> Finding:
 
 
 def _mending_agreed(settings: Settings, options: argparse.Namespace) -> bool:
-    from armdrive.cli.confirming import agreed
+    from armdrive.cli.terminal_person import agreed
 
     if options.yes:
         return True

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from armdrive.cli.output import emit, say
+from armdrive.cli.presenter import emit, say
 
 if TYPE_CHECKING:
     from armdrive.dialog import Finding

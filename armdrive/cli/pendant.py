@@ -24,10 +24,10 @@ from typing import TYPE_CHECKING, Any
 
 from armdrive.cli.arm_options import add_allow_restored, add_arm_options
 from armdrive.cli.chosen_arm import connect_chosen
-from armdrive.cli.confirming import agreed, settle_trust
-from armdrive.cli.output import emit, put_error, say, say_lines, say_which
 from armdrive.cli.pendant_files import from_file, into_file, require_free, text_of
 from armdrive.cli.pendant_points import make_points, make_rows
+from armdrive.cli.presenter import emit, put_error, say, say_lines, say_which
+from armdrive.cli.terminal_person import agreed, settle_trust
 from armdrive.errors import OperatorNeeded
 from armdrive.status import Trust
 

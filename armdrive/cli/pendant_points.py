@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from armdrive.cli.chosen_arm import chosen_target
-from armdrive.cli.output import emit, say
 from armdrive.cli.pendant_files import from_file, into_file
+from armdrive.cli.presenter import emit, say
 
 if TYPE_CHECKING:
     import argparse

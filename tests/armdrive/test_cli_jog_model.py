@@ -59,6 +59,6 @@ def test_without_a_terminal_the_other_command_is_named(call):
 
 
 def test_a_model_is_shown_and_no_arm_is_opened(call, opened, monkeypatch):
-    monkeypatch.setattr("armdrive.cli.jog.connect_chosen", no_arm)
+    monkeypatch.setattr("armdrive.cli.drive.jog.connect_chosen", no_arm)
     call("jog", "--model", "puma", "--ascii", code=0)
     assert opened == [("puma", True)]

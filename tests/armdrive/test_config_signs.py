@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from armdrive.cli import config_signs
-from armdrive.cli.config_files import ArmText
+from armdrive.cli.arm_files import ArmText
 from armdrive.cli.config_new import write
 from armdrive.cli.config_signs import find_signs, lines_for
 from armdrive.config.arm import load_arm_file, parse_arm_file

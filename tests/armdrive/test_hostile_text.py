@@ -13,7 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import armdrive
-from armdrive.cli import COMMANDS, home
+from armdrive.cli import COMMANDS
+from armdrive.cli.drive import home
 from armdrive.errors import ArmError, BadRequest, DeviceFault, UnknownPoint
 from armdrive.programs.problems import excerpt
 from armdrive.storage import files as places

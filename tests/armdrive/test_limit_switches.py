@@ -9,8 +9,8 @@ from types import SimpleNamespace
 import pytest
 from grbl_arm import config, found, ready
 
-from armdrive.cli import config_limits
-from armdrive.cli.config_limits import check
+from armdrive.cli.set_up import config_limits
+from armdrive.cli.set_up.config_limits import check
 from armdrive.config.arm import load_arm_file
 from armdrive.connect.target import connect_simulated
 from armdrive.dialects.grbl.settings import GrblSettings

@@ -201,6 +201,6 @@ def test_what_an_arm_file_names_is_never_started():
     ]
     assert sorted(loaders) == [
         "__init__.py",
-        "cli/jog_web.py",
+        "cli/drive/web_desk.py",
         "render/sketch.py",
     ]

@@ -7,8 +7,8 @@ from contextlib import closing
 
 import pytest
 
-from armdrive.cli.shell_entries import Shell
-from armdrive.cli.shell_words import OWN_WORDS
+from armdrive.cli.program.shell_session import Shell
+from armdrive.cli.program.shell_words import OWN_WORDS
 from armdrive.connect.target import connect_simulated, simulated_config
 from armdrive.errors import NotReferenced, WrongState
 from armdrive.programs.language.words import SPELLINGS
