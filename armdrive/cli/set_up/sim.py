@@ -30,8 +30,6 @@ from armdrive.sim.faults.request import parse_option
 from armdrive.sim.faults.running import check_faults
 from armdrive.sim.kinds import TWINS, twin_kind
 from armdrive.sim.listing import listing
-from armdrive.sim.serving.serve import make_server, run_device
-from armdrive.sim.serving.servers import SlcanServer, beyond_this_computer
 from armdrive.sim.simulated_arm import make_device
 
 
@@ -101,6 +99,10 @@ def _check_door(options: argparse.Namespace) -> None:
 
 
 def _serve(options: argparse.Namespace) -> int:
+    # python-can comes with them, which a list of the dialects does without
+    from armdrive.sim.serving.serve import make_server, run_device
+    from armdrive.sim.serving.servers import SlcanServer, beyond_this_computer
+
     config = simulated_config(options.dialect)
     if options.baud is not None:
         config = replace(config, connection=replace(config.connection, baud=options.baud))
